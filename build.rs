@@ -1,7 +1,8 @@
-//! Hashes the sources that determine tables, for the cache's keys.
+//! Build script: hashes the sources that determine tables into `SUNBEAM_TABLES_CODE`, a part of the cache's keys.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
@@ -24,12 +25,11 @@ const TABLES_FOLDERS: [&str; 12] = [
     "crates/rigorous/src",
 ];
 
-/// Hash of these sources, for `src/cache/`. Tables built by other code are not reused.
+/// Hash of all files in [`TABLES_FOLDERS`], names included. `src/cache/` does not reuse tables built by other code.
 fn tables_code() -> u64 {
     let mut sources = Vec::new();
-    let mut folders: Vec<_> = TABLES_FOLDERS.iter().map(|folder| (*folder).into()).collect();
+    let mut folders: Vec<PathBuf> = TABLES_FOLDERS.iter().map(PathBuf::from).collect();
     while let Some(folder) = folders.pop() {
-        let folder: std::path::PathBuf = folder;
         println!("cargo:rerun-if-changed={}", folder.display());
         for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
             if path.is_dir() { folders.push(path) } else { sources.push(path) }

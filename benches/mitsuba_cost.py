@@ -20,6 +20,7 @@ from mitsuba_scenes.outputs import output_file  # noqa: E402
 
 
 def main() -> int:
+    """Runs the command; returns its exit status, 2 after one line on stderr for a missing requirement."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--cell-s",

@@ -10,7 +10,8 @@ from collections.abc import Callable
 import drjit as dr
 import mitsuba as mi
 
-# Wavelengths of a path in nm; its density is the mean of their densities.
+# The four wavelengths in nm that one spectral path carries: arbitrary values, spread over the visible range. The BSDF's
+# density for such a path is the mean of the densities at the four wavelengths.
 WAVELENGTHS = [410.0, 487.5, 561.0, 655.0]
 
 
@@ -34,16 +35,20 @@ class HemisphereDomain:
 
 
 def chi_square_test(sample_func: Callable, pdf_func: Callable, **resolution):
-    """A test of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)` per solid angle."""
+    """The test of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)` in 1/sr.
+
+    `u` are three uniform random numbers a sample; `resolution` are further arguments of the test, such as `res`.
+    """
     from mitsuba.chi2 import ChiSquareTest
 
     def counted(u):
         wo, pdf = sample_func(u)
-        # Samples below the horizon do not count. `BSDFAdapter` drops samples of weight 0, but dark orders count too.
-        seen = pdf > 0
-        return dr.select(seen, wo, mi.Vector3f(0, 0, 1)), dr.select(seen, mi.Float(1), 0)
+        # A sample of density 0 is below the horizon and gets weight 0. All others get weight 1, even where the BSDF is
+        # 0: Mitsuba's own `BSDFAdapter` would drop those, but the density includes them.
+        is_valid = pdf > 0
+        return dr.select(is_valid, wo, mi.Vector3f(0, 0, 1)), dr.select(is_valid, mi.Float(1), 0)
 
-    # The domain's area is 1, that of the hemisphere 2π.
+    # Density per unit area of the domain: the domain has area 1, the hemisphere 2π sr.
     return ChiSquareTest(
         domain=HemisphereDomain(),
         sample_func=counted,
@@ -54,7 +59,11 @@ def chi_square_test(sample_func: Callable, pdf_func: Callable, **resolution):
 
 
 def vectorised(bsdf: mi.BSDF, wi, pdf_of: mi.BSDF | None = None, nm=WAVELENGTHS, **resolution):
-    """A test of the samples of `bsdf` for light from `wi` against the density of `pdf_of`, by default its own."""
+    """The test of the samples of `bsdf` at incident direction `wi`, for a vectorised variant of Mitsuba.
+
+    The density is that of the BSDF `pdf_of`, by default `bsdf` itself. `nm` are the path's wavelengths in nm.
+    Defaults: 200 000 samples, 75 cells along each side of the domain, and 24 quadrature intervals a cell.
+    """
     ctx = mi.BSDFContext()
 
     def interactions(count):

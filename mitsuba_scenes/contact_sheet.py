@@ -1,4 +1,4 @@
-"""A sheet of pictures with captions."""
+"""Contact sheet: one PNG with rows of scaled pictures and a caption below each. All lengths are in pixels."""
 
 from __future__ import annotations
 
@@ -6,16 +6,22 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
+# Space around and between the pictures.
 MARGIN = 10
-CAPTION, LINE = 26, 16
+# Height of a caption of one line.
+CAPTION = 26
+# Further height per additional line of a caption.
+LINE = 16
+# Background, sRGB bytes.
 PAPER = (22, 22, 24)
+# Colour of the captions, sRGB bytes.
 INK = (225, 225, 220)
 
 
 def contact_sheet(
     rows: list[list[tuple[Path, str]]], output: Path, width: int = 384, font: ImageFont.ImageFont | None = None
 ) -> None:
-    """Writes rows of (picture, caption) to `output`, all pictures scaled to `width` pixels and one height.
+    """Writes rows of (picture file, caption) to `output`. All pictures get `width` and the first picture's proportions.
 
     Captions may have several lines. Pillow's own font, the default, has neither Greek nor µ.
     """

@@ -1,4 +1,7 @@
-"""The demo, `make demo`: skins, a moving light and a scan in Mitsuba, and both renderers compared."""
+"""The demo, `make demo`: skins, a scan and a moving sun in Mitsuba; then Mitsuba against the realtime renderer.
+
+Writes one EXR and PNG a picture, a contact sheet, `report.json`, and the short cross-check (crosscheck/run.py).
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,9 @@ from .side_by_side import side_by_side
 from .skin import preset_skin, scanned_skin, skin_bsdf
 from .snake import snake_files
 
+# Presets of the first row of the sheet, with their captions.
 SKINS = {"blazed": "Blazed", "elaphe": "Elaphe, procedural", "xenopeltis": "Xenopeltis, procedural"}
+# Azimuths of the sun in the second row; see `Light`.
 SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
 
 
@@ -52,7 +57,7 @@ def shots() -> list[list[tuple[str, str, dict, Light]]]:
 
 
 def tables(description: str) -> dict:
-    """Size in MB and relative error of a skin's tables, parsed from `str(bsdf)`."""
+    """Size in MB and relative error of a skin's tables, parsed from `description`, which is `str(bsdf)`."""
     size = re.search(r"tables of ([0-9.e+-]+) MB", description)
     error = re.search(r"relative error ([0-9.e+-]+[0-9])", description)
     if not (size and error):
@@ -72,7 +77,7 @@ def versions() -> dict:
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, 1 where the renderers disagree, or 2 after one line that says what is wrong."""
+    """Runs the command. Exit status: 0, 1 if the renderers disagree, 2 after one line on stderr for another error."""
     view = View()
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.demo", description=__doc__)
     parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out"))
@@ -100,18 +105,18 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     count, done = sum(len(row) for row in rows), 0
     report = {"variant": variant, "resolution": [view.width, view.height], "spp": spp, "versions": versions()}
     report["pictures"] = {}
-    sheet, made = [], {}
+    sheet, bsdf_of_skin = [], {}
     for row in rows:
         sheet.append([])
         for name, caption, skin, light in row:
             done += 1
             print(f"[{done}/{count}] {caption} ...", end=" ", flush=True)
-            # A skin's tables are built once for all its pictures.
+            # Pictures with equal parameters of the skin share one BSDF, so its tables are built once.
             key = json.dumps(skin, sort_keys=True)
-            bsdf = made.get(key) or skin_bsdf(skin, files.pigment)
+            bsdf = bsdf_of_skin.get(key) or skin_bsdf(skin, files.pigment)
             # The first of two passes includes compiling, the second does not.
             result = picture.render(bsdf, files, light, view, spp, passes=2)
-            made[key] = result.bsdf
+            bsdf_of_skin[key] = result.bsdf
             picture.check(result.pixels, name)
             png = picture.write(result.pixels, output / f"{name}.exr", EXPOSURE_STOPS)
             print(", ".join(f"{stage} {value:.2f} s" for stage, value in result.seconds.items()), flush=True)

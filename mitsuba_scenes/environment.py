@@ -1,4 +1,7 @@
-"""Requirements of a scene: a Mitsuba variant that runs on this machine, and the plugin."""
+"""Set-up of Mitsuba: finds the compiled plugin and selects a variant that runs on this machine.
+
+SUNBEAM_MITSUBA names another folder with `plugins/diffraction.so` than the checkout's `target/mitsuba`.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from pathlib import Path
 import mitsuba as mi
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-# Folder for Mitsuba's file resolver, which contains plugins/.
+# Folder that Mitsuba's file resolver searches; it contains plugins/.
 PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_MITSUBA", REPOSITORY / "target" / "mitsuba"))
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
@@ -57,7 +60,7 @@ def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
 
 @contextmanager
 def cache_off() -> Iterator[None]:
-    """Turns the cache of tables off, for measurements of build times."""
+    """Turns off the plugin's cache of built tables within the context, for measurements of build times."""
     before = os.environ.get("SUNBEAM_CACHE")
     os.environ["SUNBEAM_CACHE"] = "off"
     try:

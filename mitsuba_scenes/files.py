@@ -14,14 +14,15 @@ from .snake import snake_files
 from .tool import sunbeam
 
 XML = Path(__file__).resolve().parent / "xml"
-# Rectangle of the procedural skin that replaces a scan, in µm: x, y, width, height; as large as the scans.
+# Rectangle of the procedural skin written as scan.gsf, since the repository holds no scan: x, y, width and height in
+# µm. It has the size of the published scans.
 PIECE_UM = "10,10,6.5,6.5"
 
 
 def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
     """Copies the scenes into `folder`, with snake.ply, pigment.exr and scan.gsf beside them; returns the scenes.
 
-    A Mitsuba variant must be selected. `resolution` is that of the snake's mesh.
+    A Mitsuba variant must be selected. `resolution` is the factor on the cells of the snake's mesh (`snake_files`).
     """
     folder.mkdir(parents=True, exist_ok=True)
     files = snake_files(resolution)
@@ -32,7 +33,7 @@ def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, or 2 after one line that says what is wrong."""
+    """Runs the command. Exit status: 0, or 2 after one line on stderr that names the error."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.files", description=__doc__)
     parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out" / "scenes"))
     options = parser.parse_args(words)

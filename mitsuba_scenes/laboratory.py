@@ -1,11 +1,15 @@
 """The laboratory set-up: a thin collimated beam on a flat sample, and a white screen for the diffracted light.
 
-Lengths are in mm. The sample is at the origin, with its normal along +z and its tangent along +x unless it is tilted
-about the y axis. The screen is the plane z = `distance_mm`. Light is traced from the beam to the sample, in a direction
-sampled by the sample's BSDF to the screen, and to the camera. The film is parallel to the screen, so pixels are squares
-on it, with x to the right and y up.
+Frame, in mm: the sample is at the origin. Untilted, its normal is +z and its tangent +x; a tilt turns it about the y
+axis. The screen is the plane z = `distance_mm`, with x to the right and y up on a picture.
 
-Symbols: order j of the wavelength λ leaves a sample of spacing d at `wo.x = jλ/d − sin θi`.
+Path: the beam's emitter → the sample → the screen, in a direction sampled by the sample's BSDF → the camera, which is
+in the plane of the sample and does not see it. The film is parallel to the screen, so each pixel is a square on the
+screen.
+
+Symbols: θi is the beam's angle with the sample's normal, λ the wavelength, d the sample's spacing (period), θo the
+angle of the diffracted light with the normal. Order j leaves at `sin θo = wo.x = jλ/d − sin θi` and meets the screen at
+`x = distance_mm · tan(θo + tilt)`. The spatial frequency of a point of the screen is (sin θo + sin θi)/λ, which is j/d.
 """
 
 from __future__ import annotations
@@ -17,35 +21,35 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-# Largest number of paths in memory during a pass.
+# Largest number of paths in memory during a pass. Chosen for a few GB.
 PATHS_PER_PASS = 1 << 22
-# y of the camera, beside the sample and in its plane, from where the sample is invisible.
+# y of the camera, which is in the plane z = 0 of the untilted sample. It sees the sample edge-on.
 CAMERA_Y_MM = -60.0
-# Edge of the square sample.
+# Edge of the square sample; chosen, many times the beam's radius.
 SAMPLE_EDGE_MM = 4.0
-# Distance of the beam's start below the screen.
+# Distance between the screen and the beam's emitter, which is below the screen.
 BEAM_START_MM = 20.0
-# Largest length of the beam.
+# Largest distance between the beam's emitter and the sample; it limits grazing beams.
 BEAM_LENGTH_MM = 250.0
-# Half width of a monochromatic line.
+# Half width of the triangular spectrum of monochromatic light.
 LINE_NM = 1.0
-# Half height of the strip about y = 0 in which spots are measured, as a fraction of the screen's distance.
+# Half height of the strip about y = 0 in which `spot_mm` measures, as a fraction of the screen's distance. Chosen.
 STRIP_SHARE = 0.025
-# Columns of the moving average in which the brightest column is found.
+# Columns of the moving average before the search for the brightest column, so that one noisy column does not win.
 SMOOTHED_COLUMNS = 3
 # Iterations of the centroid under a window centred on it; 20 converge for all samples.
 CENTROID_ROUNDS = 20
-# Segments of a path: beam, sample, screen, camera, without light from the screen back to the sample.
+# Segments of a path from the emitter over sample and screen to the camera. No light returns from screen to sample.
 SEGMENTS = 3
 
 
 @dataclass(frozen=True)
 class Bench:
-    """The set-up.
+    """Dimensions of the set-up and resolution of the picture.
 
     `theta_i_deg` is the angle between beam and sample normal in the plane of x, positive for a beam from +x. `tilt_deg`
     is the angle between that normal and the screen's axis, positive towards +x. If both are equal, the mirrored beam
-    meets the middle of the screen at a right angle.
+    meets the middle of the screen at a right angle. `width_mm` and `height_mm` are those of the screen.
     """
 
     theta_i_deg: float = 0.0
@@ -72,18 +76,18 @@ class Bench:
         return (0.5 - (np.arange(count) + 0.5) / count) * self.height_mm
 
     def position_mm(self, spacing_um: float, order: int, wavelength_nm: float) -> float | None:
-        """x of an order on the screen by the grating equation; None for orders that do not reach its plane."""
+        """x of an order on the screen in mm by the grating equation; None if it does not reach the screen's plane."""
         return self.place_mm(order * wavelength_nm / 1e3 / spacing_um - math.sin(math.radians(self.theta_i_deg)))
 
     def place_mm(self, sine: float) -> float | None:
-        """x on the screen of the direction at this sine to the sample's normal; None if it does not reach the plane."""
+        """x on the screen in mm of the direction with sin θo = `sine`; None if it does not reach the screen's plane."""
         if abs(sine) >= 1:
             return None
         to_axis = math.asin(sine) + math.radians(self.tilt_deg)
         return self.distance_mm * math.tan(to_axis) if abs(to_axis) < 0.5 * math.pi else None
 
     def angle_deg(self, x_mm):
-        """Angle with the sample's normal of the direction to a point of the screen at y = 0."""
+        """Angle θo with the sample's normal of the direction to the screen's points (x, y = 0)."""
         return np.degrees(np.arctan2(x_mm, self.distance_mm)) - self.tilt_deg
 
 
@@ -100,7 +104,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
     from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
     to_light = [math.sin(from_axis), 0.0, math.cos(from_axis)]
     start = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
-    place = [start * component for component in to_light]
+    emitter = [start * component for component in to_light]
     camera = [0.0, CAMERA_Y_MM, 0.0]
     screen = transform().translate([0, 0, bench.distance_mm])
     screen = screen @ transform().scale([0.6 * bench.width_mm, 0.6 * bench.height_mm, 1])
@@ -132,7 +136,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
         },
         "beam": {
             "type": "disk",
-            "to_world": transform().look_at(place, [0, 0, 0], [0, 1, 0]) @ transform().scale(bench.beam_radius_mm),
+            "to_world": transform().look_at(emitter, [0, 0, 0], [0, 1, 0]) @ transform().scale(bench.beam_radius_mm),
             "emitter": {"type": "directionalarea", "radiance": spectrum},
         },
         "sample": {
@@ -161,9 +165,9 @@ def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) ->
 def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]:
     """Column and row of a point of the screen on the film, in pixels from the top left corner."""
     sensor = mi.load_dict(bench_scene({"type": "diffuse"}, bench, line(550.0))["sensor"])
-    at = dr.zeros(mi.SurfaceInteraction3f)
-    at.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
-    found, _ = sensor.sample_direction(at, mi.Point2f(0.5))
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
+    found, _ = sensor.sample_direction(si, mi.Point2f(0.5))
     return tuple(
         float(dr.slice(component) if dr.width(component) > 1 else np.ravel(component)[0]) for component in found.uv
     )
@@ -174,21 +178,22 @@ def spot_mm(
 ) -> float | None:
     """Measured x of an order's spot on a monochromatic picture: the centroid about the brightest column near y = 0.
 
-    The search covers half the distance to the neighbouring orders. The centroid has a Gaussian weight centred on it,
-    with the standard deviation `window` in cycles per µm. None for an order beyond the picture.
+    The search covers half the distance to the neighbouring orders. The centroid is taken over spatial frequency, under
+    a Gaussian window of standard deviation `window` (cycles per µm) that is moved to the centroid and applied again,
+    CENTROID_ROUNDS times. None for an order beyond the picture.
     """
     expected = bench.position_mm(spacing_um, order, wavelength_nm)
     if expected is None or abs(expected) > 0.49 * bench.width_mm:
         return None
     x = bench.x_mm()
     profile = picture[np.abs(bench.y_mm()) < STRIP_SHARE * bench.distance_mm].sum(axis=(0, 2))
-    # Spatial frequency along x of each column.
-    mirror = math.sin(math.radians(bench.theta_i_deg))
-    frequency = (np.sin(np.radians(bench.angle_deg(x))) + mirror) * 1e3 / wavelength_nm
+    # Spatial frequency of each column in cycles per µm.
+    sin_theta_i = math.sin(math.radians(bench.theta_i_deg))
+    frequency = (np.sin(np.radians(bench.angle_deg(x))) + sin_theta_i) * 1e3 / wavelength_nm
     near = np.abs(frequency - order / spacing_um) < 0.5 / spacing_um
     smooth = np.convolve(profile, np.ones(SMOOTHED_COLUMNS) / SMOOTHED_COLUMNS, mode="same")
     centre = frequency[near][np.argmax(smooth[near])]
     for _ in range(CENTROID_ROUNDS):
         weights = profile * np.exp(-0.5 * ((frequency - centre) / window) ** 2)
         centre = float(np.average(frequency, weights=weights))
-    return bench.place_mm(centre * wavelength_nm / 1e3 - mirror)
+    return bench.place_mm(centre * wavelength_nm / 1e3 - sin_theta_i)

@@ -1,4 +1,8 @@
-"""Sun and sky. Radiances are relative to a white diffuse plane that faces the sun (times D65)."""
+"""Sun and sky as Mitsuba emitters with the spectrum of D65.
+
+Unit of radiance: that of a white diffuse plane facing the sun. The sun's irradiance is therefore π.
+Frame as in scene.py: cm, z up, the snake's tail towards +x.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from dataclasses import dataclass
 import mitsuba as mi
 import numpy as np
 
+# Kinds of sun: parallel light, and a disc of the sun's angular size.
 SUN_KINDS = ("directional", "disc")
 # Angular diameter of the sun.
 SUN_DIAMETER_DEG = 0.53
@@ -49,6 +54,7 @@ class Light:
         return emitters
 
     def _directional(self) -> dict:
+        """Parallel light of irradiance π."""
         return {
             "type": "directional",
             "direction": (-self.to_sun()).tolist(),
@@ -56,13 +62,13 @@ class Light:
         }
 
     def _disc(self) -> dict:
-        """A disc of the sun's angular size, with the irradiance of the directional sun."""
+        """A disc of the sun's angular radius ρ. Its radiance 1/sin²ρ gives irradiance π, as the directional sun."""
         sin_radius = math.sin(math.radians(SUN_DIAMETER_DEG / 2))
         transform = mi.ScalarTransform4f
-        place = (self.to_sun() * DISC_DISTANCE_CM).tolist()
+        centre = (self.to_sun() * DISC_DISTANCE_CM).tolist()
         up = [0, 0, 1] if self.elevation_deg < 80 else [1, 0, 0]
         return {
             "type": "disk",
-            "to_world": transform().look_at(place, [0, 0, 0], up) @ transform().scale(DISC_DISTANCE_CM * sin_radius),
+            "to_world": transform().look_at(centre, [0, 0, 0], up) @ transform().scale(DISC_DISTANCE_CM * sin_radius),
             "emitter": {"type": "area", "radiance": {"type": "d65", "scale": 1 / sin_radius**2}},
         }

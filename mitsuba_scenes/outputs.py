@@ -37,6 +37,7 @@ def output_folder(text: str) -> Path:
 
 @contextmanager
 def _refusing(path: Path) -> Iterator[None]:
+    """Turns an OSError within the context into argparse's one-line error about `path`."""
     try:
         yield
     except OSError as error:
@@ -44,6 +45,7 @@ def _refusing(path: Path) -> Iterator[None]:
 
 
 def _check_file(path: Path) -> None:
+    """Raises OSError or ArgumentTypeError unless `path` can be written or created."""
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"{path} is a folder")
     if path.is_file():
@@ -54,9 +56,10 @@ def _check_file(path: Path) -> None:
 
 
 def _check_folder(folder: Path) -> None:
-    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not there.is_dir():
-        raise argparse.ArgumentTypeError(f"{there} is no folder")
+    """Raises OSError or ArgumentTypeError unless `folder`, or its nearest existing parent, is writable."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise argparse.ArgumentTypeError(f"{existing} is no folder")
     # An unnamed file checks permission and leaves nothing behind.
-    with tempfile.TemporaryFile(dir=there):
+    with tempfile.TemporaryFile(dir=existing):
         pass

@@ -1,4 +1,4 @@
-"""Rendering with times, checks of pictures, tone mapping and files."""
+"""Renders the snake scene with timing, checks and tone-maps pictures, and writes them as EXR and PNG."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from .scene import MAX_DEPTH, View, snake_scene
 
-# Largest number of paths in memory during a pass; a path typically takes 1 kB.
+# Largest number of paths in memory during a pass. A path typically takes 1 kB, so a pass takes about 8 GB.
 PATHS_PER_PASS = 1 << 23
 
 
@@ -70,9 +70,13 @@ def check(pixels: np.ndarray, name: str) -> None:
 
 
 def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
-    """8-bit sRGB of linear pixels times 2^stops, with highlights above 0.8 compressed."""
+    """8-bit sRGB of linear pixels times 2^stops, with highlights compressed.
+
+    A pixel whose brightest channel p exceeds k = 0.8 is scaled so that p becomes k + 0.2 e/(e + 0.6), e = p − k. The
+    curve tends to 1; both numbers are chosen by eye.
+    """
     linear = np.maximum(pixels * 2.0**exposure_stops, 0)
-    # One factor for the three channels keeps the hue; values still above 1 are clipped.
+    # One factor for the three channels keeps the hue.
     peak = linear.max(axis=-1, keepdims=True)
     excess = np.maximum(peak - 0.8, 0)
     linear = linear * np.where(excess > 0, (0.8 + 0.2 * excess / (excess + 0.6)) / np.maximum(peak, 1e-9), 1)

@@ -14,7 +14,7 @@ from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
 
-# Exposure of PNG pictures in stops, chosen for the sunlit snake.
+# Exposure of PNG pictures in stops. Chosen: the sunlit snake is dark and diffracts little light.
 EXPOSURE_STOPS = 2.0
 
 
@@ -69,7 +69,7 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
 
 
 def run(options: argparse.Namespace) -> None:
-    """Renders by the options. Raises ValueError where options contradict each other."""
+    """Renders and writes the picture. Raises ValueError for contradictory options and missing files."""
     if options.height_field:
         skin = scanned_skin(options.height_field, options.pixel_size, options.max_height)
     elif options.pixel_size or options.max_height:
@@ -85,8 +85,8 @@ def run(options: argparse.Namespace) -> None:
     view = View(*options.resolution)
 
     variant = use_variant(options.variant)
-    own = None if options.mesh and options.pigment else snake_files()
-    files = SnakeFiles(options.mesh or own.mesh, options.pigment or own.pigment)
+    snake = None if options.mesh and options.pigment else snake_files()
+    files = SnakeFiles(options.mesh or snake.mesh, options.pigment or snake.pigment)
     print(f"rendering {view.width} x {view.height}, {options.spp} samples a pixel, {variant}", flush=True)
     bsdf = skin_bsdf(skin, files.pigment, options.eta)
     result = picture.render(bsdf, files, light, view, options.spp, options.max_depth)
@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, or 2 after one line that says what is wrong."""
+    """Runs the command. Exit status: 0, or 2 after one line on stderr that names the error."""
     parser, options = arguments(words)
     try:
         run(options)

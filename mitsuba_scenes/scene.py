@@ -9,10 +9,10 @@ import mitsuba as mi
 from .light import Light
 from .snake import SnakeFiles
 
-# Longest path in segments: light, skin, camera. A third segment would add the skin's caustics on the ground, which are
-# faint and need thousands of samples a pixel.
+# Largest number of segments of a path: light to skin, and skin to camera. A third segment would add the skin's caustics
+# on the ground, which are faint and need thousands of samples a pixel.
 MAX_DEPTH = 2
-# Linear reflectance of the ground.
+# Reflectance of the ground, linear sRGB. Chosen: dark, slightly reddish soil.
 SOIL = (0.020, 0.0155, 0.012)
 
 
@@ -27,9 +27,9 @@ class View:
     fov_deg: float = 30.0
 
     def sensor(self, spp: int) -> dict:
-        """The camera as a dictionary, with stratified wavelengths in each pixel.
+        """The camera as a dictionary, with a film of linear sRGB.
 
-        Stratification divides colour noise by 4 at 64 samples a pixel. The film integrates colour directly.
+        The `multijitter` sampler stratifies wavelengths, which divides colour noise by 4 at 64 samples a pixel.
         """
         return {
             "type": "perspective",

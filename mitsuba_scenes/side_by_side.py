@@ -1,4 +1,4 @@
-"""One skin, sun and camera drawn by Mitsuba and by the realtime renderer, with pigment and ground."""
+"""One picture of the whole scene, with pigment and ground, drawn by Mitsuba and by the realtime renderer."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from .skin import preset_skin, skin_bsdf
 from .snake import SnakeFiles
 from .tool import sunbeam
 
+# Skin of both pictures.
 PRESET = "xenopeltis"
 # Rays along each side of a pixel in the realtime picture.
 SUPERSAMPLE = 4
@@ -23,7 +24,8 @@ SUPERSAMPLE = 4
 def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     """Writes both pictures and `both-renderers.png` into `output`; returns their comparison and times.
 
-    Both have the sun alone and no energy conservation; the realtime renderer uses the colour table.
+    The light is a directional sun without sky. Neither conserves energy (docs/model.md#energy). The realtime renderer
+    uses its method `table`, the colour table (docs/realtime.md).
     """
     light = Light(sun="directional", sky=0)
     skin = preset_skin(PRESET)

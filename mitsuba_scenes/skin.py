@@ -1,4 +1,4 @@
-"""Materials of the snake."""
+"""Materials of the snake: the plugin `diffraction` (docs/plugin.md) with a preset or a scan, over pigment."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
-# Refractive index of keratin.
+# Refractive index of keratin, of which a snake's skin consists; equal to the realtime renderer's.
 KERATIN = 1.56
-# Factor on the pigment's reflectance, chosen for a nearly black snake with visible diffraction colours.
+# Factor on the pigment's linear reflectance. Chosen for a nearly black snake with visible diffraction colours.
 PIGMENT_SHARE = 0.35
 
-# Parameters of the presets beside their name. The relief's x axis follows the body from head to tail, and on both
-# snakes the fingers of the cells point to the tail. The Elaphe preset has them along +y, so it is turned.
+# Parameters that each preset needs on the snake besides its name. The mesh's tangent, the relief's x axis at rotation
+# 0, runs from head to tail. The fingers of a skin's cells point to the tail. The Elaphe preset has its fingers along
+# +y, so its relief is rotated by −90°.
 PRESETS = {
     "blazed": {},
     "elaphe": {"rotation": -90.0},
@@ -23,7 +24,7 @@ PRESETS = {
 
 
 def preset_skin(name: str) -> dict:
-    """Parameters of `diffraction` for a named surface."""
+    """Parameters of the plugin for a preset. Raises ValueError for an unknown name."""
     if name not in PRESETS:
         raise ValueError(f"unknown skin {name!r}; there are {', '.join(PRESETS)}")
     return {"preset": name, **PRESETS[name]}
@@ -32,7 +33,7 @@ def preset_skin(name: str) -> dict:
 def scanned_skin(
     filename: Path, pixel_size_um: float | None = None, max_height_um: float | None = None, rotation_deg: float = 0.0
 ) -> dict:
-    """Parameters of `diffraction` for a measured height field; sizes in µm are required where the file has none."""
+    """Parameters of the plugin for a measured height field. Sizes in µm are required where the file states none."""
     if not Path(filename).is_file():
         raise ValueError(f"there is no height field {filename}")
     parameters = {"filename": str(Path(filename).resolve()), "rotation": rotation_deg}
@@ -44,7 +45,7 @@ def scanned_skin(
 
 
 def pigment_texture(pigment: Path, share: float = PIGMENT_SHARE) -> dict:
-    """The texture of an sRGB picture, with its linear reflectance times `share`."""
+    """The Mitsuba texture of an sRGB picture, with its linear reflectance times `share`."""
     linear = mi.Bitmap(str(pigment)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
     return {"type": "bitmap", "bitmap": mi.Bitmap(share * np.array(linear))}
 

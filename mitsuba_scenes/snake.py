@@ -1,4 +1,4 @@
-"""Mesh and pigment of the snake, written by the command `sunbeam` and kept in target/scenes/."""
+"""Mesh and pigment of the snake, written by `sunbeam snake` and kept in target/scenes/."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from .environment import REPOSITORY
 from .tool import TOOL, sunbeam
 
+# Folder of the kept files.
 FOLDER = REPOSITORY / "target" / "scenes"
 
 
@@ -21,13 +22,13 @@ class SnakeFiles:
 
 
 def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
-    """The snake with `resolution` times the default mesh's cells in each direction.
+    """Paths of the snake's files, with `resolution` times the default mesh's cells in each direction.
 
-    Files that are missing, or older than the command, are written.
+    The files are written if one is missing or older than the executable `tool`.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
-    made = tool.stat().st_mtime if tool.exists() else math.inf
-    if all(path.exists() and path.stat().st_mtime > made for path in (files.mesh, files.pigment)):
+    built = tool.stat().st_mtime if tool.exists() else math.inf
+    if all(path.exists() and path.stat().st_mtime > built for path in (files.mesh, files.pigment)):
         return files
     folder.mkdir(parents=True, exist_ok=True)
     sunbeam("snake", "-o", files.mesh, "--resolution", f"{resolution:g}", "--pigment", files.pigment, tool=tool)

@@ -1,4 +1,4 @@
-"""The command `sunbeam`, run from Python."""
+"""Runs the command line tool `sunbeam` from Python."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pathlib import Path
 
 from .environment import REPOSITORY, SetupError
 
-# Path of the command; SUNBEAM names another than the checkout's.
+# Path of the executable: the environment variable SUNBEAM, or the checkout's own build.
 TOOL = Path(os.environ.get("SUNBEAM", REPOSITORY / "target" / "release" / "sunbeam"))
 
 
 def sunbeam(*words, tool: Path = TOOL, stdin: str | None = None) -> str:
-    """Runs the command with `stdin` on its standard input and returns its standard output.
+    """Runs `sunbeam` with the arguments `words` and the text `stdin`, and returns its standard output.
 
     Raises SetupError where the command is missing or fails.
     """

@@ -15,7 +15,7 @@ import sys
 FIRST_NM, LAST_NM = 380, 780
 
 HEAD = """\
-//! What the CIE publishes at 1 nm; written by scripts/cie_tables.py.
+//! Tables of the CIE at 1 nm; written by scripts/cie_tables.py.
 
 /// Wavelengths of the tables in nm, first and last; one entry for each whole nm.
 pub(super) const RANGE_NM: (u16, u16) = ({first}, {last});

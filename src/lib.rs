@@ -1,9 +1,9 @@
-//! Diffraction colours of measured nanostructures, as a material.
+//! Spectral diffraction BSDF of measured nanostructures.
 //!
 //! A relief of fractions of a micrometre (a grating, a compact disc, the skin of a snake) diffracts each wavelength
-//! into directions of its own. From a [`HeightField`] this library computes the spectral BSDF. The relief's power
-//! spectrum is tabulated once, so that an evaluation takes a few look-ups, and directions are drawn from the diffracted
-//! orders.
+//! into directions of its own. From a [`HeightField`] this library computes the spectral BSDF by scalar diffraction
+//! theory. The relief's power spectrum is tabulated once, so an evaluation takes a few look-ups. Directions are sampled
+//! in proportion to the tabulated power.
 //!
 //! ```
 //! use sunbeam::{Options, Preset, Surface};
@@ -19,7 +19,7 @@
 //! let between = [-1.5 * sine, 0.0, (1.0 - 2.25 * sine * sine).sqrt()];
 //! assert!(surface.eval(wi, order, 550.0) > 1000.0 * surface.eval(wi, between, 550.0));
 //!
-//! // A direction for three random numbers; its weight is f·cosθ/pdf of each wavelength carried.
+//! // A direction from three random numbers; its weight is f·cosθo/pdf at each wavelength carried.
 //! let sample = surface.sample(wi, &[550.0], [0.3, 0.6, 0.1]).expect("above the horizon");
 //! assert!((sample.pdf - surface.pdf(wi, sample.wo, &[550.0])).abs() < 1e-9 * sample.pdf);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -38,19 +38,26 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Modules
+//! # Where what is
 //!
-//! The root has the items that most programs need. Data flows in one direction:
+//! The root has the items that most programs need. Data flows in one direction, down this table:
 //!
 //! | module | contents |
 //! | --- | --- |
 //! | [`height_field`] | heights from presets and files |
-//! | [`transform`] | Fourier transforms of phase screens |
-//! | [`table`], [`colour_table`] | the power spectrum `S(f; κ)` and colours, tabulated |
-//! | [`scattering`], [`sampling`], [`energy`] | factors of a pair of directions, samplers, energy conservation |
-//! | [`lobe`], `grating` | the lobes that renderers evaluate: scalar theory, Maxwell's equations |
+//! | [`transform`] | Fourier transforms of the phase screen `exp(iκh)` |
+//! | [`table`] | the power spectrum `S(f; κ)` over frequencies and phase rates |
+//! | [`colour_table`] | the reflectance in linear sRGB over `(u, v, w)` |
+//! | [`scattering`] | factors of a pair of directions: scattering vector, obliquity, Fresnel |
+//! | [`sampling`] | outgoing directions with their densities |
+//! | [`energy`] | the albedo, by which the reflectance is divided to conserve energy |
+//! | [`lobe`] | the BSDF that renderers evaluate and sample, by scalar theory |
+//! | `grating` | the same by Maxwell's equations (feature `rigorous`) |
 //! | [`methods`] | methods of the realtime renderer, in Rust and WGSL |
-//! | [`config`], `cache` | parameters, and tables on disk |
+//! | [`config`] | a surface's parameters and defaults |
+//!
+//! Three modules serve all others: [`colour`] (spectra to sRGB), [`numeric`] (one code for plain, SIMD and traced
+//! numbers), and `cache` (tables on disk, feature `cache`).
 //!
 //! The command line, the Mitsuba plugin, the C interface and the realtime renderer are packages of their own, on which
 //! this library does not depend.
@@ -69,10 +76,10 @@
 //!
 //! # Features
 //!
-//! - `files`: height fields from and to files.
-//! - `cache`: tables on disk.
-//! - `rigorous`: gratings by Maxwell's equations.
-//! - `full` (on by default): all three. [`config`] then also builds the surfaces that it describes.
+//! - `files`: reads height fields from files and writes them.
+//! - `cache`: keeps tables on disk.
+//! - `rigorous`: computes gratings by Maxwell's equations.
+//! - `full` (default): all three; [`SurfaceConfig`] then also builds the surfaces that it describes.
 
 #[cfg(feature = "cache")]
 pub mod cache;

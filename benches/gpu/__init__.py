@@ -1,7 +1,12 @@
 """Checks and timings of a machine with an NVIDIA card: `python -m benches.gpu`, or `make bench-gpu`.
 
-Each part runs in its own process with a time limit, so a crash or a hang affects no other part. Without a card the same
-code makes a dry run: `llvm_ad_*` in place of `cuda_ad_*`, the software adapter, small sizes.
+A run has parts (parts.py), and a part has checks. Each part runs in its own process with a time limit (supervisor.py),
+so a crash or a hang affects no other part. Without a card the same code makes a dry run (plan.py): Mitsuba's
+`llvm_ad_*` in place of `cuda_ad_*`, wgpu's software adapter in place of the card's, and small sizes.
+
+Words: a *kind* is the end of a variant's name, such as `rgb` or `spectral_polarized`. A *question* is a pair of
+directions with wavelengths and random numbers, put to a BSDF (questions.py). A *surface* is a name of surfaces.py.
+A *negative control* is a check with a deliberate error, which must be noticed.
 
 A run needs NumPy, Mitsuba with the plugin, and the command `sunbeam`. `SUNBEAM_MITSUBA`, `SUNBEAM` and `SUNBEAM_DATA`
 name the plugin's folder, the command and the folder of measured data; by default they are those of the checkout.

@@ -1,4 +1,7 @@
-"""The command line: `python -m benches.gpu [PART ...]`."""
+"""The command line: `python -m benches.gpu [PART ...]`.
+
+The process of the command supervises; with the hidden option `--rows` it is the process of one part.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +19,18 @@ from .parts import PARTS
 from .plan import CARD, DRY_RUN
 from .supervisor import Run
 
+# Results of a run with a card, which docs/figures reads.
 RESULTS = REPOSITORY / "docs" / "data" / "gpu.json"
+# Results of a dry run.
 DRY_RESULTS = REPOSITORY / "out" / "bench" / "gpu-dry-run.json"
+# Folder of the card's pictures.
 PICTURES = REPOSITORY / "out" / "bench" / "gpu"
-# Time limit of a whole run in seconds: a card that is lent for 15 minutes allows two runs less their start.
+# Time limit of a whole run in seconds. Chosen: twice the limit fits into a quarter of an hour.
 TIME_S = 480.0
 
 
 def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
+    """The parser and the parsed options."""
     parser = argparse.ArgumentParser(
         prog="python -m benches.gpu",
         description="Checks and timings of a machine with an NVIDIA card; a dry run where there is none.",
@@ -49,6 +56,7 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
 
 
 def main(words: list[str] | None = None) -> int:
+    """Runs the command; returns its exit status, which `--help` describes."""
     parser, options = arguments(words)
     for name in options.parts:
         if name not in PARTS:
@@ -86,7 +94,7 @@ def run_child(options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Runs the parts in their own processes and writes the results; returns the exit status."""
-    # The machine that compares pictures drawn elsewhere needs no card.
+    # With --compare the card's pictures exist already, so this machine needs no card.
     card = None if options.compare else machine.card()
     dry = options.dry_run or (card is None and not options.compare)
     if dry and not options.dry_run:

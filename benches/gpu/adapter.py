@@ -14,11 +14,12 @@ from .plan import Plan
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """The only check."""
     yield "shaders and a lost device", partial(described, plan)
 
 
 def described(plan: Plan) -> dict:
-    """The report of `sunbeam adapter`; an error if a shader does not compile or a lost device still answers."""
+    """Figures of `sunbeam adapter`, which fails if a shader does not compile or a lost device still answers."""
     found = json.loads(sunbeam("adapter", "--adapter", plan.adapter))
     return {
         # A run with a card must not measure the software adapter.

@@ -1,8 +1,12 @@
 """Comparison of the checked variant's answers with those of its reference, on the same questions.
 
-Errors of values and densities are relative to the larger of both. The error of a sampled direction is the largest of
-its components. A sample's weight times its density is compared with the reference's value in the sampled direction,
-because the density varies strongly within an order.
+The reference is another variant of Mitsuba (variants.py). Both answer `eval`, `pdf`, `eval_pdf` and `sample`:
+
+- Errors of values and densities are relative to the larger of both.
+- The error of a sampled direction is the largest of its components.
+- Of a sample, weight times density is compared with the reference's value in the sampled direction. The weight alone
+  would not do: the density varies strongly within an order, so a rounded direction changes it.
+- Colours are relative to their largest channel, and scalar colours are desaturated first (`in_kind`).
 """
 
 from __future__ import annotations
@@ -22,15 +26,17 @@ from .questions import Answers, Questions, ask, drawn
 from .surfaces import surface
 from .variants import is_scalar, reference, use
 
+# Seed of the random questions.
 SEED = 11
-# Questions in a chunk: the Mueller matrices of a million questions would fill the host's memory.
+# Number of questions in a chunk. Chosen: the Mueller matrices of a million questions would fill the host's memory.
 CHUNK = 1 << 18
-# Fraction of outgoing directions that are uniform over the hemisphere; the others are sampled, so they lie in orders.
+# Fraction of outgoing directions that are uniform over the hemisphere. The others are sampled by the reference, so they
+# lie in orders. Chosen.
 UNIFORM = 0.2
 # Floor of the scale of value errors, as a fraction of the density. Positions between orders are in single precision,
 # with an error of 1.5e-7 of an order's largest power, which an order near its zero has as well (tests/test_twins.py).
 VALUE_FLOOR = 4e-2
-# Weights of linear sRGB in the luminance.
+# Luminance Y of the linear sRGB channels (IEC 61966-2-1).
 LUMINANCE = np.array([0.2126729, 0.7151522, 0.072175])
 # Largest relative error of values and densities. Both implementations keep 1e-4 in single precision; 4096 questions to
 # the scalar and LLVM variants gave at most 1e-5 in spectral variants and 5e-5 in colours.
@@ -46,12 +52,13 @@ STRAY = 2e-3
 
 
 def checks(plan: Plan, folder: Path, kind: str) -> Iterator[Check]:
+    """One check per surface, for one kind of variant."""
     for name in plan.surfaces:
         yield f"{plan.variant(kind)}, {name}", partial(agree, plan, kind, surface(name))
 
 
 def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None) -> dict:
-    """The figures of each call. `perturbed` are extra parameters of the checked variant, for tests of the check."""
+    """The figures of `judged`. `perturbed` are wrong parameters of the checked variant, for tests of this check."""
     variants = Pair(plan.variant(kind), reference(plan, kind))
     use(variants.reference)
     count = plan.scalar_questions if is_scalar() else plan.questions
@@ -63,7 +70,7 @@ def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None
     for start in range(0, count, CHUNK):
         asked = drawn(rng, min(CHUNK, count - start))
         errors.append(chunk_errors(variants, true, found, asked, rng))
-    # Every BSDF that is alive becomes part of the following kernels.
+    # Dr.Jit compiles every living BSDF into the kernels that follow, so these two are freed.
     del true, found
     gc.collect()
     figures = judged({name: np.concatenate([each[name] for each in errors]) for name in errors[0]})
@@ -95,12 +102,13 @@ def chunk_errors(variants: Pair, true: mi.BSDF, found: mi.BSDF, asked: Questions
 
 
 def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparable: Callable) -> dict:
-    """The errors by call, arrays (n,). `at_sample` are the reference's answers in the sampled directions.
+    """The errors (n,) by call. `at_sample` are the reference's answers in the checked variant's sampled directions.
 
-    `comparable(ours, theirs)` returns both values in comparable form, and the scale of their error.
+    `comparable` is a function of `in_kind`.
     """
-    kept = answered.sampled_pdf > 0
-    seen = relative(*comparable(answered.weight * answered.sampled_pdf, at_sample.value), at_sample.pdf)
+    # A density of 0 marks a sample without light, whose weight must be 0.
+    is_valid = answered.sampled_pdf > 0
+    sampled_value = relative(*comparable(answered.weight * answered.sampled_pdf, at_sample.value), at_sample.pdf)
     density = relative_density(answered.sampled_pdf, at_sample.pdf)
     return {
         "eval": relative(*comparable(answered.value, expected.value), expected.pdf),
@@ -109,15 +117,15 @@ def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparab
             relative(*comparable(answered.both_value, expected.both_value), expected.both_pdf),
             relative_density(answered.both_pdf, expected.both_pdf),
         ),
-        "sample": np.where(kept, np.maximum(seen, density), largest(np.abs(answered.weight))),
+        "sample": np.where(is_valid, np.maximum(sampled_value, density), largest(np.abs(answered.weight))),
         "direction": largest(np.abs(answered.sampled_wo - expected.sampled_wo)),
-        # The density, by which `judged` rejects comparisons of darkness with darkness.
+        # No error: the density, by which `judged` rejects a comparison in which most questions have no light.
         "light": expected.pdf,
     }
 
 
 def in_kind(variants: Pair) -> Callable:
-    """The function that makes values of both variants comparable: (ours, theirs, scale), arrays (…, channels, n)."""
+    """The function (ours, theirs) → (ours, theirs, error's scale) that makes values, (…, channels, n), comparable."""
     if variants.checked.endswith("_mono"):
         if variants.reference.endswith("_rgb"):
             # Where channels cancel, the luminance has the absolute error of the channels.

@@ -1,4 +1,7 @@
-"""Nanoseconds per call, compared with `roughconductor`, on large wavefronts of independent random queries."""
+"""Times a call of the BSDFs in ns per query, compared with `roughconductor`, on large wavefronts of random queries.
+
+A wavefront is an array of queries that one kernel answers. docs/figures/bsdf_calls.py has the materials and the timing.
+"""
 
 from __future__ import annotations
 
@@ -18,19 +21,20 @@ from .variants import use
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """One timing per kind of variant and call."""
     for kind in plan.kinds:
         for call in plan.calls:
             yield f"{plan.variant(kind)}, {call}", partial(timed, plan, kind, call)
 
 
 def timed(plan: Plan, kind: str, call: str) -> dict:
-    """Nanoseconds of a call by material, and ratios to those of REFERENCE."""
+    """Nanoseconds of a call by material, and their ratios to REFERENCE, which is `roughconductor`."""
     use(plan.variant(kind))
     parameters = bsdf_calls.bsdfs()
     bsdfs = {name: mi.load_dict(parameters[name]) for name in plan.materials}
     ns = bsdf_calls.call_ns(bsdfs, call, plan.wavefront)
     del bsdfs
     gc.collect()
-    # The density of the rough conductor takes too little time for a ratio.
+    # The rough conductor's density takes so little time that a ratio would be noise.
     ratios = {} if call == "pdf" else {name: ns[name] / ns[REFERENCE] for name in ns if name != REFERENCE}
     return {"kind": kind, "call": call, "elements": plan.wavefront, "ns": ns, "ratio": ratios}

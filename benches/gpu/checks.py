@@ -50,18 +50,18 @@ def without_nan(value):
 
 
 def summary(row: dict) -> str:
-    """A row as one line of text."""
+    """The result of a check as one line of text."""
     mark = {True: "ok    ", False: "FAILED", None: "      "}[row.get("passed")]
     figures = ", ".join(flattened({k: v for k, v in row.items() if k not in ("check", "passed", "seconds")}))
     return f"{mark} {row['check']} ({row['seconds']:.1f} s): {figures}"
 
 
-def flattened(figures: dict, before: str = "") -> Iterable[str]:
-    """`name value` of every figure, those of a nested one with its name before them."""
+def flattened(figures: dict, prefix: str = "") -> Iterable[str]:
+    """`name value` of every figure; figures of a nested dictionary get its name as a prefix."""
     for name, value in figures.items():
         if isinstance(value, dict):
-            yield from flattened(value, f"{before}{name} ")
+            yield from flattened(value, f"{prefix}{name} ")
         elif isinstance(value, float):
-            yield f"{before}{name} {value:.3g}"
+            yield f"{prefix}{name} {value:.3g}"
         else:
-            yield f"{before}{name} {value}"
+            yield f"{prefix}{name} {value}"

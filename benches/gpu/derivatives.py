@@ -14,7 +14,7 @@ from .plan import Plan
 from .samples import direction
 from .variants import use
 
-# A surface with small tables, wide orders, and light in every direction.
+# A surface with small tables and wide orders; the diffuse part gives light in every direction.
 SURFACE = {
     "preset": "blazed",
     "period": 2.0,
@@ -29,23 +29,26 @@ SURFACE = {
 }
 # Directions on the slope of the first order, which is 5 degrees wide: every parameter has an effect there.
 INCIDENT, OUTGOING = direction(40, 20), direction(20, 200)
-# Wavelengths in nm.
+# Wavelengths of the four channels in nm.
 WAVELENGTHS = [430, 520, 580, 650]
-# Half the step of the central difference in the parameter's unit, and in degrees for the rotation.
-STEP, STEP_DEG = 1e-2, 5e-2
+# Half the step of the central difference for all parameters but the rotation; they are numbers without unit. Chosen.
+STEP = 1e-2
+# Half the step for the rotation in degrees. Chosen: small against the orders' width of 5 degrees.
+STEP_DEG = 5e-2
 # Largest relative error: rounding of 1e-7 over steps of 1e-2, and the curvature over the step; the same as in
 # tests/test_plugin_live.py.
 RELATIVE = 1e-2
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """One check per kind of variant and parameter."""
     for kind in plan.kinds:
         for parameter in plan.derivatives:
             yield f"{plan.variant(kind)}, by {parameter}", partial(compared, plan.variant(kind), parameter)
 
 
 def compared(variant: str, parameter: str) -> dict:
-    """The derivative by a parameter, as a central difference and in both modes."""
+    """The derivative of the value, summed over channels, by a parameter: central difference and both modes."""
     use(variant)
     bsdf = mi.load_dict({"type": "diffraction", **SURFACE})
     parameters, key = mi.traverse(bsdf), f"{parameter}.value"
@@ -56,21 +59,21 @@ def compared(variant: str, parameter: str) -> dict:
     if mi.is_spectral:
         si.wavelengths = WAVELENGTHS
 
-    def answer(at):
-        parameters[key] = at
+    def answer(parameter_value):
+        parameters[key] = parameter_value
         parameters.update()
         return dr.sum(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(OUTGOING)))
 
     expected = float(((answer(value + step) - answer(value - step)) / (2 * step))[0])
     found = {}
-    for way in ("backwards", "forwards"):
-        at = mi.Float(value)
-        dr.enable_grad(at)
-        made = answer(at)
-        if way == "backwards":
-            dr.backward(made)
+    for mode in ("backwards", "forwards"):
+        variable = mi.Float(value)
+        dr.enable_grad(variable)
+        result = answer(variable)
+        if mode == "backwards":
+            dr.backward(result)
         else:
-            dr.forward(at)
-        found[way] = float(dr.grad(at if way == "backwards" else made)[0])
+            dr.forward(variable)
+        found[mode] = float(dr.grad(variable if mode == "backwards" else result)[0])
     passed = expected != 0 and all(abs(each - expected) <= RELATIVE * abs(expected) for each in found.values())
     return {"passed": passed, "difference": expected, **found}

@@ -1,4 +1,7 @@
-"""A frozen render whose scene gets other coherence lengths between calls: Dr.Jit must use the new tables."""
+"""Renders by a frozen function while the coherence length changes between calls: Dr.Jit must use the new tables.
+
+`dr.freeze` records the kernels of a function's first call and replays them in later calls.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from .variants import use
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    # A crash ends the process; the supervisor reports it and keeps the earlier results.
+    """One check per kind of variant. A crash ends the process; the supervisor reports it and keeps earlier results."""
     for kind in plan.kinds:
         yield plan.variant(kind), partial(rendered, plan.variant(kind))
 
@@ -39,6 +42,7 @@ def rendered(variant: str) -> dict:
         parameters.update()
         pictures.append(np.array(frozen(scene, mi.UInt32(0)), dtype=float)[..., :3])
         stray.append(differing(pictures[-1], picture(scene)))
+    # The pictures of two lengths must differ; otherwise the check would prove nothing.
     apart = differing(pictures[1], pictures[0])
     passed = max(stray) <= STRAY < apart
     return {"passed": passed, "differing": max(stray), "between lengths": apart, "recordings": int(frozen.n_recordings)}

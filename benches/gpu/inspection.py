@@ -26,8 +26,9 @@ from .questions import Questions, drawn, interactions, random_numbers
 from .surfaces import surface
 from .variants import use
 
+# Calls whose kernels are inspected.
 CALLS = ("eval_pdf", "sample")
-# Size of the wavefront.
+# Number of queries in the wavefront. Any number gives the same kernel.
 COUNT = 1 << 12
 # Patterns of the compiler's report, such as "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
 # spill stores, 4 bytes spill loads".
@@ -42,6 +43,7 @@ UNITS = {"B": 1, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """One inspection per kind of variant and surface."""
     for kind in plan.kinds:
         for name in plan.inspected:
             yield f"{plan.variant(kind)}, {name}", partial(inspected, plan.variant(kind), name)
@@ -98,10 +100,10 @@ def logged() -> Iterator[Callable[[], str]]:
             yield lambda: captured
         finally:
             dr.set_log_level(level)
-            for stream, own in zip(streams, kept):
+            for stream, original in zip(streams, kept):
                 stream.flush()
-                os.dup2(own, stream.fileno())
-                os.close(own)
+                os.dup2(original, stream.fileno())
+                os.close(original)
             file.seek(0)
             captured = file.read().decode(errors="replace")
 

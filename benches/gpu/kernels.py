@@ -1,4 +1,8 @@
-"""BSDFs that share a kernel, change, or are frozen, and two scenes in a process: answers equal those of each alone."""
+"""Kernels that Dr.Jit shares or reuses: their answers must equal those of a BSDF or scene alone in the process.
+
+Cases: a changed parameter, a frozen call (`dr.freeze` records a call's kernels and replays them), two living scenes,
+and eight BSDFs behind one array of pointers.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +25,13 @@ from .variants import use
 COUNT = 300
 # Largest error relative to the largest answer: kernels of different structure round differently.
 ROUNDING = 1e-5
-# Three reliefs whose tables take a second or two, with materials that trace different code.
+# Parameters with which tables take a second or two to build.
 PLAIN = {"conserve_energy": False, "tolerance": 0.01}
+# The surface whose coherence length changes.
 CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
+# A second relief.
 OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
+# Three reliefs with materials that trace different code.
 EIGHT = (
     {"preset": "blazed"},
     {"preset": "blazed", "rotation": 30.0, "material": "Al"},
@@ -42,6 +49,7 @@ REPLAYS = 4
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """Four checks per kind of variant."""
     for kind in plan.kinds:
         variant = plan.variant(kind)
         yield f"{variant}, a changed coherence length", partial(changed, variant)
@@ -51,6 +59,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def load(parameters: dict) -> mi.BSDF:
+    """The plugin's BSDF with these parameters."""
     return mi.load_dict({"type": "diffraction", **parameters})
 
 
@@ -69,7 +78,7 @@ def numbers(unevaluated: list) -> list[np.ndarray]:
 
 
 def largest_error(ours: list[np.ndarray], theirs: list[np.ndarray]) -> float:
-    """The largest difference over the largest answer of its kind; NaN counts as infinity."""
+    """The largest difference, relative to the largest answer of the same quantity; NaN counts as infinity."""
     errors = [np.abs(a - b).max() / max(np.abs(b).max(), 1e-30) for a, b in zip(ours, theirs)]
     return float(np.nan_to_num(max(errors), nan=np.inf))
 

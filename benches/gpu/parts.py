@@ -1,4 +1,4 @@
-"""The parts of a run: name, module and time limit."""
+"""The parts of a run: name, module, expected time and time limit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .plan import Plan
 
-# Name and function of a check. The function returns figures; `passed` is among them unless it only measures.
+# Name and function of a check. The function returns a dictionary of figures, with `passed` unless it only measures.
 Check = tuple[str, Callable[[], dict]]
 
 

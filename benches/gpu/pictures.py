@@ -18,15 +18,19 @@ from mitsuba_scenes.tool import sunbeam
 from .parts import Check
 from .plan import Plan
 
-# Largest median and 99th percentile of CIEDE2000 over the pixels of the surface. Rounding in single precision is
-# invisible except at silhouettes, where a pixel's centre may fall on another triangle. An observer just notices 1.
-MEDIAN, P99 = 0.1, 1.0
-# Rotation of the relief in degrees for the negative control.
+# Largest accepted median of CIEDE2000 over the surface's pixels. Chosen: rounding in single precision is invisible, and
+# an observer just notices 1.
+MEDIAN = 0.1
+# Largest accepted 99th percentile. Chosen: at silhouettes a pixel's centre may fall on another triangle.
+P99 = 1.0
+# Rotation of the relief in degrees for the negative control: a comparison that must fail.
 WRONG_TURN = 1.0
+# Direction of the light of the maps, in degrees.
 INCIDENCE = ("--theta-i", "30", "--phi-i", "20")
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """Maps and the negative control if the plan draws, and a comparison of pictures per method."""
     if plan.draws:
         for method in plan.methods:
             yield f"{method}, map beside the CPU", partial(map_beside_cpu, plan, folder, method)

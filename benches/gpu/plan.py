@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+# Kinds of Mitsuba's variants, the ends of their names.
 KINDS = ("rgb", "mono", "spectral", "spectral_polarized")
+# Methods of the realtime renderer (docs/realtime.md).
 METHODS = ("flss", "nmm", "pq", "stam", "table")
 
 
@@ -19,13 +21,15 @@ class Plan:
     adapter: str
     # Whether the card's pictures are drawn; otherwise they are in the folder.
     draws: bool
-    # Number of questions to each BSDF, and to one of a scalar variant, which answers one by one.
+    # Number of questions (questions.py) to each BSDF.
     questions: int
+    # Number of questions to a BSDF of a scalar variant, which answers one by one.
     scalar_questions: int
-    # Names of surfaces (see `surfaces.py`) that are compared with the reference, and whose samples are tested.
+    # Names of the surfaces (surfaces.py) that are compared with the reference (agreement.py).
     surfaces: tuple[str, ...]
+    # Names of the surfaces whose samples are tested (samples.py).
     sampled: tuple[str, ...]
-    # Kinds of variants of all parts but the agreement.
+    # Kinds of variants of all parts except `agree-*`, whose names have the kind.
     kinds: tuple[str, ...]
     # Parameters of the derivatives.
     derivatives: tuple[str, ...]
@@ -58,6 +62,7 @@ class Plan:
         return f"{self.backend}_ad_{kind}"
 
 
+# A run with a card. Sizes are chosen so that all parts take about the estimates of parts.py.
 CARD = Plan(
     dry=False,
     backend="cuda",
@@ -88,6 +93,7 @@ CARD = Plan(
     compared_side=512,
 )
 
+# A run that tests the code without a card.
 DRY_RUN = Plan(
     dry=True,
     backend="llvm",

@@ -14,7 +14,7 @@ import numpy as np
 
 from .variants import is_scalar
 
-# Range of the wavelengths in nm.
+# Range of the wavelengths in nm: that of Mitsuba's spectral variants.
 WAVELENGTH_NM = (360.0, 830.0)
 # Number of wavelengths of a question, as a spectral path carries.
 CARRIED = 4
@@ -31,6 +31,7 @@ class Questions:
 
     @property
     def count(self) -> int:
+        """The number of questions, n."""
         return self.wi.shape[1]
 
 
@@ -71,6 +72,7 @@ def ask(bsdf: mi.BSDF, asked: Questions) -> Answers:
 
 
 def ask_at_once(bsdf: mi.BSDF, asked: Questions) -> Answers:
+    """The answers of a vectorised variant, from one kernel."""
     ctx, si, wo = mi.BSDFContext(), interactions(asked), mi.Vector3f(asked.wo)
     value, pdf = bsdf.eval(ctx, si, wo), bsdf.pdf(ctx, si, wo)
     both_value, both_pdf = bsdf.eval_pdf(ctx, si, wo)
@@ -88,6 +90,7 @@ def ask_at_once(bsdf: mi.BSDF, asked: Questions) -> Answers:
 
 
 def ask_one_by_one(bsdf: mi.BSDF, asked: Questions) -> Answers:
+    """The answers of a scalar variant."""
     ctx, si, rows = mi.BSDFContext(), dr.zeros(mi.SurfaceInteraction3f), []
     for i in range(asked.count):
         si.wi = mi.Vector3f(asked.wi[:, i].tolist())

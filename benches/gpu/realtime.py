@@ -13,11 +13,12 @@ from mitsuba_scenes.tool import sunbeam
 from .parts import Check
 from .plan import Plan
 
-# Intended time of a frame in ms, by method and size.
+# Target time of a frame in ms, by method and size; a figure of the project's goals, not a limit.
 AIM_MS = {("table", (1920, 1080)): 4.0}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """One timing per method and size."""
     for method in plan.methods:
         for size in plan.frame_sizes:
             yield f"{method}, {size[0]} x {size[1]}", partial(frame, plan, folder, method, size)

@@ -18,11 +18,12 @@ from .parts import Check
 from .plan import Plan
 from .variants import use
 
-# Intended ratio of a render's time to that of `roughconductor` in the same scene, by kind of variant.
+# Target ratio of a render's time to that of `roughconductor` in the same scene, by kind of variant.
 AIM = {"rgb": 2.0, "spectral": 3.0}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """One timing per kind of variant and scene."""
     for kind in plan.kinds:
         for name in plan.scenes:
             yield f"{plan.variant(kind)}, {name}", partial(timed, plan, kind, name)
@@ -60,11 +61,11 @@ def of_material(plan: Plan, scene: BenchmarkScene, bsdf: dict) -> dict:
     include every BSDF that is alive.
     """
     start = time.perf_counter()
-    made = mi.load_dict(bsdf)
-    loaded = scene.load(made, plan.render_size, plan.render_spp)
+    material = mi.load_dict(bsdf)
+    loaded = scene.load(material, plan.render_size, plan.render_spp)
     load_s = time.perf_counter() - start
     renders = [rendered(loaded, seed) for seed in range(plan.renders + 1)]
-    del loaded, made
+    del loaded, material
     gc.collect()
     later = renders[1:]
     return {

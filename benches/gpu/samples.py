@@ -16,21 +16,22 @@ from .plan import Plan
 from .surfaces import surface
 from .variants import use
 
-# Significance level of all tests of a run together.
+# Significance level of all tests of a run together; `run` corrects it for their number.
 SIGNIFICANCE = 0.01
 # Angle with the normal and azimuth of the incident light, in degrees.
 INCIDENCES = ((0, 70), (30, 70), (60, 70))
-# Rotation in degrees of the wrong density.
+# Rotation in degrees of the wrong density, the negative control.
 WRONG_TURN = 1.0
 # Samples of a test. More samples would detect the error of the test's quadrature: with 200,000 the smallest p of 18
 # tests was 0.0015.
 SAMPLES = 100_000
-# Parameters of RGB variants. Their integral over wavelengths widens orders along the plane of incidence only. A short
-# coherence length makes them wide enough for the test's grid across it, too.
+# Parameters of RGB variants. Their integral over wavelengths widens orders within the plane of incidence only. A short
+# coherence length (µm) makes the orders wide enough for the test's grid perpendicular to that plane, too.
 WIDE = {"coherence_length": 10.0}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """One test per kind of variant, surface and incidence, and the negative control."""
     cases = [(kind, name, angles) for kind in plan.kinds for name in plan.sampled for angles in INCIDENCES]
     for kind, name, angles in cases:
         check = partial(follows, plan.variant(kind), name, angles, len(cases))

@@ -18,9 +18,9 @@ from mitsuba_scenes.environment import REPOSITORY
 from .checks import FAILED
 from .parts import PARTS
 
-# Parts without the kernel caches of Dr.Jit, OptiX and the CUDA driver, so that every kernel is compiled.
+# Parts that run without the kernel caches of Dr.Jit, OptiX and the CUDA driver: they measure or read compilations.
 UNCACHED = ("renders", "inspection")
-# Smallest remaining time in seconds at which a part starts.
+# Smallest remaining time in seconds at which a part starts. Chosen: a process alone takes seconds to start.
 LEAST_S = 5.0
 
 
@@ -52,8 +52,8 @@ def run_part(name: str, run: Run) -> dict:
     if left < LEAST_S:
         return {"status": "not run", "error": "the time of the run was up", "seconds": 0.0, "rows": []}
     limit = min(PARTS[name].limit_s, left)
-    with TemporaryDirectory() as made:
-        folder = Path(made)
+    with TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         rows, log = folder / "rows", folder / "log"
         rows.touch()
         start = time.monotonic()
@@ -119,7 +119,11 @@ def failure(code: int | None, limit: float, stderr: str) -> str:
 
 
 def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:
-    """The results, merged with the file's if these are from the same card or this machine has none."""
+    """The results, merged with those in `file` if these are from the same card or this machine has no card.
+
+    A machine without a card only adds comparisons of the card's pictures, so the description of the card's machine
+    stays.
+    """
     before = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
     if before is None or not (machine["card"] is None or before["machine"]["card"] == machine["card"]):
         return {"machine": machine, "parts": results}

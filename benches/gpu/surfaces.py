@@ -13,8 +13,13 @@ from mitsuba_scenes.skin import KERATIN
 GRATING = {"preset": "blazed", "period": 0.8, "height": 0.1, "material": "Al"}
 # A grating in a perfect conductor, with a shorter period: 2 s.
 PERFECT_GRATING = {"preset": "sinusoidal", "period": 0.5, "height": 0.05}
-# The synthetic scan: pixels along each side, their edge, as of the published scans, and the range of heights of a skin.
-SCAN_PIXELS, SCAN_PIXEL_UM, SCAN_RANGE_UM = 100, 0.065, 0.4
+# Pixels along each side of the synthetic scan.
+SCAN_PIXELS = 100
+# Edge of a pixel in µm, as of the published scans.
+SCAN_PIXEL_UM = 0.065
+# Difference of highest and lowest height in µm, about that of a skin.
+SCAN_RANGE_UM = 0.4
+# Seed of the synthetic scan.
 SEED = 5
 
 
@@ -35,6 +40,7 @@ def write_synthetic_scan(folder: Path) -> None:
     """Writes a smooth random relief in metres under the name of the measured scan, `xenopeltis.gsf`."""
     rng = np.random.default_rng(SEED)
     waves = np.fft.rfft2(rng.normal(size=(SCAN_PIXELS, SCAN_PIXELS)))
+    # Low spatial frequencies only, for a smooth relief: below 8 (rows) and 10 (columns) cycles per scan. Chosen.
     waves[8:-8], waves[:, 10:] = 0, 0
     relief = np.fft.irfft2(waves, s=(SCAN_PIXELS, SCAN_PIXELS))
     heights_m = (SCAN_RANGE_UM * 1e-6 * relief / np.ptp(relief)).astype("<f4")

@@ -19,11 +19,14 @@ from mitsuba_scenes.environment import REPOSITORY
 from .parts import Check
 from .plan import Plan
 
-# Environment variable with the path of OptiX for Dr.Jit, and a path without OptiX.
-VARIABLE, NOWHERE = "DRJIT_LIBOPTIX_PATH", "/nonexistent/libnvoptix.so.1"
+# Environment variable with the path of the OptiX library for Dr.Jit.
+VARIABLE = "DRJIT_LIBOPTIX_PATH"
+# A path at which there is no library.
+NOWHERE = "/nonexistent/libnvoptix.so.1"
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """The only check."""
     yield plan.variant("rgb"), partial(without, plan.variant("rgb"))
 
 
@@ -47,6 +50,7 @@ def exit_text(code: int) -> str:
 
 
 def main(variant: str) -> None:
+    """The process without OptiX: calls a BSDF, then renders a scene, which needs OptiX."""
     import drjit as dr
     import mitsuba as mi
     import numpy as np

@@ -1,4 +1,10 @@
-//! The functions that C++ calls on a surface.
+//! The functions that C++ calls on a surface: construction, values, densities, samples and Mueller matrices.
+//!
+//! - *By value*: with plain numbers, for scalar variants. *Traced*: with indices of Dr.Jit variables (lib.rs).
+//! - *Spectral* surfaces answer at four wavelengths in nm; surfaces *in colours* answer with red, green, blue and
+//!   luminance, for RGB and mono variants.
+//! - The *interface's factor* is the Fresnel reflectance or the small-slope factor (docs/model.md#the-reflectance).
+//! - `wi` and `wo` are unit vectors in the local frame with the normal along +z; the relief's x is +x.
 //!
 //! Each runs inside [`guard()`]: an error or a panic becomes an `Err`, which cxx throws as a C++ exception and the
 //! plugin rethrows as Mitsuba's.
@@ -22,7 +28,7 @@ use surface::{Recipe, Surface, Tables};
 #[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
-    /// Part of an evaluation that is computed; the other is zero.
+    /// Part of an evaluation to compute; the other part is zero.
     enum Part {
         /// `f_r` in 1/sr at each of four wavelengths, or as red, green, blue and luminance.
         Value,
@@ -47,9 +53,9 @@ mod ffi {
 
     /// Steps of difference quotients, a small part of the scale on which values change.
     struct Steps {
-        /// Of the direction cosines along x and y.
+        /// Steps of the direction cosines along x and y.
         tangential: [f32; 2],
-        /// Of the cosines with the normal.
+        /// Step of the cosine with the normal.
         normal: f32,
     }
 
@@ -106,9 +112,10 @@ mod ffi {
         ) -> Result<[f32; 5]>;
         /// A direction from three random numbers in [0, 1), by value; the zero vector where it falls below the horizon.
         fn sample(self: &Surface, wi: &[f32; 3], u: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 3]>;
-        /// Mueller matrices in 1/sr of light from `from` to `to`, by value, in frames of reference whose first axis is
-        /// the grooves' direction made transverse. Row by row, each element at four wavelengths; of the luminance, four
-        /// times alike. Only of rigorous surfaces made polarised.
+        /// Mueller matrices in 1/sr of light from `from` to `to`, by value. The first axis of either frame of reference
+        /// is the grooves' direction made orthogonal to the ray. The 16 elements are row by row, each at four
+        /// wavelengths; for surfaces in colours the four are equal and hold the luminance. Fails unless the surface is
+        /// rigorous and was built with `polarised`.
         fn evaluate_matrix(
             self: &Surface,
             from: &[f32; 3],
@@ -153,10 +160,11 @@ enum PluginError {
     Panic(#[from] Panic),
 }
 
-/// Step of difference quotients, as a fraction of an order's width and of the distance of knots. The tables are smooth
-/// on that scale: the quotient is off by 4e-4 of the slope.
+/// Step of difference quotients, as a fraction of an order's width and of the distance between knots of the tables.
+/// Chosen: the tables are smooth on this scale, and the quotient deviates by 4e-4 of the slope.
 const STEP_FRACTION: f64 = 0.05;
 
+// The functions of the bridge, which the module `ffi` documents.
 impl Surface {
     fn is_rigorous(&self) -> bool {
         self.recipe.config.theory == Theory::Rigorous
@@ -172,8 +180,8 @@ impl Surface {
 
     fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
         guard(|| {
-            // The shortest decimal of this single-precision number, which the user gave, instead of its binary
-            // neighbour.
+            // The user wrote a decimal number, which C++ rounded to single precision. The shortest decimal with this
+            // rounding recovers it.
             let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
             let mut recipe = self.recipe.clone();
             recipe.config.coherence_length = coherence_length;
@@ -187,7 +195,7 @@ impl Surface {
     fn without_index(&self) -> Result<Box<Self>, PluginError> {
         let recipe = Recipe { includes_interface: false, ..self.recipe.clone() };
         guard(|| match &self.tables {
-            // These tables never include it.
+            // Spectral tables never include the interface's factor.
             Tables::Spectral(tables) => Ok(Box::new(Self {
                 recipe,
                 tables: Tables::Spectral(tables.clone()),
@@ -299,7 +307,8 @@ fn traced<const K: usize>(
     })
 }
 
-/// Runs `body` compiled for AVX2 where the processor has it; rounding is then one instruction instead of a call.
+/// Runs `body`, compiled for AVX2 where the processor has it. Rounding to whole numbers is then one instruction instead
+/// of a function call.
 #[inline(always)]
 fn with_avx2<R>(body: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]

@@ -1,11 +1,12 @@
-//! One-line descriptions of a surface, for `str(bsdf)`.
+//! One-line descriptions of a surface for `str(bsdf)`: its parameters, then its tables with their size, origin (built
+//! or read from the cache), build time and error.
 
 use sunbeam::cache::Origin;
 use sunbeam::config::{Source, SurfaceConfig, Theory};
 use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
-/// Parameters.
+/// The parameters of a surface.
 pub fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
@@ -32,7 +33,7 @@ pub fn config(config: &SurfaceConfig) -> String {
     )
 }
 
-/// Tables of a surface in spectral variants, and their error.
+/// The tables of a surface of scalar theory in spectral variants.
 pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
     let scaled = report.energy.map_or(String::new(), |energy| {
@@ -54,7 +55,7 @@ pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     )
 }
 
-/// Tables of a surface in RGB and mono variants.
+/// The tables of a surface of scalar theory in RGB and mono variants.
 pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     let report = surface.report();
     let bytes = report.table_bytes + report.sampler_bytes + report.albedo_bytes;
@@ -70,7 +71,7 @@ pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     )
 }
 
-/// Tables of a grating of the rigorous theory.
+/// The tables of a grating of rigorous theory, `bytes` in size.
 pub fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
     let report = grating.report();
     format!(

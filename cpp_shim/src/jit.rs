@@ -1,4 +1,7 @@
-//! Dr.Jit's functions for tracing (`cpp_shim/jit.h`): indices in, indices out, nothing throws.
+//! Dr.Jit's functions for tracing (`cpp_shim/jit.h`). Arguments and results are indices of variables.
+//!
+//! Each function records one operation and returns a new reference to its result, or 0 after an error. The first error
+//! message is kept for [`take_error`]; nothing throws.
 //!
 //! cxx checks these declarations against the header when it compiles. Loops call back into [`Steps`]; a panic there
 //! does not enter C++, but waits in [`Loop::panicked`] until C++ has returned.
@@ -14,14 +17,17 @@ mod ffi {
     unsafe extern "C++" {
         include!("jit.h");
 
+        // References: a new one to a variable, and the end of one.
         fn retain(index: u32) -> u32;
         fn release(index: u32);
 
+        // Constants.
         fn constant_f32(backend: u32, value: f32) -> u32;
         fn constant_f64(backend: u32, value: f64) -> u32;
         fn constant_u32(backend: u32, value: u32) -> u32;
         fn constant_bool(backend: u32, value: bool) -> u32;
 
+        // Arithmetic, element by element; the type is that of the operands.
         fn add(a: u32, b: u32) -> u32;
         fn sub(a: u32, b: u32) -> u32;
         fn mul(a: u32, b: u32) -> u32;
@@ -37,6 +43,7 @@ mod ffi {
         fn exp2(a: u32) -> u32;
         fn log2(a: u32) -> u32;
 
+        // Comparisons, which give masks, and operations on masks and unsigned integers.
         fn lt(a: u32, b: u32) -> u32;
         fn le(a: u32, b: u32) -> u32;
         fn bit_and(a: u32, b: u32) -> u32;
@@ -46,18 +53,23 @@ mod ffi {
         fn shr(a: u32, by: u32) -> u32;
         fn select(mask: u32, yes: u32, no: u32) -> u32;
 
+        // Conversions.
         fn to_f32(a: u32) -> u32;
         fn to_f64(a: u32) -> u32;
         fn to_u32(a: u32) -> u32;
         fn f32_from_bits(a: u32) -> u32;
 
+        /// Reads `indices.len()` consecutive `u32` of the array `source` from position `at × indices.len()` on, where
+        /// the mask is set, and writes the indices of the resulting variables.
         fn gather(source: u32, at: u32, mask: u32, indices: &mut [u32]);
 
         /// # Safety
         /// `name` ends with a zero and is never freed: kernels keep it.
         unsafe fn run_loop<'a>(backend: u32, name: *const c_char, steps: &mut Loop<'a>) -> bool;
 
+        /// Stores an error message unless there is one already.
         fn keep_error(message: &str);
+        /// Returns the stored message and clears it; empty if there is none.
         fn take_error() -> String;
     }
 
@@ -76,19 +88,24 @@ mod ffi {
 
 /// State of a loop and its operations.
 pub trait Steps {
+    /// Visits the index of each variable of the state.
     fn read(&self, visit: &mut dyn FnMut(u32));
+    /// Replaces the variables of the state.
     fn write(&mut self, indices: &[u32]);
+    /// Index of the mask of lanes that take another step.
     fn condition(&mut self) -> u32;
+    /// Takes one step.
     fn step(&mut self);
 }
 
-/// A loop under way in C++.
+/// A loop that C++ records with callbacks to [`Steps`].
 pub struct Loop<'a> {
     steps: &'a mut dyn Steps,
     panic: Option<Box<dyn Any + Send>>,
 }
 
 impl<'a> Loop<'a> {
+    /// A loop over `steps`, for [`run_loop`].
     pub fn new(steps: &'a mut dyn Steps) -> Self {
         Self { steps, panic: None }
     }
@@ -117,6 +134,7 @@ impl<'a> Loop<'a> {
         })
     }
 
+    /// The result of `call`, or `failed` where it panics; the panic is stored.
     fn caught<T>(&mut self, failed: T, call: impl FnOnce(&mut dyn Steps) -> T) -> T {
         // After a panic the loop ends and the state is not used again, so it may be inconsistent.
         catch_unwind(AssertUnwindSafe(|| call(self.steps))).unwrap_or_else(|payload| {

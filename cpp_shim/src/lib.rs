@@ -1,9 +1,11 @@
 //! The Rust side of the Mitsuba plugin; the C++ side lies beside this folder.
 //!
-//! [`bridge`] is what C++ asks of a surface. Scalar variants ask by value, ray by ray; in `llvm_*` and `cuda_*`
-//! variants the same evaluators are [`traced`] into Dr.Jit's kernels, through the functions of [`jit`] and within a
-//! [`scope`]. Neither exceptions nor panics cross the boundary: cxx turns an `Err` into an exception, and what Dr.Jit
-//! throws is caught in `cpp_shim/jit.cpp`. Only [`init_plugin`] is meant for others to call.
+//! A *variant* is a compilation of Mitsuba for one kind of numbers. [`bridge`] has the functions that C++ calls. Scalar
+//! variants call them with plain numbers, ray by ray. In `llvm_*` and `cuda_*` variants a call records the same
+//! evaluators as operations on variables of Dr.Jit, Mitsuba's compiler; this is *tracing* ([`traced`], through the
+//! functions of [`jit`], within a [`scope`]). Neither exceptions nor panics cross the boundary: cxx turns an `Err` into
+//! an exception, and what Dr.Jit throws is caught in `cpp_shim/jit.cpp`. Only [`init_plugin`] is meant for others to
+//! call.
 
 mod bridge;
 mod describe;
@@ -14,7 +16,7 @@ mod log;
 mod scope;
 mod traced;
 
-// The plugin exports the C interface too: NumPy asks it there (python/).
+// The plugin also exports the C interface, which the Python package (python/) calls with NumPy arrays.
 use sunbeam_c as _;
 
 use std::ffi::{c_char, c_void};

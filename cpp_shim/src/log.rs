@@ -1,4 +1,8 @@
 //! Messages for Mitsuba's log: progress while tables are built, and the library's warnings.
+//!
+//! Only threads that Mitsuba knows may write to its log. The tables are therefore built on a new thread, while the
+//! calling thread writes the progress. Warnings may come from any thread; they wait in [`WARNINGS`] until the calling
+//! thread writes them.
 
 use ffi::{log_info, log_warn};
 use log::{LevelFilter, Log, Metadata, Record};
@@ -25,23 +29,24 @@ mod ffi {
     }
 }
 
-/// Time between two progress lines, and before the first.
+/// Time between two progress lines, and before the first. Chosen: quick builds write nothing.
 const LOG_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Warnings of the library. Each is written once.
 struct Warnings {
     /// Warnings that wait for a thread that may call Mitsuba.
     waiting: Vec<String>,
-    /// Every warning so far.
-    told: Option<HashSet<String>>,
+    /// Every warning so far; `None` before the first.
+    seen: Option<HashSet<String>>,
 }
 
-static WARNINGS: Mutex<Warnings> = Mutex::new(Warnings { waiting: Vec::new(), told: None });
+/// The warnings of this process.
+static WARNINGS: Mutex<Warnings> = Mutex::new(Warnings { waiting: Vec::new(), seen: None });
 
-/// Logger that keeps the library's warnings.
-struct Keep;
+/// Logger that stores the library's warnings in [`WARNINGS`].
+struct WarningLogger;
 
-impl Log for Keep {
+impl Log for WarningLogger {
     fn enabled(&self, metadata: &Metadata) -> bool {
         metadata.target().starts_with("sunbeam")
     }
@@ -50,7 +55,7 @@ impl Log for Keep {
         if self.enabled(record.metadata()) {
             let line = format!("diffraction: {}", record.args());
             let mut warnings = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
-            if warnings.told.get_or_insert_default().insert(line.clone()) {
+            if warnings.seen.get_or_insert_default().insert(line.clone()) {
                 warnings.waiting.push(line);
             }
         }
@@ -60,7 +65,7 @@ impl Log for Keep {
 }
 
 /// Writes the waiting warnings to Mitsuba's log.
-fn tell_warnings() {
+fn write_warnings() {
     let waiting = std::mem::take(&mut WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).waiting);
     for line in waiting {
         // Building goes on if the logger refuses a line.
@@ -71,22 +76,24 @@ fn tell_warnings() {
 /// Runs `build` on another thread, and writes its progress and the library's warnings to Mitsuba's log from this one.
 /// Threads that Mitsuba did not start must not call it.
 pub fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
-    if log::set_logger(&Keep).is_ok() {
+    if log::set_logger(&WarningLogger).is_ok() {
         log::set_max_level(LevelFilter::Warn);
     }
     let built = with_progress(build);
-    tell_warnings();
+    write_warnings();
     built
 }
 
+/// Runs `build` on another thread and writes its progress from this one.
 fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
-    // Bits of the fraction done: positive floats and their bits have one order.
+    // Bits of the fraction done. Non-negative floats have the order of their bits, so an integer maximum works.
     let fraction = Arc::new(AtomicU64::new(0));
-    let told = fraction.clone();
+    let reported = fraction.clone();
     let progress = Progress::new(move |done| {
-        told.fetch_max(done.max(0.0).to_bits(), Ordering::Relaxed);
+        reported.fetch_max(done.max(0.0).to_bits(), Ordering::Relaxed);
     });
     thread::scope(|scope| {
+        // Nothing is sent: dropping `alive` ends the wait of the receiver.
         let (alive, ended) = mpsc::channel::<()>();
         let builder = scope.spawn(move || {
             let built = build(&progress);

@@ -1,4 +1,9 @@
 //! Ownership of the variables that tracing creates.
+//!
+//! Dr.Jit counts references to variables and identifies a variable by a `u32` index; 0 is no variable. Evaluators copy
+//! indices freely, so single handles own nothing. A [`Scope`] owns one reference to each variable created while it is
+//! open and releases all of them at its end; [`Owned`] is a reference that outlives it. A thread has at most one open
+//! scope.
 
 use super::jit;
 use std::cell::RefCell;
@@ -25,7 +30,7 @@ pub struct Scope<'s>(Brand<'s>);
 pub struct Owned(u32);
 
 impl Owned {
-    /// Takes a new reference to a variable.
+    /// A new reference to a variable.
     pub fn of(_: Scope<'_>, index: u32) -> Self {
         Self(if index == 0 { 0 } else { jit::retain(index) })
     }
@@ -44,8 +49,11 @@ impl Drop for Owned {
     }
 }
 
+/// Data of the thread's open scope.
 struct Open {
+    /// A `JitBackend`: LLVM or CUDA.
     backend: u32,
+    /// Indices of the variables whose references the scope owns, in the order of their creation.
     owned: Vec<u32>,
 }
 

@@ -1,6 +1,9 @@
-//! Numbers that Dr.Jit records: evaluators generic over [`Numbers`] become part of a kernel.
+//! Traced numbers: arithmetic on [`Var`] is recorded by Dr.Jit, so evaluators generic over [`Numbers`] become part of a
+//! kernel.
 //!
-//! A handle is an index and can be copied; the [`Scope`] that created it owns the variable. Nothing is differentiable.
+//! A [`Var`] is the index of a Dr.Jit variable and can be copied; the [`Scope`] that created the variable owns it
+//! (scope.rs). The lifetime `'s` ties a handle to its scope. The functions of jit.rs record one operation each. Nothing
+//! is differentiable.
 
 use super::jit;
 use super::scope::{self, Brand, Owned, Scope};
@@ -16,6 +19,7 @@ pub struct Traced<'s>(Brand<'s>);
 
 /// A variable whose elements are `T`: `f32`, `f64`, `u32` or `bool`.
 pub struct Var<'s, T> {
+    /// Index of the variable; 0 after an error, which the scope reports at its end.
     index: u32,
     kind: PhantomData<T>,
     brand: Brand<'s>,
@@ -27,6 +31,7 @@ pub struct WordsVar<'s>(u32, Brand<'s>);
 
 /// Element types of variables.
 pub trait Element: Copy {
+    /// A new variable with one value.
     fn constant(backend: u32, value: Self) -> u32;
 }
 
@@ -63,10 +68,12 @@ impl<'s, T: Element> Var<'s, T> {
         Owned::of(scope, self.index)
     }
 
+    /// The handle of a new variable, which the open scope takes over.
     fn own(index: u32) -> Self {
         Self { index: scope::own(index), kind: PhantomData, brand: PhantomData }
     }
 
+    /// A constant for the backend of the open scope.
     fn constant(value: T) -> Self {
         Self::own(scope::backend().map_or(0, |backend| T::constant(backend, value)))
     }
@@ -216,6 +223,7 @@ impl<'s> Numbers for Traced<'s> {
         Var::own(jit::to_u32(x.index))
     }
 
+    // C++ records the loop once. It calls back into `Run` for the condition and one step, on placeholder variables.
     fn while_loop<S: State>(
         name: &'static CStr,
         state: S,
@@ -239,6 +247,7 @@ impl<'s> Numbers for Traced<'s> {
         function
     }
 
+    // Records `function` once, in a loop over the lanes, instead of L times: kernels stay small.
     fn each_lane<const L: usize, const R: usize>(
         name: &'static CStr,
         lanes: [Self::Real; L],
@@ -251,17 +260,17 @@ impl<'s> Numbers for Traced<'s> {
             return function(lanes[0]).map(|value| [Self::Real::select(active, value, zero); L]);
         }
         // Equality of unsigned integers.
-        let is = |k: Self::Index, i: usize| k.le(index(i as u32)) & index(i as u32).le(k);
+        let equals = |k: Self::Index, i: usize| k.le(index(i as u32)) & index(i as u32).le(k);
         let zeros = [[Self::Real::lit(0.0); L]; R];
         let (_, results) = Self::while_loop(
             name,
             (index(0), zeros),
             |(k, _)| active & k.lt(index(L as u32)),
             |(k, mut results)| {
-                let lane = (1..L).fold(lanes[0], |lane, i| Self::Real::select(is(k, i), lanes[i], lane));
+                let lane = (1..L).fold(lanes[0], |lane, i| Self::Real::select(equals(k, i), lanes[i], lane));
                 for (result, value) in results.iter_mut().zip(function(lane)) {
                     for (i, entry) in result.iter_mut().enumerate() {
-                        *entry = Self::Real::select(is(k, i), value, *entry);
+                        *entry = Self::Real::select(equals(k, i), value, *entry);
                     }
                 }
                 (k + index(1), results)
@@ -271,10 +280,12 @@ impl<'s> Numbers for Traced<'s> {
     }
 }
 
-/// A loop under way.
+/// A loop that is being recorded.
 struct Run<S, C, B> {
     state: S,
+    /// The mask of lanes that take another step.
     go_on: C,
+    /// The next state.
     step: B,
     /// Number of variables that the scope owned before the loop. Later ones belong to the last step and are released
     /// when the state is replaced.

@@ -16,13 +16,19 @@ from mitsuba_scenes.snake import FOLDER, SnakeFiles, snake_files
 
 from .disc import write_disc
 
+# Largest number of segments of a path.
 MAX_DEPTH = 6
-# Samples a pixel, a square number as the snake's sampler requires; the sphere has Mitsuba's default sampler.
-SPP, SPHERE_SPP = 64, 32
+# Samples a pixel, a square number as the snake's sampler requires.
+SPP = 64
+# Samples a pixel of the sphere, which has Mitsuba's default sampler.
+SPHERE_SPP = 32
+# Parameters of surfaces in aluminium.
 ALUMINIUM = {"material": "Al"}
+# Parameters of skins.
 SKIN = {"eta": KERATIN, "k": 0.0}
 # Roughness of the microfacet material.
 ALPHA = 0.1
+# Mitsuba's material with which all others are compared.
 REFERENCE = "roughconductor"
 
 SPHERE_VIEW = View(48, 32, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 0.8), fov_deg=30)
@@ -106,13 +112,14 @@ def scanned_surface() -> tuple[dict, str]:
     return preset_skin("xenopeltis"), "the Xenopeltis preset (there is no scan)"
 
 
-def lamp(place: tuple, radius: float, radiance: float) -> dict:
+def lamp(centre: tuple, radius: float, radiance: float) -> dict:
     """A small luminous ball, D65."""
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": radiance}}
-    return {"type": "sphere", "center": list(place), "radius": radius, "emitter": emitter}
+    return {"type": "sphere", "center": list(centre), "radius": radius, "emitter": emitter}
 
 
 def sky(radiance: float) -> dict:
+    """A uniform sky, D65."""
     return {"type": "constant", "radiance": {"type": "d65", "scale": radiance}}
 
 

@@ -14,10 +14,13 @@ from .page import images
 from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 
 PAGE = "brdf-maps"
-# Boxes about the blazed grating's first order and the mirror direction: x from, to, y from, to, in direction sines.
-FIRST_ORDER, CENTRE = (-0.36, -0.10, -0.065, 0.065), (-0.05, 0.05, -0.05, 0.05)
+# Box about the blazed grating's first order: x from, x to, y from, y to, in direction sines.
+FIRST_ORDER = (-0.36, -0.10, -0.065, 0.065)
+# Box about the mirror direction, in the same form.
+CENTRE = (-0.05, 0.05, -0.05, 0.05)
+# Steps between wavelengths of FLSS.
 STEPS_NM = (1, 5, 10, 25, 50, 100)
-# Values of σs in figure 2.10.
+# Values of σs in figure 2.10, Single 2014's width of the coherence window; see `map_checks.valleys`.
 SIGMAS_UM = (3.25, 6.5, 15, 30, 45, 65)
 # Numbers of terms in figures 2.11 and 2.12, and the 7 and 9 of the text, by surface.
 TERMS = {
@@ -27,14 +30,18 @@ TERMS = {
     "elaphe-scan": (1, 2, 5, 9, 10, 11, 24, 40),
     "elaphe-procedural": (5, 9, 11, 40),
 }
+# Angles of incidence.
 THETA_I_DEG = (0, 10, 20, 30)
-# The cut-outs of figure 2.2 in um: edge and bar.
+# The cut-outs of figure 2.2 in µm: edge of the square and length of the scale bar.
 CUT_OUTS_UM = {"blazed": (17.5, 2.5), "elaphe": (6.5, 3.27), "xenopeltis": (6.5, 3.21)}
-# Edge in µm of the small tile of figure 2.9, and its repeats along each axis.
-SMALL_UM, SMALL_REPEATS = 3.25, 20
+# Edge in µm of the small tile of figure 2.9.
+SMALL_UM = 3.25
+# Number of the small tile's repeats along each axis.
+SMALL_REPEATS = 20
 
 
 def method(name: str, *options) -> tuple:
+    """Options of `sunbeam brdf-map` that select a method."""
     return ("--method", name, *options)
 
 

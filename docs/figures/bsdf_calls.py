@@ -16,10 +16,15 @@ from .benchmark_scenes import ALPHA, ALUMINIUM, REFERENCE
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
 RELIEFS = ("blazed", "xenopeltis")
 CALLS = ("eval", "pdf", "eval_pdf", "sample")
-# Smallest and largest number of elements of a wavefront; the smallest gives a first estimate of the time.
-FEWEST, MOST = 1 << 10, 1 << 21
-# Target time of a kernel in seconds, and the number of turns of each material.
-KERNEL_S, TURNS = 0.1, 7
+# Smallest number of elements of a wavefront, which gives a first estimate of the time.
+FEWEST = 1 << 10
+# Largest number of elements of a wavefront.
+MOST = 1 << 21
+# Target time of a kernel in seconds. Chosen.
+KERNEL_S = 0.1
+# Number of timed kernels of each material, in turn with the others.
+TURNS = 7
+# Seed of the random queries.
 SEED = 1
 
 

@@ -6,11 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-# Inner and outer radius of a compact disc's tracks.
-INNER_CM, OUTER_CM = 2.3, 5.8
+# Inner radius of a compact disc's tracks.
+INNER_CM = 2.3
+# Outer radius of a compact disc's tracks.
+OUTER_CM = 5.8
 # Height above the ground.
 HEIGHT_CM = 0.2
-AROUND, ACROSS = 240, 4
+# Cells of the mesh around the ring.
+AROUND = 240
+# Cells of the mesh along the radius.
+ACROSS = 4
 
 
 def write_disc(ply: Path) -> Path:

@@ -59,6 +59,7 @@ def child(variant: str, name: str, kernels: Path, *words: str) -> str:
 
 
 def main(variant: str, name: str, *words: str) -> None:
+    """The measured process: builds the tables of a material and renders once; prints seconds as JSON."""
     use_variant(variant, fall_back=False)
     sphere = scenes()[0]
     start = time.perf_counter()

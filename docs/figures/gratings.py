@@ -1,4 +1,9 @@
-"""The part `gratings`: classic efficiency curves by Maxwell's equations, with closed forms and published figures."""
+"""The part `gratings`: classic efficiency curves by Maxwell's equations, with closed forms and published figures.
+
+Symbols: d is the period and λ the wavelength; curves are drawn against λ/d. In a *Littrow mount* in order 1 the
+diffracted light returns along the incident light, sin θi = λ/(2d). An order *passes off* where it reaches the horizon.
+TE and TM are the polarisations with the electric and the magnetic field along the grooves.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +37,7 @@ PERIOD_UM = 1 / 1.2
 ECHELETTE = (50, 553)
 # Orders 2 and −1 of a Littrow mount in order 1 pass off at λ/d = 2/3, 3 and −2 at 2/5.
 PASSING_OFF = (2 / 5, 2 / 3)
-# Offsets in λ/d of extra points about an anomaly.
+# Offsets in λ/d of extra points about an anomaly (Wood's anomaly, where an order passes off). Chosen.
 ANOMALY = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.018, 0.023, 0.028)
 
 
@@ -44,11 +49,15 @@ def ratios(first: float, last: float, count: int) -> np.ndarray:
 
 # λ/period in aluminium, from 300 to 885 nm, the range of Mitsuba's data.
 ALUMINIUM = ratios(0.36, 1.06, 71)
+# λ/period in a perfect conductor.
 PERFECT = ratios(0.3, 1.9, 81)
-# Half width in λ/d of the fine curve about an anomaly, and its number of points.
-NEAR, NEAR_POINTS = 0.04, 41
+# Half width in λ/d of the fine curve about an anomaly.
+NEAR = 0.04
+# Number of points of the fine curve.
+NEAR_POINTS = 41
 # Height over period of a grating within scalar theory, of a common holographic grating, and of a deep one.
 SINUSOIDS = (0.05, 0.14, 0.3)
+# Height over period of the lamellar grating.
 LAMELLAR = 0.3
 # Height of a lamellar grating over that of the sinusoid with the same first harmonic.
 EQUIVALENT = np.pi / 4
@@ -56,11 +65,18 @@ EQUIVALENT = np.pi / 4
 EQUIVALENT_FROM = 0.8
 # λ/d of the depth sweep: grooves are 0.625 wavelengths wide, so TE light propagates in them.
 LAMELLAR_RATIO = 0.8
-# Silver grating of the plasmon figure: period and wavelength.
-PLASMON_PERIOD_UM, PLASMON_NM = 0.8, 632.8
+# Period of the silver grating of the plasmon figure.
+PLASMON_PERIOD_UM = 0.8
+# Wavelength of the plasmon figure in nm, that of a helium-neon laser.
+PLASMON_NM = 632.8
+# Heights of the silver grating.
 PLASMON_HEIGHTS_UM = (0.01, 0.02, 0.03, 0.04, 0.05, 0.07)
+# Heights of gratings so shallow that the plasmon's angle is that of a flat surface.
 SHALLOW_UM = (0.002, 0.004)
-FINE_DEG, FINE_POINTS = 2.0, 81
+# Range in degrees of the fine curve about a plasmon's angle.
+FINE_DEG = 2.0
+# Number of points of the fine curve.
+FINE_POINTS = 81
 
 
 def sharpest(relief, metal: str | None, ratio: float) -> float:

@@ -40,6 +40,7 @@ def blazed(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def sinusoidal(path: Path, made: dict, passing_off: tuple) -> None:
+    """Plots efficiencies of holographic gratings: the shallow one with its phase screen, then each depth."""
     depths = made["depths"]
     figure, axes = plt.subplots(1, len(depths) + 1, figsize=(13, 3.6), sharey=True)
     shallow = made["shallow"]
@@ -57,6 +58,7 @@ def sinusoidal(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
+    """Plots efficiencies of lamellar gratings: over λ/d, over height, and beside an equivalent sinusoid."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), sharey=True)
     littrow(axes[0], made["curves"], passing_off, f"lamellar, h/d = {made['depth']}")
     against = made["against_height"]
@@ -78,6 +80,7 @@ def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def plasmons(path: Path, made: dict) -> None:
+    """Plots the plasmon's dips of a silver grating over the angle of incidence, and their angles over the height."""
     figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(2, 1))
     shades = plt.colormaps["viridis"]
     count = len(made["curves"])

@@ -1,4 +1,4 @@
-"""A wrapper that keeps a BSDF's values and draws directions by the cosine or uniformly, for comparison."""
+"""A wrapper of a BSDF with the same values, but cosine-weighted or uniform samples, for comparison of samplers."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
     to_direction, density = warps[kind]
 
     class HemisphereSampled(mi.BSDF):
+        """Values of `nested`, with samples and densities of the warp."""
+
         def __init__(self, props):
             super().__init__(props)
             flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide

@@ -10,8 +10,10 @@ from .rgb_against_spectral import XYZ_OF_SRGB, lab
 CLIPPED = 0.01
 # Relative luminance below which an exposed pixel counts as dark.
 DARK = 0.01
-# Smallest CIELAB chroma of a coloured pixel, and width in degrees of the bins of hues.
-COLOURED, BIN_DEG = 10.0, 10
+# Smallest CIELAB chroma of a pixel that counts as coloured. Chosen.
+COLOURED = 10.0
+# Width of the bins of hues in degrees.
+BIN_DEG = 10
 # Range of blue hues in the CIELAB plane, in degrees.
 BLUE_DEG = (240.0, 300.0)
 # Range of the angle between half vector and normal for pixels near a highlight, in degrees.

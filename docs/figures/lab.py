@@ -21,18 +21,28 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Pixels a millimetre, and height in mm, of pictures for measurement, for a screen 1 mm away.
-FINE_PIXELS, MEASURED_HEIGHT = 400.0, 0.1
-MEASURED_PATHS, PICTURE_PATHS = 500_000, 3_000_000
+# Pixels per mm of pictures for measurement, for a screen 1 mm away.
+FINE_PIXELS = 400.0
+# Height in mm of pictures for measurement, for a screen 1 mm away.
+MEASURED_HEIGHT = 0.1
+# Number of paths of a picture for measurement.
+MEASURED_PATHS = 500_000
+# Number of paths of a picture for the page.
+PICTURE_PATHS = 3_000_000
+# Wavelengths of the measured spots.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
+# Colours of the marks by wavelength, sRGB bytes.
 MARKED_NM = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
 # Standard deviation of an ensemble's lobe in cycles per µm, 1/(2√2 π s), at the coherence length of 65 µm.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
-# Width of a scan, whose spectrum is blurred by its own transform as well.
+# Width of a scan, whose finite size widens the orders, too.
 SCAN_UM = 6.5
+# Standard deviation of a scan's lobe in cycles per µm. Chosen.
 SCAN_LOBE_PER_UM = 0.05
-# Fraction of the pixels that are not black which the exposure clips, in pictures of scans and of sharp spots.
-CLIPPED, CLIPPED_SPOTS = 0.01, 0.2
+# Fraction of the lit pixels that the exposure clips in pictures of scans. Chosen.
+CLIPPED = 0.01
+# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. Chosen.
+CLIPPED_SPOTS = 0.2
 # Start and end of the marks, in pixels from the row of spots.
 MARKS_PIXELS = (14, 22)
 # Factor on the period of the negative control.
@@ -41,7 +51,10 @@ WRONG_PERIOD = 1.02
 # orders below 0, which meet the screen when the beam comes from the other side.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
-LOW, HIGH = Bench(height_mm=120.0), Bench()
+# The wider screen for the blazed grating, whose orders lie in one row.
+LOW = Bench(height_mm=120.0)
+# The wider screen for skins.
+HIGH = Bench()
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,9 @@
-"""Measurements behind the sentences about the BRDF maps."""
+"""Measurements behind the sentences of the page of BRDF maps; `hold` raises an error if a sentence is false.
+
+A map's pixels are direction sines (x, y) in [−1, 1]², and the disc is the hemisphere. Symbols: s is the coherence
+window's standard deviation, a quarter of the coherence length; an order's lobe has the standard deviation λ/(2√2πs) in
+sines.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +24,7 @@ from .taylor_sums import SIZE, WAVELENGTH_UM, Sums
 
 # Number of random directions and wavelengths for the comparison of the reference with the direct sum.
 CHECKS = 24
-# ΔE2000 that an eye just notices.
+# Smallest ΔE2000 that an eye notices.
 SEEN = 1.0
 # Wavelength of the checks at one wavelength.
 NM = 550.0
@@ -27,17 +32,17 @@ NM = 550.0
 MIRROR = 0.15
 
 
-def responses(surface: Surface, lines: list[dict], *way) -> np.ndarray:
-    """f_r in 1/sr by `sunbeam eval`."""
+def responses(surface: Surface, lines: list[dict], *options) -> np.ndarray:
+    """f_r in 1/sr by `sunbeam eval` with these options, for the directions and wavelengths of `lines`."""
     asked = "\n".join(map(json.dumps, lines)) + "\n"
-    answered = sunbeam("eval", *surface.words, *way, stdin=asked)
+    answered = sunbeam("eval", *surface.words, *options, stdin=asked)
     return np.array([json.loads(line)["f"] for line in answered.splitlines()])
 
 
-def along_x(surface: Surface, sines: np.ndarray, *way) -> np.ndarray:
+def along_x(surface: Surface, sines: np.ndarray, *options) -> np.ndarray:
     """f_r at 550 nm in the plane of incidence, the light along the normal."""
     lines = [{"wi": [0, 0, 1], "wo": [x, 0, math.sqrt(1 - x * x)], "wavelength": NM} for x in map(float, sines)]
-    return responses(surface, lines, *way)
+    return responses(surface, lines, *options)
 
 
 def reference(surface: Surface) -> dict:
@@ -65,9 +70,10 @@ def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     """
     surface = panels[0].surface
     period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]
-    place = (np.arange(panels[0].size) + 0.5) * 2 / panels[0].size - 1
-    across = (abs(place) > 0.38 / period_um) & (abs(place) < 0.78 / period_um)
-    orders = across[None, :] & (abs(place) < 0.1)[:, None] & maps.lit(panels[0])
+    sine = (np.arange(panels[0].size) + 0.5) * 2 / panels[0].size - 1
+    # λ/d for 380 to 780 nm.
+    first_orders = (abs(sine) > 0.38 / period_um) & (abs(sine) < 0.78 / period_um)
+    orders = first_orders[None, :] & (abs(sine) < 0.1)[:, None] & maps.lit(panels[0])
     errors = [maps.compared(panel, orders)["delta_e_2000"]["mean"] for panel in panels]
     return {
         "period_um": period_um,
@@ -97,8 +103,8 @@ def white_spot(maps: Maps, panels: list[Panel]) -> dict:
 
 def distance(size: int, x: float) -> np.ndarray:
     """Distance of each pixel from a point on the x axis, in direction sines."""
-    place = (np.arange(size) + 0.5) * 2 / size - 1
-    return np.hypot(place[None, :] - x, place[:, None])
+    sine = (np.arange(size) + 0.5) * 2 / size - 1
+    return np.hypot(sine[None, :] - x, sine[:, None])
 
 
 def decoded(png) -> np.ndarray:
@@ -121,7 +127,10 @@ def spread(surface: Surface) -> dict:
 
 
 def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
-    """Minimum between orders −1 and −2 at 550 nm relative to the weaker one, for both readings of σs."""
+    """Minimum between orders −1 and −2 at 550 nm, relative to the weaker order, by Single 2014's σs.
+
+    σs is read in two ways: as the coherence length (`window`), and as the window's standard deviation (`deviation`).
+    """
     sine = NM / 1e3 / PERIOD_UM
     sines = np.linspace(-2 * sine, -sine, 401)
     rows = []
@@ -135,7 +144,7 @@ def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
 
 
 def terms_seen(rows: list[dict]) -> dict:
-    """For each series the smallest number of terms shown without a visible error where lit, or `None`."""
+    """For each series the smallest number of terms whose map has no visible error where lit, or `None`."""
     made = {}
     for name in ("about the base", "about the middle", "Chebyshev"):
         least = None
@@ -172,7 +181,7 @@ def rises(values: list[float]) -> bool:
 
 
 def hold(made: dict) -> None:
-    """Raises an error where a statement of the template is not true of the figures."""
+    """Raises SetupError if a sentence of the page's template is false for these figures."""
     errors = {
         surface: {row["caption"]: row["delta_e_lit"] for row in made["sheets"][f"taylor-{surface}"]["panels"]}
         for surface in ("blazed", "xenopeltis-procedural")

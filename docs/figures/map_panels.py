@@ -16,12 +16,16 @@ from mitsuba_scenes.tool import sunbeam
 
 from .map_surfaces import Surface
 
-# Side of a panel and of its map in pixels. A map with an inset is larger by an odd factor, so that each pixel of the
-# panel is a pixel of the map.
-PANEL, FINE = 168, 3
-# The reference: the patch model at each nm, with a tolerance far below the visible.
+# Side of a panel, and of its map, in pixels.
+PANEL = 168
+# Factor on the side of a map with an inset; odd, so that each pixel of the panel is a pixel of the map.
+FINE = 3
+# Options of the reference map: the patch model by FLSS in wavelength steps of 1 nm, with a tolerance far below the
+# visible.
 REFERENCE = ("--method", "flss", "--tolerance", 1e-4, "--lambda-step", 1)
+# Colour of the boxes of insets, sRGB bytes.
 RED = (230, 30, 30)
+# Font of the captions, which has Greek.
 FONT = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 FONT_SIZE = 11
 
@@ -126,8 +130,8 @@ class Maps:
 
 def disc(size: int) -> np.ndarray:
     """Mask of the pixels of a map that are directions."""
-    place = (np.arange(size) + 0.5) * 2 / size - 1
-    return np.hypot(place[:, None], place) < 1
+    sine = (np.arange(size) + 0.5) * 2 / size - 1
+    return np.hypot(sine[:, None], sine) < 1
 
 
 def short(delta_e: float) -> str:

@@ -19,9 +19,12 @@ from mitsuba_scenes.crosscheck.cases import SCANS
 from mitsuba_scenes.tool import sunbeam
 
 SKINS = ("elaphe", "xenopeltis")
+# Edge of the presets' tiles.
 TILE_UM = 65.0
-# Period and height of the blazed grating.
-PERIOD_UM, HEIGHT_UM = 2.5, 0.25
+# Period of the blazed grating.
+PERIOD_UM = 2.5
+# Height of the blazed grating.
+HEIGHT_UM = 0.25
 # Pixels of a period in a tile of 65 µm with 26 whole periods.
 PIXELS_OF_PERIOD = 40
 
@@ -65,6 +68,7 @@ class Surfaces:
         return self._skins[name]
 
     def _scan(self, name: str) -> list[Surface]:
+        """The scan of a species as a list of one surface; an empty list without its file."""
         if not SCANS[name].exists():
             print(f"NOT SHOWN: no scan at {SCANS[name]}, so there are no maps of the measured {name}", flush=True)
             return []

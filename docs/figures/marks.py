@@ -8,12 +8,18 @@ from PIL import Image, ImageDraw, ImageFont
 from mitsuba_scenes.light import Light
 from mitsuba_scenes.scene import View
 
+# Colour of boxes, sRGB bytes.
 RED = (225, 30, 30)
-GREY, RIM = (140, 140, 140), (20, 20, 20)
+# Colour of the cone, sRGB bytes.
+GREY = (140, 140, 140)
+# Colour of the cone's outline, sRGB bytes.
+RIM = (20, 20, 20)
 # Magnification of insets.
 ENLARGED = 3
-# Length and base radius in cm of the cone that shows the light's direction.
-CONE_CM, CONE_RADIUS_CM = 3.0, 0.35
+# Length of the cone that shows the light's direction.
+CONE_CM = 3.0
+# Base radius of the cone.
+CONE_RADIUS_CM = 0.35
 
 
 def project(view: View, point_cm) -> tuple[float, float]:

@@ -1,4 +1,9 @@
-"""The part `periodicity`: spacings from peak angles, table 1.1 and figures 1.8 to 1.10 of Single 2014."""
+"""The part `periodicity`: spacings from peak angles, table 1.1 and figures 1.8 to 1.10 of Single 2014.
+
+At each wavelength λ the brightest angle θr of the first order gives a spacing λ/(sin θi + sin θr) (spacing.py). The
+page lists mean and variance of the spacing over the wavelengths, for presets by the methods FLSS, NMM and PQ
+(docs/realtime.md), and for scans by the direct sum. A *ridge* is a range of wavelengths whose spacings agree.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +33,7 @@ from .spacing import (
 )
 
 PAGE = "periodicity"
-# Mean and variance in nm and nm² of Single 2014's table 1.1.
+# Mean in nm and variance in nm² of the spacing, by grating and method: Single 2014's table 1.1.
 THEIRS = {
     ("blazed", "flss"): (2499.997, 0.377),
     ("blazed", "nmm"): (2499.997, 0.377),
@@ -40,16 +45,27 @@ THEIRS = {
 }
 # Angles of view in degrees that contain the first order; Single 2014 gives none.
 ANGLES_DEG = {"blazed": (-55, -40), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
+# Angles of view for the scans, whose orders are wider.
 SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
 # Search range in nm for scans, which excludes side lobes of order 0.
 SCAN_BETWEEN_NM = {"elaphe": (900, 1450), "xenopeltis": (1250, 1950)}
-# The preset's blazed tile, one period, and the number of periods of Single 2014's tile of 65 µm.
-BLAZED_NM, BLAZED_PIXELS, BLAZED_HEIGHT_UM, BLAZED_PERIODS = 2500, 1024, 0.25, 26
+# Period of the preset `blazed` in nm.
+BLAZED_NM = 2500
+# Pixels of one period of the preset `blazed`.
+BLAZED_PIXELS = 1024
+# Height of the preset `blazed` in µm.
+BLAZED_HEIGHT_UM = 0.25
+# Number of periods in Single 2014's blazed tile, 65 µm / 2.5 µm.
+BLAZED_PERIODS = 26
+# Numbers of tiles for PQ, by grating.
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
-# Sub-regions: two along each axis of the tile, with a spread for which each ridge is brighter at some wavelength.
-REGION_SIZE_UM, REGION_SPREAD = 33, 0.038
+# Size of the sub-regions of `xenopeltis` in µm; two fit along each axis of the tile.
+REGION_SIZE_UM = 33
+# Relative spread of the sub-regions' periods. Chosen so that each of two ridges is brighter at some wavelength.
+REGION_SPREAD = 0.038
+# Names of the properties of reliefs in the page's text.
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
-# Smallest distance of two ridges, larger than the width of one.
+# Smallest distance of two ridges in nm; it also bounds the width of each. Chosen.
 APART_NM = 40
 
 
@@ -118,9 +134,9 @@ def measured_skin(skin: str, folder: Path) -> Measured:
         return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
 
     found = []
-    for way in (heights_um, heights_um[::-1, ::-1]):
-        parts = [evaluate_scan(relief("part", part)) for part in strips(way)]
-        found += [evaluate_scan(relief("part", way)), parts]
+    for oriented in (heights_um, heights_um[::-1, ::-1]):
+        parts = [evaluate_scan(relief("part", part)) for part in strips(oriented)]
+        found += [evaluate_scan(relief("part", oriented)), parts]
     measured = Measured(relief("scan", heights_um), *found)
     print(f"scan of {skin}: {measured.whole.row()}, turned {measured.turned.row()}", flush=True)
     return measured
@@ -197,7 +213,10 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
 
 
 def relief_sizes(folder: Path) -> dict:
-    """Sizes of the reliefs, the largest relative difference of rms heights and slopes, and outliers."""
+    """Sizes of scans and of equally large crops of their presets, the largest relative difference, and outliers.
+
+    Raises SetupError if a scan is smoother than the crops, since the page's text says the opposite.
+    """
     rows = size_rows(folder)
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
     missed = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]

@@ -20,8 +20,17 @@ from .page import images, insist
 PAGE = "polarisation"
 # A scalar variant, since these small pictures take less time than the compilation of kernels.
 VARIANT = "scalar_spectral_polarized"
-SIZE, SPP, MAX_DEPTH = (144, 96), 144, 3
-ALUMINIUM, GLASS = {"material": "Al"}, {"eta": 1.5}
+# Width and height of the pictures in pixels.
+SIZE = (144, 96)
+# Samples a pixel.
+SPP = 144
+# Largest number of segments of a path.
+MAX_DEPTH = 3
+# Parameters of an aluminium surface.
+ALUMINIUM = {"material": "Al"}
+# Parameters of a glass surface.
+GLASS = {"eta": 1.5}
+# The relief of a compact disc.
 TRACKS = {"preset": "cd"}
 # Grooves as far apart and deep as a disc's tracks, constant along y, so that both theories apply.
 GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}

@@ -13,10 +13,14 @@ from .speed_error import processor
 
 PRESETS = ("blazed", "elaphe", "xenopeltis")
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Sizes of the pictures for shading times, and of a frame as in a window.
-SHADED, FRAME = "192x128", "512x512"
-# Numbers of pictures of slow and of fast methods, whose median counts.
-SLOW_REPEATS, REPEATS = 3, 25
+# Size of the pictures for shading times.
+SHADED = "192x128"
+# Size of a frame as in a window.
+FRAME = "512x512"
+# Number of pictures of a slow method, whose median is reported.
+SLOW_REPEATS = 3
+# Number of pictures of a fast method, whose median is reported.
+REPEATS = 25
 # Shading time of the frame in ms by variants of `table`'s reads, measured together; only the first shader was kept.
 TRIED_MS = {"as it is": 9.1, "constants": 3.5, "texture": 10.6, "four words at a time": 11.5}
 
@@ -73,6 +77,7 @@ def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
 
 
 def frame(folder: Path, mesh: Path) -> dict:
+    """Stages of a frame of the snake in milliseconds."""
     made = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
     stages = made["gpu_stages_ms"]
     return {

@@ -34,22 +34,30 @@ from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
 PAGE = "renderings"
 # Rays along each side of a pixel on the GPU; one, as in a fragment shader.
 SUPERSAMPLE = 1
+# View of the snake.
 VIEW = View(300, 200)
 # Width of the pictures on the sheets.
 SHOWN = VIEW.width
 # FLSS needs a scan that repeats; a window as wide as the scan suppresses interference between repeats.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
-# Figure 2.15: factor on the pigment's reflectance, which turns its near black into brown.
+# Figure 2.15: factor on the pigment's reflectance. Chosen: it turns the near black into brown.
 PIGMENT_BRIGHTER = 10
-# Figure 2.17: the widest field of view, the magnification from picture to picture, and the number of pictures.
-WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
+# Figure 2.17: the widest field of view in degrees.
+WIDEST_DEG = 30.0
+# Figure 2.17: the magnification from picture to picture.
+CLOSER = 5
+# Figure 2.17: the number of pictures.
+ZOOMS = 3
+# Figure 2.17: the point in the middle of the pictures. Chosen, on the snake's back.
 ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
 # Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999),
 # which is no unit vector; the steps of the others give an x near 0.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
-# Centre and half side of the insets' box, in pixels.
-INSET_AT, INSET_HALF = (190, 85), 15
+# Centre of the insets' box in pixels.
+INSET_AT = (190, 85)
+# Half side of the insets' box in pixels.
+INSET_HALF = 15
 
 
 def skins() -> dict[str, tuple[str, dict]]:

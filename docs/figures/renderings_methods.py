@@ -32,15 +32,26 @@ from .speed_error import processor
 from .studio import SPP, SUPERSAMPLE, Shot, Studio
 
 PAGE = "renderings-methods"
+# Files of the scans by species.
 SPECIES = {species.capitalize(): path for species, path in SCANS.items()}
 # The disc from above.
 DISC = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
+# The light of the disc.
 DISC_LIGHT = Light(180, 70, "directional", 0)
-CD_UM, DEMO_UM = 1.6, 10.0
+# Spacing of a compact disc's tracks in µm.
+CD_UM = 1.6
+# Spacing of the demonstration's disc in µm.
+DEMO_UM = 10.0
+# Options of GPU Gems' form of Stam's shader (docs/realtime.md).
 GEMS = {"stam_form": "gems"}
-FRAME, REPEATS = "384x256", 2
-# Largest deviation of a symmetric map from 1, and smallest ratio of a one-sided one, both of right over left.
-SYMMETRIC, ONE_SIDED = 1e-3, 2.0
+# Size of the timed frames of table 2.1 in pixels.
+FRAME = "384x256"
+# Number of repeats of a timed frame.
+REPEATS = 2
+# Largest deviation from 1 of the luminance of the right half over the left half of a symmetric map.
+SYMMETRIC = 1e-3
+# Smallest luminance of the right half over the left half of a one-sided map.
+ONE_SIDED = 2.0
 # Largest difference of peak angles that count as equal, in degrees.
 ALIKE_DEG = 1.0
 

@@ -13,14 +13,19 @@ from mitsuba_scenes.environment import use_variant
 from .benchmark_scenes import SKIN, scanned_surface, scenes
 from .time_to_error import render
 
-RGB, SPECTRAL = "llvm_ad_rgb", "llvm_ad_spectral"
+# The compared RGB variant of Mitsuba.
+RGB = "llvm_ad_rgb"
+# The compared spectral variant.
+SPECTRAL = "llvm_ad_spectral"
 GOLD = {"material": "Au"}
 OPTICS = {"keratin": SKIN, "gold": GOLD}
 SIZE = (24, 16)
 # Default seconds of each of the two pictures, without building tables and compiling.
 BUDGET_S = 4.0
-# Smallest and largest number of averaged renders, an even number, whose halves give the noise.
-RENDERS_MIN, RENDERS_MAX = 2, 256
+# Smallest number of averaged renders. The number is even, since its halves give the noise.
+RENDERS_MIN = 2
+# Largest number of averaged renders.
+RENDERS_MAX = 256
 # Mean luminance of the spectral picture at the exposure of the comparison, middle grey; white is 1.
 GREY = 0.18
 
@@ -28,6 +33,7 @@ GREY = 0.18
 XYZ_OF_SRGB = np.array(
     [[0.4123908, 0.3575843, 0.1804808], [0.2126390, 0.7151687, 0.0721923], [0.0193308, 0.1191948, 0.9505322]]
 )
+# XYZ of white.
 WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 

@@ -33,8 +33,10 @@ PAGE = "sampling"
 SURFACES = ("blazed", "elaphe", "xenopeltis")
 LIGHTS = {"sky": Light(sky=1.0), "sun and sky": Light()}
 VIEW = View(48, 32)
-# Samples a pixel of the pictures under test, and the number of pictures.
-SPP, REPETITIONS = 64, 5
+# Samples a pixel of the pictures under test.
+SPP = 64
+# Number of pictures under test.
+REPETITIONS = 5
 # Samples a pixel of the reference. With the sun most of the light is in few samples, so more of them are needed.
 REFERENCE_SPP = {"sky": 4096, "sun and sky": 65_536}
 

@@ -11,9 +11,14 @@ from mitsuba_scenes.crosscheck.cases import SCANS
 from mitsuba_scenes.tool import sunbeam
 
 SKINS = ("xenopeltis", "elaphe")
+# Edge of a crop of a preset, that of the scans.
 CROP_UM = 6.5
+# Number of strips into which a scan is cut.
 STRIPS = 5
-CROPS, SEED = 400, 20140
+# Number of random crops of a preset.
+CROPS = 400
+# Seed of the crops' positions.
+SEED = 20140
 
 
 def scans_present() -> bool:

@@ -1,4 +1,9 @@
-"""The part `skins-validity`: the model on measured skins against Maxwell's equations."""
+"""The part `skins-validity`: the model on measured skins against Maxwell's equations.
+
+A crop of a scan, repeated as a tile, is solved by the independent solver of tests/judges/crossed (the *judge*). A
+*form* is the model with one obliquity factor (docs/model.md). *Misplaced* power is the fraction of the power in wrong
+orders.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +50,7 @@ COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", 
 
 
 def found(relief: Relief, case: Case, form: Form, judge: list[Answer]) -> list[float]:
-    """Misplaced power of a form of the model for each light."""
+    """Misplaced power of a form of the model for each light of the judge's answers."""
     lights = [(answer.light, answer.jx, answer.jy) for answer in judge]
     powers = efficiencies(relief, complex(case.eta), form, lights)
     return [misplaced(power, answer.unpolarised) for power, answer in zip(powers, judge)]

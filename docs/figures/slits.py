@@ -24,20 +24,32 @@ from matplotlib.ticker import MultipleLocator
 from .page import images, insist
 
 PAGE = "slits"
-# Slits of figure 1.5, and those shown beside them.
-THEIRS, COUNTS = (1, 2, 3), (1, 2, 3, 5, 7, 10, 50)
+# Numbers of slits in figure 1.5.
+THEIRS = (1, 2, 3)
+# Numbers of slits shown here.
+COUNTS = (1, 2, 3, 5, 7, 10, 50)
 # Distance of the screen, given with figure 1.5.
 DISTANCE_MM = 500.0
-# Wavelength of figure 1.5, and the green line of figure 1.4, which gives none.
-PLOTTED_NM, COLOURED_NM = 500.0, 550.0
-# Half widths of the screen: of the colour strips, and of the wide and the close graph.
-COLOURED_MM, WIDE_MM, CLOSE_MM = 6.5, 30.0, 2.0
-# Columns of the colour strips, and sine values averaged in each: a peak of 50 slits is three columns wide.
-COLUMNS, PER_COLUMN = 1300, 4
-# Wavelength step of the colour sums; order 3 of 50 slits is 4 nm wide.
+# Wavelength of figure 1.5.
+PLOTTED_NM = 500.0
+# Wavelength of the green strips of figure 1.4. Chosen; the source gives none.
+COLOURED_NM = 550.0
+# Half width of the screen in the colour strips.
+COLOURED_MM = 6.5
+# Half width of the screen in the wide graph.
+WIDE_MM = 30.0
+# Half width of the screen in the close graph.
+CLOSE_MM = 2.0
+# Columns of a colour strip. Chosen: a peak of 50 slits is three columns wide.
+COLUMNS = 1300
+# Number of sine values that are averaged in a column.
+PER_COLUMN = 4
+# Wavelength step of the colour sums. Chosen below the 4 nm that order 3 of 50 slits is wide.
 COLOUR_STEP_NM = 1.0
-# The fit of width against N begins here; the exponent may differ from -1 by so much.
-FITTED_FROM, EXPONENT_TOLERANCE = 5, 0.02
+# Smallest number of slits in the fit of width ∝ N^exponent.
+FITTED_FROM = 5
+# Largest accepted difference of the fitted exponent from −1.
+EXPONENT_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True)
@@ -108,8 +120,8 @@ def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> n
     which is 1 at 550 nm here.
     """
     wavelengths_nm, rgb = weights
-    seen = relative_intensity(slits, np.asarray(sine)[:, None], wavelengths_nm)
-    return (seen * (COLOURED_NM / wavelengths_nm)) @ rgb
+    intensity = relative_intensity(slits, np.asarray(sine)[:, None], wavelengths_nm)
+    return (intensity * (COLOURED_NM / wavelengths_nm)) @ rgb
 
 
 def figures() -> dict:

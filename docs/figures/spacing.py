@@ -13,10 +13,14 @@ from matplotlib.figure import Figure
 from mitsuba_scenes.tool import sunbeam
 
 THETA_I_DEG = 75
-# Steps in nm and degrees; Single 2014 gives none.
-WAVELENGTH_STEP_NM, ANGLE_STEP_DEG = 1, 0.01
-# Coarser steps for scans, whose peaks are some degrees wide and whose direct sum is slow.
-SCAN_WAVELENGTH_STEP_NM, SCAN_ANGLE_STEP_DEG = 5, 0.1
+# Step between wavelengths. Chosen; Single 2014 gives none.
+WAVELENGTH_STEP_NM = 1
+# Step between angles of view. Chosen; Single 2014 gives none.
+ANGLE_STEP_DEG = 0.01
+# Step between wavelengths for scans, whose direct sum is slow.
+SCAN_WAVELENGTH_STEP_NM = 5
+# Step between angles for scans, whose peaks are some degrees wide.
+SCAN_ANGLE_STEP_DEG = 0.1
 # Cells of a picture along wavelength and angle; each shows its largest value, which keeps narrow lines visible.
 CELLS = (200, 250)
 

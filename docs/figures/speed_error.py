@@ -70,6 +70,7 @@ def surface_figures(surface: dict) -> dict:
 
 
 def entry_figures(entry: dict) -> dict:
+    """The page's figures of one measured method with its options; times are per evaluation."""
     gpu = entry.get("gpu")
     parameters = entry["parameters"]
     return {

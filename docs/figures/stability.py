@@ -16,9 +16,11 @@ from .page import images
 from .questions import questions
 
 PAGE = "stability"
-# Numbers of evaluations and of surfaces in Mitsuba.
-QUESTIONS, QUICK_QUESTIONS = (10_000_000, 100), (20_000, 2)
-# Position of larger errors in the plot; amplitudes are at most 1.
+# Numbers of random evaluations and of surfaces in Mitsuba.
+QUESTIONS = (10_000_000, 100)
+# The numbers of a quick run.
+QUICK_QUESTIONS = (20_000, 2)
+# Error at which larger errors and overflows are drawn; amplitudes are at most 1.
 LOST = 10.0
 # Curves over κH: key, label, colour and line style.
 SERIES = (
@@ -59,6 +61,7 @@ def first_above(points: list[dict], key: str, limit: float) -> dict | None:
 
 
 def draw_deep(points: list[dict], file: Path) -> None:
+    """Draws the errors of deep reliefs against the phase range κH."""
     figure, axes = plt.subplots(figsize=(7.5, 4.6))
     for key, words, colour, dashes in SERIES:
         shown = [p for p in points if not (key.startswith("flss") and p[key] is None)]
@@ -72,6 +75,7 @@ def draw_deep(points: list[dict], file: Path) -> None:
 
 
 def draw_grazing(surfaces: list[dict], file: Path) -> None:
+    """Draws errors and albedos at grazing incidence."""
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
     for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):
         points = surface["points"]

@@ -13,11 +13,17 @@ from mitsuba_scenes.tool import sunbeam
 from .appearance import read_exr
 from .rgb_against_spectral import XYZ_OF_SRGB
 
-# Sides of the maps in pixels, odd, so that the middle row is the plane of x.
-PEAKS_SIZE, SYMMETRY_SIZE = 401, 101
+# Side of the maps for peaks in pixels; odd, so that the middle row is the plane y = 0.
+PEAKS_SIZE = 401
+# Side of the maps for symmetry in pixels, likewise odd.
+SYMMETRY_SIZE = 101
 CHANNELS = ("red", "green", "blue")
-# Centres in µm of GPU Gems' three bumps, and the range of wavelengths of an order there and in FLSS.
-GEMS_TOPS_UM, GEMS_RANGE_UM, FLSS_RANGE_UM = (0.875, 0.75, 0.625), (0.5, 1.0), (0.38, 0.78)
+# Centres of GPU Gems' three bumps, its colours red, green and blue by wavelength.
+GEMS_TOPS_UM = (0.875, 0.75, 0.625)
+# Range of wavelengths of an order in GPU Gems.
+GEMS_RANGE_UM = (0.5, 1.0)
+# Range of wavelengths of an order in FLSS.
+FLSS_RANGE_UM = (0.38, 0.78)
 GEMS = {"method": "stam", "stam_form": "gems"}
 FLSS = {"method": "flss", "backend": "gpu"}
 

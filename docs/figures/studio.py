@@ -22,13 +22,17 @@ from mitsuba_scenes.tool import sunbeam
 
 from .disc import write_disc
 
+# View of the snake in most shots.
 SNAKE = View(240, 160)
-# Rays along each side of a pixel on the GPU, and samples a pixel in Mitsuba, two passes of a square number each.
-SUPERSAMPLE, SPP = 2, 72
+# Rays along each side of a pixel on the GPU.
+SUPERSAMPLE = 2
+# Samples a pixel in Mitsuba: two passes of 36, since a pass needs a square number.
+SPP = 72
 # The demo's sun without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky=0)
 # Resolution of the snake's mesh: 1 has about as many faces as Single 2014's.
 RESOLUTION = 1.0
+# Refractive index η + ik of aluminium in the visible, one value for all wavelengths.
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
 
 
@@ -113,7 +117,7 @@ class Studio:
         return self.disc if shot.disc else self.snake
 
     def _trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        # Without energy conservation, as the realtime renderer.
+        """Path-traces a shot without energy conservation, which the realtime methods lack; returns seconds."""
         skin = {**shot.skin, **optics, "conserve_energy": False}
         bsdf = skin_bsdf(skin, files.pigment) if shot.pigment else {"type": "diffraction", **skin}
         result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=2)
@@ -122,6 +126,7 @@ class Studio:
         return result.seconds["later_pass"] * 2
 
     def _draw(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
+        """Draws a shot by the realtime renderer; returns seconds on the GPU."""
         light = shot.light
         words = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
         words += ["--method", shot.method, "--mesh", files.mesh, "--supersample", self.supersample]

@@ -18,18 +18,35 @@ from .speed_error import processor
 from .sweeps_simulation import Costs, Storage, simulate
 
 PAGE = "sweeps-scale"
+# Folder of the Python package.
 PACKAGE = REPOSITORY / "python"
-# Numbers of cases of a second, of empty cases, of cases of a finished sweep that runs again, and of batches.
-CASES, TRIVIAL, FINISHED, BATCHES = 60, 100_000, 10_000, 1000
-WORKERS, SURFACES = (10, 100, 1000), 100_000
+# Number of cases that take a second each.
+CASES = 60
+# Number of cases that compute almost nothing.
+TRIVIAL = 100_000
+# Number of cases of a finished sweep that runs again.
+FINISHED = 10_000
+# Number of cases in batches of one each, from which the cost of a batch follows.
+BATCHES = 1000
+# Numbers of workers in the simulation.
+WORKERS = (10, 100, 1000)
+# Number of surfaces in the simulation.
+SURFACES = 100_000
 # Assumed shared file systems, with round numbers for fast and slow ones.
 STORAGES = (
     Storage("2000 files/s", 2000.0),
     Storage("200 files/s", 200.0),
     Storage("2000 files/s, with the cache at 100 MB/s", 2000.0, 1e8),
 )
-# Bounds of the figures: overhead, speed-up of two workers, memory, and seconds of the second run.
-OVERHEAD_MAX, SPEED_UP_MIN, MEMORY_MAX_GB, RESUME_MAX_SECONDS = 0.05, 1.8, 2.0, 10.0
+# Largest accepted overhead relative to a plain loop.
+OVERHEAD_MAX = 0.05
+# Smallest accepted speed-up of two workers.
+SPEED_UP_MIN = 1.8
+# Largest accepted memory of the process with driver and scheduler.
+MEMORY_MAX_GB = 2.0
+# Largest accepted time of the second run of a finished sweep.
+RESUME_MAX_SECONDS = 10.0
+# Specification of the sweeps.
 SPEC = """
 output = "out"
 [[surface]]
@@ -45,6 +62,7 @@ theta_i_deg = {{ from = 0, to = 80, count = {count} }}
 """
 # A map that takes about a second on one core.
 MAP = {"want": "map", "options": "size = 256\nlambda_step_nm = 2.5"}
+# A figure that takes almost no time.
 NOTHING = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
 # Script for a separate process: the costs of the parts of a case, in seconds and bytes.
 PARTS = """

@@ -9,8 +9,13 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass
 
-# Copies of the constants of `sunbeam_mitsuba.sweep.drive`.
-BATCH_SECONDS, BATCH_SECONDS_PER_THREAD, BATCH_CASES_MAX = 1.0, 0.01, 500
+# The next three constants are copies of those of `sunbeam_mitsuba.sweep.drive`.
+# Target duration of a batch.
+BATCH_SECONDS = 1.0
+# Target duration of a batch per thread of the cluster.
+BATCH_SECONDS_PER_THREAD = 0.01
+# Largest number of cases in a batch.
+BATCH_CASES_MAX = 500
 # Fraction of busy time above which a server counts as the limit.
 BUSY = 0.8
 

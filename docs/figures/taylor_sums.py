@@ -1,6 +1,6 @@
 """Terms of the phase screen's Taylor series in double precision: its bound, its sum, and four partial sums.
 
-`P = Σ_n (iκ)ⁿ/n! · F{hⁿ}` with the heights h from the lowest place (docs/model.md), at 380 nm and normal incidence,
+`P = Σ_n (iκ)ⁿ/n! · F{hⁿ}` with the heights h above the lowest height (docs/model.md), at 380 nm and normal incidence,
 over the map's directions: the series of Single 2014 without the rounding of single precision. The parts are by iⁿ.
 """
 
@@ -18,8 +18,10 @@ from PIL import Image
 from .map_surfaces import Surface
 
 WAVELENGTH_UM = 0.38
-# Side of the map in pixels, and orders summed to either side of a direction; beyond, the window is below 1e-6.
-SIZE, REACH = 100, 3
+# Side of the map in pixels.
+SIZE = 100
+# Number of orders summed to either side of a direction; beyond them the window's transform is below 1e-6.
+REACH = 3
 # Error of a converged amplitude, relative to the rms of the amplitudes over the map.
 CONVERGED = 1e-2
 DECADES = 6
@@ -32,14 +34,15 @@ class Sums:
     name: str
     # Largest argument κh.
     argument: float
-    # Error of the sum of the terms below n, by n, of the whole series; likewise of the four parts below.
+    # Error of the sum of the first n terms, by n.
     whole: np.ndarray
+    # Error of the sum of the first n terms, by n, for the four parts of the series.
     parts: np.ndarray
     # The four parts and the whole over the map, complex, NaN outside the disc.
     limits: np.ndarray
 
     def bound(self, terms: int) -> float:
-        """Lagrange's bound of the remainder after so many terms: `xᴺ/N!`, as no derivative of e^(ix) exceeds 1."""
+        """Lagrange's bound of the remainder after N terms: `xᴺ/N!`, as no derivative of e^(ix) exceeds 1."""
         return float(np.exp(min(terms * log(self.argument) - lgamma(terms + 1), 300.0)))
 
     def bound_of_the_source(self, terms: int) -> float:

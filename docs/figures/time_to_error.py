@@ -20,8 +20,9 @@ from mitsuba_scenes.environment import use_variant
 from .benchmark_scenes import REFERENCE, BenchmarkScene
 from .cost import ratios
 
+# Variants of Mitsuba that are measured.
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "scalar_rgb", "scalar_spectral")
-# Target error of the times.
+# Relative rms error at which times are stated.
 ERROR = 0.05
 # Fraction of the mean brightness that replaces darker pixels as the unit of relative errors.
 FLOOR = 0.1
@@ -29,10 +30,13 @@ FLOOR = 0.1
 # hundredths of a second with Dr.Jit, is small. Times are scaled to NOMINAL_PIXELS. Errors are measured at the smallest
 # size, since larger pixels are noisier.
 SIZES = ((24, 16), (48, 32), (96, 64), (192, 128))
+# Number of pixels to which times are scaled.
 NOMINAL_PIXELS = 256 * 256
-# Smallest and largest number of rounds of a cell; three give a median.
-ROUNDS_MIN, ROUNDS_MAX = 3, 25
-# Number of rounds for which the size is chosen.
+# Smallest number of rounds of a cell; three give a median.
+ROUNDS_MIN = 3
+# Largest number of rounds of a cell.
+ROUNDS_MAX = 25
+# Number of rounds that should fit into a cell's time; the picture size is chosen for it.
 ROUNDS_AIM = 4
 # Number of pictures of the smallest size for a material's error, if its rounds have another size.
 NOISE_PICTURES = 8

@@ -18,14 +18,26 @@ from .rgb_against_spectral import XYZ_OF_SRGB
 from .tip import seen_profile, seen_tile
 
 PAGE = "tour-scan"
+# Radii of the tips.
 RADII_NM = (5, 10, 30)
-GRATINGS, SKINS = ("blazed", "lamellar"), ("elaphe", "xenopeltis")
-PERIOD_UM, HEIGHT_UM = 2.5, {"blazed": 0.25, "lamellar": 0.125}
+# Presets that are gratings.
+GRATINGS = ("blazed", "lamellar")
+# Presets that are skins.
+SKINS = ("elaphe", "xenopeltis")
+# Period of the gratings.
+PERIOD_UM = 2.5
+# Heights of the gratings.
+HEIGHT_UM = {"blazed": 0.25, "lamellar": 0.125}
 # Distance of a grating's samples, a tenth of the smallest tip; 5000 make a period.
 STEP_UM = 0.0005
-WAVELENGTH_NM, THETA_I_DEG = 550, 30
-# Side of a map in pixels, and the fraction of white above which a pixel counts as lit.
-SIZE, LIT = 128, 0.01
+# Wavelength of the efficiencies.
+WAVELENGTH_NM = 550
+# Angle of incidence.
+THETA_I_DEG = 30
+# Side of a map in pixels.
+SIZE = 128
+# Fraction of white above which a pixel counts as lit. Chosen.
+LIT = 0.01
 # Relative half width of the window of spatial frequencies that counts as a skin's first order.
 WINDOW = 0.25
 

@@ -1,4 +1,7 @@
-"""The part `validity`: errors of scalar diffraction against Maxwell's equations."""
+"""The part `validity`: errors of scalar diffraction against Maxwell's equations, for gratings.
+
+Error: the *misplaced* power, the fraction of the power that a model puts into wrong orders (tests/judges/gratings).
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ CASES = (
     *(("sawtooth", facet, sawtooth(2.5, facet)) for facet in (3.0, 5.71, 10.0)),
     *(("lamellar", None, Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM)) for period in (1.25, 2.5, 5.0)),
 )
-# Largest accepted fraction of the power in wrong orders.
+# Misplaced power up to which a model counts as valid. Chosen.
 BOUND = 0.05
 # Upper ends of the ranges of incidence for which limits are given.
 REACHES_DEG = (30.0, 60.0, 75.0)

@@ -1,4 +1,10 @@
-"""Metals in the part `validity`: three theories against independent solvers, and limits of the phase screen."""
+"""Metals in the part `validity`: three theories against independent solvers, and limits of the phase screen.
+
+Theories (tests/judges/gratings/theories.py): SCALAR, the phase screen times Fresnel's reflectance; FRESNEL, a perfect
+conductor by Maxwell's equations times Fresnel's reflectance; EXACT, Maxwell's equations with the metal's index.
+Independent solvers (*judges*, tests/judges/gratings) give the true powers of the orders for random settings.
+*Misplaced* power is the fraction of the power that a theory puts into wrong orders (`misplaced`).
+"""
 
 from __future__ import annotations
 
@@ -32,31 +38,41 @@ from .bsdf_calls import call_ns
 from .page import insist
 from .validity_sweeps import compared, sawtooth, sides, sinusoid
 
+# Names of the media in the page; "none" is a perfect conductor.
 NAMES = {"none": "perfect conductor", "Al": "aluminium", "Ag": "silver", "Au": "gold"}
+# Independent solver by medium or shape.
 JUDGES = {"none": "boundary integral", "sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
 THEORIES = (SCALAR, FRESNEL, EXACT)
-# Largest accepted ratio of the time of a call with `rigorous` to one with `scalar`.
+# Largest accepted ratio of the time of a call with `theory = rigorous` to one with `scalar`. Chosen.
 COST_MAX = 1.5
-# Period and height in µm of the timed sinusoid, and the wavelength in nm of its index.
-TIMED_UM, INDEX_NM = (0.8, 0.12), 550.0
-# Number of random lights for the comparison of a table with the solver, and their seed.
-TABLED_LIGHTS, SEED = 30, 5
-# Largest accepted errors of a table, rms and 99th percentile, of silver and of other media.
+# Period and height of the timed sinusoid in µm.
+TIMED_UM = (0.8, 0.12)
+# Wavelength in nm at which a metal's index is taken for all wavelengths.
+INDEX_NM = 550.0
+# Number of random lights for the comparison of a table of efficiencies with the solver.
+TABLED_LIGHTS = 30
+# Seed of the random lights.
+SEED = 5
+# Largest accepted rms and 99th percentile of a table's errors by medium; silver has sharp plasmon anomalies.
 TABLE_MAX = {"Ag": (0.008, 0.03)}
+# Largest accepted rms and 99th percentile of a table's errors for the media not in TABLE_MAX.
 TABLE_MAX_ELSE = (0.004, 0.015)
 # Periods in µm of the swept gratings.
 PERIODS_UM = (1.25, 2.5, 5.0)
+# Gratings by period in µm, by family.
 FAMILIES = {
     "sinusoid": lambda period: sinusoid(period, sweeps.SWEPT_SLOPE_DEG),
     "sawtooth": lambda period: sawtooth(period, sweeps.SWEPT_FACET_DEG),
     "lamellar": lambda period: Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM),
 }
+# The media with a finite index.
 REAL = tuple(metal for metal in METALS if metal != "none")
+# Colours of the media in plots.
 COLOURS = {"none": "k", "Al": "tab:blue", "Ag": "tab:green", "Au": "tab:orange"}
 
 
 def spread(errors: np.ndarray) -> dict:
-    """Rms, 99th percentile and largest of errors of orders."""
+    """Rms, 99th percentile and largest magnitude of errors of efficiencies."""
     size = np.abs(errors)
     return {"rms": float(np.sqrt(np.mean(size**2))), "p99": float(np.quantile(size, 0.99)), "worst": float(size.max())}
 
@@ -70,9 +86,13 @@ def beside_judges(answers: list[Judged], found: list[dict]) -> list[dict]:
     for (metal, shape), group in groups.items():
         theories = {}
         for name in THEORIES:
-            shares = [misplaced(found[i][name], answers[i].power) for i in group]
+            fractions = [misplaced(found[i][name], answers[i].power) for i in group]
             errors = np.concatenate([found[i][name] - answers[i].power for i in group])
-            theories[name] = {**spread(errors), "misplaced": float(np.mean(shares)), "misplaced_worst": max(shares)}
+            theories[name] = {
+                **spread(errors),
+                "misplaced": float(np.mean(fractions)),
+                "misplaced_worst": max(fractions),
+            }
         rows.append(
             {
                 "metal": metal,
@@ -99,7 +119,7 @@ def by_metal(answers: list[Judged], found: list[dict]) -> dict:
 
 
 def tabled() -> list[Setting]:
-    """The first random grating of each shape in each medium; sawteeth in metals have the perfect conductor's shapes."""
+    """The first random grating of each shape in each medium; a medium without a shape gets the perfect conductor's."""
     first: dict[tuple, Setting] = {}
     for setting in settings():
         first.setdefault((setting.metal, setting.shape), setting)

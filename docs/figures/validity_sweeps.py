@@ -23,11 +23,17 @@ from tests.judges.gratings.scalar import (
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
 PERIOD_UM = 2.5
+# Steepest slopes of the swept sinusoids.
 SLOPES_DEG = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 45.0)
+# Slopes of the swept sawteeth's facets.
 FACETS_DEG = (1.0, 2.0, 3.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
 PERIODS_UM = (0.8, 1.25, 1.75, 2.5, 3.5, 5.0, 10.0)
-# Sweep over periods: slope of the sinusoid, slope of the sawtooth's facets, height of the lamellar grating.
-SWEPT_SLOPE_DEG, SWEPT_FACET_DEG, SWEPT_HEIGHT_UM = 10.0, 5.71, 0.125
+# Sweep over periods: steepest slope of the sinusoid.
+SWEPT_SLOPE_DEG = 10.0
+# Sweep over periods: slope of the sawtooth's facets.
+SWEPT_FACET_DEG = 5.71
+# Sweep over periods: height of the lamellar grating.
+SWEPT_HEIGHT_UM = 0.125
 
 
 def sinusoid(period: float, slope_deg: float) -> Grating:
@@ -36,6 +42,7 @@ def sinusoid(period: float, slope_deg: float) -> Grating:
 
 
 def sawtooth(period: float, facet_deg: float) -> Grating:
+    """The sawtooth with facets of this slope."""
     return Grating("blazed", period, period * np.tan(np.radians(facet_deg)))
 
 

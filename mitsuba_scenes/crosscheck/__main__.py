@@ -14,7 +14,7 @@ from .run import Disagreement, crosscheck, insist
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, 1 where the renderers disagree, or 2 after one line that says what is wrong."""
+    """Runs the command. Exit status: 0, 1 if the renderers disagree, 2 after one line on stderr for another error."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.crosscheck", description=__doc__)
     parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out" / "crosscheck"))
     parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")

@@ -6,14 +6,15 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# Pixels below this fraction of the picture's 99th percentile do not count: they appear black, and single precision
-# resolves them only relative to the bright orders beside them.
+# Threshold of counted pixels, as a fraction of the 99th percentile. Darker pixels appear black, and the sums in single
+# precision have an error relative to the bright orders nearby. Chosen.
 FLOOR_SHARE = 0.01
-# Pixels below this fraction of the brightest do not enter the percentile: a grating's order lights few pixels and
-# leaves the others in the tail of a Gaussian.
+# Threshold of pixels that enter the 99th percentile, as a fraction of the brightest. A grating's order lights few
+# pixels; the others have only the tail of its Gaussian and would pull the percentile down. Chosen.
 BLACK_SHARE = 1e-6
-# Largest accepted median and 99th percentile of the error; measured are 1e-4 and 4e-3 at most (docs/crosscheck.md).
+# Largest accepted median of the error; the largest measured is 1e-4 (docs/crosscheck.md).
 MEDIAN_LIMIT = 1e-3
+# Largest accepted 99th percentile of the error; the largest measured is 4e-3 (docs/crosscheck.md).
 P99_LIMIT = 1e-2
 # Smallest number of counted pixels for which percentiles are meaningful.
 FEWEST_PIXELS = 50
@@ -21,7 +22,10 @@ FEWEST_PIXELS = 50
 
 @dataclass(frozen=True)
 class Agreement:
-    """Relative errors over the `pixels` with a colour above `floor` in at least one of the pictures."""
+    """Relative errors over the counted pixels: those whose colour exceeds `floor` in at least one of the pictures.
+
+    `pixels` is their number, `p99` the 99th percentile of the error.
+    """
 
     pixels: int
     floor: float
@@ -31,7 +35,7 @@ class Agreement:
 
     @property
     def holds(self) -> bool:
-        """Whether both limits are kept."""
+        """Whether median and 99th percentile are below their limits."""
         return self.median < MEDIAN_LIMIT and self.p99 < P99_LIMIT
 
     def figures(self) -> dict:
@@ -43,7 +47,11 @@ class Agreement:
 
 
 def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:
-    """Compares pictures, (height, width, 3), where `mask` is set; the size of a colour is the length of its vector."""
+    """Compares pictures, (height, width, 3), where `mask` is set.
+
+    The error at a pixel is |a − b| / max(|a|, |b|), with the length of the colour as a vector. Raises ValueError for
+    values that are not finite and for fewer than FEWEST_PIXELS counted pixels.
+    """
     a, b = a[mask], b[mask]
     size = np.maximum(np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1))
     if not (np.isfinite(a).all() and np.isfinite(b).all()):

@@ -1,4 +1,4 @@
-"""Surfaces, lights and views of the comparison, and their parameters for both renderers."""
+"""Surfaces, lights and scenes of the comparison, with their parameters for both renderers."""
 
 from __future__ import annotations
 
@@ -24,11 +24,13 @@ DATA = Path(os.environ.get("SUNBEAM_DATA", REPOSITORY.parent / "shared" / "data"
 # The published atomic-force scans by species.
 SCANS = {species: DATA / "afm" / f"{species}.gsf" for species in ("elaphe", "xenopeltis")}
 SCAN = SCANS["xenopeltis"]
+# Presets that are compared.
 SKINS = ("blazed", "elaphe", "xenopeltis")
-# Rays along each side of a pixel: a relief of few orders is bright in few directions, which fewer rays would miss, and
-# fast to evaluate.
-FEW_ORDERS, MANY_ORDERS = 16, 6
-# Parameters of the relief itself.
+# Rays along each side of a pixel for a relief with few orders: bright in few directions, which fewer rays would miss.
+FEW_ORDERS = 16
+# Rays along each side of a pixel for a relief with many orders, which is slower to evaluate. Both are chosen.
+MANY_ORDERS = 6
+# Parameters of the plugin that define the heights; the others define the optics.
 RELIEF = (
     "preset",
     "period",
@@ -43,13 +45,18 @@ RELIEF = (
     "tiling",
     "level",
 )
-# The model that FLSS, Single 2014's method, computes on a GPU.
+# The model that the realtime method FLSS (docs/realtime.md) computes: one coherence window at a fixed position, Stam's
+# obliquity factor, no energy conservation (docs/model.md).
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 
 @dataclass(frozen=True)
 class Case:
-    """A named surface; `skin` has the parameters of the plugin `diffraction`, which the command shares."""
+    """A named surface.
+
+    `skin` has parameters of the plugin `diffraction`; `sunbeam render` has options of the same names. `supersample` is
+    the number of rays along each side of a pixel in check (b).
+    """
 
     name: str
     skin: dict
@@ -57,12 +64,12 @@ class Case:
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
-    """The measured scan, if present, and the presets."""
+    """The measured scan, if its file exists, and the presets."""
     chosen = [Case(name, preset_skin(name), FEW_ORDERS if name == "blazed" else MANY_ORDERS) for name in SKINS]
     if not scan.exists():
         print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
         return chosen
-    # FLSS sums orders, which only a scan that repeats has.
+    # FLSS sums over diffraction orders, which only a periodic relief has.
     return [Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}, FEW_ORDERS), *chosen]
 
 
@@ -72,15 +79,18 @@ def sun(azimuth_deg: float, elevation_deg: float) -> Light:
 
 
 def mirrored(case: Case, folder: Path) -> Case:
-    """The surface with h(−x, y), which changes the sign of u alone."""
+    """The surface with the heights h(−x, y): a negative control, in which u of the scattering vector changes its sign.
+
+    Writes the heights into `folder`.
+    """
     exr, npy = folder / f"{case.name}-relief.exr", folder / f"{case.name}-mirrored.npy"
     folder.mkdir(parents=True, exist_ok=True)
     surface = {name: value for name, value in case.skin.items() if name != "rotation"}
     sunbeam("height-field", "-o", exr, *surface_words(surface))
     bitmap = mi.Bitmap(str(exr))
-    # The first row of a picture is the top, that of an array is y = 0.
+    # The EXR's first row is the top of the relief; an array's first row is y = 0.
     heights = np.array(bitmap, dtype=np.float64).reshape(bitmap.height(), bitmap.width())[::-1]
-    # The pixel at x = 0 stays where it is.
+    # Reversal moves the pixel at x = 0 to the end; the roll moves it back.
     np.save(npy, np.roll(heights[:, ::-1], 1, axis=1))
     pixel_um = float(bitmap.metadata()["pixelSizeX_um"])
     kept = {name: value for name, value in case.skin.items() if name not in RELIEF}
@@ -95,9 +105,9 @@ def plugin(case: Case, **parameters) -> mi.BSDF:
 
 @contextmanager
 def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
-    """Turns the BSDF's relief by `degrees` until the context ends; its tables stay."""
+    """Turns the BSDF's relief by `degrees` within the context, without building its tables again."""
     parameters = mi.traverse(bsdf)
-    # A copy, since the dictionary's own value changes with it.
+    # A copy: the dictionary's value is changed in place.
     rotation = mi.Float(parameters["rotation.value"])
     parameters["rotation.value"] = rotation + degrees
     parameters.update()

@@ -38,7 +38,7 @@ SAME_RAYS = "ensemble, same rays"
 ENERGY_KEPT = "ensemble, energy kept"
 # The realtime renderer's colour table with energy conservation.
 TABLE_KEPT = "table, energy kept"
-# Width in pixels of each of the three pictures in a row of the contact sheet.
+# Width in pixels of each of the three pictures (reference, method, difference) in a row of the contact sheet.
 PANEL = 288
 # Parameters of the reference skin. The published methods have no energy conservation, so the reference has none;
 # ENERGY_KEPT and TABLE_KEPT show its effect.
@@ -46,7 +46,7 @@ REFERENCE = {"model": "ensemble", "obliquity": "stam", "conserve_energy": False,
 
 
 def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, folder: Path) -> dict:
-    """Errors and times of each method, and of the ensemble along the same rays.
+    """Differences and times of each method, and differences of the ensemble along the same rays.
 
     Writes pictures into `folder`. `spp` is the number of the path tracer's samples per pixel.
     """
@@ -108,13 +108,13 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
 
 
 def _pixels(rays: np.ndarray) -> np.ndarray:
-    """Values (rows, columns, …) of rays, by pixel: (rows of pixels, SUPERSAMPLE, columns of pixels, SUPERSAMPLE, …)."""
+    """Reshapes values of rays, (rows, columns, …), to (pixel rows, SUPERSAMPLE, pixel columns, SUPERSAMPLE, …)."""
     height, width, *rest = rays.shape
     return rays.reshape(height // SUPERSAMPLE, SUPERSAMPLE, width // SUPERSAMPLE, SUPERSAMPLE, *rest)
 
 
 def caption(name: str, figures: dict) -> str:
-    """The line below the pictures of one method."""
+    """The caption of one method's row on the contact sheet."""
     text = f"reference | {name} | FLIP {figures['flip']['mean']:.3f}, CIEDE2000 {figures['delta_e_2000']['mean']:.2f}"
     return text + (f", {figures['gpu_ms']:.0f} ms on the GPU" if "gpu_ms" in figures else "")
 

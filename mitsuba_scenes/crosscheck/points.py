@@ -1,6 +1,8 @@
-"""Values at pixel centres: Mitsuba traces a ray through each, and its BSDF is evaluated there at given wavelengths.
+"""Values at pixel centres: Mitsuba traces a ray through each, and the plugin's BSDF is evaluated at its hit point.
 
-Without sampling and filtering, both renderers must give equal values.
+There is no sampling and no filter, so both renderers must give equal values. A colour is the sum over the wavelengths
+of `Quadrature`: Σ π f_r(wi, wo, λ) cos θo · weight(λ). A white diffuse plane facing the sun has colour 1.
+The camera's direction is passed as wi and the sun's as wo, as a path tracer does.
 """
 
 from __future__ import annotations
@@ -16,11 +18,12 @@ from ..light import Light
 from ..scene import View
 from .quadrature import Quadrature
 
-# Wavelengths of an interaction in a spectral variant.
+# Number of wavelengths that Mitsuba's spectral variants evaluate at once.
 CARRIED = 4
-# Largest angle between normals of neighbouring pixels on one scale; at a scale's rim it is larger.
+# Largest angle between the normals of neighbouring pixels on one scale of the snake; across a scale's rim it is larger.
 SMOOTH_DEG = 12.0
-# Largest relative step of the distance between such pixels: a tenth of the body's width.
+# Largest difference of the ray lengths of neighbouring pixels on one scale, relative to the length; about a tenth of
+# the body's width.
 SMOOTH_DISTANCE = 0.02
 
 
@@ -31,16 +34,17 @@ class Points:
     # Directions to the camera and to the sun in the shading frame of the skin.
     to_camera: np.ndarray
     to_sun: np.ndarray
-    # The ray meets skin.
+    # Whether the ray meets the skin.
     seen: np.ndarray
-    # The point faces the camera and the sun, and is not in shadow.
+    # Whether the point faces the camera and the sun and is not in shadow.
     lit: np.ndarray
-    # The point and its neighbours are lit and on one smooth piece of the surface.
+    # Whether the point and its 8 neighbours are lit and on one smooth piece of the surface. Only these are compared: at
+    # an edge, rounding decides which surface a ray meets.
     inside: np.ndarray
 
 
 def points(scene: mi.Scene, light: Light, view: View) -> Points:
-    """Traces a ray through the centre of each pixel, and one to the sun."""
+    """Traces a ray through the centre of each pixel, and from its hit point a shadow ray to the sun."""
     rows, columns = np.mgrid[: view.height, : view.width]
     x, y = (columns.ravel() + 0.5) / view.width, (rows.ravel() + 0.5) / view.height
     shape = (view.height, view.width)
@@ -48,16 +52,16 @@ def points(scene: mi.Scene, light: Light, view: View) -> Points:
         found = [_hit(scene, light, mi.Point2f(a, b)) for a, b in zip(x.tolist(), y.tolist())]
         found = [np.array([np.array(hit[i]) for hit in found]) for i in range(6)]
     else:
-        place = mi.Point2f(x.astype(np.float32), y.astype(np.float32))
-        found = [np.array(value).T for value in _hit(scene, light, place)]
+        film_point = mi.Point2f(x.astype(np.float32), y.astype(np.float32))
+        found = [np.array(value).T for value in _hit(scene, light, film_point)]
     valid, distance, to_camera, to_sun, normal, shadowed = (f.reshape(shape + f.shape[1:]) for f in found)
     lit = valid & ~shadowed & (to_camera[..., 2] > 0) & (to_sun[..., 2] > 0)
     return Points(to_camera, to_sun, valid, lit, _eroded(lit) & _is_smooth(valid, distance, normal))
 
 
-def _hit(scene: mi.Scene, light: Light, place: mi.Point2f) -> tuple:
+def _hit(scene: mi.Scene, light: Light, film_point: mi.Point2f) -> tuple:
     """Data of one ray: hit or not, distance, local directions to camera and sun, normal, shadowed or not."""
-    ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, place, mi.Point2f(0.5))
+    ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, film_point, mi.Point2f(0.5))
     si = scene.ray_intersect(ray)
     to_sun = mi.Vector3f(*light.to_sun().tolist())
     shadowed = scene.ray_test(si.spawn_ray(to_sun), si.is_valid())
@@ -89,7 +93,7 @@ def _is_smooth(valid: np.ndarray, distance: np.ndarray, normal: np.ndarray) -> n
 
 
 def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
-    """Linear sRGB, (height, width, 3), of the lit points, black elsewhere; a white plane facing the sun has 1."""
+    """Linear sRGB, (height, width, 3), of the lit points, black elsewhere. Requires a spectral variant."""
     wi, wo = at.to_camera[at.lit], at.to_sun[at.lit]
     nm = quadrature.wavelengths_nm
     colour = np.zeros((len(wi), 3))
@@ -102,12 +106,12 @@ def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
 
 
 def colours(bsdf: mi.BSDF, at: Points) -> np.ndarray:
-    """Linear sRGB as `radiance` has it, in an RGB variant."""
+    """Linear sRGB as from `radiance`, by an RGB variant, whose BSDF integrates over the spectrum itself."""
     return _picture(at, math.pi * _values(bsdf, at.to_camera[at.lit], at.to_sun[at.lit], np.empty(0)))
 
 
 def _picture(at: Points, colour: np.ndarray) -> np.ndarray:
-    """The colours of the lit points at their pixels."""
+    """A black picture with the colours, (lit points, 3), at the pixels of the lit points."""
     picture = np.zeros((*at.lit.shape, 3))
     picture[at.lit] = colour
     return picture
@@ -133,7 +137,10 @@ def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np
 
 
 def mirrored(at: Points, rotation_deg: float) -> Points:
-    """The points with the sign of u changed in the frame of a relief with this rotation, as for h(−x, y)."""
+    """The points with directions mirrored at x = 0 of a relief with this rotation, as if it were h(−x, y).
+
+    The scattering vector's u changes its sign: a negative control.
+    """
     angle = math.radians(rotation_deg)
     x = np.array([math.cos(angle), math.sin(angle), 0.0])
 

@@ -1,4 +1,7 @@
-"""Wavelengths and weights of the sum over the spectrum, shared by both renderers."""
+"""Wavelengths and weights of the sum over the visible spectrum, shared by both renderers.
+
+Linear sRGB of a reflectance R(λ) under D65 is Σ R(λᵢ) weights[i]; R = 1 gives white, (1, 1, 1).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Equidistant `wavelengths_nm`, (n,), and `weights`, (n, 3), from reflectances to linear sRGB."""
+    """Equidistant `wavelengths_nm`, (n,), and `weights`, (n, 3)."""
 
     wavelengths_nm: np.ndarray
     weights: np.ndarray

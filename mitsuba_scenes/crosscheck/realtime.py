@@ -1,4 +1,4 @@
-"""The realtime renderer and the comparison of pictures, through the command `sunbeam`."""
+"""Runs the realtime renderer (`sunbeam render`) and the comparison of pictures (`sunbeam compare`)."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def render(
     """
     words = ["render", "-o", output, "--method", method, "--mesh", mesh, "--blend", "none", "--ground", "false"]
     words += ["--size", f"{view.width}x{view.height}", "--supersample", supersample, "--fov", view.fov_deg]
-    for name, place in (("origin", view.origin_cm), ("target", view.target_cm)):
-        words += [f"--camera-{name}", ",".join(f"{x:.9g}" for x in place)]
+    for name, position in (("origin", view.origin_cm), ("target", view.target_cm)):
+        words += [f"--camera-{name}", ",".join(f"{x:.9g}" for x in position)]
     words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
     return json.loads(sunbeam(*words, *surface_words(skin), *_named(options)))
 
 
 def compare(a: Path, b: Path, **options) -> dict:
-    """The report of `sunbeam compare`; `a` is the reference."""
+    """The JSON report of `sunbeam compare`: FLIP, CIEDE2000 and relative MSE. `a` is the reference."""
     return json.loads(sunbeam("compare", a, b, *_named(options)))
 
 
@@ -36,7 +36,7 @@ def surface_words(skin: dict) -> list:
 
 
 def _named(options: dict) -> list:
-    """Options of the command by their Python names."""
+    """Command-line options from their Python names: `max_height=2` gives `--max-height 2`."""
     words = []
     for name, value in options.items():
         words += [f"--{name.replace('_', '-')}", str(value).lower() if isinstance(value, bool) else value]

@@ -1,4 +1,4 @@
-"""All checks of the comparison, on one set of views and lights."""
+"""Runs checks (a), (b) and (c) of the comparison (see the package's doc) on fixed views and lights."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from ..snake import snake_files
 from . import methods, same_picture, same_points
 from .cases import SCAN, cases, sun
 
-# A few scales of the back, close enough that the patch model's speckle is larger than a pixel.
+# View of check (a): a few scales of the back, so close that the patch model's speckle is larger than a pixel.
 CLOSE = View(96, 64, fov_deg=8.0)
-# The middle of CLOSE at the same scale, smaller because pictures take hundreds of rays a pixel.
+# View of check (b): the middle of CLOSE at the same scale. It is smaller because each pixel takes hundreds of rays.
 CLOSER = View(48, 32, fov_deg=4.0)
-# The whole snake, as in the demonstration.
+# View of check (c): the whole snake, as in the demo.
 WHOLE = View(72, 48)
-# Azimuth and elevation in degrees; in each light CLOSE has an order of the blazed grating.
+# Suns by azimuth and elevation in degrees, chosen so that each shows an order of the blazed grating in CLOSE.
 LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-60.0, 40.0), (-30.0, 25.0)))
-# Samples a pixel of path-traced pictures: of the patch model, and of the ensemble without speckle.
-SPP_PATCH, SPP_ENSEMBLE = 2304, 1024
-# Surfaces of the comparison of methods: a grating of few orders, and a skin.
+# Samples a pixel of path-traced pictures of the patch model, whose speckle is noisy. Chosen.
+SPP_PATCH = 2304
+# Samples a pixel of path-traced pictures of the ensemble, which has no speckle. Chosen.
+SPP_ENSEMBLE = 1024
+# Surfaces of check (c): a grating of few orders, and a skin.
 COMPARED = ("blazed", "xenopeltis")
 # Number of surfaces of the short form: the scan and a grating, or without the scan a grating and a skin.
 SHORT = 2
@@ -36,7 +38,7 @@ class Disagreement(Exception):
 
 
 def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
-    """Runs the checks in the selected variant and returns the figures, with failures under "failures".
+    """Runs the checks in the selected variant and returns the report, with failures under "failures".
 
     Writes `crosscheck.json` and the pictures. The `short` form has two surfaces in one light, and the methods on one.
     """

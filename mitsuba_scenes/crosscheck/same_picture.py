@@ -17,31 +17,38 @@ from .cases import SAME_MODEL, Case, mirrored, plugin, turned
 from .quadrature import Quadrature
 from .same_points import CONTROL_ROTATION_DEG
 
-# Largest accepted differences; an eye just notices a ΔE of 1. They cover Mitsuba's noise, and the speckle that the
-# realtime renderer's rays miss. Measured are 1.4, 7 and 0.03 at most (docs/crosscheck.md).
+# The limits cover Mitsuba's noise, and the speckle that the realtime renderer's rays miss. The largest measured values
+# are those of docs/crosscheck.md.
+# Largest accepted mean of the colour difference ΔE (CIEDE2000); an eye just notices 1. The largest measured is 1.4.
 DELTA_E_MEAN_LIMIT = 2.5
+# Largest accepted 99th percentile of ΔE. The largest measured is 7.
 DELTA_E_P99_LIMIT = 15.0
+# Largest accepted mean of FLIP, in [0, 1]. The largest measured is 0.03.
 FLIP_LIMIT = 0.05
 
-# Fraction of the samples for negative controls, whose errors are far above the noise.
+# Fraction of the samples per pixel that the negative controls take; their errors are far above the noise. Chosen.
 CONTROL_SHARE = 0.25
 
 
 def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, folder: Path) -> dict:
-    """Differences of the pictures and of the negative controls."""
-    ours = folder / f"picture-{case.name}-flss.exr"
+    """Differences of the pictures, and of the negative controls: a relief rotated by 1° and a mirrored one.
+
+    `spp` is the number of Mitsuba's samples per pixel. Writes the pictures into `folder`.
+    """
+    gpu = folder / f"picture-{case.name}-flss.exr"
     skin = {**case.skin, **SAME_MODEL}
-    report = realtime.render(ours, "flss", files.mesh, skin, light, view, case.supersample)
+    report = realtime.render(gpu, "flss", files.mesh, skin, light, view, case.supersample)
     quadrature = Quadrature.of_report(report)
 
-    def compared(bsdf: mi.BSDF, name: str, share: float = 1.0) -> dict:
+    def compared(bsdf: mi.BSDF, name: str, spp_fraction: float = 1.0) -> dict:
+        """Renders `bsdf` in Mitsuba and compares the picture with the realtime renderer's."""
         start = time.perf_counter()
-        pixels = spectral.picture(bsdf, files, light, view, quadrature, round(share * spp))
+        pixels = spectral.picture(bsdf, files, light, view, quadrature, round(spp_fraction * spp))
         seconds = time.perf_counter() - start
         exr = folder / f"picture-{case.name}-{name}.exr"
         mi.Bitmap(pixels.astype(np.float32)).write(str(exr))
         picture.check(pixels, exr.name)
-        found = realtime.compare(exr, ours, png=exr.with_suffix(".png"))
+        found = realtime.compare(exr, gpu, png=exr.with_suffix(".png"))
         return {**found, "holds": holds(found), "seconds": seconds}
 
     bsdf = plugin(case, **SAME_MODEL)
@@ -60,7 +67,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
 
 
 def holds(found: dict) -> bool:
-    """Whether a comparison keeps all limits."""
+    """Whether a report of `realtime.compare` keeps all limits."""
     delta_e = found["delta_e_2000"]
     return (
         delta_e["mean"] < DELTA_E_MEAN_LIMIT
@@ -70,7 +77,7 @@ def holds(found: dict) -> bool:
 
 
 def text(found: dict) -> str:
-    """A comparison as one line."""
+    """A report of `realtime.compare` as one line."""
     delta_e = found["delta_e_2000"]
     return f"ΔE mean {delta_e['mean']:.2f}, 99 % below {delta_e['p99']:.1f}, FLIP {found['flip']['mean']:.3f}"
 
@@ -82,7 +89,7 @@ def lines(found: dict) -> list[str]:
 
 
 def failures(name: str, found: dict) -> list[str]:
-    """Failures: pictures that differ, and controls that pass."""
+    """Messages of failures: pictures that differ, and negative controls whose error was not noticed."""
     wrong = [] if found["holds"] else [f"{name}: the pictures differ, {text(found)}"]
     return wrong + [
         f"{name}: the control “{control}” was not noticed in the picture, {text(of_control)}"

@@ -1,4 +1,8 @@
-"""A picture by Mitsuba in spectral bands with the realtime renderer's quadrature."""
+"""Renders by Mitsuba with a film whose spectral bands reproduce the realtime renderer's quadrature.
+
+The quadrature (quadrature.py) sums reflectances at discrete wavelengths λᵢ of spacing Δ; a path tracer samples λ
+continuously. Each λᵢ therefore becomes a triangle of half width Δ, and a band's response is linear between the λᵢ.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +17,12 @@ from ..snake import SnakeFiles
 from .cases import bare_scene
 from .quadrature import Quadrature
 
-# Points of the numerical integral of D65 over a band; the error is 1e-6, since Mitsuba's D65 is piecewise linear.
+# Points of the numerical integral of D65 over a triangle. Its error is 1e-6: Mitsuba's D65 is piecewise linear.
 POINTS_PER_BAND = 101
 
 
 def film(view: View, quadrature: Quadrature) -> dict:
-    """A film whose bands respond as each colour's weights, linear between the wavelengths.
-
-    Bands are not negative: the negative part of a colour's weights is a band of its own.
-    """
+    """A `specfilm` with the bands of `_responses`."""
     step, nm = quadrature.step_nm, quadrature.wavelengths_nm
     nodes = [nm[0] - step, *nm, nm[-1] + step]
     bands = {
@@ -51,13 +52,15 @@ def colours(bands: np.ndarray, quadrature: Quadrature) -> np.ndarray:
 def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
     """For each band its contribution to linear sRGB, ±1 in one channel, and its response at the wavelengths, ≥ 0.
 
-    Weights multiply reflectances, and the film measures radiance under D65. So a response is the weight over the
-    integral of D65 in the triangle about its wavelength.
+    Mitsuba's bands may not be negative, so the positive and the negative weights of a channel are two bands. The
+    weights multiply reflectances, but the film measures radiance under D65. A response is therefore the weight, divided
+    by the integral of D65 over the triangle at its wavelength.
     """
-    across = np.linspace(-1, 1, POINTS_PER_BAND)
-    nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * across
-    light = np.interp(nm, *_d65()).reshape(nm.shape) * (1 - np.abs(across))
-    weights = quadrature.weights.T / (light.sum(axis=1) * quadrature.step_nm * (across[1] - across[0]))
+    # Positions in a triangle, in units of its half width.
+    offset = np.linspace(-1, 1, POINTS_PER_BAND)
+    nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * offset
+    light = np.interp(nm, *_d65()).reshape(nm.shape) * (1 - np.abs(offset))
+    weights = quadrature.weights.T / (light.sum(axis=1) * quadrature.step_nm * (offset[1] - offset[0]))
     signed = [(sign * np.eye(3)[c], np.maximum(sign * weights[c], 0.0)) for c in range(3) for sign in (1, -1)]
     return [(signs, response) for signs, response in signed if response.any()]
 
@@ -70,7 +73,7 @@ def _d65() -> tuple[np.ndarray, np.ndarray]:
 
 
 def picture(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, quadrature: Quadrature, spp: int) -> np.ndarray:
-    """Linear sRGB, (height, width, 3), of the snake in the sun."""
+    """Linear sRGB, (height, width, 3), of the snake in the sun, with `spp` rounded up to a square number of samples."""
     side = math.ceil(math.sqrt(spp))
     scene = mi.load_dict(bare_scene(bsdf, files, light, view, side**2, film(view, quadrature)))
     return colours(np.array(mi.render(scene), dtype=np.float64), quadrature)

@@ -9,8 +9,8 @@ from typing import Any
 from ._errors import SunbeamError
 from ._relief import is_length
 
-# Lower-case parts of the titles of error signals, which are no reliefs even where their unit is a length. Both lists
-# equal those of the native readers (crates/height_field/src/file/channel.rs).
+# Both lists equal those of the native readers (crates/height_field/src/file/channel.rs).
+# Lower-case parts of the titles of error signals, which are no reliefs even if their unit is a length.
 # fmt: off
 _NO_RELIEF = (
     "error", "deflection", "amplitude", "phase", "friction", "lateral", "adhesion", "modulus", "dissipation",
@@ -19,13 +19,13 @@ _NO_RELIEF = (
 # Lower-case parts, without blanks, of the titles of reliefs; "zaxis" is Nanosurf's.
 _RELIEF = ("height", "topo", "zsens", "zaxis", "elevation", "relief", "hauteur", "höhe", "altura")
 # fmt: on
-# Largest number of channels that a message lists.
+# Largest number of channels that a message lists. Chosen, for a message of one line.
 _LISTED = 16
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel of a file: number from 0, title, and unit, which is empty where the file tells none.
+    """A channel of a file: number from 0, title, and unit, which is empty if the file states none.
 
     ``can_be_heights`` holds for values that are lengths or have no unit.
     """
@@ -68,19 +68,19 @@ def choose(channels: tuple[Channel, ...], wanted: int | str | None) -> Channel:
 
     Raises :class:`SunbeamError` with a list of the channels where none fits, or where its values are no heights.
     """
-    there_are = "there are " + listed(channels)
+    available = "there are " + listed(channels)
     if wanted is None:
         ranked = [(channel.rank, channel.number, channel) for channel in channels if channel.rank is not None]
         if not ranked:
-            raise SunbeamError(f"no channel is a height by its title and unit, choose one with channel; {there_are}")
+            raise SunbeamError(f"no channel is a height by its title and unit, choose one with channel; {available}")
         return min(ranked, key=lambda entry: entry[:2])[2]
     name = str(wanted).strip().lower()
     fitting = [channel for channel in channels if str(channel.number) == name]
     fitting += [channel for channel in channels if channel.title.lower() == name]
     if not fitting:
-        raise SunbeamError(f'there is no channel "{wanted}"; {there_are}')
+        raise SunbeamError(f'there is no channel "{wanted}"; {available}')
     if not fitting[0].can_be_heights:
-        raise SunbeamError(f"channel {fitting[0]} is not a length; {there_are}")
+        raise SunbeamError(f"channel {fitting[0]} is not a length; {available}")
     return fitting[0]
 
 

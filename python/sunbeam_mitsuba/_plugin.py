@@ -11,7 +11,7 @@ _HERE = Path(__file__).resolve().parent
 def _plugin_folders() -> dict[str, Path]:
     """Folders that hold ``plugins/diffraction.so``, by the Mitsuba release of the plugin.
 
-    A wheel holds one for each release. A package used from a checkout has the one that was built there.
+    A wheel holds a folder for each supported release. In a checkout, the folder is that of the last build.
     """
     found = {folder.name: folder for folder in (_HERE / "plugins").glob("*")}
     built = _HERE.parents[1] / "target" / "mitsuba"
@@ -45,9 +45,11 @@ def _choose() -> tuple[str, Path]:
     return found, folders[found]
 
 
-#: Version of the installed Mitsuba, for which the plugin was compiled; and the folder for Mitsuba's file resolver, with
-#: the plugin below it.
-MITSUBA_VERSION, PLUGIN_FOLDER = _choose()
+_chosen = _choose()
+#: Version of the installed Mitsuba, for which the plugin was compiled.
+MITSUBA_VERSION: str = _chosen[0]
+#: Folder that Mitsuba's file resolver searches; it contains ``plugins/``.
+PLUGIN_FOLDER: Path = _chosen[1]
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 
@@ -58,10 +60,10 @@ def register() -> None:
     """
     import mitsuba as mi
 
-    def known(*_: object) -> None:
+    def add_folder(*_: object) -> None:
         resolver = mi.file_resolver()  # type: ignore[operator]  # Mitsuba's stubs know it as an object
         if str(PLUGIN_FOLDER) not in [str(folder) for folder in resolver]:
             resolver.append(str(PLUGIN_FOLDER))
 
-    known()
-    mi.detail.add_variant_callback(known)
+    add_folder()
+    mi.detail.add_variant_callback(add_folder)

@@ -1,4 +1,7 @@
-"""Reliefs in memory: heights and pixel sizes, from arrays or from objects of the library SurfaceTopography."""
+"""Reliefs in memory: heights and pixel sizes, from arrays or from objects of the library SurfaceTopography.
+
+Arrays of heights are ``[iy, ix]``, with ix along +x and iy along +y. A hole is a point without a height.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,8 @@ from ._errors import SunbeamError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-# Ratio of offset to peak-to-valley height from which the mean is subtracted. 32-bit floats have a relative rounding
-# error of 6e-8; at this ratio the relief's is 1e-6.
+# Ratio of the largest height to the peak-to-valley height above which the mean is subtracted. 32-bit floats have a
+# relative rounding error of 6e-8; at this ratio the error is 16 · 6e-8 = 1e-6 of the relief.
 _OFFSET_MAX = 16.0
 # Length of each of SurfaceTopography's units in µm.
 _UM_PER = {
@@ -51,16 +54,16 @@ class Relief:
 
     @property
     def peak_to_valley_um(self) -> float:
-        """Range of the heights in µm; 0 where no point has one."""
-        known = self.heights_um[np.isfinite(self.heights_um)]
-        return float(np.ptp(known)) if known.size else 0.0
+        """Range of the heights in µm; 0 if all points are holes."""
+        finite = self.heights_um[np.isfinite(self.heights_um)]
+        return float(np.ptp(finite)) if finite.size else 0.0
 
 
 def single_precision(heights: NDArray[np.float64]) -> NDArray[np.float32]:
     """Heights as 32-bit floats. A large mean is subtracted to keep digits; reflected light does not depend on it."""
-    known = heights[np.isfinite(heights)]
-    if known.size and np.abs(known).max() > _OFFSET_MAX * np.ptp(known) > 0:
-        heights = heights - known.mean()
+    finite = heights[np.isfinite(heights)]
+    if finite.size and np.abs(finite).max() > _OFFSET_MAX * np.ptp(finite) > 0:
+        heights = heights - finite.mean()
     # Overflow becomes an infinity, which counts as a hole.
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(heights, dtype=np.float32)

@@ -1,4 +1,8 @@
-"""The BSDF for NumPy, through the C interface ``sunbeam.h`` that the plugin exports."""
+"""The BSDF for NumPy, through the C interface ``sunbeam.h`` (crates/c_abi) that the plugin's library exports.
+
+The C functions take batches: an array is a pointer and a stride in floats between items, 0 for one item that serves the
+whole batch. They may run in several threads at once.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +30,11 @@ if TYPE_CHECKING:
     # The values that a parameter of the plugin can have.
     Parameter = Union[str, float, bool, os.PathLike[str]]
 
-_OK, _BUFFER_TOO_SMALL = 0, 6
-# Smallest number of evaluations for each thread; starting one takes as long as some hundred evaluations.
+# Status of a successful call (``sunbeam_status`` of sunbeam.h).
+_OK = 0
+# Status of a call whose text does not fit into the given buffer.
+_BUFFER_TOO_SMALL = 6
+# Smallest number of evaluations for each thread. Chosen: starting one takes as long as some hundred evaluations.
 _WORTH_A_THREAD = 2000
 
 
@@ -39,16 +46,17 @@ class _Floats(ctypes.Structure):
 
 @cache
 def _library() -> ctypes.CDLL:
+    """The plugin's library with the C interface's signatures."""
     # The plugin is linked to Mitsuba's libraries, so Mitsuba must have loaded them first.
     import mitsuba as mi
 
     if mi.variant() is None:
         mi.variants()
     library = ctypes.CDLL(str(PLUGIN))
-    handle, place = c_void_p, POINTER(c_void_p)
+    handle, handle_out = c_void_p, POINTER(c_void_p)
     arguments = {
-        "surface_new": [c_char_p, place],
-        "surface_from_heights": [c_char_p, _Floats, c_size_t, c_size_t, c_double, c_double, place],
+        "surface_new": [c_char_p, handle_out],
+        "surface_from_heights": [c_char_p, _Floats, c_size_t, c_size_t, c_double, c_double, handle_out],
         "surface_describe": [handle, c_void_p, c_size_t, POINTER(c_size_t)],
         "surface_eval": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats],
         "surface_pdf": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats],
@@ -70,6 +78,7 @@ def library_version() -> str:
 
 
 def _check(status: int) -> None:
+    """Raises :class:`SunbeamError` with the library's message unless the status is _OK."""
     if status != _OK:
         raise SunbeamError(_library().sunbeam_last_error().decode())
 
@@ -106,6 +115,7 @@ def _numbers(name: str, values: ArrayLike) -> Floats:
 
 
 def _direction(name: str, values: ArrayLike) -> Floats:
+    """Directions ``[..., 3]`` as 32-bit floats. Raises :class:`SunbeamError` for another shape."""
     array = _numbers(name, values)
     if array.shape[-1:] != (3,):
         raise SunbeamError(f"{name} has the shape {array.shape}, but must end in 3: x, y, z")
@@ -113,7 +123,7 @@ def _direction(name: str, values: ArrayLike) -> Floats:
 
 
 class Surface:
-    """A diffracting surface with its tables.
+    """A diffracting surface with its tables, which the constructor builds or reads from the cache.
 
     Parameters have the plugin's names and meanings, with lengths in µm. The relief is one of
 
@@ -196,22 +206,24 @@ class Surface:
         f, pdf = self._evaluate("eval_pdf", wi, wo, wavelength_nm)
         return f, pdf
 
-    def _evaluate(self, what: str, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> list[Floats]:
+    def _evaluate(self, function: str, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> list[Floats]:
+        """Results of ``eval``, ``pdf`` or ``eval_pdf``, named by ``function``, for broadcast arguments."""
         wi, wo = _direction("wi", wi), _direction("wo", wo)
         nm, single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], wo.shape[:-1], nm.shape[:-1])
+        # Number of wavelengths of each item.
         carried = nm.shape[-1]
         inputs = [_Items(array, batch) for array in (wi, wo, nm)]
-        widths = {"eval": [carried], "pdf": [1], "eval_pdf": [carried, 1]}[what]
+        widths = {"eval": [carried], "pdf": [1], "eval_pdf": [carried, 1]}[function]
         results = [_Results(batch, width) for width in widths]
-        call = getattr(_library(), f"sunbeam_surface_{what}")
+        call = getattr(_library(), f"sunbeam_surface_{function}")
 
         def work(first: int, count: int) -> None:
             a, b, c = (array.at(first) for array in inputs)
             _check(call(self._handle, count, a, b, carried, c, *(array.at(first) for array in results)))
 
         _in_parallel(work, math.prod(batch), carried)
-        scalar = {"eval": [single], "pdf": [True], "eval_pdf": [single, True]}[what]
+        scalar = {"eval": [single], "pdf": [True], "eval_pdf": [single, True]}[function]
         return [array.values[..., 0] if one else array.values for array, one in zip(results, scalar)]
 
     def sample(self, wi: ArrayLike, wavelength_nm: ArrayLike, u: ArrayLike) -> tuple[Floats, Floats, Floats]:
@@ -229,8 +241,8 @@ class Surface:
 
         def work(first: int, count: int) -> None:
             a, b, c = (array.at(first) for array in inputs)
-            places = (array.at(first) for array in results)
-            _check(_library().sunbeam_surface_sample(self._handle, count, a, carried, b, c, *places))
+            outputs = (array.at(first) for array in results)
+            _check(_library().sunbeam_surface_sample(self._handle, count, a, carried, b, c, *outputs))
 
         _in_parallel(work, math.prod(batch), carried)
         wo, pdf, weight = (array.values for array in results)

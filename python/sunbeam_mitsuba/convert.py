@@ -35,21 +35,23 @@ EXTENSIONS = frozenset({
     "vk6", "vk7", "zmg", "zon",
 })
 # fmt: on
+#: Command that installs the reading library, for messages.
 INSTALL = 'pip install "sunbeam-mitsuba[formats]"'
 
 # SurfaceTopography's names of formats that hold bare arrays, without unit, size, or which index is x.
 _BARE = ("h5", "mat", "npy", "npz")
-# Its names of text formats, which the native readers also know.
+# SurfaceTopography's names of text formats, which the native readers also know.
 _TEXT = ("asc", "xyz")
-# Its formats whose rows grow along +y. Its readers of all others put the top of the picture first.
+# SurfaceTopography's formats whose first row has the smallest y. In all others the first row is the top of the picture.
 _COUNT_UP = ("sdf", "x3p", "xyz")
-# Its formats whose direction depends on the heights' origin.
+# SurfaceTopography's formats in which the order of rows depends on the program that wrote the file (`top_is_first`).
 _EITHER = ("nc",)
-# Relative difference from which two sizes disagree, as in the native readers.
+# Relative difference above which the given pixel size contradicts the file's, as in the native readers.
 _AGREEMENT = 1e-6
-# Largest pixel and largest range of heights in µm, as in the native readers; a larger length is in another unit.
+# Largest accepted pixel and range of heights in µm, as in the native readers. A larger length is probably in a wrong
+# unit.
 _LARGEST_UM = 1e3
-# Characters of SurfaceTopography's messages that are shown.
+# Largest number of characters of SurfaceTopography's messages that are shown. Chosen, for one line.
 _SHOWN = 160
 
 
@@ -125,6 +127,7 @@ def library() -> Any:
 
 
 def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: str | None) -> Reading:
+    """Reads a file as :func:`read` does, without the file's name in messages."""
     if unit is not None:
         # Refuses an unknown unit before the file is read.
         um_per(unit)
@@ -132,8 +135,8 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
         raise SunbeamError(f"pixel_size is {pixel_size} µm; it must be finite and positive")
     reader = _open(path)
     try:
-        known = reader.format()
-        if known in _BARE:
+        format_name = reader.format()
+        if format_name in _BARE:
             raise SunbeamError(
                 "it holds bare arrays, which tell neither unit nor size; save one as .npy, [iy, ix] in µm with iy "
                 "growing along +y, and read that with pixel_size"
@@ -148,9 +151,9 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
             raise SunbeamError(f"channel {chosen} does not tell its unit; give unit, such as nm (--unit nm)")
         sizes: dict[str, Any] = {}
         # The size of a list of points follows from the points themselves.
-        if info.physical_sizes is None and known != "xyz":
-            sizes["physical_sizes"] = _given_sizes(known, info.nb_grid_pts, pixel_size, str(unit or info.unit))
-        top_first = None if known in _EITHER else known not in _COUNT_UP
+        if info.physical_sizes is None and format_name != "xyz":
+            sizes["physical_sizes"] = _given_sizes(format_name, info.nb_grid_pts, pixel_size, str(unit or info.unit))
+        top_first = None if format_name in _EITHER else format_name not in _COUNT_UP
         relief = relief_of_topography(info.topography(**sizes), unit, top_first)
     except SunbeamError:
         raise
@@ -197,12 +200,12 @@ def _failure(error: Exception) -> str:
     return f"SurfaceTopography fails on it: {text[:_SHOWN]}" if text else ""
 
 
-def _given_sizes(known: str, points: Iterable[int], pixel_size: float | None, unit: str) -> tuple[float, ...]:
+def _given_sizes(format_name: str, points: Iterable[int], pixel_size: float | None, unit: str) -> tuple[float, ...]:
     """Sizes along x and y in the file's unit, for a file that tells none.
 
     Raises :class:`SunbeamError` without a pixel size.
     """
-    if known in _TEXT:
+    if format_name in _TEXT:
         raise SunbeamError("it does not tell its size; sunbeam reads such text itself, with pixel_size in µm")
     if pixel_size is None:
         raise SunbeamError("it does not tell its size; give pixel_size in µm (--pixel-size)")
@@ -212,9 +215,9 @@ def _given_sizes(known: str, points: Iterable[int], pixel_size: float | None, un
 def _check(relief: Relief, pixel_size: float | None) -> None:
     """Raises :class:`SunbeamError` where the pixel size is not the given one, and for lengths beyond 1 mm."""
     if pixel_size is not None:
-        for own in relief.pixel_um:
-            if abs(own - pixel_size) > _AGREEMENT * own:
-                raise SunbeamError(f"pixel_size is given as {pixel_size} µm, but the file says {own} µm")
+        for edge_um in relief.pixel_um:
+            if abs(edge_um - pixel_size) > _AGREEMENT * edge_um:
+                raise SunbeamError(f"pixel_size is given as {pixel_size} µm, but the file says {edge_um} µm")
     if relief.holes == relief.heights_um.size:
         raise SunbeamError("no point has a height")
     for name, um in (("pixels", max(relief.pixel_um)), ("heights from peak to valley", relief.peak_to_valley_um)):

@@ -1,7 +1,11 @@
 //! One entry of the cache: its key, its file name, and its bytes.
 //!
-//! Layout: 16 bytes of magic, the key (32 bytes), the BLAKE3 hash of the contents (32 bytes), and the contents, the
-//! tables in postcard's encoding.
+//! | bytes | content |
+//! | --- | --- |
+//! | 0 to 15 | magic |
+//! | 16 to 47 | key: BLAKE3 hash of everything that the tables depend on |
+//! | 48 to 79 | BLAKE3 hash of the contents |
+//! | from 80 on | contents: the tables in postcard's encoding |
 
 #[cfg(feature = "rigorous")]
 use crate::grating::Profile;
@@ -10,12 +14,13 @@ use crate::scattering::{Options, SpectralIndex};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// First bytes of an entry, with the version of this layout.
 const MAGIC: &[u8; 16] = b"sunbeam tables 1";
 /// Bytes of a BLAKE3 hash.
 const HASH: usize = blake3::OUT_LEN;
 /// Bytes before the contents.
 const HEADER: usize = MAGIC.len() + 2 * HASH;
-/// Extension of an entry's file name, which is the key in hexadecimal digits before it.
+/// Extension of an entry's file name; the digits before it are the key in hexadecimal.
 const EXTENSION: &str = ".tables";
 
 /// Hash of the code that builds tables (`build.rs`), so that entries of another version are not found.
@@ -36,7 +41,7 @@ impl Key {
         Self::new(&format!("colours {index:?}"), field, options)
     }
 
-    /// Key of a grating's tables; `kind` tells its kinds of tables apart.
+    /// Key of a grating's tables; `kind` names the kind of tables, so that entries of several kinds differ.
     #[cfg(feature = "rigorous")]
     pub(super) fn of_grating(kind: &str, profile: &Profile, index: Option<&SpectralIndex>) -> Self {
         let mut hasher = blake3::Hasher::new();
@@ -46,6 +51,7 @@ impl Key {
         Self(hasher.finalize())
     }
 
+    /// Key of tables of a height field: hash of `kind`, the code, the heights and the options.
     fn new(kind: &str, field: &HeightField, options: &Options) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&(kind.len() as u64).to_le_bytes());

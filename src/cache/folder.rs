@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 
 /// Prefix of the temporary name of an entry that is being written.
 const UNFINISHED: &str = ".unfinished-";
-/// Age after which a temporary file is taken to be left behind by a process that ended. Chosen: no write takes a day.
+/// Age after which a temporary file counts as left behind by a process that ended. Chosen: no write takes a day.
 const STALE: Duration = Duration::from_secs(24 * 3600);
 
 /// Reason why an entry was not written.
@@ -37,7 +37,8 @@ pub(super) fn read<T: DeserializeOwned>(folder: &Path, key: &Key) -> Option<T> {
 
 /// Writes an entry under a temporary name and renames it; then removes old entries beyond `limit_bytes`.
 ///
-/// Readers find all of an entry or nothing. Of several writers of one key the last wins; all write equal bytes.
+/// Readers find a complete entry or none. Several writers of one key write equal bytes, so the last may replace the
+/// others.
 pub(super) fn keep<T: Serialize>(folder: &Path, key: &Key, tables: &T, limit_bytes: u64) -> Result<(), KeepError> {
     let bytes = encode(key, tables)?;
     let size = bytes.len() as u64;

@@ -66,7 +66,9 @@ pub struct CacheError {
 /// A folder of tables with a size limit, or no cache at all ([`Cache::off`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cache {
+    /// The folder; `None` where the cache is off.
     folder: Option<PathBuf>,
+    /// Largest size of all entries together, in bytes.
     limit_bytes: u64,
 }
 
@@ -122,6 +124,8 @@ impl Cache {
         Self::from_variables(|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
     }
 
+    /// [`Cache::from_env`] with `get` in place of the environment: the value of a variable by its name. Empty values
+    /// count as not set.
     fn from_variables(get: impl Fn(&str) -> Option<String>) -> Result<Self, CacheError> {
         let given = |name| get(name).filter(|value| !value.is_empty());
         let limit_mb = match given(LIMIT) {
@@ -153,7 +157,7 @@ impl Cache {
     /// `progress` follows a build; reading does not advance it.
     ///
     /// # Errors
-    /// As [`Surface::new`]. Trouble with the cache is no error; [`Origin::NotKept`] tells it.
+    /// The errors of [`Surface::new`]. A failed write to the cache is no error; [`Origin::NotKept`] gives its reason.
     pub fn surface(
         &self,
         field: &HeightField,
@@ -166,7 +170,7 @@ impl Cache {
     /// [`Cache::surface`], or an equal surface that this process already holds.
     ///
     /// # Errors
-    /// As [`Cache::surface`].
+    /// The errors of [`Cache::surface`].
     pub fn shared_surface(
         &self,
         field: &HeightField,
@@ -182,7 +186,7 @@ impl Cache {
     /// With an `index` the colours include the Fresnel factor of a medium of that index.
     ///
     /// # Errors
-    /// As [`ColourSurface::new`].
+    /// The errors of [`ColourSurface::new`].
     pub fn shared_colours(
         &self,
         field: &HeightField,
@@ -200,7 +204,7 @@ impl Cache {
     /// [`Cache::shared_surface`].
     ///
     /// # Errors
-    /// As [`GratingSurface::new`].
+    /// The errors of [`GratingSurface::new`].
     #[cfg(feature = "rigorous")]
     pub fn shared_grating(
         &self,
@@ -223,7 +227,7 @@ impl Cache {
     /// The grating of [`Cache::shared_grating`] in colours.
     ///
     /// # Errors
-    /// As [`GratingSurface::new`].
+    /// The errors of [`GratingSurface::new`].
     #[cfg(feature = "rigorous")]
     pub fn shared_grating_colours(
         &self,
@@ -248,7 +252,7 @@ impl Cache {
     /// Jones matrices of the orders of [`Cache::shared_grating`].
     ///
     /// # Errors
-    /// As [`JonesTable::new`].
+    /// The errors of [`JonesTable::new`].
     #[cfg(feature = "rigorous")]
     pub fn shared_jones(
         &self,

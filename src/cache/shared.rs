@@ -17,6 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 /// ```
 pub struct Shared<K, T>(Mutex<Option<HashMap<K, Slot<T>>>>);
 
+/// Value of one key, locked while it is made; dangling once its last user has dropped it.
 type Slot<T> = Arc<Mutex<Weak<T>>>;
 
 impl<K: Eq + Hash, T> Default for Shared<K, T> {
@@ -35,12 +36,13 @@ impl<K: Eq + Hash, T> Shared<K, T> {
     /// the first of them.
     ///
     /// # Errors
-    /// Those of `make`.
+    /// The errors of `make`.
     pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
         // A panic of `make` changes neither map nor slot, so a poisoned lock is still consistent.
         let slot = {
             let mut slots = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let slots = slots.get_or_insert_with(HashMap::new);
+            // Drops the slots whose value has no user and that no other call waits for.
             slots.retain(|_, slot| Arc::strong_count(slot) > 1 || slot.try_lock().is_ok_and(|s| s.strong_count() > 0));
             Arc::clone(slots.entry(key).or_default())
         };
@@ -69,9 +71,9 @@ mod tests {
         let kept = || shared.0.lock().unwrap().as_ref().map_or(0, HashMap::len);
         assert_eq!(kept(), 2);
         drop((a, b));
-        assert_eq!(shared.get(2, || Err("not asked")).unwrap().as_str(), "made for 2");
+        assert_eq!(shared.get(2, || Err("not called")).unwrap().as_str(), "made for 2");
         assert_eq!(kept(), 1);
-        assert_eq!(shared.get(1, || Err("asked again")), Err("asked again"));
+        assert_eq!(shared.get(1, || Err("called again")), Err("called again"));
         assert_eq!(*get(1), "made for 1");
     }
 
@@ -85,8 +87,8 @@ mod tests {
             Ok::<_, Infallible>(7)
         };
         let values: Vec<_> = std::thread::scope(|scope| {
-            let asked: Vec<_> = (0..4).map(|_| scope.spawn(|| shared.get(0, make).unwrap())).collect();
-            asked.into_iter().map(|one| one.join().unwrap()).collect()
+            let calls: Vec<_> = (0..4).map(|_| scope.spawn(|| shared.get(0, make).unwrap())).collect();
+            calls.into_iter().map(|call| call.join().unwrap()).collect()
         });
         assert_eq!((values.len(), *made.lock().unwrap()), (4, 1));
     }

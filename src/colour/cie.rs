@@ -1,4 +1,4 @@
-//! What the CIE publishes at 1 nm; written by scripts/cie_tables.py.
+//! Tables of the CIE at 1 nm; written by scripts/cie_tables.py.
 
 /// Wavelengths of the tables in nm, first and last; one entry for each whole nm.
 pub(super) const RANGE_NM: (u16, u16) = (380, 780);

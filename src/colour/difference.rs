@@ -14,8 +14,15 @@ pub fn linear_srgb_to_lab(rgb: [f64; 3]) -> [f64; 3] {
     xyz_to_lab(linear_srgb_to_xyz(rgb))
 }
 
-/// CIEDE2000 difference ΔE₀₀ of two CIELAB colours `[L*, a*, b*]` (kL = kC = kH = 1); 1 is about
-/// what an eye just notices.
+/// CIEDE2000 difference ΔE₀₀ of two CIELAB colours `[L*, a*, b*]` with kL = kC = kH = 1. A difference of 1 is just
+/// noticeable.
+///
+/// ```
+/// use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
+///
+/// let [grey, warmer] = [[0.5, 0.5, 0.5], [0.52, 0.5, 0.48]].map(linear_srgb_to_lab);
+/// assert!(ciede2000(grey, warmer) > 1.0);
+/// ```
 ///
 /// G. Sharma, W. Wu and E. N. Dalal, *The CIEDE2000 Color-Difference Formula: Implementation Notes,
 /// Supplementary Test Data, and Mathematical Observations*, Color Research and Application 30(1), 2005.
@@ -41,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn ciede2000_meets_sharma_s_pairs() {
+    fn ciede2000_matches_the_published_pairs() {
         // Pairs from table 1 of the paper, chosen for the formula's traps: the hue rotation in blue,
         // the mean of hues across 0°, hues exactly opposite, near-grey pairs and ordinary colours.
         let pairs = [

@@ -1,10 +1,15 @@
 //! Automatic exposure of a picture.
 
-/// Fraction of the lit pixels that may clip.
+/// Fraction of the lit pixels that may clip. Chosen.
 const CLIPPED: f64 = 0.01;
 
-/// The factor at which 1 % of the pixels that are not black exceed 1 in some channel of linear sRGB; 1 for a black
-/// picture.
+/// The exposure factor at which 1 % of the lit pixels exceed 1 in some channel of linear sRGB; 1 for a black picture.
+///
+/// ```
+/// // One bright pixel in two hundred may clip.
+/// let pixels = (0..200).map(|i| if i == 0 { [100.0; 3] } else { [0.5; 3] });
+/// assert_eq!(sunbeam::colour::automatic_exposure(pixels), 2.0);
+/// ```
 pub fn automatic_exposure(pixels: impl Iterator<Item = [f64; 3]>) -> f64 {
     let mut largest: Vec<f64> = pixels.map(|rgb| rgb[0].max(rgb[1]).max(rgb[2])).filter(|v| *v > 0.0).collect();
     largest.sort_by(f64::total_cmp);

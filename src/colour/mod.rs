@@ -1,12 +1,13 @@
 //! Colour: spectra to sRGB, tone mapping, and colour differences.
 //!
-//! - [`cie_xyz`] and [`d65`]: the CIE 1931 2° observer and the daylight D65, by wavelength in nm.
-//! - [`SpectralToRgb`]: weights that turn samples of a reflectance-like function over wavelength,
-//!   seen in D65, into linear sRGB; a function that is 1 everywhere is exactly the white (1, 1, 1).
-//! - [`xyz_to_linear_srgb`], [`linear_srgb_to_xyz`], [`srgb_encode`], [`srgb_bytes`], [`srgb_decode`].
-//! - [`tone_map`]: radiance to displayable colours.
-//! - [`automatic_exposure`]: the exposure of a picture.
-//! - [`xyz_to_lab`], [`linear_srgb_to_lab`] and [`ciede2000`].
+//! - [`cie_xyz`], [`d65`]: the CIE 1931 2° observer and the daylight D65, by wavelength in nm.
+//! - [`SpectralToRgb`]: weights from samples of a reflectance at chosen wavelengths to linear sRGB under D65; a
+//!   reflectance of 1 is the white (1, 1, 1).
+//! - [`WavelengthWeights`]: such weights, and luminance, at each nm of the tables' range.
+//! - [`xyz_to_linear_srgb`], [`linear_srgb_to_xyz`], [`srgb_encode`], [`srgb_bytes`], [`srgb_decode`]: sRGB, linear and
+//!   encoded.
+//! - [`tone_map`], [`automatic_exposure`]: radiance to displayable colours.
+//! - [`xyz_to_lab`], [`linear_srgb_to_lab`], [`ciede2000`]: CIELAB and colour differences.
 //!
 //! XYZ is relative throughout: the D65 white has Y = 1.
 

@@ -1,9 +1,8 @@
-//! The CIE 1931 2° colour matching functions and the illuminant D65, between the CIE's values at 1 nm.
+//! The CIE 1931 2° colour matching functions and the illuminant D65, interpolated linearly between whole nm.
 
 use super::cie::{D65, OBSERVER_1931, RANGE_NM};
 
-/// First and last wavelength, in nm, at which the tables have data of their own (CIE data at 1 nm).
-/// Outside, the observer sees nothing (0) and D65 keeps its last value.
+/// First and last wavelength of the CIE's tables, in nm. Beyond them the matching functions are 0 and D65 is constant.
 pub const OBSERVER_RANGE_NM: (f64, f64) = (RANGE_NM.0 as f64, RANGE_NM.1 as f64);
 
 /// Index of the entry at or below the wavelength and the fraction towards the next one.
@@ -13,10 +12,10 @@ fn locate(wavelength_nm: f64) -> (usize, f64) {
     (index, position - index as f64)
 }
 
-/// The CIE 1931 2° colour matching functions `[x̄, ȳ, z̄]` at a wavelength in nm (linear between whole nm).
+/// The CIE 1931 2° colour matching functions `[x̄, ȳ, z̄]` at a wavelength in nm.
 ///
-/// Exactly `[0, 0, 0]` outside [`OBSERVER_RANGE_NM`] and for a wavelength that is not a number: what
-/// lies there carries less than 2e-5 of the luminance of white.
+/// Exactly `[0, 0, 0]` outside [`OBSERVER_RANGE_NM`] and for NaN. The range leaves out less than 2e-5 of the luminance
+/// of white.
 pub fn cie_xyz(wavelength_nm: f64) -> [f64; 3] {
     if !(OBSERVER_RANGE_NM.0..=OBSERVER_RANGE_NM.1).contains(&wavelength_nm) {
         return [0.0; 3];
@@ -28,8 +27,8 @@ pub fn cie_xyz(wavelength_nm: f64) -> [f64; 3] {
 
 /// Relative spectral power of the CIE standard illuminant D65 at a wavelength in nm, 100 at 560 nm.
 ///
-/// Outside [`OBSERVER_RANGE_NM`] the nearest value is kept (the true curve falls by 7 % from 380 to
-/// 360 nm, where no eye looks).
+/// Constant outside [`OBSERVER_RANGE_NM`], where the observer's response is 0. (The published curve falls by 7 % from
+/// 380 to 360 nm.)
 pub fn d65(wavelength_nm: f64) -> f64 {
     let (index, t) = locate(wavelength_nm);
     let (below, above) = (D65[index], D65[index + 1]);
@@ -93,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_the_table_nothing_breaks() {
+    fn values_outside_the_table_are_zero_or_constant() {
         for nm in [f64::NEG_INFINITY, 0.0, 360.0, 379.999, 780.001, 830.0, f64::INFINITY, f64::NAN] {
             assert_eq!(cie_xyz(nm), [0.0; 3]);
         }

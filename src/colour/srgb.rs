@@ -7,8 +7,8 @@ use palette::{
     white_point::D65,
 };
 
-/// Linear sRGB of a relative XYZ colour (D65 white: Y = 1). Colours outside the gamut keep their
-/// negative components; nothing is clamped. The matrix has seven digits.
+/// Linear sRGB of a relative XYZ colour (D65 white: Y = 1), not clamped: colours outside the gamut have negative
+/// components. The matrix has seven digits.
 pub fn xyz_to_linear_srgb(xyz: [f64; 3]) -> [f64; 3] {
     LinSrgb::from_color_unclamped(Xyz::<D65, f64>::from(xyz)).into()
 }
@@ -19,7 +19,15 @@ pub fn linear_srgb_to_xyz(rgb: [f64; 3]) -> [f64; 3] {
 }
 
 /// The sRGB transfer function per component: linear in, encoded out, both clamped to [0, 1].
-/// A component that is not a number becomes 0.
+/// NaN becomes 0.
+///
+/// ```
+/// use sunbeam::colour::{srgb_decode, srgb_encode};
+///
+/// let linear = [0.2, 0.5, 0.9];
+/// let back = srgb_decode(srgb_encode(linear));
+/// assert!(linear.iter().zip(back).all(|(a, b)| (a - b).abs() < 1e-6));
+/// ```
 pub fn srgb_encode(linear: [f64; 3]) -> [f64; 3] {
     linear.map(|value| Srgb::from_linear(unit(value)))
 }
@@ -34,6 +42,7 @@ pub fn srgb_decode(encoded: [f64; 3]) -> [f64; 3] {
     encoded.map(|value| Srgb::into_linear(unit(value)))
 }
 
+/// Clamps to [0, 1]; NaN becomes 0.
 fn unit(value: f64) -> f64 {
     if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
 }

@@ -1,12 +1,21 @@
 //! Tone mapping for display.
 
-/// Radiance from which highlights are compressed.
+/// Exposed radiance above which highlights are compressed. Chosen.
 const KNEE: f64 = 0.8;
-/// Radiance above [`KNEE`] that is shown halfway between the knee and 1.
+/// Excess of radiance over [`KNEE`] that is shown halfway between the knee and 1. Chosen.
 const SHOULDER: f64 = 0.6;
 
-/// Linear radiance brightened by `2^stops`, for [`super::srgb_encode`]: colours up to 0.8 are kept, those above are
-/// compressed towards 1 by one factor for the three channels, which keeps the hue. Negative components become 0.
+/// Maps linear radiance, brightened by `2^stops`, to [0, 1] for [`super::srgb_encode`].
+///
+/// Colours whose largest channel is at most 0.8 are kept. Brighter ones are compressed towards 1 by one factor for all
+/// channels, which keeps their hue. Negative components become 0.
+///
+/// ```
+/// use sunbeam::colour::tone_map;
+///
+/// assert_eq!(tone_map([0.1, 0.2, 0.4], 1.0), [0.2, 0.4, 0.8]);
+/// assert!(tone_map([100.0, 50.0, 0.0], 0.0)[0] < 1.0);
+/// ```
 pub fn tone_map(linear: [f64; 3], stops: f64) -> [f64; 3] {
     let exposed = linear.map(|value| (value * stops.exp2()).max(0.0));
     let peak = exposed[0].max(exposed[1]).max(exposed[2]);
@@ -23,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shadows_stay_and_highlights_keep_their_hue_below_one() {
+    fn highlights_keep_their_hue_and_stay_below_one() {
         assert_eq!(tone_map([0.1, 0.2, -0.1], 1.0), [0.2, 0.4, 0.0]);
         let [r, g, b] = tone_map([1.4, 0.7, 0.0], 0.0);
         // 0.6 above the knee is halfway.

@@ -5,8 +5,8 @@ use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::sync::LazyLock;
 
-/// Red, green, blue (linear sRGB) and luminance under D65 and the CIE 1931 observer, per nm. Each sums to one over the
-/// whole nm of the tables' range, so that a reflectance of one is white.
+/// Weights of a reflectance per nm: red, green and blue (linear sRGB) and luminance, under D65 and the CIE 1931
+/// observer. Each of the four sums to 1 over the whole nm of the tables' range, so a reflectance of 1 is white.
 ///
 /// ```
 /// use sunbeam::colour::WavelengthWeights;
@@ -16,6 +16,7 @@ use std::sync::LazyLock;
 /// ```
 pub struct WavelengthWeights;
 
+/// Weights `[nm − WAVELENGTH_MIN_NM][red, green, blue, luminance]`.
 static WEIGHTS: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
     let count = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) as usize + 1;
     let raw: Vec<[f64; 4]> = (0..count)

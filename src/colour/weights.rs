@@ -1,8 +1,8 @@
-//! Samples over wavelength to linear sRGB.
+//! Weights from samples over wavelength to linear sRGB.
 
 use thiserror::Error;
 
-use super::{cie_xyz, d65, xyz_to_linear_srgb};
+use super::{OBSERVER_RANGE_NM, cie_xyz, d65, xyz_to_linear_srgb};
 
 /// Reason that a wavelength grid was refused.
 #[derive(Debug, Error, PartialEq)]
@@ -17,9 +17,10 @@ pub enum ColourError {
         /// The refused step.
         step_nm: f64,
     },
-    /// A grid that cannot make all three primaries of white.
+    /// A grid on which some channel of white vanishes.
     #[error(
-        "the {count} wavelengths from {first_nm} nm in steps of {step_nm} nm cannot make white; cover 380 to 780 nm in steps of at most 100 nm"
+        "the {count} wavelengths from {first_nm} nm in steps of {step_nm} nm cannot make white; cover 380 to \
+         780 nm in steps of at most 100 nm"
     )]
     NoWhite {
         /// The refused first wavelength.
@@ -31,11 +32,26 @@ pub enum ColourError {
     },
 }
 
-/// Weights that turn samples `f(λ_i)` of a dimensionless function (a reflectance), lit by D65 and seen
-/// by the CIE 1931 2° observer, into linear sRGB: `rgb = Σ_i f(λ_i) · weights[i]`.
+/// Least sum of weights of a channel, relative to the largest channel's, at which a grid is accepted. Chosen; a grid
+/// that covers the visible range has sums of about 1.
+const WHITE_MIN: f64 = 0.05;
+/// Most wavelengths of [`SpectralToRgb::visible`]. Chosen to bound the memory.
+const COUNT_MAX: usize = 1 << 20;
+
+/// Weights that turn samples of a reflectance `f(λ_i)`, lit by D65 and seen by the CIE 1931 2° observer, into linear
+/// sRGB: `rgb = Σ_i f(λ_i) · weights[i]`.
 ///
-/// The weights are scaled per channel so that `f ≡ 1` is (1, 1, 1) to rounding. On 380 to 780 nm in
-/// steps of 5 nm that scaling changes no channel by more than 0.2 %.
+/// The weights are scaled per channel so that `f ≡ 1` is (1, 1, 1) to rounding. On 380 to 780 nm in steps of 5 nm the
+/// scaling changes no channel by more than 0.2 %.
+///
+/// ```
+/// use sunbeam::colour::SpectralToRgb;
+///
+/// let weights = SpectralToRgb::visible(5.0)?;
+/// let [red, green, blue] = weights.rgb_of(|nm| if nm > 600.0 { 0.9 } else { 0.1 });
+/// assert!(red > 0.4 && green < 0.4 && blue < 0.2);
+/// # Ok::<(), sunbeam::colour::ColourError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralToRgb {
     first_nm: f64,
@@ -47,8 +63,8 @@ impl SpectralToRgb {
     /// Weights for `count` wavelengths `first_nm + i·step_nm`.
     ///
     /// # Errors
-    /// [`ColourError::Grid`] when a number is not finite and positive, [`ColourError::NoWhite`] when the
-    /// samples are too few or too far from the visible range to make all three primaries.
+    /// [`ColourError::Grid`] when a number is not finite and positive; [`ColourError::NoWhite`] when the samples are
+    /// too few or too far from the visible range.
     pub fn new(first_nm: f64, step_nm: f64, count: usize) -> Result<Self, ColourError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         if !positive(first_nm) || !positive(step_nm) {
@@ -67,7 +83,7 @@ impl SpectralToRgb {
             }
         }
         let largest = white.iter().fold(0.0_f64, |a, b| a.max(*b));
-        if !white.iter().all(|&total| total > 0.05 * largest) {
+        if !white.iter().all(|&total| total > WHITE_MIN * largest) {
             return Err(ColourError::NoWhite { first_nm, step_nm, count });
         }
         for weight in &mut weights {
@@ -78,17 +94,18 @@ impl SpectralToRgb {
         Ok(Self { first_nm, step_nm, weights })
     }
 
-    /// The grid of the full-spectrum method: 380 to 780 nm in the given step (Single 2014 uses 5 nm).
+    /// Weights for [`OBSERVER_RANGE_NM`] in the given step; Single 2014 uses 5 nm.
     ///
     /// # Errors
-    /// The errors of [`SpectralToRgb::new`].
+    /// The errors of [`SpectralToRgb::new`]; [`ColourError::Grid`] for more than 2²⁰ wavelengths.
     pub fn visible(step_nm: f64) -> Result<Self, ColourError> {
-        let count = if step_nm > 0.0 { (400.0 / step_nm + 1e-9).floor() as usize + 1 } else { 0 };
-        // A step of a millionth of a nm would only exhaust the memory.
-        if count > 1 << 20 {
-            return Err(ColourError::Grid { first_nm: 380.0, step_nm });
+        let (first_nm, last_nm) = OBSERVER_RANGE_NM;
+        // The tolerance keeps the last wavelength where the quotient is rounded down.
+        let count = if step_nm > 0.0 { ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize + 1 } else { 0 };
+        if count > COUNT_MAX {
+            return Err(ColourError::Grid { first_nm, step_nm });
         }
-        Self::new(380.0, step_nm, count)
+        Self::new(first_nm, step_nm, count)
     }
 
     /// The wavelengths in nm, in the order of the samples.
@@ -106,18 +123,18 @@ impl SpectralToRgb {
         &self.weights
     }
 
-    /// The weights as a density per nm at a wavelength in nm, linear between the samples and zero beyond them; its
-    /// integral is (1, 1, 1) as far as the outermost weights count for nothing.
+    /// The weights as a density per nm, at a wavelength in nm: linear between the samples, and falling to zero one step
+    /// beyond the outermost. Its integral is (1, 1, 1).
     pub fn density(&self, wavelength_nm: f64) -> [f64; 3] {
-        let place = (wavelength_nm - self.first_nm) / self.step_nm;
-        let below = place.floor();
+        let position = (wavelength_nm - self.first_nm) / self.step_nm;
+        let below = position.floor();
         let at = |i: f64| if i >= 0.0 { self.weights.get(i as usize).copied() } else { None }.unwrap_or_default();
         let (a, b) = (at(below), at(below + 1.0));
-        std::array::from_fn(|c| (a[c] + (place - below) * (b[c] - a[c])) / self.step_nm)
+        std::array::from_fn(|c| (a[c] + (position - below) * (b[c] - a[c])) / self.step_nm)
     }
 
-    /// Linear sRGB of samples at [`SpectralToRgb::wavelengths_nm`]. Missing samples count as 0, surplus
-    /// ones are ignored.
+    /// Linear sRGB of samples at [`SpectralToRgb::wavelengths_nm`]. Missing samples count as 0; surplus samples are
+    /// ignored.
     pub fn rgb(&self, samples: &[f64]) -> [f64; 3] {
         let mut rgb = [0.0; 3];
         for (sample, weight) in samples.iter().zip(&self.weights) {
@@ -145,7 +162,7 @@ impl Default for SpectralToRgb {
     /// 81 wavelengths from 380 to 780 nm in steps of 5 nm.
     fn default() -> Self {
         // The built-in grid makes white; the empty grid is unreachable and would give black.
-        Self::visible(5.0).unwrap_or(Self { first_nm: 380.0, step_nm: 5.0, weights: Vec::new() })
+        Self::visible(5.0).unwrap_or(Self { first_nm: OBSERVER_RANGE_NM.0, step_nm: 5.0, weights: Vec::new() })
     }
 }
 
@@ -155,7 +172,7 @@ mod tests {
     use crate::colour::{ciede2000, linear_srgb_to_lab};
 
     #[test]
-    fn one_everywhere_is_exactly_white() {
+    fn unit_reflectance_is_white() {
         for step in [1.0, 5.0, 10.0, 20.0] {
             let white = SpectralToRgb::visible(step).unwrap().rgb_of(|_| 1.0);
             for channel in white {
@@ -192,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn hues_are_where_they_belong() {
+    fn bands_have_the_hue_of_their_wavelengths() {
         let weights = SpectralToRgb::default();
         let band = |low: f64, high: f64| weights.rgb_of(|nm| f64::from(u8::from(low <= nm && nm <= high)));
         let (blue, green, red) = (band(430.0, 470.0), band(520.0, 560.0), band(600.0, 680.0));

@@ -1,42 +1,49 @@
-//! Build of a colour table: integrates the rings' samples and packs their spline coefficients.
+//! Builds a colour table: spectral table, samples of all rings, and spline coefficients in packed words.
 
+use super::fit::{FittedRing, fit};
 use super::pack::{exponent_offset, pack};
-use super::path::{LANES, Lanes, Path, Reading, Reflectance, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
+use super::path::{Path, PerRay, RAYS, Reflectance, STEP_SIGMAS, STEPS_MIN, Term, VISIBLE_UM};
 use super::rings::{RingPlan, Rings, W_LOG};
 use super::{ColourLayout, ColourTable, ColourTableError, ColourTableReport, RESOLUTION, Ring};
 use crate::clock::Instant;
 use crate::colour::SpectralToRgb;
 use crate::height_field::HeightField;
-use crate::numeric::math::cubic_b_spline;
 use crate::table::{
-    BuildDemand, CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, Progress, Purpose, SpectralTable, Spectrum, TableError,
-    Tiling,
+    BuildDemand, COHERENCE_LENGTH_UM, CoherenceWindow, Model, Progress, Purpose, SpectralTable, Spectrum, TOLERANCE,
+    TableError, Tiling,
 };
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Largest number of record reads of a build: some seconds on two cores.
+/// Upper bound of the [`cost`] of a build: some seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
 
-/// Fraction of the progress that the spectral table counts for.
-const SPECTRAL_SHARE: f64 = 0.5;
+/// Factor by which the coherence length is reduced until the table is small enough (chosen).
+const LENGTH_STEP: f64 = 0.95;
 
-/// Parameters of a colour table.
+/// Standard deviation of the window that an aperiodic scan's taper stands for, as a fraction of the scan's longer side.
+/// Chosen above 0.23, that of the Gaussian with the taper's spectral peak, so that rings resolve the taper's lobes.
+const TAPER_SIGMA: f64 = 0.35;
+
+/// Wavelength in µm at which [`knee`] is taken: about the middle of the visible range.
+const KNEE_WAVELENGTH_UM: f64 = 0.5;
+
+/// Options of [`ColourTable::build`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTableOptions {
-    /// Four standard deviations of the coherence window, in µm.
+    /// Coherence length in µm: four standard deviations of the window.
     pub coherence_length_um: f64,
     /// Coherence model.
     pub model: Model,
-    /// Whether the tile repeats.
+    /// Continuation of the relief beyond the tile.
     pub tiling: Tiling,
-    /// Relative error of the spectral table that colours are integrated from.
+    /// Relative error of the spectral table from which colours are computed.
     pub tolerance: f64,
-    /// Factor on the number of samples along each axis, 0.25 to 4. At 1 the ΔE₂₀₀₀ of 99 % of pixels is below 1.
+    /// Factor on the number of samples along each axis, in [`RESOLUTION`]. At 1 the error is below a ΔE₀₀ of 1 for 99 %
+    /// of the pixels.
     pub resolution: f64,
-    /// Factor on the limits of memory and time of the spectral table, at least 1.
+    /// Factor on the memory and time that the spectral table may take, in [`crate::table::BUILD_LIMIT`].
     pub build_limit: f64,
 }
 
@@ -44,15 +51,16 @@ impl ColourTable {
     /// Builds the table of `field`.
     ///
     /// # Errors
-    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
-    /// spectral table that would take more than its limit allows.
+    /// A coherence length outside [`COHERENCE_LENGTH_UM`], a tolerance outside [`TOLERANCE`], a resolution outside
+    /// [`RESOLUTION`], or a spectral table that costs more than its limit.
     pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, ColourTableError> {
         Self::build_reflecting(field, options, &|_, _| 1.0, &Progress::none()).map(|(table, _)| table)
     }
 
-    /// Builds the table with a reflectance inside the integral: `reflected(nm, cos)` for wavelengths of 380 to 780 nm
-    /// and the cosine at the half vector. It should be smooth in the cosine, which the heights sample: six of them on a
-    /// flat relief. Also returns the spectral table, at the colour table's coherence length.
+    /// Builds the table of `field` with the interface's `reflectance` in the integral over wavelength. Also returns the
+    /// spectral table, which is for [`ColourTableReport::coherence_length_um`].
+    ///
+    /// `reflectance` should be smooth in the cosine. It is sampled at the table's w, of which a flat relief has six.
     ///
     /// # Errors
     /// As [`ColourTable::build`].
@@ -63,8 +71,9 @@ impl ColourTable {
         progress: &Progress,
     ) -> Result<(Self, SpectralTable), ColourTableError> {
         let start = Instant::now();
-        TableError::unless_in("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
-        TableError::unless_in("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
+        let length_um = options.coherence_length_um;
+        TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
+        TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         TableError::unless_in("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
         let colours = SpectralToRgb::visible(1.0)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
@@ -80,81 +89,70 @@ impl ColourTable {
             purpose: Purpose::Table,
         };
         demand.check(options.build_limit)?;
-        let spectrum = Spectrum::new(
-            field,
-            options.model,
-            options.tiling,
-            CoherenceWindow::new(coherence_length_um),
-            FREQUENCY_MAX_PER_UM,
-            options.tolerance,
-        );
-        let built = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?;
-        let (table, spectral_error) = (built.table, built.report.relative_error);
+        let window = CoherenceWindow::new(coherence_length_um);
+        let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);
+        let (of_table, of_rings) = progress.halves();
+        let built = crate::table::build(&spectrum, options.tolerance, &of_table)?;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
-        let of_rings = progress.part(SPECTRAL_SHARE, 1.0);
-        let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance, &of_rings);
+        let rings = fit_rings(&built.table, &plan, sigma, knee(&spectrum), &colours, reflectance, &of_rings);
         progress.report(1.0);
         let mut colours = assemble(&plan, rings, coherence_length_um, sigma, start);
-        colours.report.spectral_error = spectral_error;
-        Ok((colours, table))
+        colours.report.spectral_error = built.report.relative_error;
+        Ok((colours, built.table))
     }
 }
 
-/// Standard deviation in cycles/µm of the narrowest feature of S, that of an order's Gaussian.
+/// Standard deviation in cycles/µm of the narrowest feature of S: an order's Gaussian, which an aperiodic scan's taper
+/// widens.
 fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
-    let s = CoherenceWindow::new(coherence_length_um).sigma_um();
-    let window_um = match tiling {
-        Tiling::Periodic => s,
+    let window = CoherenceWindow::new(coherence_length_um);
+    let window = match tiling {
+        Tiling::Periodic => window,
         Tiling::Aperiodic => {
-            // A tapered scan is itself a window, whose autocorrelation is as wide as that of a Gaussian of a third of
-            // its width. The narrower window dominates; the exponent blends the two smoothly.
+            // A smooth minimum of the standard deviations of both windows.
             let (lx, ly) = field.extent_um();
-            s.powi(-2).hypot((0.35 * lx.max(ly)).powi(-2)).powf(-0.5)
+            let taper_um = TAPER_SIGMA * lx.max(ly);
+            CoherenceWindow::from_sigma_um(window.sigma_um().powi(-2).hypot(taper_um.powi(-2)).powf(-0.5))
         }
     };
-    CoherenceWindow::from_sigma_um(window_um).order_sigma_per_um()
+    window.order_sigma_per_um()
 }
 
-/// Plan of the rings, for the surface's coherence length or the longest one whose table is within the limits.
+/// Plan of the rings, and its coherence length in µm: the surface's, or the longest whose table is small enough.
 fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f64) {
     let (low, high) = field.range_um();
     let mut coherence_length_um = options.coherence_length_um;
     loop {
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let plan = Rings::plan(sigma, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
-        let small = 4 * (plan.words() + Ring::WORDS * plan.rings.len()) <= ColourTable::LIMIT_BYTES
+        let is_small = 4 * (plan.words() + Ring::WORDS * plan.rings.len()) <= ColourTable::LIMIT_BYTES
             && plan.rings.len() <= ColourTable::RINGS_MAX;
-        if small && cost(&plan, sigma) <= COST_MAX {
+        if is_small && cost(&plan, sigma) <= COST_MAX {
             return (plan, coherence_length_um);
         }
-        coherence_length_um *= 0.95;
+        coherence_length_um *= LENGTH_STEP;
     }
 }
 
-/// Number of record reads of a build.
+/// Number of [`Term`]s over all rays.
 fn cost(plan: &Rings, sigma: f64) -> f64 {
-    let along = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
+    let wavenumbers = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings
         .iter()
         .map(|ring| {
-            (ring.directions * ring.heights()) as f64 * (ring.radius * along / (STEP_SIGMAS * sigma)).max(STEPS_MIN)
+            let steps = (ring.radius * wavenumbers / (STEP_SIGMAS * sigma)).max(STEPS_MIN);
+            (ring.directions * ring.heights()) as f64 * steps
         })
         .sum()
 }
 
-/// The w at which the relief's phase is about one radian at 0.5 µm; below it `F` falls as w².
+/// The w below which F falls as w²: where the phase of the relief is about one radian.
 fn knee(spectrum: &Spectrum) -> f64 {
-    (0.5 / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
+    (KNEE_WAVELENGTH_UM / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
 }
 
-/// A ring's colours: `[direction][height][channel]`, B-spline coefficients.
-struct FilledRing {
-    knee_squared: f64,
-    zero_squared: f64,
-    coefficients: Vec<f32>,
-}
-
-fn fill(
+/// Samples and fits all rings, group by group.
+fn fit_rings(
     table: &SpectralTable,
     plan: &Rings,
     sigma: f64,
@@ -162,20 +160,20 @@ fn fill(
     colours: &SpectralToRgb,
     reflectance: Reflectance,
     progress: &Progress,
-) -> Vec<FilledRing> {
-    let batches_of = |group: &[RingPlan]| group[0].directions.div_ceil(LANES);
+) -> Vec<FittedRing> {
+    let batches_of = |group: &[RingPlan]| group[0].directions.div_ceil(RAYS);
     let groups = || plan.rings.chunk_by(|a, b| a.directions == b.directions);
     let steps = progress.of_steps(groups().map(batches_of).sum());
     groups()
         .flat_map(|group| {
             let path = Path::new(group, sigma);
-            let readings: Vec<Vec<Reading>> =
-                group.iter().map(|ring| path.readings(table, ring, colours, reflectance)).collect();
-            let coefficients = path.coefficients(&readings);
-            let batches: Vec<Vec<Lanes>> = (0..batches_of(group))
+            let terms: Vec<Vec<Term>> =
+                group.iter().map(|ring| path.terms(table, ring, colours, reflectance)).collect();
+            let coefficients = path.coefficients(&terms);
+            let batches: Vec<Vec<PerRay>> = (0..batches_of(group))
                 .into_par_iter()
                 .map(|batch| {
-                    let integrals = path.integrate(table, &coefficients, &readings, group, batch * LANES);
+                    let integrals = path.integrate(table, &coefficients, &terms, group, batch * RAYS);
                     steps.one();
                     integrals
                 })
@@ -187,112 +185,36 @@ fn fill(
                 Some(start)
             });
             let starts: Vec<usize> = starts.collect();
-            let rings: Vec<FilledRing> = group
+            let rings: Vec<FittedRing> = group
                 .par_iter()
                 .zip(starts)
-                .map(|(ring, start)| filled(ring, ring_values(&batches, start, ring), knee))
+                .map(|(ring, start)| fit(ring, ring_values(&batches, start, ring), knee))
                 .collect();
             rings
         })
         .collect()
 }
 
-/// One ring's samples, `[direction][height][channel]`, out of the batches' `[ring][height][channel]`.
-fn ring_values(batches: &[Vec<Lanes>], start: usize, ring: &RingPlan) -> Vec<f32> {
+/// Samples of one ring, `[direction][height][channel]`, from batches of `[ring][height][channel][ray]`.
+fn ring_values(batches: &[Vec<PerRay>], start: usize, ring: &RingPlan) -> Vec<f32> {
     let numbers = ring.heights() * 3;
     let mut values = vec![0f32; ring.directions * numbers];
     for (direction, to) in values.chunks_exact_mut(numbers).enumerate() {
-        let from = &batches[direction / LANES][start..];
-        to.iter_mut().zip(from).for_each(|(to, lanes)| *to = lanes[direction % LANES]);
+        let from = &batches[direction / RAYS][start..];
+        to.iter_mut().zip(from).for_each(|(to, rays)| *to = rays[direction % RAYS]);
     }
     values
 }
 
-/// Samples of a ring to spline coefficients.
-fn filled(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FilledRing {
-    let (heights, numbers) = (ring.heights(), 3 * ring.heights());
-    let samples = ring.samples();
-    let total = |height: usize| -> f64 {
-        values.chunks_exact(numbers).flat_map(|v| &v[3 * height..3 * height + 3]).map(|v| f64::from(v.abs())).sum()
-    };
-    let knee_squared = knee * knee;
-    // Excess of F over its square law at the first sample; the law changes by less than a factor of three up to the
-    // knee.
-    let near_knee = samples.partition_point(|w| *w < knee).min(heights - 1);
-    let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
-    let zero_squared = (samples[near_knee].powi(2) * fall - 3.0 * samples[0] * samples[0]).clamp(0.0, knee_squared);
-    for value in values.chunks_exact_mut(numbers) {
-        for (sample, w) in value.chunks_exact_mut(3).zip(&samples) {
-            let scale = ((w * w + knee_squared) / (w * w + zero_squared)) as f32;
-            sample.iter_mut().for_each(|channel| *channel *= scale);
-        }
-    }
-    let inverse = interpolation_inverse(ring);
-    let mut columns = vec![0f32; numbers];
-    for value in values.chunks_exact_mut(numbers) {
-        for (weights, column) in inverse.chunks_exact(heights).zip(columns.chunks_exact_mut(3)) {
-            let mut sums = [0f32; 3];
-            for (weight, sample) in weights.iter().zip(value.chunks_exact(3)) {
-                sums.iter_mut().zip(sample).for_each(|(sum, sample)| *sum += weight * sample);
-            }
-            column.copy_from_slice(&sums);
-        }
-        value.copy_from_slice(&columns);
-    }
-    prefilter_around(&mut values, numbers);
-    FilledRing { knee_squared, zero_squared, coefficients: values }
-}
-
-/// The matrix from samples at [`RingPlan::samples`] to the coefficients of the cubic B-spline through them, row-major.
-fn interpolation_inverse(ring: &RingPlan) -> Vec<f32> {
-    let n = ring.heights();
-    let samples = ring.samples();
-    let basis = DMatrix::from_fn(n, n, |sample, coefficient| {
-        let y = ring.knot_position(samples[sample]);
-        cubic_b_spline(y - (coefficient as f64 - 1.0))
-    });
-    // Schoenberg and Whitney: each basis function has a sample of its own, so the inverse exists.
-    let inverse = basis.try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));
-    (0..n * n).map(|i| inverse[(i / n, i % n)] as f32).collect()
-}
-
-/// Replaces samples around a ring, rows of `numbers`, by the coefficients of the periodic cubic B-spline through them.
-fn prefilter_around(values: &mut [f32], numbers: usize) {
-    const POLE: f32 = -0.267_949_2;
-    let n = values.len() / numbers;
-    // 0.27²⁴ is below the rounding of single precision; a ring has at least 16 directions.
-    let warm_up = 24.min(n);
-    let mut state = vec![0f32; numbers];
-    for row in values.chunks_exact(numbers).skip(n - warm_up) {
-        state.iter_mut().zip(row).for_each(|(state, value)| *state = value + POLE * *state);
-    }
-    for row in values.chunks_exact_mut(numbers) {
-        for (state, value) in state.iter_mut().zip(row) {
-            *state = *value + POLE * *state;
-            *value = *state;
-        }
-    }
-    // The anticausal pass starts from its value after one turn.
-    state.fill(0.0);
-    for row in values.chunks_exact(numbers).take(warm_up).rev() {
-        state.iter_mut().zip(row).for_each(|(state, value)| *state = POLE * (*state - value));
-    }
-    for row in values.chunks_exact_mut(numbers).rev() {
-        for (state, value) in state.iter_mut().zip(row) {
-            *state = POLE * (*state - *value);
-            *value = 6.0 * *state;
-        }
-    }
-}
-
+/// Packs the fitted rings and their records into words.
 fn assemble(
     plan: &Rings,
-    filled: Vec<FilledRing>,
+    fitted: Vec<FittedRing>,
     coherence_length_um: f64,
     sigma: f64,
     start: Instant,
 ) -> ColourTable {
-    let largest = filled
+    let largest = fitted
         .par_iter()
         .map(|ring| ring.coefficients.iter().fold(0f32, |a, b| a.max(b.abs())))
         .reduce(|| 0.0, f32::max);
@@ -300,19 +222,19 @@ fn assemble(
     let count = plan.rings.len();
     let mut words = Vec::with_capacity(plan.words() + Ring::WORDS * count + 4);
     let mut rings = Vec::with_capacity(count);
-    for (ring, filled) in plan.rings.iter().zip(filled) {
+    for (ring, fitted) in plan.rings.iter().zip(fitted) {
         rings.push(Ring {
             offset: words.len() as u32,
             directions: ring.directions as u32,
             heights: ring.heights() as u32,
             knots_per_w: ring.knots.0 as f32,
             knots_per_efold: ring.knots.1 as f32,
-            knee_squared: filled.knee_squared as f32,
-            zero_squared: filled.zero_squared as f32,
+            knee_squared: fitted.knee_squared as f32,
+            zero_squared: fitted.zero_squared as f32,
         });
-        words.extend(filled.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
+        words.extend(fitted.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
     }
-    // Padded to packets of four words.
+    // A multiple of four words: the packet of look-ups and the alignment of GPU buffers.
     words.resize(words.len().next_multiple_of(4), 0);
     let layout = ColourLayout {
         knee_radius: plan.knee_radius as f32,

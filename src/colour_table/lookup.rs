@@ -1,37 +1,38 @@
-//! Look-up of a colour, for every family of numbers.
+//! Look-up in a [`super::ColourTable`], written once for all families of numbers.
+//!
+//! A look-up reads four rings about the radius `r = |(u, v)|`. On each ring it reads 4 × 4 coefficients about direction
+//! and w. Words are those of `pack.rs`. The WGSL twin is `src/methods/table.wgsl`.
 
+use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
 use crate::numeric::math::{cubic_b_spline_weights, polynomial};
 use crate::numeric::{Index, Number, Numbers, Real};
 use std::array;
 use std::f64::consts::LN_2;
 
-/// Largest |q|²: that of two parallel unit vectors, with room for rounding.
+/// Upper bound of `|q|²` for a sum of two unit vectors: 4, and room for rounding.
 pub const SUM_SQUARED_MAX: f32 = 4.001;
 
-/// Bits of a mantissa in [`super::pack`]; stored mantissas are offset by half their range.
-const MANTISSA_BITS: u32 = super::pack::EXCESS.ilog2() + 1;
-
-/// A [`super::ColourTable`] over one family of numbers.
+/// A [`super::ColourTable`] as an evaluator over the numbers `N` reads it.
 #[derive(Clone, Copy, Debug)]
 pub struct ColourView<N: Numbers> {
-    /// Constants of the look-up.
+    /// Layout of the words.
     pub layout: ColourLayout,
-    /// Table data.
+    /// [`super::ColourTable::words`].
     pub words: N::Words,
 }
 
 impl<N: Numbers> ColourView<N> {
-    /// The colour `F` of `q = (u, v, w)` (see the [module](super)), linear sRGB in 1/sr; colours outside sRGB have
-    /// negative channels. Zero unless `active`, `w > 0`, and `q` the sum of two unit vectors.
+    /// The colour `F(q)` of the [module](super), linear sRGB in 1/sr; colours outside sRGB have negative channels. Zero
+    /// unless `active`, `w > 0`, and `q` can be a sum of two unit vectors.
     #[inline(always)]
     pub fn relief_rgb(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let squared = u.fma(u, v * v);
-        // False for NaN and infinities.
+        // Comparisons with NaN are false.
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
-        // The divisions are those of the WGSL twin: beside a bright order a rounding of the ring's position shows.
+        // The divisions of the WGSL twin, one by one: next to a bright order a rounding of the radial position shows.
         let growth = lit(self.layout.growth.into());
         let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.knee_radius.into());
         let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
@@ -48,8 +49,8 @@ impl<N: Numbers> ColourView<N> {
         })
     }
 
-    /// The value on a ring at `turn` (a direction in turns) and `w`. Negative ring numbers are beyond the centre, on
-    /// the opposite side. `efolds` is `ln(1 + w/w_log)`.
+    /// Colour on ring `number` at the direction `turn` (in turns) and `w`; `efolds` is `ln(1 + w/w_log)`. Negative
+    /// numbers are rings on the other side of the centre.
     #[inline(always)]
     fn on_ring(&self, number: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
         let (lit, index) = (N::Real::lit, N::Index::lit);
@@ -66,31 +67,30 @@ impl<N: Numbers> ColourView<N> {
         let y = w.fma(N::from_bits(knots_per_w), knots_per_efold * efolds);
         let column = x.floor();
         let row = y.floor().min(N::real(heights) - lit(4.0));
-        let across = cubic_b_spline_weights(x - column);
-        let along = cubic_b_spline_weights(y - row);
-        // A turn lies in [−½, 1]: one addition makes the direction's number positive, one subtraction brings it into
-        // range.
-        let beyond = N::index(column + around - lit(1.0));
-        let mut direction = N::Index::select(directions.le(beyond), beyond - directions, beyond);
+        let direction_weights = cubic_b_spline_weights(x - column);
+        let height_weights = cubic_b_spline_weights(y - row);
+        // A turn lies in [−½, 1], so that one addition and at most one subtraction bring the direction into range.
+        let wrapped = N::index(column + around - lit(1.0));
+        let mut direction = N::Index::select(directions.le(wrapped), wrapped - directions, wrapped);
         let start = offset + N::index(row);
-        // `[channel][height]`, four heights per SIMD vector.
+        // [channel][height], so that the four heights fill a vector.
         let mut sums = [[lit(0.0); 4]; 3];
-        for across in across {
+        for direction_weight in direction_weights {
             let first = direction * heights + start;
-            // Word by word, since a record need not begin at a packet.
+            // Single words, since they begin at any word.
             let words: [N::Index; 4] = array::from_fn(|j| {
                 let [word] = N::gather::<1>(self.words, first + index(j as u32), active);
                 word
             });
-            // A mantissa placed in a float's makes `(1 + m/512)·2^e`; subtracting 1.5·2^e removes the offset exactly,
-            // without an integer conversion.
+            // Stored mantissa bits m in the top of a float's mantissa make `(1 + m/512)·2^e`. Subtracting `1.5·2^e`
+            // removes the excess 256 exactly, without a conversion from integers.
             let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
             let excess = powers.map(|power| N::from_bits(power | index(1 << 22)));
             let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
             for (sum, in_place) in sums.iter_mut().zip(in_place) {
                 *sum = array::from_fn(|j| {
                     let bits = (in_place(words[j]) & index(0x1ff << 14)) | powers[j];
-                    (N::from_bits(bits) - excess[j]).fma(across, sum[j])
+                    (N::from_bits(bits) - excess[j]).fma(direction_weight, sum[j])
                 });
             }
             let next = direction + index(1);
@@ -98,11 +98,11 @@ impl<N: Numbers> ColourView<N> {
         }
         let squared = w * w;
         let shape = (squared + zero_squared) / (squared + knee_squared);
-        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| along[j].fma(sum[j], total)) * shape)
+        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| height_weights[j].fma(sum[j], total)) * shape)
     }
 }
 
-/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1], off by at most 6e-9 of a turn.
+/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1]: a minimax fit with an error of at most 6e-9 turns.
 const TURNS: [f64; 8] = [
     1.591_548_4e-1,
     -5.304_612e-2,
@@ -114,21 +114,20 @@ const TURNS: [f64; 8] = [
     -6.453_036_6e-4,
 ];
 
-/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 for the zero vector. WGSL allows `atan2` an error of
-/// 4096 units in the last place, a quarter of the distance between directions. Both twins therefore use this
-/// polynomial.
+/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin. WGSL allows `atan2` an error of 4096
+/// units in the last place, a quarter of the distance between directions, so both twins use this function.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
-    let (across, along) = (v.abs(), u.abs());
-    let largest = across.max(along).max(R::lit(1e-37));
-    let ratio = across.min(along) / largest;
+    let (abs_u, abs_v) = (u.abs(), v.abs());
+    let largest = abs_v.max(abs_u).max(R::lit(1e-37));
+    let ratio = abs_v.min(abs_u) / largest;
     let octant = ratio * polynomial(ratio * ratio, &TURNS);
-    let quadrant = R::select(along.lt(across), R::lit(0.25) - octant, octant);
+    let quadrant = R::select(abs_u.lt(abs_v), R::lit(0.25) - octant, octant);
     let half = R::select(u.lt(R::lit(0.0)), R::lit(0.5) - quadrant, quadrant);
     R::select(v.lt(R::lit(0.0)), -half, half)
 }
 
-/// Weights of the values at −1, 0, 1, 2 of the cubic through them, at `t` in [0, 1].
+/// Weights of the values at −1, 0, 1, 2 in the cubic through them, at `t` in [0, 1].
 #[inline(always)]
 fn lagrange_weights<R: Real>(t: R) -> [R; 4] {
     let (a, b, c) = (t + R::lit(1.0), t - R::lit(1.0), t - R::lit(2.0));
@@ -147,7 +146,7 @@ mod tests {
             let (sin, cos) = angle.sin_cos();
             let found = f64::from(turns(0.3 * cos as f32, 0.3 * sin as f32));
             let expected = angle / std::f64::consts::TAU;
-            // The coefficients' error and a few roundings; at the ends ±½ are the same direction.
+            // Error of the coefficients and a few roundings. Turns of −½ and ½ are the same direction.
             let off = (found - expected).abs();
             assert!(off.min((off - 1.0).abs()) < 1e-7, "{found} {expected}");
         }
@@ -155,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn cubics_go_through_their_values() {
+    fn lagrange_weights_reproduce_cubics() {
         for i in 0..=10 {
             let t = f64::from(i) / 10.0;
             let moment: f64 = lagrange_weights(t).iter().zip([-1.0, 0.0, 1.0, 2.0]).map(|(w, x)| w * x * x * x).sum();

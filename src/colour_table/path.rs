@@ -1,49 +1,58 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
-//! At a direction of a ring, all wavelengths lie on one ray: `ρ = |f| = r/λ`, and `dλ/λ² = −dρ/r`. Rings of a group
-//! share their directions. The records of the spectral table are therefore interpolated once along each ray, on a grid
-//! of ρ that resolves orders, and then read by every ring at every w.
+//! Samples of one direction of a ring of radius r lie on one ray: wavelength λ reads the radial frequency `ρ = r/λ`,
+//! and `dλ/λ² = −dρ/r`. All rings of a group have the same directions. So along each ray the records of the spectral
+//! table are interpolated once, at uniform ρ that resolve an order, and then serve every ring of the group and every w:
+//!
+//! `F(q) = Σ_ρ (Δρ/r)·R·colour(λ)·S(f; κ)` with `f = ρ·(cos, sin)` and `κ = 2πw/λ`.
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
-use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
+use crate::table::{HEADER, NodeCurve, NodeQuantity, SpectralTable};
 use std::f64::consts::TAU;
 
-/// Number of rays integrated together, in lanes.
-pub(super) const LANES: usize = 16;
+/// Number of rays that are integrated together: a cache line of single-precision numbers.
+pub(super) const RAYS: usize = 16;
 /// One number per ray.
-pub(super) type Lanes = [f32; LANES];
-/// Step along a ray in standard deviations of an order's Gaussian; the trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5.
+pub(super) type PerRay = [f32; RAYS];
+/// Step over ρ in standard deviations of an order. The trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5 of a Gaussian.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
-/// Least number of steps over the visible wavelengths; the colour matching functions are smooth over 6 nm.
+/// Fewest steps over the visible wavelengths, about 6 nm each. Colour matching functions are smooth over that (chosen).
 pub(super) const STEPS_MIN: f64 = 64.0;
-/// The visible wavelengths in µm.
+/// Visible wavelengths in µm, shortest and longest.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
 
-/// Reflectance of the interface from wavelength (nm) and cosine at the half vector.
+/// Reflectance of the interface: a function of the wavelength in nm and the cosine at the half vector.
 pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
-/// The grid of ρ in cycles/µm along the rays of one group of rings.
+/// Uniform radial frequencies ρ in cycles/µm along the rays of one group of rings.
 pub(super) struct Path {
     first: f64,
     step: f64,
     count: usize,
 }
 
-/// Contribution of the record at one position of the path to one ring at one w.
-pub(super) struct Reading {
-    place: usize,
+/// Contribution of the record at one ρ to one ring at one w, apart from the ray.
+pub(super) struct Term {
+    /// Number of ρ along the path.
+    node: usize,
+    /// Number of w among the ring's samples.
     height: usize,
+    /// Number of the first spline coefficient read.
     first: usize,
+    /// Weights of the four spline coefficients read.
     weights: [f32; 4],
-    from_zero: [f32; 2],
-    factor: [f32; 2],
+    /// Factors on a power's header.
+    header_factors: [f32; HEADER],
+    /// Factor on the spline, real and imaginary part.
+    spline_factor: [f32; 2],
+    /// Linear sRGB that `S/norm` is multiplied by.
     colour: [f32; 3],
 }
 
 impl Path {
-    /// The path of a group; `sigma` as in [`super::rings::Rings::plan`].
-    pub fn new(group: &[RingPlan], sigma: f64) -> Self {
+    /// Path of a group of rings for orders of standard deviation `sigma` in cycles/µm.
+    pub(super) fn new(group: &[RingPlan], sigma: f64) -> Self {
         let (inner, outer) = (group[0].radius, group[group.len() - 1].radius);
         let visible = inner / VISIBLE_UM.0 - inner / VISIBLE_UM.1;
         let step = (STEP_SIGMAS * sigma).min(visible / STEPS_MIN);
@@ -51,24 +60,24 @@ impl Path {
         Self { first, step, count: ((outer / VISIBLE_UM.0 - first) / step) as usize + 2 }
     }
 
-    fn frequency(&self, place: usize) -> f64 {
-        self.first + place as f64 * self.step
+    fn frequency(&self, node: usize) -> f64 {
+        self.first + node as f64 * self.step
     }
 
-    /// Readings that all rays share: for each position [`RingPlan::heights`] per ring.
-    pub fn readings(
+    /// Terms of a ring: [`RingPlan::heights`] of them for each visible ρ, in the order of ρ.
+    pub(super) fn terms(
         &self,
         table: &SpectralTable,
         ring: &RingPlan,
         colours: &SpectralToRgb,
         reflectance: Reflectance,
-    ) -> Vec<Reading> {
-        // dλ/λ² in 1/µm, times the normalisation of S; colours are per nm.
+    ) -> Vec<Term> {
+        // dλ/λ² in 1/µm, times the factor of S; colours are per nm.
         let scale = 1e3 * self.step / ring.radius * table.norm();
         let samples = ring.samples();
-        let mut readings = Vec::new();
-        for place in 0..self.count {
-            let frequency = self.frequency(place);
+        let mut terms = Vec::new();
+        for node in 0..self.count {
+            let frequency = self.frequency(node);
             let wavelength_um = ring.radius / frequency;
             if !(VISIBLE_UM.0..=VISIBLE_UM.1).contains(&wavelength_um) {
                 continue;
@@ -79,51 +88,50 @@ impl Path {
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
-                let (from_zero, factor) = curve.factors();
+                let (header_factors, spline_factor) = curve.factors();
                 let reflected = scale * reflectance(wavelength_nm, (0.5 * ring.radius.hypot(w)).min(1.0));
-                readings.push(Reading {
-                    place,
+                terms.push(Term {
+                    node,
                     height,
                     first,
                     weights: weights.map(|weight| weight as f32),
-                    from_zero: from_zero.map(|factor| factor as f32),
-                    factor: [factor.re as f32, factor.im as f32],
+                    header_factors: header_factors.map(|factor| factor as f32),
+                    spline_factor: [spline_factor.re as f32, spline_factor.im as f32],
                     colour: colour.map(|channel| (channel * reflected) as f32),
                 });
             }
         }
-        readings
+        terms
     }
 
-    /// Number of a record's coefficients read at each position.
-    pub fn coefficients(&self, readings: &[Vec<Reading>]) -> Vec<usize> {
+    /// Number of spline coefficients that are read at each ρ.
+    pub(super) fn coefficients(&self, terms: &[Vec<Term>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
-        for Reading { place, first, .. } in readings.iter().flatten() {
-            counts[*place] = counts[*place].max(first + 4);
+        for Term { node, first, .. } in terms.iter().flatten() {
+            counts[*node] = counts[*node].max(first + 4);
         }
         counts
     }
 
-    /// Colours of all rings of the group on [`LANES`] rays from `first_ray` on: `[ring][height][channel]`.
-    pub fn integrate(
+    /// Colours of all rings of the group on [`RAYS`] rays from `first_ray` on: `[ring][height][channel]`.
+    pub(super) fn integrate(
         &self,
         table: &SpectralTable,
         coefficients: &[usize],
-        readings: &[Vec<Reading>],
+        terms: &[Vec<Term>],
         group: &[RingPlan],
         first_ray: usize,
-    ) -> Vec<Lanes> {
-        let joined = self.joined(table, coefficients, group[0].directions, first_ray);
+    ) -> Vec<PerRay> {
+        let records = self.records(table, coefficients, group[0].directions, first_ray);
         let mut colours = Vec::new();
-        for (ring, readings) in group.iter().zip(readings) {
+        for (ring, terms) in group.iter().zip(terms) {
             let start = colours.len();
-            colours.resize(start + ring.heights() * 3, [0.0; LANES]);
-            // For gratings most positions are far from all orders.
-            let somewhere =
-                readings.chunks_exact(ring.heights()).filter(|at_place| !joined.is_empty(at_place[0].place));
-            for reading in somewhere.flatten() {
-                let Some(density) = reading.density(table.quantity(), &joined) else { continue };
-                for (colour, sums) in reading.colour.iter().zip(&mut colours[start + 3 * reading.height..]) {
+            colours.resize(start + ring.heights() * 3, [0.0; RAYS]);
+            // Most ρ of a grating are far from its orders on all of these rays.
+            let occupied = terms.chunks_exact(ring.heights()).filter(|at_node| !records.is_empty(at_node[0].node));
+            for term in occupied.flatten() {
+                let Some(density) = term.density(table.quantity(), &records) else { continue };
+                for (colour, sums) in term.colour.iter().zip(&mut colours[start + 3 * term.height..]) {
                     for (sum, density) in sums.iter_mut().zip(&density) {
                         *sum += colour * density;
                     }
@@ -133,64 +141,64 @@ impl Path {
         colours
     }
 
-    /// Records interpolated along the rays, one ray per lane.
-    fn joined(&self, table: &SpectralTable, coefficients: &[usize], directions: usize, first_ray: usize) -> Joined {
-        let rays: [[f64; 2]; LANES] = std::array::from_fn(|lane| {
-            let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
+    /// Interpolated records along [`RAYS`] rays of a circle of `directions`, from `first_ray` on.
+    fn records(&self, table: &SpectralTable, coefficients: &[usize], directions: usize, first_ray: usize) -> Records {
+        let rays: [[f64; 2]; RAYS] = std::array::from_fn(|ray| {
+            let (sin, cos) = (TAU * (first_ray + ray) as f64 / directions as f64).sin_cos();
             [cos, sin]
         });
         let mut record = Vec::new();
-        let mut joined = Joined { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
-        for (place, &coefficients) in coefficients.iter().enumerate() {
-            let start = joined.values.len();
-            joined.starts.push(start);
+        let mut records = Records { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
+        for (node, &coefficients) in coefficients.iter().enumerate() {
+            let start = records.values.len();
+            records.starts.push(start);
             if coefficients == 0 {
                 continue;
             }
-            let frequency = self.frequency(place);
-            for (lane, ray) in rays.iter().enumerate() {
-                table.interpolated_record(ray.map(|component| frequency * component), coefficients, &mut record);
+            let frequency = self.frequency(node);
+            for (number, ray) in rays.iter().enumerate() {
+                table.interpolate_record(ray.map(|component| frequency * component), coefficients, &mut record);
                 let needed = start + record.len();
-                if joined.values.len() < needed {
-                    joined.values.resize(needed, [0.0; LANES]);
+                if records.values.len() < needed {
+                    records.values.resize(needed, [0.0; RAYS]);
                 }
-                for (to, from) in joined.values[start..].iter_mut().zip(&record) {
-                    to[lane] = *from;
+                for (to, from) in records.values[start..].iter_mut().zip(&record) {
+                    to[number] = *from;
                 }
             }
         }
-        joined.starts.push(joined.values.len());
-        joined
+        records.starts.push(records.values.len());
+        records
     }
 }
 
-/// Interpolated records along a path, without their bands: `[position][number]`.
-struct Joined {
+/// Interpolated records at all ρ of a path, [`RAYS`] side by side. The record at ρ number n is
+/// `values[starts[n]..starts[n + 1]]`, empty where no ray has one.
+struct Records {
     starts: Vec<usize>,
-    values: Vec<Lanes>,
+    values: Vec<PerRay>,
 }
 
-impl Joined {
-    /// Whether no lane has a record at this position.
-    fn is_empty(&self, place: usize) -> bool {
-        self.starts[place] == self.starts[place + 1]
+impl Records {
+    fn is_empty(&self, node: usize) -> bool {
+        self.starts[node] == self.starts[node + 1]
     }
 
-    /// `count` numbers of a record from `first` on.
-    fn numbers(&self, place: usize, first: usize, count: usize) -> Option<&[Lanes]> {
-        self.values[self.starts[place]..self.starts[place + 1]].get(first..first + count)
+    /// `count` numbers of a record from `first` on; `None` beyond its end.
+    fn numbers(&self, node: usize, first: usize, count: usize) -> Option<&[PerRay]> {
+        self.values[self.starts[node]..self.starts[node + 1]].get(first..first + count)
     }
 }
 
-impl Reading {
-    /// `S/norm` on all lanes; `None` without a record.
-    fn density(&self, quantity: NodeQuantity, joined: &Joined) -> Option<Lanes> {
-        let zero = joined.numbers(self.place, 0, 2)?;
+impl Term {
+    /// `S/norm` on all rays; `None` where no ray has a record that is long enough.
+    fn density(&self, quantity: NodeQuantity, records: &Records) -> Option<PerRay> {
+        let header = records.numbers(self.node, 0, HEADER)?;
         let components = quantity.components();
-        let curve = joined.numbers(self.place, 2 + self.first * components, 4 * components)?;
-        let spline = |part: usize| -> Lanes {
-            let mut sums = [0.0; LANES];
-            for (weight, values) in self.weights.iter().zip(curve.iter().skip(part).step_by(components)) {
+        let coefficients = records.numbers(self.node, HEADER + self.first * components, 4 * components)?;
+        let spline = |part: usize| -> PerRay {
+            let mut sums = [0.0; RAYS];
+            for (weight, values) in self.weights.iter().zip(coefficients.iter().skip(part).step_by(components)) {
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
             }
             sums
@@ -198,16 +206,17 @@ impl Reading {
         Some(match quantity {
             NodeQuantity::Power => {
                 let spline = spline(0);
-                std::array::from_fn(|lane| {
-                    let at_zero = self.from_zero[0] * zero[0][lane] + self.from_zero[1] * zero[1][lane];
-                    (at_zero + self.factor[0] * spline[lane]).max(0.0)
+                std::array::from_fn(|ray| {
+                    let from_header = self.header_factors[0] * header[0][ray] + self.header_factors[1] * header[1][ray];
+                    (from_header + self.spline_factor[0] * spline[ray]).max(0.0)
                 })
             }
             NodeQuantity::Amplitude => {
                 let (re, im) = (spline(0), spline(1));
-                std::array::from_fn(|lane| {
-                    let re_sum = zero[0][lane] + self.factor[0] * re[lane] - self.factor[1] * im[lane];
-                    let im_sum = zero[1][lane] + self.factor[0] * im[lane] + self.factor[1] * re[lane];
+                let [a, b] = self.spline_factor;
+                std::array::from_fn(|ray| {
+                    let re_sum = header[0][ray] + a * re[ray] - b * im[ray];
+                    let im_sum = header[1][ray] + a * im[ray] + b * re[ray];
                     re_sum * re_sum + im_sum * im_sum
                 })
             }

@@ -92,7 +92,7 @@ impl SurfaceConfig {
         self.options_for(self.index().map(SpectralIndex::Constant).as_ref())
     }
 
-    /// [`SurfaceConfig::options`] with another refractive index; `None` reflects everything.
+    /// [`SurfaceConfig::options`] with another refractive index; a surface without an index reflects everything.
     pub fn options_for(&self, index: Option<&SpectralIndex>) -> Options {
         let obliquity = self.obliquity.resolved(index);
         Options {
@@ -116,7 +116,7 @@ impl SurfaceConfig {
         self.build_watched(cache, &Progress::none())
     }
 
-    /// [`SurfaceConfig::build`] with a progress.
+    /// [`SurfaceConfig::build`], reporting the fraction of the work done to `progress`.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
@@ -138,19 +138,19 @@ impl SurfaceConfig {
         Ok(cache.shared_surface(&self.height_field()?, &self.options_for(index), progress)?)
     }
 
-    /// [`SurfaceConfig::build_shared`] for renderers that carry colours. `inside` is the index of the Fresnel factor to
-    /// include in the colours, `None` to include none.
+    /// [`SurfaceConfig::build_shared`] for renderers that carry colours. The colours include the Fresnel factor of the
+    /// index `fresnel`, and none for `None`.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
     pub fn build_shared_colours(
         &self,
         index: Option<&SpectralIndex>,
-        inside: Option<&SpectralIndex>,
+        fresnel: Option<&SpectralIndex>,
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
-        Ok(cache.shared_colours(&self.height_field()?, &self.options_for(index), inside, progress)?)
+        Ok(cache.shared_colours(&self.height_field()?, &self.options_for(index), fresnel, progress)?)
     }
 
     /// The profile of a grating, from a preset or a file.
@@ -213,50 +213,55 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::build`] and [`SurfaceConfig::build_shared_grating`].
     pub fn build_by_theory(&self, cache: &Cache, progress: &Progress) -> Result<(BuiltSurface, Origin), BuildError> {
-        let index = self.index();
         match self.theory {
             Theory::Scalar => {
                 let (surface, origin) = self.build_watched(cache, progress)?;
-                Ok((BuiltSurface::scalar(surface, index), origin))
+                Ok((BuiltSurface::scalar(surface, self.index()), origin))
             }
-            Theory::Rigorous => {
-                let index = index.map(SpectralIndex::Constant);
-                let built = self.build_shared_grating(index.as_ref(), cache, progress)?;
-                Ok((BuiltSurface::Rigorous(built.clone()), built.1.clone()))
-            }
+            Theory::Rigorous => self.built_grating(&self.profile()?, cache, progress),
         }
     }
 
-    /// The surface of heights from elsewhere than a preset or a file: levels them and builds the tables. Defaults of
-    /// `level` and `tiling` are those of a file. [`HeightField::with_holes`] applies `fill` beforehand.
+    /// The grating of a profile by Maxwell's equations, with the configuration's own index.
+    fn built_grating(
+        &self,
+        profile: &Profile,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<(BuiltSurface, Origin), BuildError> {
+        let index = self.index().map(SpectralIndex::Constant);
+        let built = cache.shared_grating(profile, index.as_ref(), self.coherence_length, self.build_limit, progress)?;
+        let origin = built.1.clone();
+        Ok((BuiltSurface::Rigorous(built), origin))
+    }
+
+    /// The surface of heights from an array instead of a preset or a file: levels them and builds the tables.
+    ///
+    /// `level` and `tiling` default to those of a file. `fill` is not applied; [`HeightField::with_holes`] does so.
     ///
     /// # Errors
     /// A configuration with parameters of presets or files, heights or pixels beyond a millimetre, or tables beyond the
     /// build limit.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate_for_array()?;
-        let of_numbers = |name: &&str| ReliefSource::OF_NUMBERS.contains(name);
-        if let Some(parameter) = self.relief_source().given().find(|name| !of_numbers(name)) {
+        let is_refused = |name: &&str| !ReliefSource::OF_ARRAYS.contains(name);
+        if let Some(parameter) = self.relief_source().given().find(is_refused) {
             let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");
             return Err(ConfigError::Contradiction { parameter, other, advice }.into());
         }
         heights.check_size(MAX_LENGTH_UM)?;
-        let as_scan = Self {
+        let resolved = Self {
             level: self.level.or(Some(Level::Plane)),
             tiling: self.tiling.or((self.theory == Theory::Scalar).then_some(Tiling::Aperiodic)),
             ..self.clone()
         };
-        let levelled = heights.levelled(as_scan.level());
-        let index = self.index();
-        if self.theory == Theory::Scalar {
-            let (surface, origin) = cache.surface(&levelled, &as_scan.options(), &Progress::none())?;
-            return Ok((BuiltSurface::scalar(surface, index), origin));
+        let levelled = heights.levelled(resolved.level());
+        match self.theory {
+            Theory::Scalar => {
+                let (surface, origin) = cache.surface(&levelled, &resolved.options(), &Progress::none())?;
+                Ok((BuiltSurface::scalar(surface, self.index()), origin))
+            }
+            Theory::Rigorous => self.built_grating(&profile_of(&levelled, self.tolerance)?, cache, &Progress::none()),
         }
-        let profile = profile_of(&levelled, self.tolerance)?;
-        let index = index.map(SpectralIndex::Constant);
-        let progress = Progress::none();
-        let built =
-            cache.shared_grating(&profile, index.as_ref(), self.coherence_length, self.build_limit, &progress)?;
-        Ok((BuiltSurface::Rigorous(built.clone()), built.1.clone()))
     }
 }

@@ -7,7 +7,19 @@ use crate::scattering::{ComplexIndex, Pair, Vec3};
 use serde::Serialize;
 use std::sync::Arc;
 
-/// A surface by one of the theories.
+/// A surface by one of the theories, with the configuration's Fresnel factor.
+///
+/// ```
+/// use sunbeam::table::Progress;
+/// use sunbeam::{Cache, SurfaceConfig};
+///
+/// let json = r#"{"preset": "sinusoidal", "coherence_length": 20, "conserve_energy": false, "eta": 1.5}"#;
+/// let (surface, _) = SurfaceConfig::from_json(json)?.build_by_theory(&Cache::off(), &Progress::none())?;
+///
+/// let normal = [0.0, 0.0, 1.0];
+/// surface.eval(normal, normal, &[450.0, 650.0], |_, f| assert!(f > 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub enum BuiltSurface {
     /// A phase screen, with the index of the material; `None` reflects everything.
     Scalar(Box<Surface>, Option<ComplexIndex>),
@@ -25,6 +37,7 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
+    /// A phase screen with an index; `None` reflects everything.
     pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>) -> Self {
         Self::Scalar(Box::new(surface), index)
     }
@@ -76,8 +89,8 @@ impl BuiltSurface {
         density / wavelengths_nm.len().max(1) as f64
     }
 
-    /// A direction for the wavelengths carried (at least one, in nm) from three random numbers in [0, 1). `None` where
-    /// it or `wi` lies below the horizon.
+    /// Draws a unit vector for the wavelengths carried (at least one, in nm) from three random numbers in [0, 1).
+    /// `None` where `wi` or the drawn direction lies below the horizon.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         match self {
             Self::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),

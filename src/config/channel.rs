@@ -1,4 +1,4 @@
-//! The parameter `channel`: a title, or a number written as such.
+//! The parameter `channel`, which chooses one of several height fields in a file: a title, or a number from 0 on.
 
 use serde::{Deserialize, Deserializer};
 
@@ -10,7 +10,7 @@ enum Channel {
     Title(String),
 }
 
-/// Reads a number or a title as text.
+/// Deserialises a JSON number or string; numbers become their decimal digits.
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
     Ok(Option::<Channel>::deserialize(deserializer)?.map(|channel| match channel {
         Channel::Number(number) => number.to_string(),

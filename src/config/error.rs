@@ -1,4 +1,4 @@
-//! Reasons why a configuration is refused.
+//! The error of a configuration, and the accepted values that its messages name.
 
 use super::{ETA, K};
 use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};
@@ -6,6 +6,14 @@ use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 use std::fmt;
 
 /// Reason why a configuration is refused. Each message names the parameter, its value and the accepted values.
+///
+/// ```
+/// use sunbeam::config::{ConfigError, SurfaceConfig};
+///
+/// let error = SurfaceConfig::from_json(r#"{"tolerance": 2}"#).unwrap_err();
+/// assert!(matches!(error, ConfigError::OutOfRange { parameter: "tolerance", .. }));
+/// assert_eq!(error.to_string(), "parameter \"tolerance\" is 2, but must be a relative error in [1e-6, 1e-1]");
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum ConfigError {

@@ -30,9 +30,11 @@ impl Method for SharedGrating {
 }
 
 impl SurfaceConfig {
-    /// A realtime method by the theory that the configuration names: [`methods::build`] of its heights, or a grating by
-    /// Maxwell's equations, which only `table` knows. `index` is the material's, `None` to reflect everything; a
-    /// grating has it inside.
+    /// A realtime method by the configuration's theory: [`methods::build`] of the heights, or a grating by Maxwell's
+    /// equations, which [`MethodKind::Table`] alone supports.
+    ///
+    /// `index` is the material's; `None` reflects everything. The values of a grating include the material's
+    /// reflectance; [`Method::answers`] tells it of the others.
     ///
     /// # Errors
     /// The errors of [`methods::build`] and [`SurfaceConfig::build_shared_grating_colours`].
@@ -74,8 +76,7 @@ mod tests {
             let refused = build(&config, kind, None).err().unwrap().to_string();
             assert_eq!(refused, format!("the method {kind} does not know theory = rigorous, only scalar"));
         }
-        // The whole reflectance, that of the very surface which colours are otherwise taken from, with the material
-        // inside.
+        // The method's colours are those of the surface, the material's reflectance included.
         let aluminium = SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.9 });
         let (wi, wo) = ([0.3, 0.0, 0.91f32.sqrt()], [-0.3, 0.002, (0.91f32 - 4e-6).sqrt()]);
         let method = build(&config, MethodKind::Table, Some(&aluminium)).unwrap();

@@ -42,12 +42,20 @@ use crate::scattering::ComplexIndex;
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 
-/// Accepted real parts of a refractive index: beyond all materials, and with squares in the range of numbers.
+/// Accepted real parts of a refractive index. Chosen: wider than those of all materials, with squares that neither
+/// overflow nor vanish in single precision.
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
-/// Accepted imaginary parts of a refractive index.
+/// Accepted imaginary parts of a refractive index. Chosen like [`ETA`].
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
-/// The source of the heights.
+/// The source of the heights: a preset or a file.
+///
+/// ```
+/// use sunbeam::config::{Source, SurfaceConfig};
+/// use sunbeam::Preset;
+///
+/// assert_eq!(SurfaceConfig::default().source(), Source::Preset(Preset::Elaphe));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source<'a> {
     /// A built-in surface.
@@ -102,7 +110,7 @@ pub struct SurfaceConfig {
     pub theory: Theory,
     /// Four standard deviations of the coherence window in µm (default: 65, filtered sunlight).
     pub coherence_length: f64,
-    /// Average over window positions, or a single window (default: `ensemble`).
+    /// Coherence model: an average over window positions, or a single window (default: `ensemble`).
     pub model: Model,
     /// The obliquity factor (default: `auto`).
     pub obliquity: ObliquityChoice,
@@ -125,12 +133,12 @@ pub struct SurfaceConfig {
     pub build_limit: f64,
 }
 
-/// The default of `build_limit` is not serialised.
+/// Whether `build_limit` has its default, which is not serialised.
 fn is_one(limit: &f64) -> bool {
     *limit == 1.0
 }
 
-/// The default of `theory` is not serialised.
+/// Whether `theory` has its default, which is not serialised.
 fn is_scalar(theory: &Theory) -> bool {
     *theory == Theory::Scalar
 }
@@ -185,6 +193,7 @@ impl SurfaceConfig {
         Ok(config)
     }
 
+    /// Reads a JSON object without validating it.
     fn parse(json: &str) -> Result<Self, ConfigError> {
         let mut reader = serde_json::Deserializer::from_str(json);
         let config: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
@@ -253,6 +262,7 @@ impl SurfaceConfig {
         self.validate_theory()
     }
 
+    /// Refuses parameters that contradict the source of the heights.
     fn validate_source(&self) -> Result<(), ConfigError> {
         let contradiction = |parameter, other: &str, advice| {
             Err(ConfigError::Contradiction { parameter, other: other.to_owned(), advice })

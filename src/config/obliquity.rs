@@ -1,9 +1,20 @@
-//! The parameter `obliquity`.
+//! The parameter `obliquity`: the factor O of the reflectance, which depends on both directions alone
+//! (docs/model.md#the-reflectance), or the small-slope factor Q, which replaces O and the Fresnel reflectance
+//! (docs/model.md#the-small-slope-factor). [`Obliquity`] is the choice without `auto`.
 
 use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};
 
 /// The choice of the obliquity factor.
+///
+/// ```
+/// use sunbeam::config::ObliquityChoice;
+/// use sunbeam::scattering::{ComplexIndex, Obliquity, SpectralIndex};
+///
+/// let glass = SpectralIndex::Constant(ComplexIndex { eta: 1.5, k: 0.0 });
+/// assert_eq!(ObliquityChoice::Auto.resolved(Some(&glass)), Obliquity::SmallSlope);
+/// assert_eq!(ObliquityChoice::Auto.resolved(None), Obliquity::Stam);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ObliquityChoice {
@@ -63,7 +74,7 @@ mod tests {
     #[test]
     fn obliquity_follows_the_index_unless_it_is_given() {
         let constant = |eta, k| Some(SpectralIndex::Constant(ComplexIndex { eta, k }));
-        // Silicon's index is a dielectric's at long wavelengths alone.
+        // Silicon absorbs too much for a dielectric at short wavelengths only.
         let silicon = [(400.0, 5.57, 0.39), (450.0, 4.7, 0.6), (700.0, 3.8, 0.01)];
         let silicon = silicon.map(|(nm, eta, k)| (nm, ComplexIndex { eta, k })).to_vec();
         for (index, expected) in [

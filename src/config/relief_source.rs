@@ -1,15 +1,16 @@
-//! The relief of a configuration: the parameters that go when another relief is chosen.
+//! The relief of a configuration: the parameters that are replaced together when another relief is chosen.
 
 use super::SurfaceConfig;
 use crate::height_field::{Fill, Level, Preset};
 use crate::table::Tiling;
 use std::path::PathBuf;
 
-/// Lists the fields once: the struct, its names, and both ways between it and a [`SurfaceConfig`].
+/// Defines [`ReliefSource`] from one list of fields: the struct, its names, and the conversions from and to a
+/// [`SurfaceConfig`].
 macro_rules! relief_source {
     ($($name:ident: $type:ty,)+) => {
-        /// The parameters of a [`SurfaceConfig`] that say where the heights come from and how they are read. Each is
-        /// documented at the configuration's field of the same name.
+        /// The parameters of a [`SurfaceConfig`] that name the heights and how they are read. Each is documented at the
+        /// configuration's field of the same name.
         ///
         /// ```
         /// use sunbeam::config::{ReliefSource, SurfaceConfig};
@@ -18,7 +19,7 @@ macro_rules! relief_source {
         /// let mut config = SurfaceConfig::from_json(r#"{"preset": "blazed", "period": 2, "coherence_length": 20}"#)?;
         /// assert_eq!(config.relief_source().given().collect::<Vec<_>>(), ["preset", "period"]);
         ///
-        /// // Another relief: the period of the grating goes, the light stays.
+        /// // Another relief: the grating's period is dropped, the coherence length is kept.
         /// config.set_relief_source(ReliefSource { preset: Some(Preset::Cd), ..ReliefSource::default() });
         /// assert_eq!((config.period, config.coherence_length), (None, 20.0));
         /// # Ok::<(), sunbeam::config::ConfigError>(())
@@ -70,8 +71,8 @@ relief_source! {
 }
 
 impl ReliefSource {
-    /// Fields that also apply to heights given as numbers.
-    pub(super) const OF_NUMBERS: [&'static str; 3] = ["fill", "level", "tiling"];
+    /// Names of the fields that also apply to heights from an array.
+    pub(super) const OF_ARRAYS: [&'static str; 3] = ["fill", "level", "tiling"];
 }
 
 #[cfg(test)]
@@ -79,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_source_survives_the_way_through_a_configuration() {
+    fn relief_source_round_trips_through_a_configuration() {
         let json = r#"{"filename": "a.gsf", "pixel_size": 0.1, "max_height": 1, "channel": 2, "fill": "mean",
             "level": "plane", "tiling": "periodic"}"#;
         let config = SurfaceConfig::from_json(json).unwrap();

@@ -6,6 +6,14 @@ use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
 
 /// The theory of diffraction.
+///
+/// ```
+/// use sunbeam::config::{SurfaceConfig, Theory};
+///
+/// let json = r#"{"preset": "blazed", "theory": "rigorous", "eta": 1.0, "k": 6.9}"#;
+/// assert_eq!(SurfaceConfig::from_json(json)?.theory, Theory::Rigorous);
+/// # Ok::<(), sunbeam::config::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Theory {

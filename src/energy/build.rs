@@ -1,351 +1,300 @@
-//! Tabulates `A` from above.
+//! Builds the nodes of albedo tables; see the [module](super) for a, b, t and A.
 
-use super::AlbedoLayout;
-use super::grid::{GridPlace, place};
-use super::lobes::Lobes;
+use super::grid::{Grid, place};
+use super::integral::AlbedoIntegral;
+use super::node_gaussian::Ridge;
 use crate::numeric::math::lerp;
-use crate::numeric::{Lanes, Number, Numbers, Plain, Real, VALUES_MAX, Values};
+use crate::numeric::{Lanes, Number, Numbers, Real, VALUES_MAX, Values};
 use crate::scattering::Vec3;
-use crate::table::{Progress, Steps};
+use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-/// How finely a table is made.
-#[derive(Clone, Copy)]
-pub(super) struct Fineness {
-    /// Most places in an integral that it is for.
-    places: usize,
-    /// Cells along a side and planes of wavelength; the one is even and the other odd, so that every other node makes a grid as well.
-    pub cells: u32,
-    pub planes: u32,
-    /// Directions in every cell, besides its corners, at which the table is not below what is asked for; and about the horizon for every cell
-    /// along a side, half of which a relief along x has on the axes.
-    pub samples: usize,
-    pub rim_samples: usize,
-    /// Directions that are looked at about each where something was lacking.
-    pub again: usize,
-}
-
-/// Integrals of few places are over narrow orders, where `A` has ridges; they are quick as well.
-const FINENESS: [Fineness; 4] = [
-    Fineness { places: 400, cells: 48, planes: 17, samples: 4, rim_samples: 192, again: 8 },
-    Fineness { places: 1000, cells: 32, planes: 11, samples: 3, rim_samples: 96, again: 8 },
-    Fineness { places: 4000, cells: 20, planes: 9, samples: 2, rim_samples: 24, again: 4 },
-    Fineness { places: usize::MAX, cells: 16, planes: 7, samples: 2, rim_samples: 24, again: 4 },
-];
-/// What a divisor is raised by, as a share of it, since ridges go on between the places that are looked at: so much, and so much more at the
-/// horizon, where it bends most and next to no light is lost by it; less where the excess over one is less than this.
-const MARGIN: f64 = 0.004;
-const RIM_MARGIN: f64 = 0.04;
+/// Cells along a side and planes of wavelength, by the largest number of quadrature nodes of an integral. The fewer the nodes, the narrower the orders
+/// and the ridges. Cells are even and planes odd, so that every other node makes a grid.
+const RESOLUTIONS: [(usize, u32, u32); 4] = [(400, 48, 17), (1000, 32, 11), (4000, 20, 9), (usize::MAX, 16, 7)];
+/// Fewest cells along a side where orders have ridges.
+const CELLS_OF_RIDGES: u32 = 24;
+/// Margin of the divisor, relative to it, for errors of interpolation. Chosen: at 0.015 no albedo found on a grating exceeds one, and their mean is
+/// lower by 0.01.
+const MARGIN: f64 = 0.007;
+/// Cells along a side from which ridges need no larger margin; with fewer it is larger by the ratio.
+const MARGIN_CELLS: f64 = 48.0;
+/// Excess of the divisor over one from which it gets the whole margin.
 const MARGIN_FROM: f64 = 0.05;
-/// Excess over one that is let pass: quadrature is good to about this.
+/// Relative increase of the excess at the horizon, falling by e² per cell: `(A − 1)·cos²θ` is concave in the outermost cells. Chosen: 1 leaves albedos
+/// of 1.08 beyond 89°, and light that grazes so carries next to no power.
+const RIM_INCREASE: f64 = 3.0;
+/// Relative increase of the excess of orders with ridges at the horizon, falling as `(1 − cosθ)¹⁶`, to a tenth at 82°: ridges are narrowest there. Chosen: at 0.3 albedos
+/// of a window of 5 µm reach 1.03 beyond 85°.
+const GRAZING_INCREASE: f64 = 0.6;
+/// Relative increase of the excess per unit of it: a large divisor changes much within a cell. It acts on reliefs some µm deep.
+const LARGE_INCREASE: f64 = 0.007;
+/// Excess over one that is taken for an error of the quadrature.
 const NEGLIGIBLE: f64 = 3e-4;
-/// Share of a build that is taken to be done when all nodes have a value.
-const NODES_SHARE: f64 = 0.4;
-/// Steps towards the least divisor, each of which is one.
+/// Iterations for t. Each lowers it and any is a bound; a fifth would change it by less than a thousandth.
 const STEPS: usize = 4;
+/// Half-sides of a node's box ([`Ridge`]) in cells along x and y, and in groups along the wavelength. With 0.6 and 0.5 albedos reach 1.04;
+/// with a whole cell their mean is lower by 0.01.
+const BOX: [f64; 2] = [0.7, 0.6];
 
-/// Places of an integral side by side.
-type Four = <Lanes<'static> as Numbers>::Real;
+/// Directions side by side.
+type Real4 = <Lanes<'static> as Numbers>::Real;
 
-/// A place among planes: the numbers of the first nodes of that before it and of that behind it, and how far it is from the one to the other.
-pub(super) struct Between {
-    starts: [usize; 2],
-    towards: f64,
-}
-
-/// How much the division changes.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct AlbedoReport {
-    /// Largest albedo before, over directions below 85°.
-    pub albedo_max_unscaled: f64,
-    /// Mean of the albedo over incident directions weighted by cosθ and over wavelengths, before and after.
-    pub albedo_mean_unscaled: f64,
-    /// The mean of the same albedos once energy is conserved.
-    pub albedo_mean_scaled: f64,
-}
-
-/// Planes that are integrated together.
+/// Wavelengths that are integrated together for `K` planes of a table.
 pub(super) struct Group<const K: usize> {
-    /// Where each lies, from zero for the first plane to one for the last.
-    pub planes: [f64; K],
-    /// Wavelengths in nm with their weights in each plane, where they sum to one.
+    /// Wavelengths in nm with their weight in each plane.
     pub wavelengths: Vec<(f64, [f64; K])>,
+    /// Distance to the next group in nm; zero where there is none.
+    pub spacing_nm: f64,
 }
 
-/// What a table is built from. Its planes are as many groups of `K` as they make.
-pub(super) struct Source<'a, const K: usize> {
-    pub lobes: &'a Lobes<'a>,
-    pub fineness: Fineness,
-    /// The group at a place from zero for the first to one for the last.
-    pub group: &'a (dyn Fn(f64) -> Group<K> + Sync),
+/// `(A − 1)·cos²θ` at the nodes of a grid for several groups, `[group][y][x][plane]`.
+pub(super) struct Nodes<const K: usize> {
+    pub grid: Grid,
+    pub values: Vec<[f32; K]>,
 }
 
-/// `(A − 1)·cos²θ` at the nodes of a grid, `[plane][y][x]`.
-pub(super) struct Nodes {
-    pub layout: AlbedoLayout,
-    pub values: Vec<f32>,
+/// A builder of the nodes of one table.
+pub(super) struct Builder<'a, const K: usize> {
+    integral: &'a AlbedoIntegral<'a>,
+    /// The group at a position from zero for the first to `groups − 1` for the last.
+    group: &'a (dyn Fn(f64) -> Group<K> + Sync),
+    /// Odd, so that every other group makes a grid as well.
+    groups: usize,
+    mirrored: bool,
+    ridge_cosines: Vec<f64>,
 }
 
-impl Fineness {
-    /// For a surface.
-    pub fn of(lobes: &Lobes) -> Self {
-        let places = lobes.count_places();
-        let found =
-            FINENESS.into_iter().find(|fineness| places <= fineness.places).unwrap_or(FINENESS[FINENESS.len() - 1]);
-        if !lobes.has_ridges() {
-            return found;
+/// Known divisors b at all positions between their groups, which are `stride` groups of the table apart.
+#[derive(Clone, Copy)]
+struct Known<'a, const K: usize> {
+    nodes: &'a Nodes<K>,
+    stride: f64,
+}
+
+/// Cells along a side and planes of wavelength for a surface.
+pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
+    let points = integral.points_typical();
+    let [.., coarsest] = RESOLUTIONS;
+    let (_, cells, planes) = RESOLUTIONS.into_iter().find(|(most, ..)| points <= *most).unwrap_or(coarsest);
+    (if integral.has_ridges() { Ord::max(cells, CELLS_OF_RIDGES) } else { cells }, planes)
+}
+
+/// The group of one wavelength at a position among `planes` planes, equally spaced over the tables' range.
+pub(super) fn single_wavelength(planes: u32, at: f64) -> Group<1> {
+    let spacing_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / f64::from(planes - 1);
+    Group { wavelengths: vec![(WAVELENGTH_MIN_NM + at * spacing_nm, [1.0])], spacing_nm }
+}
+
+impl<'a, const K: usize> Builder<'a, K> {
+    pub fn new(integral: &'a AlbedoIntegral<'a>, groups: usize, group: &'a (dyn Fn(f64) -> Group<K> + Sync)) -> Self {
+        Self { integral, group, groups, mirrored: integral.is_mirrored(), ridge_cosines: integral.ridge_cosines() }
+    }
+
+    /// The nodes of a table; `None` where nothing is divided: a dielectric's albedo has no ridges, and none of the coarse grid's exceeds one.
+    pub fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
+        let coarse_grid = Grid { cells: grid.cells / 2 };
+        let coarse_groups = self.groups / 2 + 1;
+        let cells = self.gaps() * self.rows(grid) * grid.cells as usize;
+        let steps = progress
+            .of_steps(2 * coarse_groups * self.integrals(coarse_grid) + self.groups * self.integrals(grid) + cells);
+        let albedo = self.nodes(coarse_grid, 2, None, &steps);
+        if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
+            return None;
         }
-        // A wide cell has more of a ridge in it, not less.
-        let Self { samples, rim_samples, again, .. } = FINENESS[1];
-        Self {
-            samples: found.samples.max(samples),
-            rim_samples: found.rim_samples.max(rim_samples),
-            again: found.again.max(again),
-            ..found
-        }
+        let coarse = self.nodes(coarse_grid, 2, Some(Known { nodes: &albedo, stride: 2.0 }), &steps);
+        let known = Known { nodes: &coarse, stride: 2.0 };
+        let mut nodes = self.nodes(grid, 1, Some(known), &steps);
+        // The bound needs A ≥ b.
+        nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)).for_each(|(values, least)| {
+            values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
+        });
+        self.raise_to_centres(&mut nodes, known, &steps);
+        Some(nodes)
     }
 
-    /// For bands instead of wavelengths: ridges are washed out, and an integral takes as many times longer as it has wavelengths.
-    pub fn of_bands(lobes: &Lobes) -> Self {
-        Self { cells: if lobes.has_ridges() { 32 } else { 16 }, samples: 1, rim_samples: 16, ..Self::of(lobes) }
-    }
-}
-
-impl<const K: usize> Source<'_, K> {
-    /// The nodes of a table. `progress` counts integrals.
-    pub fn build(&self, layout: AlbedoLayout, progress: &Progress) -> Nodes {
-        let coarse = layout.coarse(K);
-        let integrals = |layout: &AlbedoLayout| layout.planes as usize / K * self.integrals(layout);
-        let steps = progress.part(0.0, NODES_SHARE).of_steps(2 * integrals(&coarse) + integrals(&layout));
-        let albedo = self.nodes(coarse, None, &steps);
-        let divided = self.nodes(coarse, Some(&albedo), &steps);
-        let mut nodes = self.nodes(layout, Some(&divided), &steps);
-        // Light that leaves must not be divided by less than what is assumed here.
-        nodes.values.iter_mut().zip(divided.refined(layout)).for_each(|(value, least)| *value = value.max(least));
-        self.raise(&mut nodes, &progress.part(NODES_SHARE, 1.0));
-        nodes
+    /// Nodes of a plane that are integrated: all, or those up to the middle row where the others mirror them.
+    fn integrals(&self, grid: Grid) -> usize {
+        if self.mirrored { (grid.cells as usize / 2 + 1) * grid.side() } else { grid.in_plane() }
     }
 
-    /// The groups of a grid's planes.
-    fn groups(&self, layout: &AlbedoLayout) -> Vec<Group<K>> {
-        let groups = layout.planes as usize / K;
-        (0..groups).map(|i| (self.group)(i as f64 / (groups - 1).max(1) as f64)).collect()
+    /// Rows of cells whose centres are integrated.
+    fn rows(&self, grid: Grid) -> usize {
+        if self.mirrored { grid.cells as usize / 2 } else { grid.cells as usize }
     }
 
-    /// Integrals in each plane of a grid: over its nodes, or those up to the middle row where the others are the same.
-    fn integrals(&self, layout: &AlbedoLayout) -> usize {
-        if self.lobes.is_mirrored() { (layout.cells as usize / 2 + 1) * layout.side() } else { layout.in_plane() }
+    /// Gaps between groups; a single group counts as one.
+    fn gaps(&self) -> usize {
+        (self.groups - 1).max(1)
     }
 
-    /// What [`Source::least`] gives at the nodes of a grid; nodes that no cell of the disc has are zero.
-    fn nodes(&self, layout: AlbedoLayout, known: Option<&Nodes>, steps: &Steps) -> Nodes {
-        let in_plane = layout.in_plane();
-        let groups = self.groups(&layout);
-        let (mirrored, integrals) = (self.lobes.is_mirrored(), self.integrals(&layout));
-        let asked = (0..groups.len() * integrals).into_par_iter().map(|i| {
-            let (wi, radius) = layout.node(i % integrals);
+    /// Nodes of every `stride`-th group: a without known divisors, t with them, and with the orders on their ridges in the table's own grid.
+    fn nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
+        let integrals = self.integrals(grid);
+        let groups = (self.groups - 1) / stride + 1;
+        let node = |i: usize| {
             steps.one();
-            let nothing = [f64::NEG_INFINITY; K];
-            if layout.is_beyond(radius) { [0.0; K] } else { self.least(wi, &groups[i / integrals], known, nothing) }
+            let (group_at, node) = ((i / integrals * stride) as f64, i % integrals);
+            let at = [node % grid.side(), node / grid.side()].map(|at| at as f64);
+            let (wi, radius) = grid.direction(at);
+            if grid.is_beyond(radius) {
+                return [0.0; K];
+            }
+            let group = (self.group)(group_at);
+            let mut t = self.least(wi, group_at, &group, b, None);
+            if stride == 1 {
+                let half_side = |axis: usize| {
+                    let ends = [-BOX[0], BOX[0]].map(|step| {
+                        let mut end = at;
+                        end[axis] += step;
+                        grid.direction(end).0
+                    });
+                    [0, 1].map(|c| 0.5 * (ends[1][c] - ends[0][c]))
+                };
+                let half_sides = [0, 1].map(half_side);
+                for &cosine in &self.ridge_cosines {
+                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX[1] * 1e-3 * group.spacing_nm };
+                    let on_ridge = self.least(wi, group_at, &group, b, Some(ridge));
+                    t = std::array::from_fn(|k| t[k].max(on_ridge[k]));
+                }
+            }
+            self.tabulated(t, true, wi, radius, grid).map(|value| value as f32)
+        };
+        let found: Vec<[f32; K]> = (0..groups * integrals).into_par_iter().map(node).collect();
+        let values = (0..groups * grid.in_plane()).map(|i| {
+            let (group, node) = (i / grid.in_plane(), i % grid.in_plane());
+            let node = if self.mirrored { node.min(grid.mirrored(node)) } else { node };
+            found[group * integrals + node]
         });
-        let asked: Vec<[f64; K]> = asked.collect();
-        let values = (0..in_plane * layout.planes as usize).map(|i| {
-            let (plane, node) = (i / in_plane, i % in_plane);
-            let node = if mirrored { node.min(layout.mirrored(node)) } else { node };
-            asked[plane / K * integrals + node][plane % K] as f32
-        });
-        Nodes { layout, values: values.collect() }
+        Nodes { grid, values: values.collect() }
     }
 
-    /// The least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t`, from above, where `b` is what is known already; the albedo itself,
-    /// if above one, where nothing is. As `(t − 1)·cos²θi`; more than that, but no more than is `had`, where that is enough for the albedo.
-    pub(super) fn least(&self, wi: Vec3, group: &Group<K>, known: Option<&Nodes>, had: [f64; K]) -> [f64; K] {
+    /// Raises the corners of cells in whose centre the table, linear between nodes, lies below t. Cells with nothing to divide at any corner are left.
+    fn raise_to_centres(&self, nodes: &mut Nodes<K>, b: Known<K>, steps: &Steps) {
+        let grid = nodes.grid;
+        let (cells, rows) = (grid.cells as usize, self.rows(grid));
+        let corners = |gap: usize, y: usize, x: usize| {
+            let node = move |i: usize| {
+                let group = (gap + (i >> 2)).min(self.groups - 1);
+                group * grid.in_plane() + (y + (i >> 1 & 1)) * grid.side() + x + (i & 1)
+            };
+            (0..8).map(node)
+        };
+        let lacking = |i: usize| {
+            steps.one();
+            let [gap, y, x] = [i / cells / rows, i / cells % rows, i % cells];
+            let (wi, radius) = grid.direction([x, y].map(|at| at as f64 + 0.5));
+            let sum = corners(gap, y, x)
+                .fold([0.0; K], |sum, node| std::array::from_fn(|k| sum[k] + f64::from(nodes.values[node][k])));
+            if radius >= 1.0 || sum == [0.0; K] {
+                return [0.0; K];
+            }
+            let group_at = if self.groups > 1 { gap as f64 + 0.5 } else { 0.0 };
+            let t = self.least(wi, group_at, &(self.group)(group_at), Some(b), None);
+            let wanted = self.tabulated(t, false, wi, radius, grid);
+            std::array::from_fn(|k| (wanted[k] - sum[k] / 8.0).max(0.0) as f32)
+        };
+        let lacking: Vec<[f32; K]> = (0..self.gaps() * rows * cells).into_par_iter().map(lacking).collect();
+        let mut raise = vec![[0f32; K]; nodes.values.len()];
+        for i in 0..self.gaps() * cells * cells {
+            let [gap, y, x] = [i / cells / cells, i / cells % cells, i % cells];
+            let row = if self.mirrored { y.min(cells - 1 - y) } else { y };
+            let lacking = lacking[(gap * rows + row) * cells + x];
+            for node in corners(gap, y, x) {
+                raise[node] = std::array::from_fn(|k| raise[node][k].max(lacking[k]));
+            }
+        }
+        for (values, raise) in nodes.values.iter_mut().zip(raise) {
+            values.iter_mut().zip(raise).for_each(|(value, raise)| *value += raise);
+        }
+    }
+
+    /// t of each plane of a group, from above; `max(1, a)` without known divisors.
+    fn least(&self, wi: Vec3, group_at: f64, group: &Group<K>, b: Option<Known<K>>, ridge: Option<Ridge>) -> [f64; K] {
         let mut parts = Vec::new();
-        let mut albedo = [Four::lit(0.0); K];
+        let mut albedo = [Real4::lit(0.0); K];
         for (nm, weights) in &group.wavelengths {
-            self.lobes.visit::<Lanes>(wi, *nm, |wo, part| {
-                let part = weights.map(|weight| Four::lit(weight) * part);
+            self.integral.visit::<Lanes>(wi, *nm, ridge, |wo, part| {
+                let part = weights.map(|weight| Real4::lit(weight) * part);
                 (0..K).for_each(|k| albedo[k] += part[k]);
                 parts.push((wo, part));
             });
         }
-        let albedo = albedo.map(Lanes::total);
-        let margin = MARGIN + RIM_MARGIN * (1.0 - wi[2]).powi(16);
-        let asked = |t: f64| match t - 1.0 {
-            excess if excess > NEGLIGIBLE => (excess + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2],
-            _ => 0.0,
-        };
-        let mut t = albedo.map(|albedo| albedo.max(1.0));
-        let is_lacking = (0..K).any(|k| albedo[k] > 1.0 + NEGLIGIBLE && asked(t[k]) > had[k]);
-        if let Some(known) = known.filter(|_| is_lacking) {
-            let planes = group.planes.map(|plane| known.layout.between(plane));
-            let divided: Vec<_> = parts
-                .into_iter()
-                .map(|(wo, part)| {
-                    let excess = known.excess::<Lanes, K>(&planes, wo);
-                    (part, std::array::from_fn::<Four, K, _>(|k| part[k] / (Four::lit(1.0) + excess[k])))
-                })
-                .collect();
-            for _ in 0..STEPS {
-                // Concave in t, and no more than t where t does, so that every step does if the first does.
-                let step = |k: usize| {
-                    let (zero, t) = (Four::lit(0.0), Four::lit(t[k]));
-                    let sum = divided.iter().fold(zero, |sum, (part, per)| {
-                        let (part, most) = (part[k], t * per[k]);
-                        sum + Number::select(zero.lt(part), Number::min(part, most), Number::max(part, most))
-                    });
-                    Lanes::total(sum)
-                };
-                t = std::array::from_fn(|k| step(k).max(1.0));
-            }
-        }
-        t.map(asked)
-    }
-
-    /// What a table changes, over every other node of its grid.
-    pub fn report(&self, built: &Nodes) -> AlbedoReport {
-        let layout = built.layout.coarse(K);
-        let (mirrored, integrals) = (self.lobes.is_mirrored(), self.integrals(&layout));
-        let groups = self.groups(&layout);
-        let at = |i: usize| {
-            let node = i % integrals;
-            let (wi, radius) = layout.node(node);
-            let mut found = Found::default();
-            if radius >= 1.0 {
-                return found;
-            }
-            let group = &groups[i / integrals];
-            let planes = group.planes.map(|plane| built.layout.between(plane));
-            let from = built.excess::<Plain<f64>, K>(&planes, wi).map(Four::lit);
-            let (mut before, mut after) = ([Four::lit(0.0); K], [Four::lit(0.0); K]);
-            for (nm, weights) in &group.wavelengths {
-                self.lobes.visit::<Lanes>(wi, *nm, |wo, part| {
-                    let to = built.excess::<Lanes, K>(&planes, wo);
-                    for k in 0..K {
-                        let part = Four::lit(weights[k]) * part;
-                        before[k] += part;
-                        after[k] += part / (Four::lit(1.0) + Number::max(from[k], to[k]));
-                    }
+        let mut t = albedo.map(|albedo| Lanes::total(albedo).max(1.0));
+        let Some(b) = b.filter(|_| t.iter().any(|t| *t > 1.0 + NEGLIGIBLE)) else { return t };
+        let divided: Vec<_> = parts
+            .into_iter()
+            .map(|(wo, part)| {
+                let excess = b.nodes.excess::<Lanes>(group_at / b.stride, wo);
+                (part, std::array::from_fn::<Real4, K, _>(|k| part[k] / (Real4::lit(1.0) + excess[k])))
+            })
+            .collect();
+        for _ in 0..STEPS {
+            // The integral is concave in t, so it stays below t where it is below t once.
+            t = std::array::from_fn(|k| {
+                let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
+                let sum = divided.iter().fold(zero, |sum, (part, divided)| {
+                    // A band's part may be negative.
+                    let (part, most) = (part[k], t * divided[k]);
+                    sum + Number::select(zero.lt(part), Number::min(part, most), Number::max(part, most))
                 });
-            }
-            let [before, after] = [before, after].map(|albedo| albedo.map(Lanes::total));
-            let stands_for = if mirrored && layout.mirrored(node) != node { 2.0 } else { 1.0 };
-            // Solid angle of a node, up to a constant, times cosθ.
-            let weight = stands_for * wi[2].powf(1.5);
-            found.sums = [weight * K as f64, weight * before.iter().sum::<f64>(), weight * after.iter().sum::<f64>()];
-            if wi[2] > 85f64.to_radians().cos() {
-                found.most = before.into_iter().fold(0.0, f64::max);
-            }
-            found
-        };
-        let found = (0..groups.len() * integrals).into_par_iter().map(at).reduce(Found::default, Found::merged);
-        let [weights, before, after] = found.sums;
-        AlbedoReport {
-            albedo_max_unscaled: found.most,
-            albedo_mean_unscaled: before / weights,
-            albedo_mean_scaled: after / weights,
+                Lanes::total(sum).max(1.0)
+            });
         }
-    }
-}
-
-/// Of some directions: sums of weights, and of albedos before and after times these; and the largest albedo before, below 85°.
-#[derive(Clone, Copy, Default)]
-struct Found {
-    sums: [f64; 3],
-    most: f64,
-}
-
-impl Found {
-    fn merged(self, other: Self) -> Self {
-        Self { sums: std::array::from_fn(|k| self.sums[k] + other.sums[k]), most: self.most.max(other.most) }
-    }
-}
-
-impl Nodes {
-    /// Interpolated between nodes and towards the next plane.
-    #[inline]
-    pub(super) fn value<V: Values>(&self, planes: &Between, place: &GridPlace<V>) -> V::Real {
-        let corners: [usize; VALUES_MAX] =
-            std::array::from_fn(|lane| self.layout.first_corner(V::lane(place.cell, lane)));
-        let node = |from: usize| V::pack(|lane| self.values[corners[lane] + from].into());
-        let row = |from: usize| lerp(node(from), node(from + 1), place.x);
-        let within = |start: usize| lerp(row(start), row(start + self.layout.side()), place.y);
-        lerp(within(planes.starts[0]), within(planes.starts[1]), V::Real::lit(planes.towards))
+        t
     }
 
-    /// `A − 1` in the planes of a group.
-    #[inline]
-    fn excess<V: Values, const K: usize>(&self, planes: &[Between; K], w: [V::Real; 3]) -> [V::Real; K] {
-        let place = place::<V>(self.layout.cells, w);
-        planes.each_ref().map(|planes| self.value(planes, &place) * place.per_squared_cosine)
-    }
-
-    /// At the nodes of a grid of which these are every other, in planes as well where it has more of them.
-    fn refined(&self, layout: AlbedoLayout) -> Vec<f32> {
-        let (side, in_plane) = (layout.side(), layout.in_plane());
-        let halves = |at: usize| [at / 2, at / 2 + at % 2];
-        let value = |i: usize| {
-            let plane = i / in_plane;
-            let planes = if layout.planes == self.layout.planes { [plane; 2] } else { halves(plane) };
-            let (ys, xs) = (halves(i % in_plane / side), halves(i % side));
-            let row = |plane: usize, y: usize| (plane * self.layout.side() + y) * self.layout.side();
-            let rows = planes.into_iter().flat_map(|plane| ys.map(|y| row(plane, y)));
-            rows.flat_map(|row| xs.map(|x| self.values[row + x])).sum::<f32>() / 8.0
+    /// The tabulated value `(A − 1)·cos²θ` for t, its excess increased towards the horizon; at nodes with the margin.
+    fn tabulated(&self, t: [f64; K], at_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
+        let ridges = !self.ridge_cosines.is_empty();
+        let margin = match at_node {
+            true if ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
+            true => MARGIN,
+            false => 0.0,
         };
-        (0..in_plane * layout.planes as usize).map(value).collect()
+        let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
+        let grazing = if ridges { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
+        let increase = RIM_INCREASE * (-2.0 * cells_from_rim).exp() + grazing;
+        t.map(|t| match t - 1.0 {
+            excess if excess > NEGLIGIBLE => {
+                let increased = (1.0 + increase + LARGE_INCREASE * excess) * excess;
+                (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2]
+            }
+            _ => 0.0,
+        })
     }
 }
 
-impl AlbedoLayout {
-    /// The grid of every other node, in planes as well where there are several groups of `together` planes.
-    fn coarse(&self, together: usize) -> Self {
-        let by = if self.planes as usize > together { 2 } else { 1 };
-        let planes = (self.planes - 1) / by + 1;
-        Self { cells: self.cells / 2, planes, planes_per_nm: self.planes_per_nm / by as f32, ..*self }
-    }
-
-    /// A node's direction and distance from the middle of the disc, in radii, by its number.
-    fn node(&self, i: usize) -> (Vec3, f64) {
-        self.direction([(i % self.side()) as f64, (i % self.in_plane() / self.side()) as f64])
-    }
-
-    /// The node of the same plane on the other side of the x axis.
-    pub(super) fn mirrored(&self, node: usize) -> usize {
-        let (side, row) = (self.side(), node % self.in_plane() / self.side());
-        node - row * side + (side - 1 - row) * side
-    }
-
-    /// Number of the `k`-th of eight nodes of a cell: bits of `k` are steps along x, along y, and to the next plane, if there is one.
-    pub(super) fn corner(&self, [x, y, plane]: [usize; 3], k: usize) -> usize {
-        let plane = (plane + (k >> 2)).min(self.planes as usize - 1);
-        plane * self.in_plane() + (y + (k >> 1 & 1)) * self.side() + x + (k & 1)
-    }
-
-    /// The planes about a place from zero for the first plane to one for the last.
-    pub(super) fn between(&self, plane: f64) -> Between {
-        let at = plane * f64::from(self.planes - 1);
-        // Rounding must not lead from one plane to the next.
-        let (plane, towards) =
-            if (at - at.round()).abs() < 1e-9 { (at.round(), 0.0) } else { (at.floor(), at.fract()) };
-        let start = |plane: usize| plane.min(self.planes as usize - 1) * self.in_plane();
-        Between { starts: [start(plane as usize), start(plane as usize + 1)], towards }
-    }
-
-    /// Number in its plane of the first corner of a cell.
-    fn first_corner(&self, cell: usize) -> usize {
+impl<const K: usize> Nodes<K> {
+    /// `A − 1` in each plane, linear in direction and between groups.
+    #[inline]
+    fn excess<V: Values>(&self, group_at: f64, w: [V::Real; 3]) -> [V::Real; K] {
+        let place = place::<V>(self.grid.cells, w);
         // A row has one node more than cells.
-        cell + cell / self.cells as usize
+        let corner: [usize; VALUES_MAX] = std::array::from_fn(|lane| {
+            let cell = V::lane(place.cell, lane);
+            cell + cell / self.grid.cells as usize
+        });
+        let groups = [group_at.floor(), group_at.ceil()].map(|group| group as usize * self.grid.in_plane());
+        std::array::from_fn(|k| {
+            let node = |from: usize| V::pack(|lane| self.values[corner[lane] + from][k].into());
+            let row = |from: usize| lerp(node(from), node(from + 1), place.x);
+            let [low, high] = groups.map(|from| lerp(row(from), row(from + self.grid.side()), place.y));
+            lerp(low, high, V::Real::lit(group_at.fract())) * place.per_squared_cosine
+        })
     }
 
-    /// The eight nodes around a place, in a plane and in the next, with their weights.
-    pub(super) fn around(&self, planes: &Between, place: &GridPlace<Plain<f64>>) -> [(usize, f64); 8] {
-        let (corner, side) = (self.first_corner(place.cell as usize), self.side());
-        std::array::from_fn(|k| {
-            let [x, y, plane] = [k & 1, k >> 1 & 1, k >> 2];
-            let weight = |upper: usize, t: f64| if upper == 1 { t } else { 1.0 - t };
-            let share = weight(x, place.x) * weight(y, place.y) * weight(plane, planes.towards);
-            (planes.starts[plane] + corner + y * side + x, share)
+    /// The values at the nodes of a grid twice as fine and all its `groups`, of which these are every other.
+    fn refined(&self, grid: Grid, groups: usize) -> impl Iterator<Item = [f32; K]> {
+        let halves = |at: usize| [at / 2, at.div_ceil(2)];
+        (0..groups * grid.in_plane()).map(move |i| {
+            let [group, y, x] = [i / grid.in_plane(), i % grid.in_plane() / grid.side(), i % grid.side()].map(halves);
+            let mut sum = [0.0; K];
+            for node in 0..8 {
+                let row = group[node >> 2] * self.grid.in_plane() + y[node >> 1 & 1] * self.grid.side();
+                (0..K).for_each(|k| sum[k] += self.values[row + x[node & 1]][k]);
+            }
+            sum.map(|sum| sum / 8.0)
         })
     }
 }

@@ -1,9 +1,8 @@
-//! The same for renderers that carry colours instead of wavelengths.
+//! The divisor of red, green and blue, for renderers that carry colours instead of wavelengths. `methods/albedo.wgsl` is its twin in WGSL.
 
-use super::build::{Fineness, Group, Source};
-use super::grid::{GridPlace, place};
-use super::lobes::Lobes;
-use super::{AlbedoLayout, bf16_above};
+use super::build::{Builder, Group};
+use super::grid::{Grid, GridPlace, place};
+use super::{AlbedoIntegral, AlbedoLayout, bf16_above};
 use crate::colour::WavelengthWeights;
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
@@ -11,18 +10,23 @@ use crate::scattering::Options;
 use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
 
-/// Bands: red, green and blue.
+/// Number of bands: red, green and blue.
 const BANDS: usize = 3;
-/// Wavelengths of an integral over the bands: more where narrow orders leave along the surface at some of them.
+/// Wavelengths of an integral over the bands.
 const WAVELENGTHS: usize = 12;
-const WAVELENGTHS_OF_ORDERS: usize = 32;
-/// Words of a cell: two for each band, and as many of padding.
+/// Wavelengths of an integral over the bands where narrow orders have ridges, which pass within some 10 nm.
+const WAVELENGTHS_OF_RIDGES: usize = 32;
+/// Cells along a side. Ridges are spread over a band, so the grids of wavelengths would be finer than needed.
+const CELLS: u32 = 16;
+/// Cells along a side where narrow orders have ridges.
+const CELLS_OF_RIDGES: u32 = 32;
+/// Words of a cell: two for each band, and two of padding.
 const WORDS: usize = 8;
 
-/// `max(1, A)` of the reflectance in linear sRGB under D65, with the weights of [`WavelengthWeights`].
+/// The divisor `max(1, A)` of the reflectance in linear sRGB under D65, with the weights of [`WavelengthWeights`].
 ///
-/// As [`super::AlbedoTable`], with bands in place of wavelengths. Where a band's reflectance is negative for some directions, out of
-/// gamut, its albedo counts that as it is.
+/// It is an [`AlbedoTable`](super::AlbedoTable) with bands in place of wavelengths. A band's reflectance may be negative for some directions,
+/// out of gamut, and its albedo includes them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ColourAlbedoTable {
     layout: AlbedoLayout,
@@ -30,27 +34,33 @@ pub struct ColourAlbedoTable {
 }
 
 impl ColourAlbedoTable {
-    /// The table of an ensemble; `None` for a table of amplitudes.
+    /// The table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
-        let lobes = Lobes::quick(table, options)?;
-        let fineness = Fineness::of_bands(&lobes);
-        let cells = fineness.cells;
-        let wavelengths = if lobes.has_ridges() { WAVELENGTHS_OF_ORDERS } else { WAVELENGTHS };
+        let integral = AlbedoIntegral::fast(table, options)?;
+        let (cells, wavelengths) = match integral.has_ridges() {
+            true => (CELLS_OF_RIDGES, WAVELENGTHS_OF_RIDGES),
+            false => (CELLS, WAVELENGTHS),
+        };
         let layout = AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0 };
-        let nodes = Source { lobes: &lobes, fineness, group: &|_| bands(wavelengths) }.build(layout, progress);
+        let grid = Grid { cells };
+        let group = |_| bands(wavelengths);
+        let nodes = Builder::new(&integral, 1, &group).build(grid, progress);
         let cells = cells as usize;
         let words = (0..cells * cells).flat_map(|i| {
-            let half = |band: usize, k: usize| bf16_above(nodes.values[layout.corner([i % cells, i / cells, band], k)]);
+            let corner = |band: usize, dx: usize, dy: usize| match &nodes {
+                Some(nodes) => bf16_above(nodes.values[(i / cells + dy) * grid.side() + i % cells + dx][band]),
+                None => 0,
+            };
             std::array::from_fn::<u32, WORDS, _>(|w| match w / 2 {
-                band if band < BANDS => half(band, w % 2 * 2) | half(band, w % 2 * 2 + 1) << 16,
+                band if band < BANDS => corner(band, 0, w % 2) | corner(band, 1, w % 2) << 16,
                 _ => 0,
             })
         });
         Some(Self { layout, words: words.collect() })
     }
 
-    /// Arrangement: `[y][x]`, cells of eight words, two for each band and two of padding: the corners (x, y) and (x + 1, y) in one,
-    /// those of y + 1 in the other.
+    /// Arrangement: `[y][x]`, cells of eight words, two for each band and two of padding. A band's first word holds the corners (x, y) and
+    /// (x + 1, y), its second (x, y + 1) and (x + 1, y + 1).
     pub fn layout(&self) -> &AlbedoLayout {
         &self.layout
     }
@@ -70,7 +80,7 @@ impl ColourAlbedoTable {
         self.words.iter().all(|&word| word == 0)
     }
 
-    /// What evaluates, by value.
+    /// The evaluator over plain numbers.
     pub fn view<F>(&self) -> ColourAlbedoView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -79,7 +89,7 @@ impl ColourAlbedoTable {
     }
 }
 
-/// The bands, as planes of one group, integrated over so many wavelengths.
+/// The bands as one group, integrated over `count` wavelengths.
 fn bands(count: usize) -> Group<BANDS> {
     let step = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / count as f64;
     let at = |k: usize| WAVELENGTH_MIN_NM + (k as f64 + 0.5) * step;
@@ -91,12 +101,12 @@ fn bands(count: usize) -> Group<BANDS> {
         .collect();
     let total: [f64; BANDS] = std::array::from_fn(|band| wavelengths.iter().map(|(_, weights)| weights[band]).sum());
     wavelengths.iter_mut().for_each(|(_, weights)| (0..BANDS).for_each(|band| weights[band] /= total[band]));
-    Group { planes: std::array::from_fn(|band| band as f64 / (BANDS - 1) as f64), wavelengths }
+    Group { wavelengths, spacing_nm: 0.0 }
 }
 
-/// Reads a [`ColourAlbedoTable`], over any [`Numbers`].
+/// The evaluator of a [`ColourAlbedoTable`], over any [`Numbers`].
 pub struct ColourAlbedoView<N: Numbers> {
-    /// As of the table.
+    /// [`ColourAlbedoTable::layout`].
     pub layout: AlbedoLayout,
     /// [`ColourAlbedoTable::words`].
     pub words: N::Words,
@@ -110,6 +120,7 @@ impl<N: Numbers> ColourAlbedoView<N> {
         std::array::from_fn(|band| N::Real::lit(1.0) / (N::Real::lit(1.0) + i[band].max(o[band])))
     }
 
+    /// `A − 1` of red, green and blue.
     #[inline(always)]
     fn excess(&self, place: &GridPlace<N>, active: N::Mask) -> [N::Real; BANDS] {
         let first = place.cell << 1;

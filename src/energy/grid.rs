@@ -1,29 +1,29 @@
-//! Directions on a square grid.
+//! A square grid over the disc of directions.
 //!
-//! `X = x/√((1 + √cosθ)(1 + cosθ))`, and Y alike, lie in the unit disc: `X² + Y² = 1 − √cosθ`. That is regular about the normal, needs
-//! no trigonometry, and goes as √cosθ towards the horizon, where albedos change most.
+//! `X = x/√((1 + √cosθ)(1 + cosθ))`, and Y alike, lie in the unit disc: `X² + Y² = 1 − √cosθ`. The map needs no trigonometry, is regular at the
+//! normal, and is fine towards the horizon, where albedos change most.
 
-use super::AlbedoLayout;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Vec3;
 
-/// Cosines are not taken below this; as for [`crate::scattering::Pair`].
+/// Smallest cosine that is told from the horizon, as in [`crate::scattering::Pair`].
 const COSINE_MIN: f64 = 1e-7;
-/// cosθ at which nodes on the horizon and beyond it are evaluated.
+/// cosθ at which nodes on the horizon and beyond it are evaluated. Chosen: a thousandth of the outermost cell of the finest grid.
 const RIM_COSINE: f64 = 1e-4;
 
-/// A direction's place in the grid.
+/// A direction's place in a grid.
 pub(crate) struct GridPlace<N: Numbers> {
     /// Number of its cell in a plane.
     pub cell: N::Index,
-    /// Fractions towards the next node along x and y.
+    /// Fraction of the cell towards the next node along x.
     pub x: N::Real,
+    /// Fraction of the cell towards the next node along y.
     pub y: N::Real,
-    /// 1/cos²θ, which the tabulated excess is multiplied by.
+    /// 1/cos²θ, the factor on the tabulated excess.
     pub per_squared_cosine: N::Real,
 }
 
-/// Where in a grid of `cells` along a side a direction of unit length lies.
+/// The place of a direction of unit length in a grid of `cells` along a side.
 #[inline(always)]
 pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> GridPlace<N> {
     let lit = |value: f64| N::Real::lit(value);
@@ -40,24 +40,31 @@ pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> GridPlace<N> {
     GridPlace { cell: iy * N::Index::lit(cells) + ix, x, y, per_squared_cosine }
 }
 
-impl AlbedoLayout {
+/// A grid of so many cells along a side; nodes of a plane are numbered `[y][x]`.
+#[derive(Clone, Copy)]
+pub(super) struct Grid {
+    pub cells: u32,
+}
+
+impl Grid {
     /// Nodes along a side.
-    pub(super) fn side(&self) -> usize {
+    pub fn side(self) -> usize {
         self.cells as usize + 1
     }
 
-    /// Cells of a plane.
-    pub(super) fn cells_in_plane(&self) -> usize {
-        (self.cells * self.cells) as usize
-    }
-
     /// Nodes of a plane.
-    pub(super) fn in_plane(&self) -> usize {
+    pub fn in_plane(self) -> usize {
         self.side() * self.side()
     }
 
-    /// The direction at a place in nodes along x and y, on the horizon if it lies beyond; and how far from the middle of the disc, in radii.
-    pub(super) fn direction(&self, at: [f64; 2]) -> (Vec3, f64) {
+    /// The node on the other side of the x axis.
+    pub fn mirrored(self, node: usize) -> usize {
+        let row = node / self.side();
+        node - row * self.side() + (self.side() - 1 - row) * self.side()
+    }
+
+    /// The direction at a position in cells, on the horizon if it lies beyond, and its distance from the middle in radii of the disc.
+    pub fn direction(self, at: [f64; 2]) -> (Vec3, f64) {
         let [x, y] = at.map(|at| 2.0 * at / f64::from(self.cells) - 1.0);
         let radius = x.hypot(y);
         let cos = (1.0 - radius.min(1.0).powi(2)).powi(2).max(RIM_COSINE);
@@ -66,8 +73,8 @@ impl AlbedoLayout {
         ([x * scale, y * scale, cos], radius)
     }
 
-    /// Whether a node so far from the middle of the disc, in radii, belongs to no cell that has a part of the disc.
-    pub(super) fn is_beyond(&self, radius: f64) -> bool {
+    /// Whether a node at a distance from the middle, in radii of the disc, touches no cell that overlaps the disc.
+    pub fn is_beyond(self, radius: f64) -> bool {
         radius > 1.0 + 8f64.sqrt() / f64::from(self.cells)
     }
 }

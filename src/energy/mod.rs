@@ -1,66 +1,78 @@
-//! No energy is created: the reflectance is divided by what the albedo would exceed one by (model.md, "The reflectance").
-//!
-//! `f'(wi, wo) = f(wi, wo) / max(1, A(wi), A(wo))` reflects at most `A(wi)/max(1, A(wi)) ≤ 1` of what falls on it, at every
-//! direction and whatever `f` is, if `A(wi)` is at least `∫ f cosθo dωo`, the albedo of the model as it is. It is reciprocal
-//! because `f` is.
-//!
-//! The bound holds for less. Light that leaves in a direction is divided by that direction's `A` as well, so that it is enough if
+//! Energy conservation: the reflectance is divided by the albedo where that exceeds one (docs/model.md, "Energy").
 //!
 //! ```text
-//! A(wi) ≥ t,  the least t ≥ 1 with  ∫ f(wi, wo) min(1, t/max(1, A(wo))) cosθo dωo ≤ t
+//! f    reflectance of the model as it is, Fresnel reflectance left out (a small slope's factor included), 1/sr
+//! f'   f(wi, wo)/max(1, A(wi), A(wo)), the reflectance that conserves energy; reciprocal, because f is
+//! a    albedo ∫ f cosθo dωo of an incident direction at a wavelength; a' that of f'
+//! A    divisor of a direction. A ≥ a suffices for a' ≤ A/max(1, A) ≤ 1
+//! b    any function 1 ≤ b ≤ max(1, A)
+//! t    least t ≥ 1 with ∫ f(wi, wo) min(1, t/b(wo)) cosθo dωo ≤ t. A ≥ t suffices for a' ≤ 1:
+//!      the integral over t falls with t, and at t = max(1, A(wi)) it bounds a'
 //! ```
 //!
-//! because the integral over `t` falls with `t`, and at `t = max(1, A(wi))` it is the albedo of `f'`. That spares directions from which a
-//! narrow order leaves along the surface: the albedo has a pole there, of light that its own direction takes away anyway, and a table would
-//! spread it over whole cells. What is asked for falls where `A` rises, so that any `B ≤ A` may stand for `A` in the integral.
+//! t is below a where narrow orders leave along the surface: a has a pole there, of light that the divisor of its own direction takes away.
 //!
-//! [`AlbedoTable`] holds `A` on a grid of direction and wavelength. A first grid, half as fine, holds the albedo; a second what is asked for
-//! with that in the integral, which is less; this is `B`. Nodes of the table have what is asked for with `B`, and are raised until the table
-//! is not below what is asked for at tens of thousands of places between them, and at more about those where it was. At others it can be, by
-//! little: see `docs/tables.md`.
+//! [`AlbedoTable`] holds A, linear between nodes. Nodes of a grid half as fine get a, and then t with b from these; nodes of the table get t
+//! with b from those, and a margin. t still has ridges, narrower than a cell, where an order passes the horizon. Nodes therefore also get the t of
+//! orders moved onto their ridge, wherever a ridge crosses the box that the node stands for ([`node_gaussian::Ridge`]). Between
+//! nodes an albedo of 1.01 may remain (docs/tables.md, "Energy").
 
 mod build;
 mod colour;
 mod grid;
-pub(crate) mod lobes;
+mod integral;
 mod node_gaussian;
 mod power_grid;
 mod quadrature;
-mod raise;
+mod report;
 
-pub use build::AlbedoReport;
-use build::{Fineness, Group, Source};
 pub use colour::{ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::GridPlace;
-use grid::place;
+pub(crate) use integral::AlbedoIntegral;
+pub use report::AlbedoReport;
 
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::scattering::{Options, Vec3};
 use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
-use lobes::Lobes;
+use build::{Builder, resolution, single_wavelength};
+use grid::{Grid, place};
 use serde::{Deserialize, Serialize};
 
-/// How the words of a table are arranged: `[wavelength][y][x]`, cell by cell.
+/// Part of a build's progress that its nodes take; the report takes the rest.
+const NODES_PROGRESS: f64 = 0.9;
+
+/// Arrangement of a table: `[wavelength][y][x]`, cell by cell.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlbedoLayout {
-    /// Cells along either side of the square about the disc of directions.
+    /// Cells along each side of the square around the disc of directions.
     pub cells: u32,
-    /// Nodes in wavelength, at least two; the bands where the table holds colours.
+    /// Nodes in wavelength, at least two; or the number of bands of a table of colours.
     pub planes: u32,
-    /// Wavelength of the first plane in nm.
+    /// Wavelength of the first plane in nm; zero in a table of colours.
     pub wavelength_min_nm: f32,
-    /// Planes of the grid for each nm of wavelength.
+    /// Planes per nm of wavelength; zero in a table of colours.
     pub planes_per_nm: f32,
 }
 
-/// The divisor of the reflectance as a table.
+/// The divisor A of a direction and a wavelength as a table.
 ///
-/// A node holds `(A − 1)·cos²θ`: zero where nothing is to be divided, and finite at the horizon, where `A` has a pole (of the first order if
-/// nodes are narrow, of the second where they are wider than cosθ). A cell is a packet of four words, so that one read serves a look-up: the corners
-/// (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of its lower plane of wavelength and then of its upper, each the upper half of a number of
-/// single precision, rounded up.
+/// A node holds `(A − 1)·cos²θ`: zero where nothing is divided, and finite at the horizon, where A has a pole (of the first order for narrow
+/// orders, of the second for orders wider than cosθ). A cell is a packet of four words, so that one read serves a look-up: the corners
+/// (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of its lower plane of wavelength and then of its upper, as 16-bit floats (bfloat16), rounded
+/// up.
+///
+/// ```
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let surface = Surface::new(&Preset::Sinusoidal.build(None, None)?, &Options::default())?;
+/// let table = surface.albedo_table().ok_or("no albedo exceeds one")?;
+/// let (wi, wo) = ([0.6, 0.0, 0.8], [0.0, 0.0, 1.0]);
+/// let factor = table.factor(wi, wo, 550.0);
+/// assert!(factor <= 1.0 && factor == table.factor(wo, wi, 550.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AlbedoTable {
     layout: AlbedoLayout,
@@ -68,29 +80,33 @@ pub struct AlbedoTable {
 }
 
 impl AlbedoTable {
-    /// The table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
+    /// The table of an ensemble, with the means before and after division; `None` for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
-        let lobes = Lobes::quick(table, options)?;
-        let fineness = Fineness::of(&lobes);
-        let Fineness { cells, planes, .. } = fineness;
+        let integral = AlbedoIntegral::fast(table, options)?;
+        let (cells, planes) = resolution(&integral);
         let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
         let layout =
             AlbedoLayout { cells, planes, wavelength_min_nm: WAVELENGTH_MIN_NM as f32, planes_per_nm: per_nm as f32 };
-        let group = |at: f64| {
-            let nm = WAVELENGTH_MIN_NM + at * (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-            Group { planes: [at], wavelengths: vec![(nm, [1.0])] }
-        };
-        let source = Source { lobes: &lobes, fineness, group: &group };
-        let nodes = source.build(layout, progress);
+        let grid = Grid { cells };
+        let group = |at: f64| single_wavelength(planes, at);
+        let builder = Builder::new(&integral, planes as usize, &group);
+        let nodes = builder.build(grid, &progress.part(0.0, NODES_PROGRESS));
         let cells = cells as usize;
         let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
-            let half = |k: usize| {
-                let node = layout.corner([i % cells, i / cells % cells, i / cells / cells], k);
-                bf16_above(nodes.values[node])
+            let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
+            // Steps along x, along y and to the next plane.
+            let corner = |dx: usize, dy: usize, dp: usize| match &nodes {
+                Some(nodes) => {
+                    let node = (plane + dp) * grid.in_plane() + (y + dy) * grid.side() + x + dx;
+                    bf16_above(nodes.values[node][0])
+                }
+                None => 0,
             };
-            [0, 2, 4, 6].map(|k| half(k) | half(k + 1) << 16)
+            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, dp)| corner(0, dy, dp) | corner(1, dy, dp) << 16)
         });
-        Some((Self { layout, words: words.collect() }, source.report(&nodes)))
+        let built = Self { layout, words: words.collect() };
+        let report = AlbedoReport::new(&integral, &built, &progress.part(NODES_PROGRESS, 1.0));
+        Some((built, report))
     }
 
     /// Arrangement of [`AlbedoTable::words`].
@@ -113,7 +129,7 @@ impl AlbedoTable {
         self.words.iter().all(|&word| word == 0)
     }
 
-    /// What evaluates, by value.
+    /// The evaluator over plain numbers.
     pub fn view<F>(&self) -> AlbedoView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -121,29 +137,29 @@ impl AlbedoTable {
         AlbedoView { layout: self.layout, words: &self.words }
     }
 
-    /// `1/max(1, A(wi), A(wo))` in double precision, the wavelength in nm.
+    /// `1/max(1, A(wi), A(wo))` in double precision, of directions of unit length above the surface and a wavelength in nm.
     pub fn factor(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         self.view::<f64>().factor(wi, wo, wavelength_nm, true)
     }
 }
 
-/// Reads an [`AlbedoTable`], over any [`Numbers`].
+/// The evaluator of an [`AlbedoTable`], over any [`Numbers`].
 #[derive(Clone, Copy)]
 pub struct AlbedoView<N: Numbers> {
-    /// As of the table.
+    /// [`AlbedoTable::layout`].
     pub layout: AlbedoLayout,
     /// [`AlbedoTable::words`].
     pub words: N::Words,
 }
 
 impl<N: Numbers> AlbedoView<N> {
-    /// `1/max(1, A(wi), A(wo))`.
+    /// `1/max(1, A(wi), A(wo))`, of directions of unit length above the surface and a wavelength in nm.
     #[inline(always)]
     pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         self.factor_at(&self.place(wi), &self.place(wo), wavelength_nm, active)
     }
 
-    /// The same for places of directions, which serve every wavelength.
+    /// `1/max(1, A(wi), A(wo))` of places of directions, which serve every wavelength.
     #[inline(always)]
     pub(crate) fn factor_at(
         &self,
@@ -156,7 +172,7 @@ impl<N: Numbers> AlbedoView<N> {
         N::Real::lit(1.0) / (N::Real::lit(1.0) + excess)
     }
 
-    /// Where in the grid a direction lies.
+    /// The place of a direction in the grid.
     #[inline(always)]
     pub(crate) fn place(&self, w: [N::Real; 3]) -> GridPlace<N> {
         place(self.layout.cells, w)
@@ -181,7 +197,7 @@ impl<N: Numbers> AlbedoView<N> {
     }
 }
 
-/// The upper half of a number of single precision that is not below `value`, for values of zero and more.
+/// The smallest bfloat16 that is not below `value`, which is not negative.
 fn bf16_above(value: f32) -> u32 {
     let bits = value.to_bits();
     (bits >> 16) + u32::from(bits & 0xffff != 0)

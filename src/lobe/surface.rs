@@ -2,8 +2,7 @@
 
 use super::spectral::{SpectralLayout, SpectralLobe};
 use super::{Answer, Sample};
-use crate::energy::lobes::Lobes;
-use crate::energy::{AlbedoReport, AlbedoTable};
+use crate::energy::{AlbedoIntegral, AlbedoReport, AlbedoTable};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::sampling::Sampler;
@@ -191,8 +190,8 @@ impl Surface {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
         let mut albedo = 0.0;
-        let lobes = Lobes::fine(table, &self.options)?;
-        lobes.visit::<Plain<f64>>(wi, wavelength_nm, |wo, part| albedo += part * factor(wo));
+        let integral = AlbedoIntegral::accurate(table, &self.options)?;
+        integral.visit::<Plain<f64>>(wi, wavelength_nm, None, |wo, part| albedo += part * factor(wo));
         Some(albedo)
     }
 }

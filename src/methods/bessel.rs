@@ -1,6 +1,9 @@
 //! Bessel functions of the first kind, `J_0` to `J_{count−1}`, in single precision.
+//!
+//! They are the coefficients of the Chebyshev series of the phase screen (term_weights.rs). bessel.wgsl is the
+//! counterpart on the GPU.
 
-/// Most terms of a series. A shader keeps their weights in an array of this size.
+/// Largest number of terms of a series. A shader keeps their weights in an array of this size, so it is chosen small.
 pub const TERMS_MAX: usize = 256;
 
 /// Argument below which the ascending series up to x² replaces the recurrence, which would overflow. J₃ is under 3e-11
@@ -28,6 +31,7 @@ pub fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]
         }
     };
     let step = recurred.map(|x| 2.0 / x);
+    // J_{k+1} and J_k but for the scale, and the sum of the even orders above 0.
     let (mut above, mut here, mut evens) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
     for k in (2..=first).rev().step_by(2) {
         let mut odd = [0.0; LANES];

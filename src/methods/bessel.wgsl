@@ -1,11 +1,15 @@
-// Twin of bessel.rs for one argument. `count` is rounded up to a multiple of four.
+// Bessel functions of the first kind, J_0(x) … J_{count-1}(x); counterpart of bessel.rs for one argument.
 //
-// Loops are unrolled here and in orders.wgsl: the software adapter llvmpipe ends all loops of an invocation after 65535
-// turns in total.
+// Miller's algorithm: the recurrence J_{k-1} = (2k/x)·J_k - J_{k+1} runs downwards from an arbitrary start well above
+// x. The identity J_0 + 2(J_2 + J_4 + …) = 1 then gives the scale. Loops are unrolled here and in orders.wgsl: the
+// software adapter llvmpipe ends all loops of an invocation after 65535 turns in total.
 
+// Length of the arrays of terms, and the largest `count`; as in bessel.rs.
 const TERMS_MAX: u32 = 256u;
+// Argument below which the power series up to x² is used: the recurrence would overflow.
 const SMALL_ARGUMENT: f32 = 1e-3;
 
+// Writes J_k(x) into values[k] for k below `count`, a multiple of four of at least 4. x is at least 0 and finite.
 fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
     if x < SMALL_ARGUMENT {
         for (var k = 3u; k < count; k++) {
@@ -16,11 +20,13 @@ fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
         (*values)[2] = 0.125 * x * x;
         return;
     }
+    // Even order at which the recurrence starts; bessel.rs gives the reason for its distance from x.
     let start = 2u * u32(0.5 * (x + 6.0 * pow(x, 1.0 / 3.0) + 2.0)) + 2u;
     for (var k = start + 1u; k < count; k++) {
         (*values)[k] = 0.0;
     }
     let step = 2.0 / x;
+    // J_{k+1} and J_k but for the scale, and the sum of even orders so far without J_0.
     var above = 0.0;
     var here = 1.0;
     var evens = 0.0;

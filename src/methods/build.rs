@@ -1,4 +1,4 @@
-//! Builds a method of a height field.
+//! Construction of a method ([`MethodKind`]) from a height field, with the checks that all methods share.
 
 use super::flss::Flss;
 use super::nmm::Nmm;
@@ -14,15 +14,15 @@ use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
-/// Fraction of the time that the colour table takes where the albedo is built too, for the progress (bench
-/// `colour_table`).
+/// Fraction of the build time spent on the colour table; the rest is spent on the albedo table. It scales the progress
+/// only. Measured by the bench `colour_table`.
 const TABLE_FRACTION: f64 = 0.6;
 
 /// Builds a method for a surface.
 ///
-/// Obliquity and shadowing of the surface's options are the caller's to apply. Only the albedo, where energy is
-/// conserved, contains them and holds for no others. Numbers of terms and orders that are not given follow from the
-/// surface's `tolerance`, a relative error.
+/// The caller multiplies the answers by the obliquity and shadowing factors of `surface`. With energy conservation the
+/// albedo table is built with these factors, so it is valid for them only. Numbers of terms and orders that `options`
+/// do not give follow from the surface's `tolerance`, a relative error.
 ///
 /// ```
 /// use sunbeam::methods::{MethodKind, MethodOptions, build};
@@ -49,7 +49,7 @@ pub fn build(
     build_watched(kind, field, surface, options, &Progress::none())
 }
 
-/// [`build`] with a progress.
+/// [`build`] that reports its progress.
 ///
 /// # Errors
 /// The errors of [`build`].

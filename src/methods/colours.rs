@@ -1,9 +1,12 @@
-//! Linear-sRGB weights of wavelengths, as samples to sum over or as a density over the wavelength.
+//! Linear-sRGB weights of wavelengths, as quadrature nodes or as a density over the wavelength.
+//!
+//! - Nodes (flss.rs, pq.rs): rgb = `Σ_i spectrum(λ_i)·weight_i`.
+//! - A density (nmm.rs, stam.rs): rgb = `∫ spectrum(λ)·density(λ) dλ`, where the method chooses the wavelengths.
 
 use super::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
 use crate::colour::{ColourError, SpectralToRgb};
 
-/// Step of a density in nm: that of the observer's table.
+/// Step between entries of a density in nm; equal to the step of the table of the CIE observer.
 const DENSITY_STEP_NM: f64 = 1.0;
 
 /// Entries `[r, g, b, λ]` of linear-sRGB weights with their wavelength in µm, as the shaders read them.
@@ -23,7 +26,7 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 
 /// Weights divided by λ², in 1/µm³, each channel scaled so that its integral is 1.
 ///
-/// With them a constant spectrum is white when it is sampled at wavelengths whose density is proportional to `1/λ²`.
+/// A constant spectrum is then white when it is sampled at wavelengths whose density is proportional to `1/λ²`.
 pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     let square = |nm: f64| (1e-3 * nm).powi(2);
@@ -31,7 +34,7 @@ pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     Ok(entries(&spectrum, |nm| total.map(|total| 1e3 / DENSITY_STEP_NM / (square(nm) * total))))
 }
 
-/// The weights of a spectrum times a factor of the wavelength in nm.
+/// The entries of `spectrum`, with weights multiplied by `factor` of the wavelength in nm.
 fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colours {
     spectrum
         .wavelengths_nm()

@@ -1,10 +1,12 @@
-// Linear-sRGB weights (xyz) of wavelengths in µm (w); twin of colours.rs.
+// Colour-matching weights that turn a spectrum into linear sRGB; counterpart of colours.rs, which computes them.
 //
-// The entries are samples (flss.wgsl, pq.wgsl) or a density on a uniform grid (nmm.wgsl, stam.wgsl).
+// An entry holds the weights of red, green and blue in xyz and the wavelength in µm in w. For flss.wgsl and pq.wgsl the
+// entries are quadrature nodes: rgb = Σ spectrum(λ_i)·weight_i. For nmm.wgsl and stam.wgsl they sample a density on a
+// uniform grid: rgb = ∫ spectrum(λ)·density(λ) dλ.
 
 @group(1) @binding(1) var<storage, read> colours: array<vec4<f32>>;
 
-// A density at a wavelength, linear between its entries from WAVELENGTH_MIN_UM to WAVELENGTH_MAX_UM.
+// Density at a wavelength, by linear interpolation between the entries from WAVELENGTH_MIN_UM to WAVELENGTH_MAX_UM.
 fn colour_density(wavelength_um: f32) -> vec3<f32> {
     let intervals = arrayLength(&colours) - 1u;
     let position = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * f32(intervals);

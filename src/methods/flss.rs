@@ -1,7 +1,8 @@
 //! FLSS, full lambda spectral sampling (Dhillon et al. 2014).
 //!
-//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over equal steps of the wavelength, with S of the patch model
-//! (docs/model.md#the-reflectance) summed over a neighbourhood of wave orders.
+//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over equal steps of the wavelength. `q = wi + wo = (u, v, w)` is the
+//! scattering vector, `f = (u, v)/λ` the spatial frequency and `κ = 2πw/λ` the phase rate. S is the power spectrum in
+//! µm² of the patch model (docs/model.md#the-reflectance), summed over a neighbourhood of wave orders (orders.rs).
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
@@ -14,6 +15,7 @@ use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
+/// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("flss.wgsl")];
 
 /// The uniform struct of flss.wgsl.
@@ -35,7 +37,7 @@ pub struct Flss {
 }
 
 impl Flss {
-    /// Transforms `field`. Of the options it heeds `lambda_step_nm`, `terms`, `neighbourhood` and `series`.
+    /// Transforms `field`. It reads `lambda_step_nm`, `terms`, `neighbourhood` and `series` of the options.
     ///
     /// # Errors
     /// The errors of [`super::build`].

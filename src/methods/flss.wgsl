@@ -1,7 +1,12 @@
-// Twin of flss.rs: the sum over equal steps of the wavelength.
+// FLSS, full lambda spectral sampling; counterpart of flss.rs: rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in
+// equal steps. S is the power spectrum in µm² (`order_density` in orders.wgsl). `colours` (colours.wgsl) holds weights
+// and wavelengths.
 
+// Uniform of the method; counterpart of `FlssUniform` in flss.rs.
 struct Flss {
+    // Wave orders of the tile (order_grid.rs).
     grid: OrderGrid,
+    // Number of entries of `colours`.
     wavelengths: u32,
     _pad0: u32,
     _pad1: u32,
@@ -10,6 +15,7 @@ struct Flss {
 
 @group(1) @binding(0) var<uniform> flss: Flss;
 
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();

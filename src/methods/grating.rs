@@ -1,4 +1,6 @@
-//! The method `table` for a grating by Maxwell's equations: [`crate::grating::GratingColourLobe`] as a method.
+//! The method `table` for a grating whose orders have efficiencies by Maxwell's equations:
+//! [`crate::grating::GratingColourLobe`] as a [`Method`]. The shader is grating.wgsl, which has the symbols. The answer
+//! is the whole reflectance, since efficiencies include the material.
 
 use super::{AnswerKind, Method, MethodShader};
 use crate::grating::GratingColourSurface;
@@ -17,7 +19,8 @@ pub(super) struct GratingUniform {
     pub steps_per_nm: f32,
     /// Number of wavelengths.
     pub wavelengths: u32,
-    /// Cells of the shortest wavelength.
+    /// Number of cells of the shortest wavelength; a cell is a region of incidences with the same propagating orders
+    /// (src/grating/cell_position.rs).
     pub cells: u32,
     /// Nodes along each side of a cell.
     pub nodes: u32,

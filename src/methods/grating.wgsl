@@ -1,5 +1,6 @@
-// The reflectance of a grating by Maxwell's equations in linear sRGB; twin of `GratingColourLobe::eval` in
-// grating/colour_lobe.rs, of `CellPosition` in grating/cell_position.rs and of `EfficiencyView` in grating/efficiencies.rs.
+// Reflectance of a grating in linear sRGB, from order efficiencies by Maxwell's equations. It is the counterpart of
+// `GratingColourLobe::eval` in src/grating/colour_lobe.rs, of `CellPosition` in cell_position.rs and of
+// `EfficiencyView` in efficiencies.rs, with the same arithmetic.
 //
 // Symbols: d is the period in µm and ν = 1/λ in 1/µm. q = (wi + wo).xy has the length ρ. Order m has the frequency m/d
 // in cycles/µm, and is a Gaussian of standard deviation σ over frequency. Along the line νq, order m is met at ν =
@@ -8,44 +9,60 @@
 // where e_m is the efficiency of the order at ν_m, b its distance from the line in units of σ, and weights(ν, τ) the
 // integral of the colour weights times the Gaussian. Order 0 has no wavelength; its colour is a table over directions.
 //
-// Efficiencies are tabulated over t = νd·√(1 - y²) and a, the position of the incident order (grating/cell_position.rs). Orders
-// pass off where t ± a is a whole number, which divides the (t, a) plane into cells.
+// Efficiencies are tabulated over t = νd·√(1 - y²) and a, the position of the incident order
+// (grating/cell_position.rs). Orders pass off where t ± a is a whole number, which divides the (t, a) plane into cells.
 
-// Middle and half width of the visible range of ν in 1/µm.
+// Middle of the visible range of ν, from 1/830 nm to 1/360 nm, in 1/µm (src/grating/colour_tables.rs).
 const NU_MIDDLE: f32 = 1.9912986;
+// Half the width of the visible range in 1/µm.
 const NU_HALF: f32 = 0.78647923;
 // The τ in 1/µm in the middle of the table of weights, whose axis is τ/(τ + TAU_SCALE).
 const TAU_SCALE: f32 = 0.25;
-// Standard deviations up to which a Gaussian counts: σ of an order, and τ beyond the visible range.
+// Distance in standard deviations up to which a Gaussian counts: σ of an order, and τ beyond the visible range. It is
+// e^-12.5 = 4e-6 there.
 const REACH: f32 = 5.0;
-// Efficiency of a table value of 1.
+// Efficiency that a table value of 1 stands for, 1/60000 (`UNIT` in src/grating/efficiencies.rs).
 const UNIT: f32 = 1.6666667e-5;
+// log₂(e), which turns exp into exp2.
 const LOG2_E: f32 = 1.442695;
-// Nodes of the table of weights along τ and ν, and of the table of order 0 along each axis.
+// Number of nodes of the table of weights along τ.
 const WEIGHTS_WIDTHS: u32 = 96u;
+// Number of nodes of the table of weights along ν.
 const WEIGHTS_PLACES: u32 = 256u;
+// Number of nodes of the table of order 0 along each axis.
 const ORDER_ZERO_SIDE: u32 = 48u;
 
+// Numbers of a grating and layout of its tables; counterpart of `GratingUniform` in grating.rs.
 struct Grating {
-    // `GratingUniform` in grating.rs says what each member is.
+    // First wavelength of the efficiencies in nm.
     first_nm: f32,
+    // Number of wavelengths of the efficiencies per nm.
     steps_per_nm: f32,
+    // Number of wavelengths of the efficiencies.
     wavelengths: u32,
+    // Number of cells of each wavelength.
     cells: u32,
+    // Number of nodes along each side of a cell.
     nodes: u32,
+    // Highest order that propagates at any wavelength.
     orders: f32,
+    // Index in `colours` of the first node of the table of order 0.
     order_zero: u32,
+    // Period d in µm.
     period_um: f32,
+    // Frequency of order 1, 1/d, in cycles/µm.
     spacing: f32,
+    // Standard deviation σ of an order's Gaussian in cycles/µm.
     sigma: f32,
     _pad0: u32,
     _pad1: u32,
 }
 
 @group(1) @binding(0) var<uniform> grating: Grating;
-// Efficiencies of 16 bits, two a word, after the row offsets of each wavelength and cell.
+// First, for each wavelength and cell, the index of the cell's first efficiency. Then the efficiencies, 16 bits each,
+// two in a u32.
 @group(1) @binding(1) var<storage, read> efficiencies: array<u32>;
-// Packets (red, green, blue, unused): the table of weights, then that of order 0.
+// Colours (red, green, blue, unused): the table of weights, then the table of order 0.
 @group(1) @binding(2) var<storage, read> colours: array<vec4<f32>>;
 
 // Position (t, a) among the cells. The library has t and a in double precision, here they are single:
@@ -57,6 +74,7 @@ struct Place {
     incident: u32,
     // Position in the cell, stretched towards its sides; each coordinate in [0, 1].
     stretched: vec2<f32>,
+    // Whether the incident order propagates.
     propagates: bool,
 }
 
@@ -67,6 +85,7 @@ fn stretched(x: vec2<f32>) -> vec2<f32> {
     return low / (low + high);
 }
 
+// The position of the incident order with the coordinates t and a.
 fn place_of(t: f32, a: f32) -> Place {
     let sums = vec2<f32>(t - a, t + a);
     let above = max(sums, vec2<f32>(0.0));
@@ -87,7 +106,7 @@ fn interval_of(x: f32, count: u32) -> Interval {
     return Interval(u32(low), inside - low);
 }
 
-// The 16-bit value of this number.
+// The 16-bit value at an index.
 fn table_value(number: u32) -> f32 {
     return f32((efficiencies[number >> 1u] >> (16u * (number & 1u))) & 0xffffu);
 }
@@ -106,7 +125,7 @@ fn efficiency_at(wavelength: u32, cell: u32, entry: u32, p: Interval, q: Interva
     );
 }
 
-// Efficiency of the order that leaves as number `order` among those of the cell, at a wavelength in nm.
+// Efficiency of an outgoing order at a wavelength in nm; `order` is its index among the cell's propagating orders.
 fn efficiency(place: Place, nm: f32, order: u32) -> f32 {
     let cell = min(place.cell, grating.cells - 1u);
     let entry = min(place.incident, cell) * (cell + 2u) + order;
@@ -118,7 +137,8 @@ fn efficiency(place: Place, nm: f32, order: u32) -> f32 {
     return mix(shorter, longer, wavelength.fraction) * UNIT;
 }
 
-// A table of colours from packet `begin` on, with so many nodes along each axis, bilinear at a position in [0, 1]².
+// Bilinear interpolation at a position in [0, 1]² of a table of colours that begins at index `begin` and has `counts`
+// nodes along its axes.
 fn colour_at(begin: u32, counts: vec2<u32>, position: vec2<f32>) -> vec3<f32> {
     let last = vec2<f32>(counts - 1u);
     let x = clamp(position, vec2<f32>(0.0), vec2<f32>(1.0)) * last;
@@ -130,7 +150,7 @@ fn colour_at(begin: u32, counts: vec2<u32>, position: vec2<f32>) -> vec3<f32> {
     return mix(near, far, t.x);
 }
 
-// ∫ weight(1/ν) exp(-(ν - nu)²/2τ²) dν of the three channels.
+// Integral of the colour weights times an order's Gaussian, ∫ weight(1/ν) exp(-(ν - nu)²/2τ²) dν, for each channel.
 fn weights(nu: f32, tau: f32) -> vec3<f32> {
     let position = (nu - NU_MIDDLE) / (tau * REACH + NU_HALF);
     if abs(position) >= 1.0 {
@@ -159,6 +179,7 @@ struct Line {
     sign: f32,
 }
 
+// The line of a query; orders whose Gaussian does not reach the visible range are left out.
 fn line_of(q: vec2<f32>) -> Line {
     let length = length(q);
     let direction = select(q / max(length, 1e-9), vec2<f32>(1.0, 0.0), length < 1e-9);
@@ -175,17 +196,18 @@ fn line_of(q: vec2<f32>) -> Line {
 // Contribution of an order met at ν = nu to 2πσ²·f_r. `kernel` is exp(-b²/2). x is wo.x - wi.x, and y half of wi.y -
 // wo.y.
 fn order_colour(order: f32, nu: f32, kernel: f32, tau: f32, x: f32, y: f32) -> vec3<f32> {
-    let seen = clamp(nu, NU_MIDDLE - NU_HALF, NU_MIDDLE + NU_HALF);
-    let periods = seen * grating.period_um;
+    let visible_nu = clamp(nu, NU_MIDDLE - NU_HALF, NU_MIDDLE + NU_HALF);
+    let periods = visible_nu * grating.period_um;
     let t = periods * sqrt(max((1.0 - y) * (1.0 + y), 0.0));
     let place = place_of(t, 0.5 * (x * periods - order));
     let outgoing = i32(place.incident) + i32(order);
     if !place.propagates || outgoing < 0 || outgoing > i32(place.cell) {
         return vec3<f32>(0.0);
     }
-    return weights(nu, tau) * (efficiency(place, 1e3 / seen, u32(outgoing)) * kernel);
+    return weights(nu, tau) * (efficiency(place, 1e3 / visible_nu, u32(outgoing)) * kernel);
 }
 
+// The whole reflectance f_r, linear sRGB in 1/sr.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     if answer_part != 0u {
         return vec3<f32>(0.0);

@@ -1,5 +1,5 @@
-//! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which defines it, and in WGSL, in
-//! the file of its name beside it, for the GPU.
+//! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which is the definition, and in
+//! WGSL for the GPU, in the file of the same name.
 //!
 //! A [`Method`] answers a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is the
 //! whole reflectance or the relief's part of it. The part is a [`Relief`], a function of `q = wi + wo = (u, v, w)`: `∫
@@ -9,9 +9,9 @@
 //! Methods are single precision throughout, as on the GPU. Tests hold them against [`crate::lobe::Exact`].
 //!
 //! [`build`] builds a method of a height field. The published methods evaluate a single window at a fixed position over
-//! a tile that repeats (`model = patch`, `tiling = periodic`) and know no other. The [`ColourTable`] knows both models
-//! and tilings, and alone can conserve energy. `GratingColourSurface`, a grating by Maxwell's equations, is a method,
-//! too.
+//! a tile that repeats (`model = patch`, `tiling = periodic`) and support nothing else. The [`ColourTable`] supports
+//! both models and tilings, and is the only method that can conserve energy. `GratingColourSurface`, a grating by
+//! Maxwell's equations, is a method, too.
 
 mod bessel;
 mod build;
@@ -126,10 +126,10 @@ fn sum(wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 /// The WGSL of a method and the data that it binds.
 ///
 /// The sources declare a uniform struct at binding 0 of group 1, and from binding 1 on a read-only storage buffer for
-/// each entry of `storage`. They define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of
-/// [`Method::answer_rgb`]. It heeds `answer_part` and `answer_parts` of [`COMMON_WGSL`]: its results add up to the
-/// answer over all parts. The sources are compiled after [`COMMON_WGSL`] and with those of the caller, which has the
-/// groups 0 and 2.
+/// each entry of `storage`. They define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the counterpart of
+/// [`Method::answer_rgb`]. It computes the part `answer_part` of `answer_parts` ([`COMMON_WGSL`]); the results over all
+/// parts add up to the answer. The sources are compiled after [`COMMON_WGSL`] and with those of the caller, which uses
+/// the groups 0 and 2.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'a str,
@@ -157,7 +157,7 @@ const WAVELENGTH_MIN_UM: f32 = 0.38;
 /// Longest wavelength of the methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
 /// Smallest cosine to divide by, as in [`crate::scattering::Pair`].
-const COSINE_MIN: f32 = 1e-7;
+const COSINE_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
 /// Whether `q` can be the sum of two directions above the surface; false where it is not finite.
 fn is_query(q: [f32; 3]) -> bool {

@@ -1,6 +1,7 @@
 //! NMM, non-uniform wavelengths (Dhillon et al. 2014): only the wavelengths at which an order leaves in the direction
 //! of the query, each with the sum of [`super::Flss`] over a neighbourhood of orders.
 //!
+//! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum.
 //! The wavelengths are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. Their
 //! density over λ is `|u|Lx/λ²` and `|v|Ly/λ²`: highest in the blue. With `N = |u|Lx + |v|Ly`, the sum over both lists
 //! is
@@ -28,13 +29,14 @@ use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
+/// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
 /// Finest relative tolerance of the neighbourhood of a colour. The choice of wavelengths alone makes colours wrong by
 /// 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE: f64 = 0.15;
 
-/// Wavelength in µm that stands for all where the answer is white.
+/// Wavelength in µm at which S is evaluated where no list counts and the answer is white. Chosen: mid-spectrum.
 pub(super) const WHITE_UM: f32 = 0.55;
 
 /// The uniform struct of nmm.wgsl.
@@ -50,14 +52,16 @@ pub(super) struct NmmUniform {
 /// The method `nmm`: wavelengths at whole orders.
 pub struct Nmm {
     orders: Orders,
-    /// The orders with the neighbourhood of colours.
+    /// The same orders with the smaller neighbourhood that is enough for colours ([`COLOUR_TOLERANCE`]).
     colour_orders: Orders,
+    /// Density of the colour weights over the wavelength.
     colours: Colours,
+    /// [`line_width`] along x and y.
     line_width: [f32; 2],
 }
 
 impl Nmm {
-    /// Transforms `field`. Of the options it heeds `terms`, `neighbourhood`, `series` and `weighted`.
+    /// Transforms `field`. It reads `terms`, `neighbourhood`, `series` and `weighted` of the options.
     ///
     /// # Errors
     /// The errors of [`super::build`].
@@ -90,6 +94,7 @@ impl Relief for Nmm {
             return [0.0; 3];
         }
         let grid = &self.colour_orders.grid;
+        // |u|·Lx and |v|·Ly in µm; the wavelengths of a list are its whole fractions.
         let span = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span[axis] >= WAVELENGTH_MIN_UM);
         let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span[axis]).sum();

@@ -9,15 +9,17 @@ use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Accepted steps between wavelengths in nm. Coarser steps do not add up to white; finer ones gain no accuracy.
+/// Accepted steps between wavelengths in nm. With coarser steps a constant spectrum is not white; finer steps gain no
+/// accuracy.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
-/// Most orders along each axis that an evaluation sums.
+/// Largest number of orders along each axis that an evaluation sums. Chosen: it bounds the time of an evaluation.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
-/// Accepted sharpness of the highlight of GPU Gems in 1/µm.
+/// Accepted sharpness of the highlight in Stam's shader of GPU Gems, in 1/µm. Chosen wide; it only keeps numbers
+/// finite.
 pub const GEMS_SHARPNESS: std::ops::RangeInclusive<f64> = 0.0..=1e4;
-/// Accepted components of the colour of the highlight of GPU Gems, linear sRGB.
+/// Accepted components of the colour of this highlight, linear sRGB. Chosen wide; it only keeps numbers finite.
 const GEMS_HIGHLIGHT: std::ops::RangeInclusive<f64> = 0.0..=100.0;
-/// Most repeats of the tile along an axis: single precision does not resolve narrower peaks.
+/// Largest number of repeats of the tile along an axis: single precision does not resolve narrower peaks.
 pub const REPEATS_MAX: u32 = 10_000;
 
 /// The methods: four published ones and the colour table (docs/realtime.md).
@@ -51,7 +53,7 @@ impl MethodKind {
         }
     }
 
-    /// The fields of [`MethodOptions`] that the method heeds; it ignores the others.
+    /// The fields of [`MethodOptions`] that the method reads; it ignores the others.
     pub const fn options(self) -> &'static [&'static str] {
         match self {
             Self::Flss => &["lambda_step_nm", "terms", "neighbourhood", "series"],
@@ -75,7 +77,7 @@ impl fmt::Display for MethodKind {
     }
 }
 
-/// Options of the methods; [`MethodKind::options`] says which of them a method heeds.
+/// Options of the methods; [`MethodKind::options`] lists those that a method reads.
 ///
 /// ```
 /// use sunbeam::methods::MethodOptions;

@@ -74,8 +74,8 @@ impl Orders {
         let terms = count.next_multiple_of(TERMS_MULTIPLE);
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
-        let s_um = CoherenceWindow::new(coherence_length_um).sigma_um();
-        let sharpness = [lx, ly].map(|l| 2.0 * (PI * s_um / l).powi(2));
+        let window = CoherenceWindow::new(coherence_length_um);
+        let sharpness = [lx, ly].map(|l| 2.0 * (PI * window.sigma_um() / l).powi(2));
         let neighbourhood = neighbourhood(sharpness, [nx, ny], tolerance, options)?;
         let reach = |n: usize, extent_um: f64| {
             let reached = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
@@ -97,7 +97,7 @@ impl Orders {
                 Series::Taylor => 1,
             },
             half_range_um: transform.half_range_um() as f32,
-            peak_um2: (4.0 * PI * s_um * s_um) as f32,
+            peak_um2: window.order_peak_um2() as f32,
             neighbourhood: neighbourhood as u32,
             argument_of_terms: match options.terms {
                 Some(_) => 0.0,

@@ -1,23 +1,39 @@
-// The wave orders of a tile, and Single 2014's sum over a neighbourhood of them; twin of orders.rs, which has the
-// symbols, and of term_weights.rs.
+// The wave orders of a tile, and Single 2014's sum over the orders near a query; counterpart of orders.rs, which
+// derives the formulas, and of term_weights.rs.
+//
+// Symbols: q = wi + wo = (u, v, w); κ = 2πw/λ; H half the range of heights; (Lx, Ly) the extent of the tile. The
+// position p = (u·Lx, v·Ly)/λ of a query is a fractional order. Order j has the amplitude c_j = Σ_n
+// weight_n(κH)·term_{j,n}, where the terms are Fourier coefficients of powers (Taylor) or Chebyshev polynomials of the
+// heights. The power spectrum is
+//     S = peak·|Σ_j c_j·exp(-sharpness·(p - j)²)|².
 
-// Exponent from which on the Gaussian of an amplitude is left out.
+// Exponent above which a Gaussian counts as 0: its square, e⁻⁸⁰, is lost in single precision.
 const FAINT: f32 = 40.0;
 
-// order_grid.rs says what each member is.
+// Lattice of the orders; counterpart of `OrderGrid` in order_grid.rs.
 struct OrderGrid {
+    // (Lx, Ly) in µm.
     extent_um: vec2<f32>,
+    // Factor of d² in the exponent of the Gaussian, for a distance d in orders along x and y.
     sharpness: vec2<f32>,
+    // Largest |jx| and |jy| of the stored orders.
     reach: vec2<i32>,
+    // Number of stored terms, a multiple of 8.
     terms: u32,
+    // 0 for Chebyshev, 1 for Taylor.
     series: u32,
+    // H in µm.
     half_range_um: f32,
+    // S at the centre of an order with |c_j| = 1, in µm².
     peak_um2: f32,
+    // Number of orders summed along each axis.
     neighbourhood: u32,
+    // The κH from which on all terms are summed; see set_term_weights.
     argument_of_terms: f32,
 }
 
-// Pairs of an even and an odd term, [jy][jx][n], jy from 0, jx from -reach.
+// Terms of the orders: (re, im) of an even term and (re, im) of the following odd term. The layout is [jy][jx][n/2]
+// with jy from 0 and jx from -reach.x. Orders with a negative jy are the complex conjugates of their opposites.
 @group(1) @binding(2) var<storage, read> order_terms: array<vec4<f32>>;
 
 // Weights of the terms at the present wavelength; set_term_weights writes them.
@@ -30,12 +46,15 @@ fn order_position(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> vec2<f32
     return q.xy / wavelength_um * grid.extent_um;
 }
 
+// The order nearest to a position.
 fn nearest_order(position: vec2<f32>) -> vec2<f32> {
     return floor(position + 0.5);
 }
 
-// Sets the weights of the terms for one wavelength: (2 - δ_n0)·J_n(κH) or (κH)^n/n!, with the sign of i^n.
+// Sets `term_weights` and `term_count` for one wavelength. The weight of term n is (2 - δ_n0)·J_n(κH) of the Chebyshev
+// series (series 0) or (κH)^n/n! of the Taylor series, times the sign of i^n, which is + + - - and so on.
 fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
+    // x = κH. Each unit of x below `argument_of_terms` saves one term.
     let x = TAU * w / wavelength_um * grid.half_range_um;
     let spare = u32(max(grid.argument_of_terms - x, 0.0));
     term_count = (max(grid.terms - min(spare, grid.terms), 1u) + 7u) & ~7u;
@@ -60,12 +79,12 @@ fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
     term_weights[0] = constant;
 }
 
-// The weights of an even and of the following odd term, each twice.
+// The weights of an even and of the following odd term, each twice, for the layout of `order_terms`.
 fn weight_pair(even: u32) -> vec4<f32> {
     return vec2<f32>(term_weights[even], term_weights[even + 1u]).xxyy;
 }
 
-// The amplitude c_j of an order that is held: (re, im).
+// The amplitude c_j of an order within `reach`: (re, im). Even terms are summed as they are, odd ones times i.
 fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
     let sign = select(1, -1, order.y < 0);
     let row = (sign * order.y) * (2 * grid.reach.x + 1);
@@ -81,12 +100,12 @@ fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
     return vec2<f32>(sum.x - f32(sign) * sum.w, f32(sign) * sum.y + sum.z);
 }
 
-// Exponent of the Gaussian at a distance of so many orders.
+// Exponent of the Gaussian at a distance, in orders, along x and y.
 fn order_exponent(grid: OrderGrid, distance: vec2<f32>) -> f32 {
     return dot(grid.sharpness, distance * distance);
 }
 
-// S in µm²: the sum over a block of the nearest orders.
+// Power spectrum S in µm²: the coherent sum over a block of `neighbourhood`² orders around the query's position.
 fn order_density(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> f32 {
     let position = order_position(grid, q, wavelength_um);
     let reach = vec2<f32>(grid.reach);

@@ -1,7 +1,8 @@
 //! PQ (Dhillon et al. 2014): the tile repeats P×Q times and ends there.
 //!
-//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²`, with the position `p = (u·Lx, v·Ly)/λ`, the order j nearest to p
-//! (as Single 2014 rounds), and the kernel `D_P(p) = sin(πPp)/(P·sin(πp))`. Over the cell of an order `∫D_P² dp = 1/P`,
+//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²`, with the position `p = (u·Lx, v·Ly)/λ` of the query `q = wi + wo =
+//! (u, v, w)`, the amplitude c_j (orders.rs) of the order j nearest to p (as Single 2014 rounds), and the kernel
+//! `D_P(p) = sin(πPp)/(P·sin(πp))`. Over the cell of an order `∫D_P² dp = 1/P`,
 //! so the power integrates to `Σ|c_j|² = 1`. S jumps where two orders meet and rings between the orders, which limits
 //! the accuracy of the method.
 //!
@@ -20,9 +21,11 @@ use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f32::consts::PI;
 
+/// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("pq.wgsl")];
 
-/// The `πPd` below which the kernel is its series; the next term is under 1e-9 there.
+/// Value of `πPd` below which the kernel is computed by its Taylor series, to avoid 0/0. The next term of the series is
+/// under 1e-9 there.
 pub(super) const SINC_SERIES: f32 = 0.01;
 
 /// The uniform struct of pq.wgsl.
@@ -39,14 +42,16 @@ pub(super) struct PqUniform {
 
 /// The method `pq`: a finite number of tiles.
 pub struct Pq {
-    /// With the peak `Lx·Ly·P·Q` and a neighbourhood of one order.
+    /// Orders with the peak `Lx·Ly·P·Q` and a neighbourhood of one order.
     orders: Orders,
+    /// P and Q.
     repeats: [f32; 2],
+    /// Wavelengths and colour weights to sum over.
     colours: Colours,
 }
 
 impl Pq {
-    /// Transforms `field`. Of the options it heeds `lambda_step_nm`, `terms`, `series` and `repeats`.
+    /// Transforms `field`. It reads `lambda_step_nm`, `terms`, `series` and `repeats` of the options.
     ///
     /// # Errors
     /// The errors of [`super::build`].
@@ -88,8 +93,8 @@ impl Pq {
         self.repeats.map(|n| n as u32)
     }
 
-    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths whose nearest
-    /// order is not held are left out.
+    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value, for instance its colour.
+    /// `receive` is called with wavelength, value and S. Wavelengths whose nearest order is not stored are left out.
     fn densities<T>(
         &self,
         q: [f32; 3],
@@ -124,8 +129,8 @@ impl Relief for Pq {
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
         let mut found = 0.0;
-        let asked = wavelength_um.into_iter().map(|um| (um, ()));
-        self.densities(q, asked, |um, (), density| found = density / (um * um));
+        let wavelengths_um = wavelength_um.into_iter().map(|um| (um, ()));
+        self.densities(q, wavelengths_um, |um, (), density| found = density / (um * um));
         Some(found)
     }
 
@@ -145,8 +150,8 @@ impl Relief for Pq {
     }
 }
 
-/// `sin(πPd)/(P·sin(πd))` at a distance of d orders from the nearest, |d| ≤ ½; 1 at d = 0. Farther orders differ in
-/// sign only.
+/// Kernel `D_P(d) = sin(πPd)/(P·sin(πd))` at a distance of d orders from the nearest order, |d| ≤ ½; 1 at d = 0. For
+/// other d the kernel repeats, up to its sign.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     let x = PI * distance;
     if repeats * x.abs() < SINC_SERIES {

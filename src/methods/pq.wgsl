@@ -1,18 +1,25 @@
-// Twin of pq.rs: a finite number of tiles.
+// PQ: a grating of a finite number of tiles, P along x and Q along y; counterpart of pq.rs, which derives the formulas.
+//
+// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i with S = peak·|c_j|²·D_P(d.x)²·D_Q(d.y)². Here j is the order nearest to the
+// query, d the distance from it in orders, c_j its amplitude (orders.wgsl), and D_P(d) = sin(πPd)/(P·sin(πd)).
 
-// The πPd below which the kernel is its series.
+// Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0; the next term is under 1e-9.
 const SINC_SERIES: f32 = 0.01;
 
+// Uniform of the method; counterpart of `PqUniform` in pq.rs.
 struct Pq {
+    // Wave orders of the tile (order_grid.rs).
     grid: OrderGrid,
+    // P and Q.
     repeats: vec2<f32>,
+    // Number of entries of `colours` (colours.wgsl).
     wavelengths: u32,
     _pad: u32,
 }
 
 @group(1) @binding(0) var<uniform> pq: Pq;
 
-// sin(πPd)/(P·sin(πd)) at a distance of d orders for P repeats.
+// Interference of P tiles, D_P(d) = sin(πPd)/(P·sin(πd)), at a distance of d orders.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     let x = 0.5 * TAU * distance;
     if repeats * abs(x) < SINC_SERIES {
@@ -21,7 +28,7 @@ fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     return sin(repeats * x) / (repeats * sin(x));
 }
 
-// S in µm².
+// Power spectrum S in µm².
 fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     let position = order_position(pq.grid, q, wavelength_um);
     let nearest = nearest_order(position);
@@ -35,6 +42,7 @@ fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     return pq.grid.peak_um2 * dot(c, c) * kernel * kernel;
 }
 
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();

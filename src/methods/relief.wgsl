@@ -5,6 +5,7 @@
 // compiled source. The result is linear sRGB of the relief's factor `∫ S/λ² weight(λ) dλ`; mod.rs defines it in Rust
 // (`Relief`).
 
+// The relief's factor of the reflectance for a pair of directions, linear sRGB in 1/sr.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     return relief_rgb(wi + wo);
 }

@@ -21,11 +21,12 @@ use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f32::consts::PI;
 
+/// Sources of the shader.
 const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
-/// Orders on each side.
+/// Number of orders on each side. Chosen; the fractions of light add up to 1 for any number.
 pub(super) const ORDERS: u32 = 8;
-/// Range of v over the outgoing hemisphere.
+/// Length of the interval of v over the outgoing hemisphere at normal incidence, from −1 to 1.
 pub(super) const V_RANGE: f32 = 2.0;
 
 /// The uniform struct of stam.wgsl.
@@ -45,11 +46,12 @@ pub struct Stam {
     period_um: f32,
     /// Standard deviation of the coherence window in µm.
     window_um: f32,
+    /// Density of the colour weights over the wavelength.
     colours: Colours,
 }
 
 impl Stam {
-    /// Takes `period_um` of the options, or the dominant period of `field` along x.
+    /// Builds the method with the spacing `period_um` of the options, or else the dominant period of `field` along x.
     ///
     /// # Errors
     /// [`MethodError::NoPeriod`] where the options give none and the field has none.

@@ -1,11 +1,16 @@
-// Twin of stam.rs: one spacing, as a reflectance.
+// Stam's model of one groove spacing d along x, as a reflectance; counterpart of stam.rs, which derives the formulas.
+//
+// Orders n = ±1 … ±8 carry equal fractions of the light, and order n leaves at λ_n = d|u|/n, with q = (u, v, w) = wi +
+// wo. rgb = Σ_n density(λ_n)·d/n / (2·ORDERS·V_RANGE), with the density of colours.wgsl.
 
-// Orders on each side.
+// Number of orders on each side.
 const ORDERS: u32 = 8u;
-// Range of v over the outgoing hemisphere.
+// Length of the interval of v over the outgoing hemisphere, over which each order spreads uniformly.
 const V_RANGE: f32 = 2.0;
 
+// Uniform of the method; counterpart of `StamUniform` in stam.rs.
 struct Stam {
+    // The spacing d in µm.
     period_um: f32,
     _pad0: u32,
     _pad1: u32,
@@ -14,6 +19,7 @@ struct Stam {
 
 @group(1) @binding(0) var<uniform> stam: Stam;
 
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();

@@ -17,9 +17,10 @@ use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::f32::consts::PI;
 
+/// Source of the shader.
 const WGSL: &str = wgsl!("stam_gems.wgsl");
 
-/// Orders on each side.
+/// Number of orders on each side; the chapter's value.
 pub(super) const GEMS_ORDERS: u32 = 7;
 /// Centre of the red bump in µm.
 pub(super) const RED_UM: f32 = 0.875;
@@ -49,8 +50,7 @@ pub(super) struct StamGemsUniform {
 pub struct StamGems(StamGemsUniform);
 
 impl StamGems {
-    /// Takes the spacing as [`super::Stam`] does: `period_um` of the options, or the dominant period of `field` along
-    /// x.
+    /// Builds the method with the spacing `period_um` of the options, or else the dominant period of `field` along x.
     ///
     /// # Errors
     /// [`MethodError::NoPeriod`] where the options give none and the field has none.

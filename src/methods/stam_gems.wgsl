@@ -1,14 +1,28 @@
-// Twin of stam_gems.rs: one spacing, in the colours of GPU Gems.
+// Stam's diffraction shader of GPU Gems, chapter 8: one groove spacing d along x; counterpart of stam_gems.rs, which
+// explains its colours.
+//
+// With q = (u, v, w) = wi + wo and λ_n = d|u|/n, the colour is
+//     highlight·exp(-(sharpness·d·u/w)²) + Σ_n max(0, 1 - ((λ_n - centre)/HALF_WIDTH_UM)²),
+// with a centre for each channel. f_r is the colour over π·cosθi.
 
+// Number of orders n.
 const GEMS_ORDERS: u32 = 7u;
+// Centre of the red bump in µm; the chapter's value.
 const RED_UM: f32 = 0.875;
+// Centre of the green bump in µm; the chapter's value.
 const GREEN_UM: f32 = 0.75;
+// Centre of the blue bump in µm; the chapter's value.
 const BLUE_UM: f32 = 0.625;
+// Half width of a bump in µm; the chapter's value.
 const HALF_WIDTH_UM: f32 = 0.125;
 
+// Uniform of the method; counterpart of `StamGemsUniform` in stam_gems.rs.
 struct StamGems {
+    // Colour of the highlight, linear sRGB.
     highlight: vec3<f32>,
+    // Sharpness of the highlight in 1/µm.
     sharpness: f32,
+    // The spacing d in µm.
     period_um: f32,
     _pad0: u32,
     _pad1: u32,
@@ -17,6 +31,7 @@ struct StamGems {
 
 @group(1) @binding(0) var<uniform> gems: StamGems;
 
+// The whole reflectance f_r, linear sRGB in 1/sr.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let q = wi + wo;
     if !is_query(q) || answer_part != 0u {

@@ -1,4 +1,6 @@
-//! The method `table`: the [colour table](crate::colour_table), read with 64 fetches.
+//! The method `table`: the [colour table](crate::colour_table), the relief's factor in linear sRGB tabulated over `q =
+//! wi + wo`. A look-up reads 4 × 4 × 4 samples: four rings, and on each four directions and four heights. The shader is
+//! table.wgsl, and albedo.wgsl where energy is conserved.
 
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
@@ -12,7 +14,8 @@ use std::borrow::Cow;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableUniform {
-    /// The members up to `last_ring` are those of [`crate::colour_table::ColourLayout`].
+    /// Spacing of the rings near the centre. This member and the next four are documented in
+    /// [`crate::colour_table::ColourLayout`].
     pub knee_radius: f32,
     pub growth: f32,
     pub w_log: f32,
@@ -26,13 +29,17 @@ pub(super) struct TableUniform {
     pub rings: [TableRing; ColourTable::RINGS_MAX],
 }
 
-/// The struct `Ring` of `table.wgsl`: a [`Ring`].
+/// The struct `Ring` of `table.wgsl`: the members of [`Ring`], which documents them, padded to 32 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableRing {
+    /// Index of the ring's first sample.
     pub offset: u32,
+    /// Number of samples along the direction.
     pub directions: u32,
+    /// Number of samples along w.
     pub heights: u32,
+    /// This member and the next three are the constants of the formulas in `table.wgsl`.
     pub knots_per_w: f32,
     pub knots_per_efold: f32,
     pub knee_squared: f32,
@@ -61,7 +68,7 @@ impl Relief for ColourTable {
     }
 }
 
-/// The colour table divided by its albedo, so that no energy is made.
+/// The colour table divided by its albedo, so that the surface reflects no more energy than it receives.
 pub(super) struct ConservingTable {
     pub table: ColourTable,
     pub albedo: ColourAlbedoTable,

@@ -1,26 +1,41 @@
-// The colour table: linear sRGB over q = (u, v, w); twin of colour_table/lookup.rs.
+// Look-up in the colour table: the relief's factor in linear sRGB over q = wi + wo = (u, v, w); counterpart of
+// src/colour_table/lookup.rs, with the same arithmetic.
 //
 // The table consists of rings about (u, v) = (0, 0) whose spacing grows with the radius: ring i has the radius
 // knee_radius·sinh(growth·(i + 1/2))/growth. A ring holds `directions` × `heights` samples, cubic B-splines over the
 // direction in turns and over w. Across rings the interpolation is the cubic Lagrange polynomial through four rings.
 
-// `Ring` in colour_table/rings.rs says what each member is.
+// A ring of samples; counterpart of `Ring` in src/colour_table/rings.rs, which derives the numbers.
 struct Ring {
+    // Index of the ring's first sample in `words`.
     offset: u32,
+    // Number of samples along the direction.
     directions: u32,
+    // Number of samples along w.
     heights: u32,
+    // The position along w, in samples, is knots_per_w·w + knots_per_efold·ln(1 + w/w_log).
     knots_per_w: f32,
+    // Factor of the logarithm in this position.
     knots_per_efold: f32,
+    // The interpolated value is multiplied by (w² + zero_squared)/(w² + knee_squared), which models its fall near w =
+    // 0.
     knee_squared: f32,
+    // Numerator's constant of this factor.
     zero_squared: f32,
     _pad: u32,
 }
 
+// Layout of the table; counterpart of `ColourLayout` in src/colour_table.
 struct Table {
+    // Spacing of the rings near the centre.
     knee_radius: f32,
+    // Relative spacing of the rings far from the centre.
     growth: f32,
+    // Scale of the logarithm of a ring's position along w.
     w_log: f32,
+    // Added to a sample's exponent to give that of a single-precision number.
     exponent_offset: u32,
+    // Index of the outermost ring.
     last_ring: u32,
     // Cells along each side of the grid of albedo.wgsl; 0 without an albedo.
     albedo_cells: u32,
@@ -31,16 +46,19 @@ struct Table {
 }
 
 @group(1) @binding(0) var<uniform> table: Table;
+// Samples of all rings, each packed in a u32.
 @group(1) @binding(1) var<storage, read> words: array<u32>;
 
-// Red, green and blue of a word: three mantissas of nine bits, offset by 256, and a common exponent of five bits.
+// Red, green and blue of a packed sample: three mantissas of nine bits, offset by 256, and a common exponent of five
+// bits.
 fn unpack(word: u32) -> vec3<f32> {
     let scale = bitcast<f32>(((word >> 27u) + table.exponent_offset) << 23u);
     let mantissas = vec3<u32>(word, word >> 9u, word >> 18u) & vec3<u32>(0x1ffu);
     return (vec3<f32>(mantissas) - 256.0) * scale;
 }
 
-// The direction of q in turns from +u towards +v, -1/2 to 1/2. The precision of atan2 is up to the driver.
+// The direction of q in turns from +u towards +v, -1/2 to 1/2. It is computed by a fitted odd polynomial of the smaller
+// over the larger component, because the precision of the built-in atan2 differs between drivers.
 fn turns(q: vec2<f32>) -> f32 {
     let size = abs(q);
     let largest = max(size.x, size.y);
@@ -63,7 +81,7 @@ fn turns(q: vec2<f32>) -> f32 {
     return select(half, -half, q.y < 0.0);
 }
 
-// Weights of four samples at a fraction t between the second and the third.
+// Weights of four samples of a cubic B-spline, at a fraction t of the way from the second to the third.
 fn cubic_b_spline_weights(t: f32) -> vec4<f32> {
     let s = 1.0 - t;
     return vec4<f32>(
@@ -74,7 +92,7 @@ fn cubic_b_spline_weights(t: f32) -> vec4<f32> {
     ) / 6.0;
 }
 
-// Weights of four samples at a fraction t between the second and the third, of the cubic through them.
+// Weights of four samples of the cubic Lagrange polynomial, at a fraction t of the way from the second to the third.
 fn lagrange_weights(t: f32) -> vec4<f32> {
     let a = t + 1.0;
     let b = t - 1.0;
@@ -112,12 +130,14 @@ fn on_ring_number(number: i32, turn: f32, w: f32) -> vec3<f32> {
     return on_ring(table.rings[index], turn + select(0.0, 0.5, mirrored), w);
 }
 
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     let radius = length(q.xy);
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();
     }
     let turn = turns(q.xy);
+    // Position among the rings, in rings: asinh(growth·radius/knee_radius)/growth - 1/2.
     let stretched = radius * table.growth / table.knee_radius;
     let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
     let first = floor(position);

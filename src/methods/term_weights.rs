@@ -1,33 +1,36 @@
-//! The coefficients of the series for many wavelengths at one w, computed for several wavelengths side by side.
+//! Coefficients of the series of the phase screen (orders.rs) for many wavelengths at one w. Several wavelengths are
+//! computed side by side in SIMD lanes.
 //!
-//! With `x = κH = 2πwH/λ`, the coefficient of term n is `(2 − δ_n0) iⁿ J_n(x)` (Chebyshev) or `iⁿ xⁿ/n!` (Taylor).
+//! With the phase rate `κ = 2πw/λ`, half the range of heights H and `x = κH`, the coefficient of term n is `(2 − δ_n0)
+//! iⁿ J_n(x)` (Chebyshev) or `iⁿ xⁿ/n!` (Taylor).
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
 use arrayvec::ArrayVec;
 use std::f32::consts::TAU;
 
-/// Wavelengths whose coefficients are computed side by side.
+/// Number of wavelengths whose coefficients are computed side by side.
 const LANES: usize = 8;
-/// Lanes for a batch of at most this many wavelengths.
+/// Number of lanes for a batch of at most this many wavelengths, so that fewer lanes are idle.
 const FEW_LANES: usize = 4;
 
-/// Pairs of coefficients `[even, even, odd, odd]`, where even terms are real and odd ones imaginary. Each is there
-/// twice, as [`super::orders::Orders::amplitude`] multiplies by it.
+/// Pairs of coefficients `[even, even, odd, odd]`, where even terms are real and odd ones imaginary. Each is stored
+/// twice: [`super::orders::Orders::amplitude`] multiplies the real and the imaginary part of a term by it.
 pub(super) type TermWeights = [[f32; 4]];
 
+/// Coefficients of a batch of wavelengths, one wavelength after the other.
 type Weights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
 
 impl OrderGrid {
-    /// Number of terms to sum at `x = κH`, an even number: each unit of x below [`OrderGrid::argument_of_terms`] saves
-    /// one.
+    /// Number of terms to sum at `x = κH`, an even number. Each unit of x below [`OrderGrid::argument_of_terms`] saves
+    /// one term.
     pub fn terms_at(&self, x: f32) -> usize {
         let spare = (self.argument_of_terms - x).max(0.0) as usize;
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
-    /// Calls `receive` for each of the wavelengths in µm, with the value given with it and the coefficients at `w` of
-    /// the terms to sum.
+    /// Computes the coefficients at `w` for several wavelengths, in batches of [`LANES`]. Each wavelength in µm comes
+    /// with a value of the caller. `receive` is called with wavelength, value and coefficients.
     pub fn at_wavelengths<T>(
         &self,
         w: f32,

@@ -1,4 +1,7 @@
-//! WGSL sources without their comments, which would otherwise be part of every program that embeds them.
+//! Inclusion of WGSL sources at compile time with their comments removed, so that programs do not embed the comments.
+//!
+//! The macro [`wgsl!`](crate::wgsl) calls [`code_length`], [`code`] and [`utf8`] in constant expressions. A line
+//! comment from `//` to the end of the line is removed; WGSL sources here have no block comments.
 
 /// Includes a WGSL file, relative to the calling file, as a `&'static str` without its comments. Lines keep their
 /// numbers.
@@ -45,7 +48,8 @@ pub const fn code<const N: usize>(source: &str) -> [u8; N] {
 /// The bytes of a source as text.
 ///
 /// # Panics
-/// Where they are not UTF-8. That fails the compilation: comments are removed as whole lines' ends.
+/// If the bytes are not UTF-8, which fails the compilation. It does not happen, because a comment is removed as a
+/// whole.
 pub const fn utf8(code: &[u8]) -> &str {
     match std::str::from_utf8(code) {
         Ok(code) => code,

@@ -163,7 +163,7 @@ struct Incidence<N: Numbers> {
 impl<N: Numbers> OrdersView<N> {
     /// See [`super::SamplerView::pdf`].
     #[inline(always)]
-    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
         let at = self.incidence(wi, wavelength_nm);
         let nm = N::widen(wavelength_nm);
@@ -207,7 +207,7 @@ impl<N: Numbers> OrdersView<N> {
 
     /// See [`super::SamplerView::sample`].
     #[inline(always)]
-    pub fn sample(
+    pub(super) fn sample(
         &self,
         wi: [N::Real; 3],
         wavelength_nm: N::Real,

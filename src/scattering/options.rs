@@ -6,8 +6,7 @@ use super::{ComplexIndex, Obliquity, Pair, SpectralIndex};
 use crate::height_field::HeightField;
 use crate::numeric::Real;
 use crate::table::{
-    BuildDemand, Built, CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, Progress, Purpose, Spectrum, TableError, Tiling,
-    build,
+    BuildDemand, Built, CoherenceWindow, Model, Progress, Purpose, Spectrum, TableError, Tiling, build,
 };
 use serde::{Deserialize, Serialize};
 
@@ -113,6 +112,6 @@ impl Options {
 /// Builds the table of `S(f; κ)` for every wavelength of the tables' range.
 pub(crate) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Result<Built, TableError> {
     let window = CoherenceWindow::new(options.coherence_length_um);
-    let spectrum = Spectrum::new(field, options.model, options.tiling, window, FREQUENCY_MAX_PER_UM, options.tolerance);
+    let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);
     build(&spectrum, options.tolerance, progress)
 }

@@ -1,54 +1,52 @@
-//! Band of a power spectrum that an autocorrelation is computed from.
+//! Band limit of the power spectrum from which an ensemble's nodes are computed, along one axis.
 //!
-//! Nodes of the ensemble are transforms of a windowed autocorrelation, itself the transform of a power spectrum. A scan
-//! of fine pixels has power far beyond the largest frequency of a look-up. There it only matters to frequencies as near
-//! as the window spreads it. So the spectrum is cut a margin beyond the largest frequency, and the autocorrelation
-//! needs fewer pixels. The cut is smooth, so that it does not lengthen the autocorrelation.
-//!
-//! - `f_max`: largest frequency of a look-up in cycles/µm. `1/P`: spacing of the lattice's nodes (lattice.rs).
-//! - Weights of the bins: 1 up to `low = f_max + 3·taps/P`, then `½·erfc` down to about the tolerance at `high`.
-//! - `high = f_max + 15·taps/P` at least: the Nyquist frequency of the pixels that the autocorrelation keeps.
+//! Nodes of the ensemble are the transform of the autocorrelation times the window. The autocorrelation is itself the
+//! transform of a power spectrum. A scan with fine pixels has powers far beyond the frequencies that any pair of
+//! directions asks for ([`super::FREQUENCY_MAX_PER_UM`]). They reach the nodes only as far as the window spreads them.
+//! So the spectrum is cut a margin beyond those frequencies, and the autocorrelation needs fewer pixels. The cut is
+//! smooth, since a sharp one would lengthen the autocorrelation.
 
+use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
 use sunbeam_fourier::next_fast_len;
 
-/// Distance from the largest frequency to where the weights begin to fall, in widths `taps/P` of the interpolation
-/// kernel. The window spreads power over about one such width. Chosen, with [`FALL_MARGIN`], so that the table's error
-/// is that of the interpolation at tolerances from 1e-2 to 1e-6.
+/// Margin above [`FREQUENCY_MAX_PER_UM`] within which powers are kept, in node spacings per tap of the interpolation
+/// kernel. The kernel is about as wide as the window spreads powers. With both margins the table's error stays that of
+/// the interpolation, for tolerances from 1e-2 to 1e-6.
 const KEPT_MARGIN: f64 = 3.0;
-/// Width of the fall in widths `taps/P`; a steeper fall would lengthen the autocorrelation.
-const FALL_MARGIN: f64 = 12.0;
-/// Distance from the largest frequency to the end of the band, in widths `taps/P`.
-pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + FALL_MARGIN;
+/// Width of the transition from kept to cut, in the same unit.
+const TRANSITION: f64 = 12.0;
+/// Margin from [`FREQUENCY_MAX_PER_UM`] to the end of the spectrum, in the same unit.
+pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + TRANSITION;
 
-/// Weights of a power spectrum's bins along one axis.
+/// Weights of the kept frequencies along one axis.
 pub(super) struct Band {
-    /// Weight of each bin in [0, 1], FFT order; one bin for each pixel of the autocorrelation.
+    /// Factor on each bin, FFT order; one bin per pixel of the autocorrelation.
     pub weights: Vec<f64>,
 }
 
 impl Band {
-    /// Pixels of an autocorrelation over the length `lags · pixel_um`, when its spectrum ends at `edge` cycles/µm. At
-    /// most `lags`.
-    pub fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
-        // The conversion saturates for lengths beyond any number of pixels.
+    /// Pixels of an autocorrelation over `lags` pixels of `pixel_um` whose spectrum ends at `edge` cycles/µm; at most
+    /// `lags`.
+    pub(super) fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
+        // The conversion saturates for any number of pixels.
         next_fast_len(((2.0 * edge * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
-    /// Pixels of the autocorrelation over `length_um`, from an axis that was planned with [`Band::pixels`].
-    pub fn kept(axis: &LatticeAxis, length_um: f64) -> usize {
+    /// Pixels of the autocorrelation over `length_um` for a planned axis.
+    pub(super) fn kept(axis: &LatticeAxis, length_um: f64) -> usize {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }
 
-    /// Band of an axis that was planned for `lags` pixels of `pixel_um`, frequencies up to `frequency_max` in
-    /// cycles/µm, and a relative error `tolerance`.
-    pub fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, frequency_max: f64, tolerance: f64) -> Self {
+    /// The band of an axis that was planned for `lags` pixels of `pixel_um`. The transition is an error function that
+    /// ends within about `tolerance` of 1 and 0.
+    pub(super) fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, tolerance: f64) -> Self {
         let length_um = lags as f64 * pixel_um;
         let kept = Self::kept(axis, length_um);
         if kept >= lags {
             return Self { weights: vec![1.0; lags] };
         }
-        let low = frequency_max + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
+        let low = FREQUENCY_MAX_PER_UM + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
         let high = 0.5 * kept as f64 / length_um;
         let steepness = (1.0 / tolerance).ln().sqrt();
         let weight = |i: usize| {
@@ -61,26 +59,27 @@ impl Band {
 
 #[cfg(test)]
 mod tests {
-    use super::super::spectrum::{Model, Tiling, plan_lattice};
+    use super::super::lattice::plan_lattice;
+    use super::super::{CoherenceWindow, Model, Tiling};
     use super::*;
 
-    const FREQUENCY_MAX: f64 = 5.5;
     const TOLERANCE: f64 = 1e-4;
 
     fn axis(pixels: usize, pixel_um: f64) -> LatticeAxis {
         let (size, pixel_um) = ((pixels, pixels), (pixel_um, pixel_um));
-        plan_lattice(size, pixel_um, Model::Ensemble, Tiling::Aperiodic, 16.0, FREQUENCY_MAX, TOLERANCE).x
+        let window = CoherenceWindow::from_sigma_um(16.0);
+        plan_lattice(size, pixel_um, Model::Ensemble, Tiling::Aperiodic, window, TOLERANCE).x
     }
 
     #[test]
-    fn weights_are_one_up_to_the_largest_frequency_and_fall_smoothly() {
+    fn weights_fall_smoothly_from_one_to_zero() {
         let (axis, lags) = (axis(512, 0.025), 1024);
-        let weights = Band::new(&axis, lags, 0.025, FREQUENCY_MAX, TOLERANCE).weights;
+        let weights = Band::new(&axis, lags, 0.025, TOLERANCE).weights;
         assert!(weights.len() < lags / 2, "{}", weights.len());
         let half = weights.len() / 2;
         for (bin, &weight) in weights[..=half].iter().enumerate() {
             let frequency = bin as f64 / (0.025 * lags as f64);
-            assert!(frequency > FREQUENCY_MAX || weight > 1.0 - TOLERANCE, "{frequency}: {weight}");
+            assert!(frequency > FREQUENCY_MAX_PER_UM || weight > 1.0 - TOLERANCE, "{frequency}: {weight}");
             assert!(bin == 0 || (0.0..0.1).contains(&(weights[bin - 1] - weight)), "{frequency}: {weight}");
             assert_eq!(weight, weights[(weights.len() - bin) % weights.len()]);
         }
@@ -88,14 +87,14 @@ mod tests {
     }
 
     #[test]
-    fn coarse_pixels_keep_the_whole_spectrum() {
+    fn coarse_pixels_are_all_kept() {
         let axis = axis(100, 0.065);
         assert!((axis.period_um / axis.pixels as f64 - 0.065).abs() < 1e-12);
-        assert_eq!(Band::new(&axis, 200, 0.065, FREQUENCY_MAX, TOLERANCE).weights, [1.0; 200]);
+        assert_eq!(Band::new(&axis, 200, 0.065, TOLERANCE).weights, [1.0; 200]);
     }
 
     #[test]
-    fn finer_pixels_of_the_same_scan_make_no_larger_lattice() {
+    fn finer_pixels_do_not_enlarge_the_lattice() {
         let (fine, finer) = (axis(512, 0.025), axis(2048, 0.00625));
         assert_eq!((fine.pixels, fine.reach), (finer.pixels, finer.reach));
     }

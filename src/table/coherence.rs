@@ -1,20 +1,24 @@
-//! Coherence window of the illumination and the width that it gives to a diffraction order.
-//!
-//! - `L`: coherence length in µm, the one parameter a user sets; `L = 4s`.
-//! - `s`: standard deviation in µm of the Gaussian window `exp(−|x|²/(2s²))` that multiplies the field on the surface.
-//! - `σ = 1/(2√2·π·s)`: standard deviation in cycles/µm of an order's power along x and along y. The field of an order
-//!   is the window's transform `exp(−2π²s²|f|²)`; its square has this standard deviation.
+//! Coherence of the light on the surface: the window, its model, and what lies beyond the tile.
 
-use std::f64::consts::{SQRT_2, TAU};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, SQRT_2, TAU};
 
-/// Gaussian coherence window of a given coherence length (docs/model.md#coherence).
+/// Coherence length over the window's standard deviation: the definition of `coherence_length`.
+const LENGTH_SIGMAS: f64 = 4.0;
+
+/// The Gaussian window `exp(−|x|²/2s²)` within which light interferes (docs/model.md#coherence).
+///
+/// Interfaces give the coherence length `4s`. Formulas need `s`, or the width of an order that follows from it.
 ///
 /// ```
 /// use sunbeam::table::CoherenceWindow;
+/// use std::f64::consts::TAU;
 ///
 /// let window = CoherenceWindow::new(65.0);
 /// assert_eq!(window.sigma_um(), 16.25);
-/// assert!((window.order_sigma_per_um() - 0.00693).abs() < 1e-5);
+/// // The power of an order is a Gaussian over both components of frequency. Its integral is 1.
+/// let (peak, sigma) = (window.order_peak_um2(), window.order_sigma_per_um());
+/// assert!((TAU * sigma * sigma * peak - 1.0).abs() < 1e-12);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoherenceWindow {
@@ -22,26 +26,49 @@ pub struct CoherenceWindow {
 }
 
 impl CoherenceWindow {
-    /// Standard deviations of the window in one coherence length. A convention of the model.
-    const SIGMAS_PER_LENGTH: f64 = 4.0;
-
-    /// Window of `coherence_length_um`, four standard deviations in µm.
-    pub const fn new(coherence_length_um: f64) -> Self {
-        Self { sigma_um: coherence_length_um / Self::SIGMAS_PER_LENGTH }
+    /// The window of a coherence length in µm.
+    pub fn new(length_um: f64) -> Self {
+        Self { sigma_um: length_um / LENGTH_SIGMAS }
     }
 
-    /// Window of standard deviation `sigma_um`, for an effective window that is narrower than the illumination's.
-    pub const fn from_sigma_um(sigma_um: f64) -> Self {
+    /// The window of a standard deviation in µm.
+    pub fn from_sigma_um(sigma_um: f64) -> Self {
         Self { sigma_um }
     }
 
-    /// Standard deviation `s` in µm.
-    pub const fn sigma_um(self) -> f64 {
+    /// Standard deviation `s` of the window in µm.
+    pub fn sigma_um(self) -> f64 {
         self.sigma_um
     }
 
-    /// Standard deviation `1/(2√2·π·s)` in cycles/µm of an order's power along one axis.
-    pub const fn order_sigma_per_um(self) -> f64 {
+    /// Standard deviation of an order's power `K(f) = 4πs²·exp(−4π²s²|f|²)` in cycles/µm, per axis: `1/(2π√2·s)`.
+    pub fn order_sigma_per_um(self) -> f64 {
         1.0 / (TAU * self.sigma_um * SQRT_2)
     }
+
+    /// Peak of an order's power, `K(0) = 4πs²` in µm².
+    pub fn order_peak_um2(self) -> f64 {
+        4.0 * PI * self.sigma_um * self.sigma_um
+    }
+}
+
+/// Coherence model (docs/model.md#coherence).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// Mean over all positions of the window: orders add by power.
+    #[default]
+    Ensemble,
+    /// One window at a fixed position: orders add by amplitude.
+    Patch,
+}
+
+/// Continuation of the relief beyond the tile (docs/model.md#coherence).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tiling {
+    /// The tile repeats without end.
+    Periodic,
+    /// The tile is a single scan, tapered at its edges.
+    Aperiodic,
 }

@@ -1,6 +1,6 @@
 //! Errors of table builds.
 
-use super::estimate::Rough;
+use super::advice::RoundNumber;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -19,7 +19,7 @@ pub enum TableError {
     #[error(
         "building the tables would take about {} GB and {} min on two cores, \
          and the limit is {} GB and {} min: {advice}",
-        Rough(*needed_gb), Rough(*needed_minutes), Rough(*limit_gb), Rough(*limit_minutes)
+        RoundNumber(*needed_gb), RoundNumber(*needed_minutes), RoundNumber(*limit_gb), RoundNumber(*limit_minutes)
     )]
     TooMuch { needed_gb: f64, needed_minutes: f64, limit_gb: f64, limit_minutes: f64, advice: String },
     /// The table would exceed the range of its 32-bit offsets.

@@ -1,61 +1,71 @@
-//! Tables of the power density `S(f; κ)` (docs/model.md#the-reflectance) of one height field, read in a few look-ups.
+//! Tables of the power density `S(f; κ)` of docs/model.md#the-reflectance, read with a handful of look-ups.
 //!
-//! - `f`: spatial frequency along x and y in cycles/µm, `(wi + wo)_xy / λ`.
-//! - `κ`: vertical wave number in rad/µm, `2π·(cos θi + cos θo)/λ`.
-//! - `P`: period of a lattice in µm, for each axis (`lattice.rs`); node j lies at `f = j/P`, and `p = f·P` is a
-//!   position in nodes.
-//! - `e_j = e_x(p_x − j_x)·e_y(p_y − j_y)`: interpolation weight of a node (`kernel.rs`).
-//! - `P_j(κ)`, `D_j(κ)`: power and complex amplitude of a node ([`Spectrum`]).
+//! | symbol | meaning |
+//! | --- | --- |
+//! | `f = (u, v)/λ` | spatial frequency in cycles/µm, with `(u, v, w) = wi + wo` |
+//! | `κ = 2πw/λ` | phase rate in rad/µm: heights h become phases κh |
+//! | `j` | a node of the frequency lattice, at `(jx/Px, jy/Py)` for periods P in µm |
+//! | `p` | the frequency in nodes, `(f.x·Px, f.y·Py)` |
+//! | `e_j` | interpolation weight: the product over both axes of [`InterpolationKernel::weight`] of `p − j` |
+//! | `P_j(κ)`, `D_j(κ)` | power and complex amplitude of node j |
 //!
-//! Both models of coherence interpolate over the nodes around p:
 //! - *ensemble*: `S(f; κ) = norm · Σ_j e_j · P_j(κ)`,
 //! - *patch*: `S(f; κ) = norm · |Σ_j e_j · D_j(κ)|²`.
 //!
-//! Where the tile repeats and the coherence window is of about its size, nodes are the diffraction orders `c_j`, and
-//! `P_j = |c_j|²`, `D_j = c_j` without approximation. For a window much smaller than the tile, and for a scan that does
-//! not repeat, `lattice.rs` picks another period, and the window is applied to the data beforehand (`spectrum.rs`).
+//! Over κ each node is a cubic B-spline of a scaled quantity that stays finite as κ → 0 ([`SpectralTable`]). Relative
+//! accuracy then survives at grazing angles, where the reflectance divides by w².
 //!
-//! In κ each node is a cubic B-spline (`spline.rs`) of a quantity that stays finite as κ → 0 ([`SpectralTable`]).
-//! Relative accuracy then survives at grazing angles, where the reflectance divides by w² = (cos θi + cos θo)².
-//!
-//! Stages of a build: [`BuildDemand`] predicts its cost, [`Spectrum`] computes node values at one κ, [`build()`] fits
-//! the splines into a [`SpectralTable`], and [`PackedTable`] holds the form that evaluators read through [`TableView`].
+//! A build goes through the files in this order: `estimate.rs` (cost, refused or not), `lattice.rs` with `kernel.rs`
+//! and `band.rs` (the nodes), `spectrum.rs` (all nodes at one κ), `build.rs` with `knots.rs` and `spline.rs` (splines
+//! over κ), `spectral.rs` (the table in single precision), `packed.rs` with `format.rs` (its 32-bit words), `view.rs`
+//! (the look-up).
 
+mod advice;
 mod band;
 mod build;
 mod coherence;
 mod error;
 mod estimate;
+mod format;
 mod kernel;
+mod knots;
 mod lattice;
-mod lookup;
+mod node_curve;
 mod packed;
 mod progress;
+mod spectral;
 mod spectrum;
 mod spline;
 mod view;
 
 pub use build::{Built, DENSITY_FLOOR_UM2, TableReport, build};
-pub use coherence::CoherenceWindow;
+pub use coherence::{CoherenceWindow, Model, Tiling};
 pub use error::TableError;
 pub use estimate::{BUILD_LIMIT, BuildDemand, Estimate, LIMIT_BYTES, LIMIT_SECONDS, Purpose};
+pub use format::Format;
 pub use kernel::InterpolationKernel;
+pub(crate) use lattice::lag_grid;
 pub use lattice::{Lattice, LatticeAxis};
-pub(crate) use lookup::PowerCurves;
-pub use lookup::{HEADER, NodeCurve, NodeQuantity, SpectralTable};
-pub use packed::{Format, PackedLayout, PackedTable};
+pub use node_curve::NodeCurve;
+pub(crate) use node_curve::PowerCurves;
+pub use packed::{PackedLayout, PackedTable};
 pub use progress::{Progress, Steps};
-pub use spectrum::{Model, Spectrum, Tiling};
-pub(crate) use spectrum::{lag_grid, taper};
+pub use spectral::{HEADER, NodeQuantity, SpectralTable};
+pub use spectrum::Spectrum;
+pub(crate) use spectrum::taper;
+pub(crate) use spline::POLE;
 pub use view::TableView;
 
-/// Shortest tabulated wavelength in nm, the lower end of Mitsuba's spectra (`MI_CIE_MIN`).
+use std::ops::RangeInclusive;
+
+/// Shortest tabulated wavelength in nm: the lower end of Mitsuba's spectra (`MI_CIE_MIN`).
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
-/// Longest tabulated wavelength in nm, the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
+/// Longest tabulated wavelength in nm: the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
-/// Largest tabulated spatial frequency `2/λ` along one axis, in cycles/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
+/// Highest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` over the shortest
+/// wavelength.
 pub const FREQUENCY_MAX_PER_UM: f64 = 2e3 / WAVELENGTH_MIN_NM;
-/// Accepted coherence lengths in µm. Chosen: far beyond any light and any relief at both ends.
-pub const COHERENCE_LENGTH_UM: std::ops::RangeInclusive<f64> = 1e-3..=1e5;
-/// Accepted relative errors of the tables. Chosen: rounding to single precision limits the lower end.
-pub const TOLERANCE: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
+/// Accepted coherence lengths in µm: beyond any light and any relief at both ends (chosen).
+pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;
+/// Accepted relative errors of tables. Rounding to single precision limits the lower end.
+pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;

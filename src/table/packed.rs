@@ -1,103 +1,68 @@
-//! Packed form of a [`SpectralTable`] in words of 32 bits, which evaluators read, on the CPU and in recorded kernels.
+//! A [`SpectralTable`] as 32-bit words, the form that evaluators read.
 //!
-//! - Entry: the words of one node, row by row from node `(−reach, −reach)`; 2 or 4 words (`[start, …]`, [`Format`]).
-//! - Packet: the words that one read fetches, of 1 or 4. `start` counts packets from the beginning of the table data.
-//! - Coefficients: from the knot −1 on, after all entries. A record of zeros comes first, for the nodes out of reach.
-//! - `bf16`: upper 16 bits of a single-precision number.
+//! First an entry for every node of the lattice, row by row from node `(−reach, −reach)`, kept or not. Then a record of
+//! zeros, to which the entries of nodes without a record point. Then the coefficients of each kept node, from the knot
+//! −1 on. [`Format`] tells the words of entries and coefficients.
 
+use super::format::Format;
 use super::kernel::InterpolationKernel;
+use super::knots::FEW_NODES;
 use super::lattice::Lattice;
-use super::lookup::{HEADER, NodeQuantity, SpectralTable};
+use super::spectral::{NodeQuantity, SpectralTable};
 use super::view::TableView;
 use crate::numeric::Plain;
-use crate::numeric::math::{bf16_pair, u16_pair};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Least tolerance at which splines are stored in 16 bits. Chosen: a step is a 65 535th of a record's range, well below
-/// such a tolerance.
+/// Smallest tolerance that splines are stored in 16 bits for. A step, 1/65 535 of a record's range, is then well below
+/// it.
 const FIXED_TOLERANCE: f64 = 1e-4;
-/// Largest number of nodes whose splines stay in single precision. Chosen: so few take little memory, and the splines
-/// of a grating cancel against their values at κ = 0.
-const FIXED_NODES: usize = 4096;
-/// Quadrature nodes of a mean over κ. Chosen: the mean is only a scale for errors.
+
+/// Midpoints of a mean over κ. It scales errors, which a tenth of its value does not change (chosen).
 const MEAN_POINTS: usize = 24;
 
-/// Encoding of the nodes' records.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Format {
-    /// Powers, coefficients of 16 bits. Entry `[start, low | step]`, with `low` and `step` as bf16; a coefficient is
-    /// `low + step·integer`. At κ = 0 only order zero has power, [`PackedLayout::zero`].
-    Fixed,
-    /// As [`Format::Fixed`], with values at κ = 0 for every node: `[start, low | step, P(0), P'(0)]`.
-    FixedFromZero,
-    /// Powers in single precision. Entry `[start, P(0), P'(0), 0]`.
-    Single,
-    /// Amplitudes in single precision, real and imaginary part in turn. Entry `[start, Re D(0), Im D(0), 0]`.
-    Complex,
-}
-
-impl Format {
-    /// Words of a node's entry.
-    fn entry(self) -> usize {
-        if self == Self::Fixed { 2 } else { 4 }
-    }
-
-    /// Words of a packet, and the coefficients in it.
-    pub(super) fn packet(self) -> (usize, usize) {
-        match self {
-            Self::Fixed | Self::FixedFromZero => (1, 2),
-            Self::Single => (4, 4),
-            Self::Complex => (4, 2),
-        }
-    }
-
-    /// Packets that hold any four consecutive coefficients.
-    fn packets(self) -> usize {
-        if self == Self::Single { 2 } else { 3 }
-    }
-}
-
-/// Sizes and constants of a [`PackedTable`]; pairs are along x and y. The formulas are those of [`SpectralTable`].
+/// Layout of a [`PackedTable`]; see [`SpectralTable`] for the formulas. Pairs are along x and y.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PackedLayout {
-    /// Period of the lattice in µm; the spacing of nodes is its reciprocal.
+    /// Periods in µm; their reciprocals are the spacings of nodes.
     pub period_um: [f64; 2],
-    /// Interpolation kernels, at distances in nodes.
+    /// Interpolation kernels.
     pub kernel: [InterpolationKernel; 2],
     /// Standard deviations of the kernels in nodes.
     pub sigma: [f64; 2],
-    /// Nodes read by one look-up.
+    /// Numbers of nodes that a look-up reads.
     pub taps: [u32; 2],
     /// Largest node numbers.
     pub reach: [u32; 2],
-    /// Largest positions in nodes with data; infinite on a native lattice (lattice.rs).
+    /// Node numbers up to which the pixels resolve; infinite on a native lattice.
     pub cutoff: [f64; 2],
-    /// Factor `norm` of the table's formula, in µm².
+    /// Factor `norm` of `S`, µm².
     pub norm: f64,
-    /// Largest tabulated κ in rad/µm.
+    /// Largest κ, rad/µm.
     pub kappa_max: f64,
-    /// Distance of the knots in rad/µm.
+    /// Distance between the spline's knots in κ, rad/µm.
     pub kappa_step: f64,
-    /// κ₀ in rad/µm, the reciprocal of half the range of heights.
+    /// κ₀ of [`SpectralTable`]'s formulas, rad/µm: the reciprocal of half the range of heights.
     pub kappa_knee: f64,
-    /// Power of order zero at κ = 0, for [`Format::Fixed`].
+    /// Power of order zero at κ = 0, for the format that leaves it out of the entries.
     pub zero: f64,
-    /// Encoding of the records.
+    /// Format of entries and coefficients.
     pub format: Format,
 }
 
-/// Power density `S(f; κ)` of one surface in words of 32 bits; the head of the file has their order.
+/// The power density `S(f; κ)` of one surface in 32-bit words; see the head of `packed.rs` for their order.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
 ///
-/// let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
-/// let surface = Surface::new(&Preset::Blazed.build(None, None)?, &options)?;
-/// // In µm², at order −1 of the period 2.5 µm and between orders; κ = 20 rad/µm.
-/// let [order, between] = [-0.4, -0.6].map(|f| surface.table().density([f, 0.0], 20.0));
-/// assert!(order > 100.0 * between);
+/// let field = Preset::Sinusoidal.build(Some(2.0), Some(0.2))?;
+/// let surface = Surface::new(&field, &Options { conserve_energy: false, ..Options::default() })?;
+/// let table = surface.table();
+///
+/// // Orders of a period of 2 µm lie at multiples of 0.5 cycles/µm, with nothing between them.
+/// let kappa = 15.0;
+/// assert!(table.density([0.5, 0.0], kappa) > 1e6 * table.density([0.25, 0.0], kappa));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -110,53 +75,46 @@ pub struct PackedTable {
 impl PackedTable {
     /// Packs a table that was built to a relative error of `tolerance`.
     pub fn new(table: &SpectralTable, tolerance: f64) -> Self {
-        let columns = table.lattice.x.nodes();
+        let (x, y) = (&table.lattice.x, &table.lattice.y);
         let nodes = table.kept_nodes();
         let format = match table.quantity {
             NodeQuantity::Amplitude => Format::Complex,
-            NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FIXED_NODES => Format::Single,
-            NodeQuantity::Power => {
-                // At κ = 0 a tile that repeats is a mirror: all power is in order zero.
-                let native = [&table.lattice.x, &table.lattice.y].iter().all(|axis| axis.cutoff.is_infinite());
-                if native { Format::Fixed } else { Format::FixedFromZero }
-            }
+            // The powers of a grating also cancel against their value at κ = 0, which 16 bits would not resolve.
+            NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FEW_NODES => Format::Single,
+            // A tile that repeats sends all its light into order zero at κ = 0.
+            NodeQuantity::Power if table.lattice.is_native() => Format::Fixed,
+            NodeQuantity::Power => Format::FixedFromZero,
         };
-        let (reach_x, reach_y) = (table.lattice.x.reach as i64, table.lattice.y.reach as i64);
-        let centre = nodes.iter().find(|(jx, jy, _)| (*jx, *jy) == (0, 0));
-        let zero = centre.map_or(0.0, |(_, _, record)| f64::from(record[0]));
-        let (packet, _) = format.packet();
-        // The record of zeros is as long as the longest record.
-        let coefficients = |record: &[f32]| (record.len() - HEADER) / table.quantity.components();
-        let length = |coefficients: usize| coefficients.div_ceil(format.packet().1) * packet;
-        let longest = nodes.iter().map(|(_, _, record)| length(coefficients(record))).max().unwrap_or(0);
-        let entries = (format.entry() * table.offsets.len()).next_multiple_of(4);
-        let first = entries as u32;
+        let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
+        let entries = entry_words * table.offsets.len();
+        // The record of zeros is as long as the longest.
+        let zeros_start = entries.next_multiple_of(4);
+        let longest = nodes.iter().map(|(_, _, record)| format.record_words(record)).max().unwrap_or(0);
         let mut starts = Vec::with_capacity(nodes.len());
-        let mut end = entries + longest.next_multiple_of(4);
+        let mut end = zeros_start + longest.next_multiple_of(4);
         for (_, _, record) in &nodes {
             starts.push(end);
-            end += length(coefficients(record));
+            end += format.record_words(record);
         }
-        // A look-up reads whole packets, some beyond the record with weights of zero. The last record needs room for
-        // them.
-        let mut words = vec![0u32; end + format.packets() * packet];
-        for entry in words[..format.entry() * table.offsets.len()].chunks_exact_mut(format.entry()) {
-            entry[0] = first / packet as u32;
+        // Packets beyond a record are read with weights of zero, after the last record too.
+        let mut words = vec![0u32; end + format.packets_read() * packet_words];
+        for entry in words[..entries].chunks_exact_mut(entry_words) {
+            entry[0] = zeros_start as u32 / packet_words as u32;
         }
-        let packed: Vec<(Vec<u32>, u32)> = nodes.par_iter().map(|(_, _, record)| format.write(record)).collect();
+        let packed: Vec<(Vec<u32>, u32)> = nodes.par_iter().map(|(_, _, record)| format.pack(record)).collect();
         for (((jx, jy, record), start), (coefficients, scale)) in nodes.iter().zip(&starts).zip(&packed) {
             words[*start..start + coefficients.len()].copy_from_slice(coefficients);
-            let node = (jy + reach_y) as usize * columns + (jx + reach_x) as usize;
-            let entry = &mut words[format.entry() * node..][..format.entry()];
-            let zero = [record[0].to_bits(), record[1].to_bits()];
-            entry[0] = (*start / packet) as u32;
+            let node = (jy + y.reach as i64) as usize * x.nodes() + (jx + x.reach as i64) as usize;
+            let entry = &mut words[entry_words * node..][..entry_words];
+            let header = [record[0].to_bits(), record[1].to_bits()];
+            entry[0] = (*start / packet_words) as u32;
             match format {
                 Format::Fixed => entry[1] = *scale,
-                Format::FixedFromZero => entry[1..].copy_from_slice(&[*scale, zero[0], zero[1]]),
-                Format::Single | Format::Complex => entry[1..3].copy_from_slice(&zero),
+                Format::FixedFromZero => entry[1..].copy_from_slice(&[*scale, header[0], header[1]]),
+                Format::Single | Format::Complex => entry[1..3].copy_from_slice(&header),
             }
         }
-        let (x, y) = (&table.lattice.x, &table.lattice.y);
+        let order_zero = nodes.iter().find(|(jx, jy, _)| (*jx, *jy) == (0, 0));
         let layout = PackedLayout {
             period_um: [x.period_um, y.period_um],
             kernel: [x.kernel, y.kernel],
@@ -168,7 +126,7 @@ impl PackedTable {
             kappa_max: table.kappa_max,
             kappa_step: table.kappa_step,
             kappa_knee: table.kappa_knee,
-            zero,
+            zero: order_zero.map_or(0.0, |(_, _, record)| f64::from(record[0])),
             format,
         };
         Self { lattice: table.lattice.clone(), layout, words }
@@ -179,43 +137,29 @@ impl PackedTable {
         &self.lattice
     }
 
-    /// The table in single precision, up to the rounding of its format.
+    /// The table that was packed, up to rounding.
     pub fn unpacked(&self) -> SpectralTable {
         let (format, layout) = (self.layout.format, &self.layout);
-        let (packet, _) = format.packet();
-        let quantity = if format == Format::Complex { NodeQuantity::Amplitude } else { NodeQuantity::Power };
-        let nodes = self.lattice.x.nodes() * self.lattice.y.nodes();
-        let entries: Vec<&[u32]> = self.words[..format.entry() * nodes].chunks_exact(format.entry()).collect();
-        let zero_record = (format.entry() * nodes).next_multiple_of(4) / packet;
-        let kept: Vec<usize> = (0..nodes).filter(|&node| entries[node][0] as usize != zero_record).collect();
-        let end = self.words.len() / packet - format.packets();
-        let starts = kept.iter().map(|&node| entries[node][0] as usize).chain([end]);
-        let starts: Vec<usize> = starts.collect();
-        // Offset 0 marks a node without a record.
+        let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
+        let nodes = self.lattice.nodes();
+        let entries: Vec<&[u32]> = self.words[..entry_words * nodes].chunks_exact(entry_words).collect();
+        let zeros_start = (entry_words * nodes).next_multiple_of(4) / packet_words;
+        let kept: Vec<usize> = (0..nodes).filter(|&node| entries[node][0] as usize != zeros_start).collect();
+        let end = self.words.len() / packet_words - format.packets_read();
+        let starts: Vec<usize> = kept.iter().map(|&node| entries[node][0] as usize).chain([end]).collect();
+        // Offset 0 stands for no record, so float 0 is unused.
         let mut records = vec![0f32; 1];
         let mut offsets = vec![0; nodes];
-        let zero_node = nodes / 2;
+        let order_zero = nodes / 2;
         for (&node, pair) in kept.iter().zip(starts.windows(2)) {
-            let entry = entries[node];
-            let words = &self.words[packet * pair[0]..packet * pair[1]];
-            let at_zero = match format {
-                Format::Fixed => [if node == zero_node { layout.zero as f32 } else { 0.0 }, 0.0],
-                Format::FixedFromZero => [f32::from_bits(entry[2]), f32::from_bits(entry[3])],
-                Format::Single | Format::Complex => [f32::from_bits(entry[1]), f32::from_bits(entry[2])],
-            };
+            let zero = if node == order_zero { layout.zero } else { 0.0 };
+            let words = &self.words[packet_words * pair[0]..packet_words * pair[1]];
             offsets[node] = records.len() as u32;
-            records.extend(at_zero);
-            match format {
-                Format::Fixed | Format::FixedFromZero => {
-                    let [low, step] = bf16_pair::<Plain<f32>>(entry[1]);
-                    records.extend(words.iter().flat_map(|&word| u16_pair::<Plain<f32>>(word)).map(|i| low + step * i));
-                }
-                Format::Single | Format::Complex => records.extend(words.iter().map(|&word| f32::from_bits(word))),
-            }
+            records.extend(format.unpack(entries[node], words, zero));
         }
         SpectralTable {
             lattice: self.lattice.clone(),
-            quantity,
+            quantity: format.quantity(),
             norm: layout.norm,
             kappa_max: layout.kappa_max,
             kappa_step: layout.kappa_step,
@@ -225,28 +169,29 @@ impl PackedTable {
         }
     }
 
-    /// Sizes and constants of the table.
+    /// Layout of the words.
     pub fn layout(&self) -> &PackedLayout {
         &self.layout
     }
 
-    /// Standard deviation in nodes of the power of one node, as [`SpectralTable::power_sigma`].
+    /// Standard deviations in nodes, along x and y, by which interpolation spreads a node's power. Amplitudes are
+    /// squared, so theirs is the kernel's over √2.
     pub fn power_sigma(&self) -> [f64; 2] {
-        let narrower = if self.layout.format == Format::Complex { 0.5f64.sqrt() } else { 1.0 };
-        self.layout.sigma.map(|sigma| sigma * narrower)
+        let factor = if self.layout.format == Format::Complex { FRAC_1_SQRT_2 } else { 1.0 };
+        self.layout.sigma.map(|sigma| sigma * factor)
     }
 
-    /// Table data: words of 32 bits.
+    /// All words.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Size in bytes.
+    /// Size of the words in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words.as_slice())
     }
 
-    /// View of the table for evaluation in double precision.
+    /// Look-ups in double precision.
     pub fn view(&self) -> TableView<Plain<'_, f64>> {
         TableView { layout: self.layout, words: &self.words }
     }
@@ -256,11 +201,11 @@ impl PackedTable {
         self.view().density(f, kappa, true)
     }
 
-    /// Mean of `S(f; κ)` in µm² over the κ of all outgoing directions, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: the scale that
-    /// errors of `S` are compared with. `f` in cycles/µm, `cos_i` the cosine of the incidence, the wavelength in µm.
+    /// Mean of `S(f; κ)` in µm² over the κ of all outgoing directions, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: the scale for
+    /// errors of `S`. `f` is in cycles/µm, the wavelength in µm.
     pub fn hemisphere_mean(&self, f: [f64; 2], cos_i: f64, wavelength_um: f64) -> f64 {
-        let unit = TAU / wavelength_um;
-        self.mean(f, [unit * cos_i, unit * (cos_i + 1.0)])
+        let wavenumber = TAU / wavelength_um;
+        self.mean(f, [wavenumber * cos_i, wavenumber * (cos_i + 1.0)])
     }
 
     /// Mean of `S(f; κ)` in µm² over a range of κ in rad/µm.
@@ -268,34 +213,4 @@ impl PackedTable {
         let at = |i: usize| low + (high - low) * (i as f64 + 0.5) / MEAN_POINTS as f64;
         (0..MEAN_POINTS).map(|i| self.density(f, at(i))).sum::<f64>() / MEAN_POINTS as f64
     }
-}
-
-impl Format {
-    /// A record's coefficients as words, and the word `low | step`, which is 0 in single precision.
-    fn write(self, record: &[f32]) -> (Vec<u32>, u32) {
-        let coefficients = &record[HEADER..];
-        if matches!(self, Self::Single | Self::Complex) {
-            return (coefficients.iter().map(|c| c.to_bits()).collect(), 0);
-        }
-        let (least, most) =
-            coefficients.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), &c| (a.min(c), b.max(c)));
-        let low = bf16_at_most(least);
-        let step = -bf16_at_most(-(most - low) / 65535.0);
-        let integer = |c: f32| {
-            let steps = if step > 0.0 { ((c - low) / step).round() } else { 0.0 };
-            steps.clamp(0.0, 65535.0) as u32
-        };
-        let words = coefficients.chunks(2).map(|pair| {
-            let upper = pair.get(1).map_or(0, |&c| integer(c));
-            integer(pair[0]) | (upper << 16)
-        });
-        (words.collect(), (low.to_bits() >> 16) | (step.to_bits() & 0xffff_0000))
-    }
-}
-
-/// Largest bf16 number that is at most `x`.
-fn bf16_at_most(x: f32) -> f32 {
-    let cut = f32::from_bits(x.to_bits() & 0xffff_0000);
-    // Cutting bits off brings a number nearer to zero, so a negative number takes the next lower one.
-    if cut > x { f32::from_bits((x.to_bits() & 0xffff_0000) + 0x1_0000) } else { cut }
 }

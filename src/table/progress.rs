@@ -1,31 +1,36 @@
-//! Progress of a build, reported to a listener as a fraction of its work.
+//! Progress of a build, for its listener.
 
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-type Report = Arc<dyn Fn(f64) + Send + Sync>;
+type Listener = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// Reports the fraction of a build's work that is done, from 0 to 1.
+/// Reports the progress of a build to a listener, as a fraction from 0 to 1 of its work.
 ///
-/// The listener is called often, from several threads at once, so it has to be quick. Fractions may arrive slightly out
-/// of order.
+/// The listener is called often and from several threads at once, so it has to be quick. Fractions may arrive slightly
+/// out of order.
 ///
 /// ```
-/// use std::sync::{Arc, Mutex};
+/// use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+/// use std::sync::Arc;
 /// use sunbeam::table::Progress;
 ///
-/// let heard = Arc::new(Mutex::new(0.0));
-/// let listener = heard.clone();
-/// let progress = Progress::new(move |fraction| *listener.lock().unwrap() = fraction);
-/// progress.part(0.5, 1.0).report(0.5);
-/// assert_eq!(*heard.lock().unwrap(), 0.75);
+/// let percent = Arc::new(AtomicU64::new(0));
+/// let shown = percent.clone();
+/// let progress = Progress::new(move |fraction| shown.store((100.0 * fraction) as u64, Relaxed));
+/// let (first, second) = progress.halves();
+/// first.report(1.0);
+/// assert_eq!(percent.load(Relaxed), 50);
+/// // Four equal steps in the second half.
+/// let steps = second.of_steps(4);
+/// steps.one();
+/// assert_eq!(percent.load(Relaxed), 62);
 /// ```
 #[derive(Clone)]
 pub struct Progress {
-    /// Listener; `None` where nobody listens.
-    report: Option<Report>,
-    /// Fractions of the whole work at which this part begins and ends.
+    listener: Option<Listener>,
+    /// Fractions of the whole at which this part begins and ends.
     from: f64,
     to: f64,
 }
@@ -33,35 +38,40 @@ pub struct Progress {
 impl Progress {
     /// Progress without a listener.
     pub fn none() -> Self {
-        Self { report: None, from: 0.0, to: 1.0 }
+        Self { listener: None, from: 0.0, to: 1.0 }
     }
 
-    /// Progress that calls `listener` with the fraction done, from 0 to 1.
+    /// Progress that calls `listener` with the fraction done.
     pub fn new(listener: impl Fn(f64) + Send + Sync + 'static) -> Self {
-        Self { report: Some(Arc::new(listener)), from: 0.0, to: 1.0 }
+        Self { listener: Some(Arc::new(listener)), from: 0.0, to: 1.0 }
     }
 
-    /// Part of this work from the fraction `from` to `to`; fractions of the part count from 0 to 1 again.
+    /// Part of this progress between two fractions. The part's own fractions run from 0 to 1 again.
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
-        let position = |fraction: f64| self.from + fraction * (self.to - self.from);
-        Self { report: self.report.clone(), from: position(from), to: position(to) }
+        let within = |fraction: f64| self.from + fraction * (self.to - self.from);
+        Self { listener: self.listener.clone(), from: within(from), to: within(to) }
     }
 
-    /// Reports that `fraction` of this part's work is done; clamped to [0, 1].
+    /// Both halves of this progress, for two pieces of work of unknown ratio.
+    pub fn halves(&self) -> (Self, Self) {
+        (self.part(0.0, 0.5), self.part(0.5, 1.0))
+    }
+
+    /// Reports the fraction of the work that is done.
     pub fn report(&self, fraction: f64) {
-        if let Some(report) = &self.report {
-            report(self.from + fraction.clamp(0.0, 1.0) * (self.to - self.from));
+        if let Some(listener) = &self.listener {
+            listener(self.from + fraction.clamp(0.0, 1.0) * (self.to - self.from));
         }
     }
 
-    /// Counter of `steps` equal steps, which several threads may do.
+    /// Counter of `steps` equal steps, which several threads may share.
     pub fn of_steps(&self, steps: usize) -> Steps {
         Steps { progress: self.clone(), steps, done: AtomicUsize::new(0) }
     }
 }
 
-/// Counter of equal steps of a [`Progress`].
+/// Counts the steps of a [`Progress`]; from [`Progress::of_steps`].
 #[derive(Debug)]
 pub struct Steps {
     progress: Progress,
@@ -70,7 +80,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Reports one more step as done.
+    /// Reports that one more step is done.
     pub fn one(&self) {
         let before = self.done.fetch_add(1, Ordering::Relaxed);
         self.progress.report((before + 1) as f64 / self.steps.max(1) as f64);
@@ -79,7 +89,7 @@ impl Steps {
 
 impl fmt::Debug for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Progress({}..{}, listener: {})", self.from, self.to, self.report.is_some())
+        write!(f, "Progress({}..{}, listener: {})", self.from, self.to, self.listener.is_some())
     }
 }
 
@@ -89,17 +99,21 @@ mod tests {
     use std::sync::Mutex;
 
     #[test]
-    fn parts_of_parts_count_within_the_whole() {
-        let heard = Arc::new(Mutex::new(Vec::new()));
-        let ears = heard.clone();
-        let whole = Progress::new(move |fraction| ears.lock().unwrap().push(fraction));
-        let second_half = whole.part(0.5, 1.0);
+    fn parts_report_fractions_of_the_whole() {
+        let reported = Arc::new(Mutex::new(Vec::new()));
+        let list = reported.clone();
+        let whole = Progress::new(move |fraction| list.lock().unwrap().push(fraction));
+        let (_, second_half) = whole.halves();
         whole.report(0.25);
         second_half.report(0.0);
         second_half.part(0.5, 0.75).report(2.0);
         let steps = second_half.of_steps(4);
         (0..2).for_each(|_| steps.one());
-        assert_eq!(*heard.lock().unwrap(), [0.25, 0.5, 0.875, 0.625, 0.75]);
+        assert_eq!(*reported.lock().unwrap(), [0.25, 0.5, 0.875, 0.625, 0.75]);
+    }
+
+    #[test]
+    fn progress_without_a_listener_reports_nothing() {
         Progress::none().part(0.0, 0.5).report(1.0);
     }
 }

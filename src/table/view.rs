@@ -1,80 +1,96 @@
-//! Look-up in a [`super::PackedTable`], generic over the family of numbers (numeric/mod.rs).
+//! Look-up in a [`super::PackedTable`], written once for all families of numbers.
 //!
-//! - `p = f·P`: position in nodes, for each axis. `e`: interpolation kernel (kernel.rs).
-//! - Sum over `taps` nodes: `Σ_y e(p_y − y)·Σ_x e(p_x − x)·value(x, y; κ)`, row by row.
-//! - `value`: power or amplitude of a node from its packed record (packed.rs), by the formulas of lookup.rs.
-//! - `t = κ/Δ`: position among the knots. The packets read begin at or before the coefficient ⌊t⌋; a coefficient's
-//!   weight is the B-spline at its distance from `t`, zero outside its support.
+//! A look-up at `(f, κ)` reads `taps.x · taps.y` nodes. Of each node it reads the entry and the packets that contain
+//! four consecutive spline coefficients. Packets begin at multiples of their length, so up to eight coefficients are
+//! read, some with weights of zero. Symbols are those of the [module](super), formulas of a node those of
+//! [`super::SpectralTable`].
 
+use super::format::Format;
 use super::kernel::InterpolationKernel;
-use super::packed::{Format, PackedLayout};
+use super::packed::PackedLayout;
 use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use std::f64::consts::LOG2_E;
 
-/// Largest number of taps along x that are written out without a loop. Chosen: loops cost more in recorded kernels,
-/// long code costs compile time. It does not change results.
+/// Up to this many nodes of a row are read without a loop, which recorded kernels then need not nest. Longer rows would
+/// make kernels slow to compile. Covers all default tolerances.
 const UNROLLED_TAPS: u32 = 8;
 
-/// A [`super::PackedTable`] over table data that a family of numbers reads.
+/// A [`super::PackedTable`] as an evaluator over the numbers `N` reads it.
+///
+/// ```
+/// use sunbeam::numeric::Plain;
+/// use sunbeam::table::TableView;
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let field = Preset::Blazed.build(None, None)?;
+/// let surface = Surface::new(&field, &Options { conserve_energy: false, ..Options::default() })?;
+/// let table = surface.table();
+/// let single: TableView<Plain<f32>> = TableView { layout: *table.layout(), words: table.words() };
+/// let (f, kappa) = ([0.4, 0.0], 20.0);
+/// let exact = table.density(f, kappa);
+/// assert!((f64::from(single.density(f, kappa as f32, true)) - exact).abs() < 1e-4 * exact);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct TableView<N: Numbers> {
-    /// Sizes and constants of the table.
+    /// Layout of the words.
     pub layout: PackedLayout,
-    /// Table data.
+    /// All words of the table.
     pub words: N::Words,
 }
 
 impl<N: Numbers> TableView<N> {
-    /// The power density `S(f; κ)` in µm², never negative, at the frequency `f` (cycles/µm) and `kappa` (rad/µm).
+    /// The power density `S(f; κ)` in µm², never negative, at `f` in cycles/µm and `kappa` in rad/µm.
     #[inline(always)]
     pub fn density(&self, f: [N::Double; 2], kappa: N::Real, active: N::Mask) -> N::Real {
         let layout = &self.layout;
         let (lit, int) = (N::Real::lit, N::Index::lit);
         let position: [N::Double; 2] = std::array::from_fn(|axis| f[axis] * N::Double::lit(layout.period_um[axis]));
-        let [(column, from_x), (row, from_y)] = std::array::from_fn(|axis| self.first_tap(position[axis], axis));
+        let [(column, distance_x), (row, distance_y)] =
+            std::array::from_fn(|axis| self.first_tap(position[axis], axis));
         let curve = Curve::<N>::new(layout, kappa);
         let [taps_x, taps_y] = layout.taps;
         let columns = int(2 * layout.reach[0] + 1);
-        let ex = N::tabulated(taps_x, |i| kernel_weight(layout.kernel[0], from_x - N::real(i)));
-        let tap = |node: N::Index, e: N::Real, [re, im]: [N::Real; 2]| {
+        let ex = N::tabulated(taps_x, |i| kernel_weight(layout.kernel[0], distance_x - N::real(i)));
+        let add_node = |node: N::Index, e: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(&curve, node, active);
             [e.fma(a, re), e.fma(b, im)]
         };
-        let in_row = |iy: N::Index, sum: [N::Real; 2]| {
+        let add_row = |iy: N::Index, sum: [N::Real; 2]| {
             let first = (row + iy) * columns + column;
             let row_sum = if taps_x <= UNROLLED_TAPS {
-                (0..taps_x).fold([lit(0.0); 2], |sum, ix| tap(first + int(ix), ex(int(ix)), sum))
+                (0..taps_x).fold([lit(0.0); 2], |sum, ix| add_node(first + int(ix), ex(int(ix)), sum))
             } else {
                 let start = (int(0), [lit(0.0); 2]);
                 let go_on = |(ix, _): (N::Index, [N::Real; 2])| active & ix.lt(int(taps_x));
-                N::while_loop(c"orders of a row", start, go_on, |(ix, sum)| (ix + int(1), tap(first + ix, ex(ix), sum)))
-                    .1
+                let step = |(ix, sum): (N::Index, [N::Real; 2])| (ix + int(1), add_node(first + ix, ex(ix), sum));
+                N::while_loop(c"orders of a row", start, go_on, step).1
             };
-            let ey = kernel_weight(layout.kernel[1], from_y - N::real(iy));
+            let ey = kernel_weight(layout.kernel[1], distance_y - N::real(iy));
             std::array::from_fn(|part| ey.fma(row_sum[part], sum[part]))
         };
         let [re, im] = if taps_y == 1 {
-            in_row(int(0), [lit(0.0); 2])
+            add_row(int(0), [lit(0.0); 2])
         } else {
             let start = (int(0), [lit(0.0); 2]);
             let go_on = |(iy, _): (N::Index, [N::Real; 2])| active & iy.lt(int(taps_y));
-            N::while_loop(c"diffraction orders", start, go_on, |(iy, sum)| (iy + int(1), in_row(iy, sum))).1
+            N::while_loop(c"diffraction orders", start, go_on, |(iy, sum)| (iy + int(1), add_row(iy, sum))).1
         };
         let value = match layout.format {
             Format::Complex => re * re + im * im,
             Format::Fixed => {
-                // Order zero adds its power at κ = 0 where it is among the nodes read.
-                let zero = |first: N::Index, axis: usize| {
+                // P(0) of order zero, where it is among the nodes read.
+                let reads_order_zero = |first: N::Index, axis: usize| {
                     let number = int(layout.reach[axis]);
                     first.le(number) & number.lt(first + int(layout.taps[axis]))
                 };
                 let [x, y] = position.map(N::narrow);
                 let e = kernel_weight(layout.kernel[0], x) * kernel_weight(layout.kernel[1], y);
-                let value = e * curve.from_zero[0] * lit(layout.zero);
-                let at_zero = N::Real::select(zero(column, 0) & zero(row, 1), value, lit(0.0));
+                let value = e * curve.header_factors[0] * lit(layout.zero);
+                let is_read = reads_order_zero(column, 0) & reads_order_zero(row, 1);
                 // A spline may undershoot a zero of the power by the tolerance.
-                (re + at_zero).max(lit(0.0))
+                (re + N::Real::select(is_read, value, lit(0.0))).max(lit(0.0))
             }
             Format::Single | Format::FixedFromZero => re.max(lit(0.0)),
         } * lit(layout.norm);
@@ -86,8 +102,9 @@ impl<N: Numbers> TableView<N> {
         N::Real::select(x & y, value, lit(0.0))
     }
 
-    /// Index of the first node that a look-up at `position` (in nodes) reads along an axis, from node −reach, and the
-    /// distance from this node to the position. As [`super::LatticeAxis::first_tap`].
+    /// First of the nodes that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first
+    /// node, and the position's distance from it. They are the nearest nodes of the table
+    /// ([`super::LatticeAxis::first_tap`]).
     #[inline(always)]
     fn first_tap(&self, position: N::Double, axis: usize) -> (N::Index, N::Real) {
         let lit = N::Double::lit;
@@ -96,7 +113,7 @@ impl<N: Numbers> TableView<N> {
         (N::index_of_double(first + lit(reach)), N::narrow(position - first))
     }
 
-    /// A node's power and zero, or the real and the imaginary part of its amplitude.
+    /// Power of a node and 0, or real and imaginary part of its amplitude.
     #[inline(always)]
     fn node(&self, curve: &Curve<N>, node: N::Index, active: N::Mask) -> [N::Real; 2] {
         let lit = N::Real::lit;
@@ -104,13 +121,13 @@ impl<N: Numbers> TableView<N> {
         match self.layout.format {
             Format::Fixed => {
                 let [start, scale] = N::gather::<2>(self.words, node, active);
-                [curve.factor[0] * self.fixed(curve, scale, |i| packet(start, i), active), lit(0.0)]
+                [curve.spline_factor[0] * self.fixed(curve, scale, |i| packet(start, i), active), lit(0.0)]
             }
             Format::FixedFromZero => {
                 let [start, scale, zero, slope] = N::gather::<4>(self.words, node, active);
                 let spline = self.fixed(curve, scale, |i| packet(start, i), active);
-                let at_zero = curve.at_zero(N::from_bits(zero), N::from_bits(slope));
-                [curve.factor[0].fma(spline, at_zero), lit(0.0)]
+                let header = curve.header(N::from_bits(zero), N::from_bits(slope));
+                [curve.spline_factor[0].fma(spline, header), lit(0.0)]
             }
             Format::Single => {
                 let [start, zero, slope, _] = N::gather::<4>(self.words, node, active);
@@ -121,8 +138,8 @@ impl<N: Numbers> TableView<N> {
                         spline = weight.fma(N::from_bits(word), spline);
                     }
                 }
-                let at_zero = curve.at_zero(N::from_bits(zero), N::from_bits(slope));
-                [curve.factor[0].fma(spline, at_zero), lit(0.0)]
+                let header = curve.header(N::from_bits(zero), N::from_bits(slope));
+                [curve.spline_factor[0].fma(spline, header), lit(0.0)]
             }
             Format::Complex => {
                 let [start, re, im, _] = N::gather::<4>(self.words, node, active);
@@ -133,13 +150,13 @@ impl<N: Numbers> TableView<N> {
                         spline = std::array::from_fn(|part| weight.fma(N::from_bits(pair[part]), spline[part]));
                     }
                 }
-                let [a, b] = curve.factor;
+                let [a, b] = curve.spline_factor;
                 [N::from_bits(re) + a * spline[0] - b * spline[1], N::from_bits(im) + a * spline[1] + b * spline[0]]
             }
         }
     }
 
-    /// Spline of 16-bit coefficients, `low + step·Σ weight·integer`. The weights sum to one, so `low` is added once.
+    /// Spline of 16-bit coefficients `low + step·i`. The weights of a B-spline sum to one, so `low` is added once.
     #[inline(always)]
     fn fixed(&self, curve: &Curve<N>, scale: N::Index, packet: impl Fn(u32) -> N::Index, active: N::Mask) -> N::Real {
         let mut steps = N::Real::lit(0.0);
@@ -153,7 +170,7 @@ impl<N: Numbers> TableView<N> {
     }
 }
 
-/// [`InterpolationKernel::weight`] in a family of numbers, for distances within the kernel's radius.
+/// [`InterpolationKernel::weight`] at distances within its support.
 #[inline(always)]
 fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     let lit = R::lit;
@@ -166,45 +183,45 @@ fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     }
 }
 
-/// Weights with which records are read at one κ.
+/// Weights at one κ of the numbers that a node holds; see [`super::NodeCurve`].
 struct Curve<N: Numbers> {
-    /// First packet to read, from the start of a record.
+    /// Number of the first packet read, from the start of a node's coefficients.
     packet: N::Index,
-    /// Weights of the coefficients from the first of that packet on.
+    /// Weights of the coefficients from the first of that packet on; the last are zero.
     weights: [N::Real; 8],
-    /// Factor of the spline as real and imaginary part: `κ²/(κ²+κ₀²)` of powers, `κ/(κ + iκ₀)` of amplitudes.
-    factor: [N::Real; 2],
-    /// Factors of a power and of its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
-    from_zero: [N::Real; 2],
+    /// Factor on the spline: `κ²/(κ²+κ₀²)` and 0 for powers, real and imaginary part of `κ/(κ + iκ₀)` for amplitudes.
+    spline_factor: [N::Real; 2],
+    /// Factors on a power's header: `κ₀²/(κ²+κ₀²)` on `P(0)`, `κκ₀²/(κ²+κ₀²)` on `P'(0)`.
+    header_factors: [N::Real; 2],
 }
 
 impl<N: Numbers> Curve<N> {
     #[inline(always)]
     fn new(layout: &PackedLayout, kappa: N::Real) -> Self {
         let lit = N::Real::lit;
-        let shift = layout.format.packet().1.ilog2();
+        let shift = layout.format.packet_coefficients().ilog2();
         let kappa = kappa.clip(lit(0.0), lit(layout.kappa_max));
         let t = kappa / lit(layout.kappa_step);
         let packet = N::index(t) >> shift;
         // Coefficient i belongs to the knot i − 1.
         let offset = t - N::real(packet << shift) + lit(1.0);
-        let knee = lit(layout.kappa_knee * layout.kappa_knee);
-        let squares = kappa.fma(kappa, knee);
+        let knee_squared = lit(layout.kappa_knee * layout.kappa_knee);
+        let squares = kappa.fma(kappa, knee_squared);
         let per_squares = kappa / squares;
         Self {
             packet,
             weights: std::array::from_fn(|i| cubic_b_spline(offset - lit(i as f64))),
-            factor: match layout.format {
+            spline_factor: match layout.format {
                 Format::Complex => [kappa * per_squares, -per_squares * lit(layout.kappa_knee)],
                 _ => [kappa * per_squares, lit(0.0)],
             },
-            from_zero: [knee / squares, knee * per_squares],
+            header_factors: [knee_squared / squares, knee_squared * per_squares],
         }
     }
 
-    /// Contribution of a power and of its slope at κ = 0 to the power at this κ.
+    /// Contribution of a power's header, from `P(0)` and `P'(0)`.
     #[inline(always)]
-    fn at_zero(&self, power: N::Real, slope: N::Real) -> N::Real {
-        self.from_zero[1].fma(slope, self.from_zero[0] * power)
+    fn header(&self, zero: N::Real, slope: N::Real) -> N::Real {
+        self.header_factors[1].fma(slope, self.header_factors[0] * zero)
     }
 }

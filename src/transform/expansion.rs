@@ -1,9 +1,15 @@
 //! Expansions of the phase screen in powers or Chebyshev polynomials of the height (docs/model.md#the-two-expansions).
 //!
 //! `exp(iκh) = Σ_n a_n(κ) φ_n(h/H)`, so `c_j(κ) = Σ_n a_n(κ) DFT{φ_n(h/H)}_j`: the transforms depend on neither
-//! direction nor wavelength. Chebyshev: φ_n = T_n, a_n = (2 − δ_n0) iⁿ J_n(κH). Taylor: φ_n = (h/H)ⁿ, a_n = (iκH)ⁿ/n!.
+//! direction nor wavelength. h is the height from the middle of its range and H half the range, both in µm; κ is the
+//! phase rate in rad/µm and j an order of the tile (`mod.rs`).
+//!
+//! | series | φ_n(u), u = h/H | a_n(κ) |
+//! | --- | --- | --- |
+//! | Chebyshev | T_n(u) = cos(n·arccos u) | (2 − δ_n0) iⁿ J_n(κH) |
+//! | Taylor | uⁿ | (iκH)ⁿ/n! |
 
-use super::screen::centred_heights;
+use super::screen::{CHUNK, centred_heights};
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
 use rayon::prelude::*;
@@ -62,10 +68,13 @@ fn remainder_terms(tolerance: f64, kappa_h: f64, term: impl Fn(usize) -> f64) ->
 ///
 /// Powers are those of `h/H` rather than of `h`, so that terms neither overflow nor vanish in single precision.
 pub struct TermTransform<T: Precision> {
+    /// The expansion whose terms are transformed.
     series: Series,
+    /// H in µm.
     half_range_um: f64,
     /// `h/H`, with h from the middle of the range; row-major.
     unit: Vec<f64>,
+    /// The transform of the tile.
     fft: Fft2<T>,
 }
 
@@ -92,7 +101,7 @@ impl<T: Precision> TermTransform<T> {
             Series::Chebyshev => (n as f64 * h.clamp(-1.0, 1.0).acos()).cos(),
         };
         let bin = |&h: &f64| Complex::new(cast(basis(h) * mean), T::zero());
-        let mut bins: Vec<_> = self.unit.par_iter().with_min_len(4096).map(bin).collect();
+        let mut bins: Vec<_> = self.unit.par_iter().with_min_len(CHUNK).map(bin).collect();
         self.fft.process(&mut bins, &mut Vec::new());
         bins
     }
@@ -115,7 +124,9 @@ impl<T: Precision> TermTransform<T> {
 /// # Ok::<(), sunbeam::height_field::HeightFieldError>(())
 /// ```
 pub struct Expansion<T: Precision> {
+    /// The expansion.
     series: Series,
+    /// H in µm.
     half_range_um: f64,
     /// `terms[n][bin]`: means over the tile, bins in FFT order.
     terms: Vec<Vec<Complex<T>>>,
@@ -149,6 +160,7 @@ impl<T: Precision> Expansion<T> {
 
     /// Coefficients a_n of the stored terms at `kappa` (rad/µm).
     pub fn weights(&self, kappa: f64) -> Vec<Complex64> {
+        /// iⁿ for n = 0 to 3.
         const POWERS_OF_I: [Complex64; 4] =
             [Complex64::new(1.0, 0.0), Complex64::new(0.0, 1.0), Complex64::new(-1.0, 0.0), Complex64::new(0.0, -1.0)];
         let x = kappa * self.half_range_um;

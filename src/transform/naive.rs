@@ -1,4 +1,4 @@
-//! The direct sum of an order amplitude.
+//! The direct sum of an order amplitude; symbols and formula are those of `screen.rs`.
 
 use crate::height_field::HeightField;
 use std::f64::consts::TAU;

@@ -1,4 +1,11 @@
 //! Dominant periods of a relief, from the power spectrum of its heights.
+//!
+//! - Orders j = (jx, jy) count waves over the field; a wave has the frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm
+//!   and the direction φ = atan2(fy, fx).
+//! - *Bin* j of the x axis holds the power of all waves with |jx| = j within 45° of that axis, whatever jy; bins of the
+//!   y axis likewise.
+//! - The dominant period is the extent divided by the bin that maximises j·power(j), with fractions of a bin from a
+//!   parabola through the peak and its neighbours.
 
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
@@ -6,10 +13,14 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Fraction of the heights' variance below which a peak is rounding.
+/// Fraction of the heights' variance below which a peak is taken for rounding. Chosen.
 const POWER_FRACTION_MIN: f64 = 1e-9;
-/// Smallest bin whose position is refined by its neighbours: those of lower bins are harmonics, or the tilt.
+/// Smallest bin that is smoothed and refined by its neighbours. Chosen: neighbours of lower bins hold harmonics, or the
+/// tilt.
 const REFINED_FROM: usize = 3;
+/// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
+/// frequency. Chosen; documented at [`Period::power_share`].
+const BAND: f64 = 0.1;
 
 /// A dominant period.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -34,6 +45,7 @@ pub struct Periods {
 /// Power at one frequency along an axis, summed over the other axis.
 #[derive(Clone, Copy, Default)]
 struct Bin {
+    /// Sum of |DFT|², in the unit of the transform's squared bins.
     power: f64,
     /// Sum of power times `exp(2iφ)`, with φ the direction of each wave. The double angle makes f and −f equal.
     direction: Complex64,
@@ -95,6 +107,8 @@ fn order(bin: usize, n: usize) -> i64 {
 }
 
 /// The highest peak of frequency times power; `None` where all power is rounding.
+///
+/// `bins` are those of one axis of length `extent_um`, `total` the power of all waves of the field.
 fn peak(bins: &[Bin], extent_um: f64, total: f64, repeats: bool) -> Option<Period> {
     let raw = |j: usize| bins.get(j).map_or(0.0, |bin| bin.power);
     // Binomial smoothing against the noise of a single realisation; the position of a single line does not change.
@@ -108,7 +122,7 @@ fn peak(bins: &[Bin], extent_um: f64, total: f64, repeats: bool) -> Option<Perio
         .max_by(|&a, &b| (a as f64 * smooth(a)).total_cmp(&(b as f64 * smooth(b))))?;
     let offset = if best < REFINED_FROM { 0.0 } else { vertex(smooth(best - 1), smooth(best), smooth(best + 1)) };
     let position = best as f64 + offset;
-    let reach = (0.1 * position).max(1.0);
+    let reach = (BAND * position).max(1.0);
     let near = |j: &usize| (*j as f64 - position).abs() <= reach;
     let (mut power, mut direction) = (0.0, Complex64::ZERO);
     for j in (1..bins.len()).filter(near) {

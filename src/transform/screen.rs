@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use sunbeam_fourier::num_complex::Complex64;
 
 /// Pixels that a thread takes at a time. Chosen: much work compared with the cost of handing it out.
-const CHUNK: usize = 4096;
+pub(super) const CHUNK: usize = 4096;
 /// Lanes of [`sines_and_cosines`].
 const LANES: usize = 4;
 
@@ -23,9 +23,13 @@ const LANES: usize = 4;
 pub struct OrderTransform {
     /// Heights from the middle of their range, in µm, row-major.
     centred_um: Vec<f64>,
+    /// Pixels along x.
     nx: usize,
+    /// Pixels along y.
     ny: usize,
+    /// H in µm.
     half_range_um: f64,
+    /// The transform of the tile.
     fft: Fft2<f64>,
 }
 

@@ -11,7 +11,7 @@ use sunbeam::height_field::HeightField;
 use sunbeam::lobe::Exact;
 use sunbeam::methods::{ColourTable, ColourTableOptions, Relief};
 use sunbeam::scattering::{Obliquity, Options, Pair};
-use sunbeam::table::{CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, PackedTable, Progress, Spectrum, Tiling, build};
+use sunbeam::table::{CoherenceWindow, Model, PackedTable, Progress, Spectrum, Tiling, build};
 
 const TOLERANCE: f64 = 1e-3;
 /// Largest invisible colour difference, and the fraction of pixels that must stay below.
@@ -44,7 +44,7 @@ impl Case {
         self.spectral.get_or_init(|| {
             let ColourTableOptions { coherence_length_um, model, tiling, .. } = self.options;
             let window = CoherenceWindow::new(coherence_length_um);
-            let spectrum = Spectrum::new(&self.field, model, tiling, window, FREQUENCY_MAX_PER_UM, TOLERANCE);
+            let spectrum = Spectrum::new(&self.field, model, tiling, window, TOLERANCE);
             build(&spectrum, TOLERANCE, &Progress::none()).unwrap().packed
         })
     }

@@ -1,22 +1,17 @@
-//! No energy is created (docs/model.md, "Energy"), and how much what sees to it changes.
+//! Energy conservation (docs/model.md, "Energy"): the bound, and the effect of the division.
 
 use super::common::{Random, built as build, direction, oracle, preset, relief, sinusoid, waves};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use sunbeam::colour::WavelengthWeights;
 use sunbeam::energy::ColourAlbedoTable;
-use sunbeam::height_field::Preset;
+use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::Surface;
 use sunbeam::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex, Vec3};
 use sunbeam::table::{Progress, Tiling};
 
-/// What the albedo may be and not count as above one: the tables' default tolerance more.
-const ALBEDO_MAX: f64 = 1.001;
-/// Share of random incidences above that, and what the worst of them may be: the table is raised at some 10⁵ places,
-/// and between these the top of a ridge, where a narrow order leaves along the surface (a metal's small slope: where
-/// its p state is strongest), is met by chance.
-const SHARE_ABOVE: f64 = 0.0005;
-const WORST_MAX: f64 = 1.005;
+/// Largest albedo accepted between the nodes of the table (docs/tables.md, "Energy").
+const ALBEDO_MAX: f64 = 1.01;
 /// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
 const STANDARD_ERRORS: f64 = 4.0;
 /// Tables (1e-3) and the three-point rules of the order-by-order integral, against a fine quadrature.
@@ -32,78 +27,136 @@ fn incident(random: &mut Random) -> Vec3 {
     }
 }
 
-/// What the reflectance back into the incident direction is multiplied by, 1/A: that of a pair is the lesser of its
-/// directions'.
+/// `1/A(wi)`, the factor on the reflectance back into the incident direction: that of a pair is the lesser of its directions'.
 fn factor(surface: &Surface, wi: Vec3, nm: f64) -> f64 {
     surface.albedo_table().map_or(1.0, |table| table.factor(wi, wi, nm))
 }
 
-/// Holds `queries` random directions and wavelengths to the bound, and prints what the division changed.
-fn check_bound(name: &str, surface: &Surface, queries: usize) {
-    let mut random = Random::new(5);
-    let (mut most, mut least_factor, mut sum_factor, mut at) = (0.0, 1.0f64, 0.0, ([0.0; 3], 0.0));
-    let mut above = 0;
-    for _ in 0..queries {
-        let (wi, nm) = (incident(&mut random), random.wavelength_nm());
-        let albedo = surface.albedo(wi, nm).unwrap();
-        let factor = factor(surface, wi, nm);
-        least_factor = least_factor.min(factor);
-        sum_factor += factor / queries as f64;
-        above += usize::from(albedo > ALBEDO_MAX);
-        if albedo > most {
-            (most, at) = (albedo, (wi, nm));
+/// An incident direction and a wavelength from which an order of the tile leaves within 30° of the horizon: on a ridge of the albedo, or beside it.
+fn beside_a_ridge(random: &mut Random, field: &HeightField) -> (Vec3, f64) {
+    let (nx, ny) = field.size();
+    let period_um = [nx as f64 * field.dx_um(), ny as f64 * field.dy_um()];
+    for _ in 0..1000 {
+        let nm = random.wavelength_nm();
+        let mut order = |pixels: usize| if pixels == 1 { 0.0 } else { random.between(-8.0, 8.0).round() };
+        let order = [order(nx), order(ny)];
+        let cos: f64 = if random.unit() < 0.5 { random.between(0.0, 0.12) } else { random.between(0.0, 0.5) };
+        // A third across the grooves, where ridges of both sides cross.
+        let phi = if random.unit() < 0.33 { PI * random.between(0.0, 2.0).floor() } else { random.between(0.0, TAU) };
+        let sin = (1.0 - cos * cos).sqrt();
+        let wo = [sin * phi.cos(), sin * phi.sin()];
+        let [x, y] = [0, 1].map(|c| order[c] / period_um[c] * nm * 1e-3 - wo[c]);
+        let z_squared = 1.0 - x * x - y * y;
+        if order != [0.0; 2] && z_squared > 1e-6 {
+            return ([x, y, z_squared.sqrt()], nm);
         }
     }
+    (incident(random), random.wavelength_nm())
+}
+
+/// The largest albedo of `queries` directions and wavelengths, half of them beside a ridge, and where it is.
+fn largest_albedo(field: &HeightField, surface: &Surface, queries: usize, seed: u64) -> (f64, Vec3, f64) {
+    let mut random = Random::new(seed);
+    let asked: Vec<(Vec3, f64)> = (0..queries)
+        .map(|i| match i % 2 {
+            0 => (incident(&mut random), random.wavelength_nm()),
+            _ => beside_a_ridge(&mut random, field),
+        })
+        .collect();
+    let albedos = asked.into_par_iter().map(|(wi, nm)| (surface.albedo(wi, nm).unwrap(), wi, nm));
+    albedos.reduce(|| (0.0, [0.0; 3], 0.0), |a, b| if b.0 > a.0 { b } else { a })
+}
+
+/// Asserts the bound at `queries` random directions and wavelengths, and prints the effect of the division.
+fn check_bound(name: &str, field: &HeightField, options: &Options, queries: usize) {
+    let surface = build(field, options);
+    let (most, wi, nm) = largest_albedo(field, &surface, queries, 5);
     let energy = surface.report().energy.unwrap();
-    let theta = at.0[2].acos().to_degrees();
-    let phi = at.0[1].atan2(at.0[0]).to_degrees();
     println!(
-        "{name:22} albedo ≤ {most:.5} (at θ {theta:.2}° φ {phi:.0}° {:.0} nm; {above} of {queries} above), factor of a \
-         direction ≥ {least_factor:.3}, mean {sum_factor:.4}; over the hemisphere {:.4} → {:.4}, before ≤ {:.3}; {:.2} s",
-        at.1,
+        "{name:22} albedo ≤ {most:.5} (at θ {:.2}° φ {:.0}° {nm:.0} nm); over the hemisphere {:.4} → {:.4}, before ≤ {:.3}; {:.2} s",
+        wi[2].acos().to_degrees(),
+        wi[1].atan2(wi[0]).to_degrees(),
         energy.albedo_mean_unscaled,
         energy.albedo_mean_scaled,
         energy.albedo_max_unscaled,
         surface.report().build_seconds
     );
-    assert!(above as f64 <= SHARE_ABOVE * queries as f64 + 1.0, "{name}: {above} of {queries} above {ALBEDO_MAX}");
-    assert!(most <= WORST_MAX, "{name}: {most}");
+    assert!(most <= ALBEDO_MAX, "{name}: {most} at {wi:?}, {nm} nm");
 }
 
 #[test]
-fn gratings_reflect_at_most_what_falls_on_them() {
+fn gratings_reflect_at_most_what_arrives() {
     for name in [Preset::Flat, Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
         for obliquity in [Obliquity::Stam, Obliquity::Unit] {
-            let surface = build(&preset(name), &Options { obliquity, ..Options::default() });
-            check_bound(&format!("{name} {obliquity:?}"), &surface, 2000);
+            let options = Options { obliquity, ..Options::default() };
+            check_bound(&format!("{name} {obliquity:?}"), &preset(name), &options, 6000);
         }
     }
-    // A perfect conductor's small slope makes the most energy, a metal's less.
+    let short = Options { coherence_length_um: 5.0, ..Options::default() };
+    check_bound("blazed 5 µm", &preset(Preset::Blazed), &short, 2000);
+    check_bound("waves", &waves(64, 48, 0.1, 0.1, 0.5), &Options::default(), 200);
+    check_bound("steep sinusoid", &sinusoid(256, 1.25, 0.15), &Options::default(), 6000);
+}
+
+#[test]
+fn small_slopes_of_metals_reflect_at_most_what_arrives() {
     for (index, name) in [(None, "perfect"), (Some(ComplexIndex { eta: 1.0, k: 6.9 }), "aluminium")] {
         let index = index.map(SpectralIndex::Constant);
         let options = Options { obliquity: Obliquity::SmallSlope, index, ..Options::default() };
+        check_bound(&format!("blazed, {name}"), &preset(Preset::Blazed), &options, 6000);
         let surface = build(&preset(Preset::Blazed), &options);
-        check_bound(&format!("blazed, small slope, {name}"), &surface, 2000);
-        assert!(surface.report().energy.unwrap().albedo_max_unscaled > 1.1, "{name}: there is something to bound");
+        assert!(surface.report().energy.unwrap().albedo_max_unscaled > 1.1, "{name}: nothing to bound");
     }
-    let surface = build(&waves(64, 48, 0.1, 0.1, 0.5), &Options::default());
-    check_bound("waves", &surface, 200);
-    let surface = build(&preset(Preset::Blazed), &Options { coherence_length_um: 5.0, ..Options::default() });
-    check_bound("blazed 5 µm", &surface, 1000);
 }
 
 #[test]
-fn a_steep_sinusoid_reflects_at_most_what_falls_on_it() {
-    let surface = build(&sinusoid(256, 1.25, 0.15), &Options::default());
-    check_bound("steep sinusoid", &surface, 2000);
-}
-
-#[test]
-fn large_tiles_reflect_at_most_what_falls_on_them() {
+fn large_tiles_reflect_at_most_what_arrives() {
     for name in [Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
-        let surface = build(&preset(name), &Options::default());
-        check_bound(name.name(), &surface, 6);
+        check_bound(name.name(), &preset(name), &Options::default(), 8);
     }
+}
+
+/// Without division the same queries find albedos far above the bound, so that they can fail.
+#[test]
+fn queries_find_what_is_not_divided() {
+    let plain = Options { conserve_energy: false, ..Options::default() };
+    for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+        let (most, ..) = largest_albedo(&preset(name), &build(&preset(name), &plain), 200, 5);
+        assert!(most > 1.2, "{name}: {most}");
+    }
+}
+
+#[test]
+fn dielectrics_need_no_division() {
+    let index = Some(SpectralIndex::Constant(ComplexIndex { eta: 1.56, k: 0.0 }));
+    let options = Options { obliquity: Obliquity::SmallSlope, index, ..Options::default() };
+    for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+        let surface = build(&preset(name), &options);
+        assert!(surface.albedo_table().is_none(), "{name}");
+        check_bound(&format!("{name} keratin"), &preset(name), &options, 2000);
+    }
+}
+
+/// Random reliefs, windows and options, as `sunbeam bench stability` draws more of.
+#[test]
+#[ignore = "takes hours on two cores"]
+fn ten_thousand_random_surfaces_reflect_at_most_what_arrives() {
+    let largest = (0..10_000u64).into_par_iter().map(|seed| {
+        let mut random = Random::new(seed);
+        let mut log = |low: f64, high: f64| random.between(low.ln(), high.ln()).exp();
+        let (height_um, coherence_length_um) = (log(1e-3, 2.0), log(1.0, 1e4));
+        let pixel_um = [log(0.05, 0.6), log(0.05, 0.6)];
+        let size = [(); 2].map(|()| 1 + random.between(0.0, 24.0) as usize);
+        let field = relief(size[0], size[1], pixel_um[0], pixel_um[1], height_um);
+        let tiling = if random.unit() < 0.5 { Tiling::Periodic } else { Tiling::Aperiodic };
+        let obliquity = if random.unit() < 0.5 { Obliquity::Stam } else { Obliquity::Unit };
+        let options = Options { coherence_length_um, tiling, obliquity, ..Options::default() };
+        let surface = Surface::new(&field, &options).unwrap();
+        (largest_albedo(&field, &surface, 10, seed).0, seed)
+    });
+    let (most, seed) = largest.reduce(|| (0.0, 0), |a, b| if b.0 > a.0 { b } else { a });
+    println!("largest albedo {most:.5}, of surface {seed}");
+    assert!(most <= ALBEDO_MAX, "surface {seed}: {most}");
 }
 
 #[test]

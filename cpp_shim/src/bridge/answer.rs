@@ -1,4 +1,8 @@
-//! Answers of a surface, by value and traced: one code for both.
+//! Evaluation of a surface: value, density, samples and Mueller matrices, by value and traced with the same code.
+//!
+//! The code is generic over a family of numbers ([`Numbers`]): [`Plain`] for plain numbers, [`Lanes`] for four SIMD
+//! lanes, [`Traced`] for variables of Dr.Jit (traced.rs). A surface has one of four kinds of tables, each with a lobe
+//! that evaluates it.
 
 use super::super::scope::Scope;
 use super::super::traced::{Traced, Var, WordsVar};
@@ -10,7 +14,7 @@ use sunbeam::lobe::{Gamut, LinearSrgb, Lobe, SpectralLobe, luminance};
 use sunbeam::numeric::{Lanes, Numbers, Plain, Real};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Everything that a query gives the evaluators, by value or traced.
+/// Arguments of an evaluation, by value or traced.
 #[derive(Clone, Copy)]
 pub(super) struct Query<N: Numbers> {
     /// Table data.
@@ -18,8 +22,9 @@ pub(super) struct Query<N: Numbers> {
     pub(super) wi: [N::Real; 3],
     /// `wo`, or the three random numbers of a sample.
     pub(super) second: [N::Real; 3],
-    /// Ignored by surfaces in colours.
+    /// Wavelengths in nm; surfaces in colours ignore them.
     pub(super) wavelengths_nm: [N::Real; 4],
+    /// Lanes to compute; the others get zero.
     pub(super) active: N::Mask,
 }
 
@@ -52,7 +57,7 @@ impl Surface {
         self.answer(part, Gamut::Desaturate, self.by_value(wi, wo, wavelengths_nm))
     }
 
-    /// Four values, and the density last. Zero in the part that is not computed.
+    /// Four values, then the density; zero in the part that is not computed.
     #[inline(always)]
     pub(super) fn answer<N: Numbers>(&self, part: Part, gamut: Gamut, query: Query<N>) -> [N::Real; 5] {
         let with_luminance = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
@@ -118,7 +123,8 @@ impl Surface {
     }
 }
 
-/// Value and density of any lobe, its value brought to four numbers.
+/// Value and density of a lobe. `carried` are the wavelengths or the colour space, and `four` turns the lobe's value
+/// into four numbers.
 #[inline(always)]
 fn evaluated<N: Numbers, C, T: Lobe<N, C>>(
     lobe: &T,
@@ -156,7 +162,7 @@ fn in_lanes(lobe: &SpectralLobe<Lanes>, part: Part, wi: [f32; 3], wo: [f32; 3], 
     [a, b, c, d, 0.25 * densities.reduce_add()]
 }
 
-/// A wavelength in nm clipped to the tables' range, which a renderer's rounding may leave.
+/// A wavelength in nm, clipped to the tables' range, since rounding in the renderer may exceed the range slightly.
 fn within_range<R: Real>(nm: R) -> R {
     nm.clip(R::lit(WAVELENGTH_MIN_NM), R::lit(WAVELENGTH_MAX_NM))
 }

@@ -1,4 +1,7 @@
 //! The Rust side of a BSDF instance: parameters, tables, and their construction.
+//!
+//! Tables come from the cache (in memory and on disk) or are built; equal parameters share one copy. The parameter
+//! `theory` and the kind of variant, spectral or in colours, choose among the four kinds of [`Tables`].
 
 use super::super::log::logged;
 use super::index::spectral_index;
@@ -17,10 +20,11 @@ pub(crate) struct Surface {
     pub(super) tables: Tables,
     /// Jones matrices of the orders: for rigorous surfaces in polarised variants.
     pub(super) jones: Option<Arc<(JonesTable, Origin)>>,
+    /// Number that identifies the tables within this process.
     pub(super) identity: u64,
 }
 
-/// Everything that a surface is built from.
+/// Parameters that a surface is built from.
 #[derive(Clone)]
 pub(super) struct Recipe {
     pub(super) config: SurfaceConfig,
@@ -32,10 +36,15 @@ pub(super) struct Recipe {
     pub(super) polarised: bool,
 }
 
+/// Tables of a surface, and whether they were built or read from the cache.
 pub(super) enum Tables {
+    /// Scalar theory, spectral variants.
     Spectral(Arc<(lobe::Surface, Origin)>),
+    /// Scalar theory, RGB and mono variants.
     Colours(Arc<(ColourSurface, Origin)>),
+    /// Rigorous theory, spectral variants.
     Grating(Arc<(GratingSurface, Origin)>),
+    /// Rigorous theory, RGB and mono variants.
     GratingColours(Arc<(GratingColourSurface, Origin)>),
 }
 
@@ -91,6 +100,7 @@ impl Surface {
         Self::with_tables(recipe, tables, &cache)
     }
 
+    /// The surface with tables, and with Jones matrices where the variant is polarised and the theory rigorous.
     fn with_tables(recipe: Recipe, tables: Tables, cache: &Cache) -> Result<Box<Self>, PluginError> {
         let Recipe { config, index, polarised, .. } = &recipe;
         let jones = if *polarised && config.theory == Theory::Rigorous {
@@ -109,6 +119,7 @@ impl Surface {
         Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
 
+    /// Table data as the evaluators read it: spectrum, sampler, albedo; or efficiencies, colours, Jones matrices.
     pub(super) fn all_words(&self) -> [&[u32]; 3] {
         match &self.tables {
             Tables::Spectral(tables) => tables.0.words(),
@@ -121,16 +132,19 @@ impl Surface {
         }
     }
 
+    /// Data of the Jones matrices; empty without them.
     pub(super) fn jones_words(&self) -> &[u32] {
         self.jones.as_ref().map_or(&[], |jones| jones.0.words())
     }
 
+    /// The Jones matrices.
     pub(super) fn jones(&self) -> Result<&JonesTable, PluginError> {
         self.jones.as_ref().map(|jones| &jones.0).ok_or(PluginError::NoMatrix)
     }
 }
 
-/// A number for tables in use. An address would not do, since later tables may be allocated there.
+/// A number that identifies tables while they are in use. Their address cannot serve: when they are freed, other tables
+/// may be allocated there.
 fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
     type InUse = (u64, Vec<(u64, Weak<dyn Any + Send + Sync>)>);
     static IN_USE: Mutex<InUse> = Mutex::new((0, Vec::new()));

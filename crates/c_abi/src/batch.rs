@@ -1,4 +1,11 @@
 //! Batches of evaluations, densities and samples.
+//!
+//! A batch has `count` items. Item i of each argument is a group of floats at `data + i·stride` (`foreign.rs`): a
+//! direction has three, the wavelengths and the values at them `wavelength_count`. Directions are unit vectors away
+//! from the surface, z along its normal; wavelengths are in nm, `f` in 1/sr, densities per solid angle.
+//!
+//! A bad item (a direction without unit length, a wavelength out of range) yields zeros. The other items are computed,
+//! and the call reports the first bad one ([`Refused`]).
 
 use super::foreign::{Floats, FloatsOut, Input, Output, reference};
 use super::handle::SurfaceHandle;
@@ -6,7 +13,7 @@ use super::status::{CallError, Status, call};
 use sunbeam::scattering::{Pair, Vec3, unit_vector};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Most wavelengths of an item.
+/// Most wavelengths of an item. Chosen: it bounds the buffer of a false count.
 const WAVELENGTHS_MAX: usize = 4096;
 
 /// Bad items of a batch: their number, and index and error of the first.
@@ -25,6 +32,7 @@ impl Refused {
         }
     }
 
+    /// An error if any of the `count` items was bad.
     fn into_result(self, count: usize) -> Result<(), CallError> {
         match self.first {
             None => Ok(()),
@@ -49,7 +57,7 @@ fn wavelengths(items: &Input, i: usize, carried: &mut [f64]) -> Result<(), Strin
     Ok(())
 }
 
-/// A buffer for the wavelengths of one item.
+/// A buffer for the wavelengths of one item; refuses a count out of range.
 fn carried(wavelength_count: usize) -> Result<Vec<f64>, CallError> {
     if !(1..=WAVELENGTHS_MAX).contains(&wavelength_count) {
         let (argument, accepted) = ("wavelength_count", "1 to 4096");
@@ -68,7 +76,7 @@ struct Queries {
 
 impl SurfaceHandle {
     /// Evaluates a batch: `values` receives `f_r` in 1/sr at each wavelength, `pdf` the mean density over the
-    /// wavelengths.
+    /// wavelengths. `carried` is a buffer for the wavelengths of one item.
     fn eval(
         &self,
         queries: &Queries,
@@ -248,7 +256,7 @@ impl SurfaceHandle {
 /// Body of the three functions that take two directions.
 ///
 /// # Safety
-/// As for [`Input::new`] and [`Output::new`], and `surface` must not have been freed.
+/// The contracts of [`Input::new`] and [`Output::new`] hold, and `surface` must not have been freed.
 unsafe fn evaluate(
     surface: *const SurfaceHandle,
     count: usize,

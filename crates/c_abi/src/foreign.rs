@@ -1,4 +1,8 @@
-//! Pointers from C: checks, and safe access to what they point to.
+//! Pointers from C: checks, and safe access to the data behind them.
+//!
+//! [`Floats`] and [`FloatsOut`] are the structs that callers pass; [`Input`] and [`Output`] are their checked forms.
+//! A pointer must not be null and must be aligned, and items of an output must not overlap. The caller answers for the
+//! size of an array, which cannot be checked.
 
 use super::status::CallError;
 use std::ffi::{CStr, c_char};

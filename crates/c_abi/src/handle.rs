@@ -12,15 +12,20 @@ use sunbeam::table::Progress;
 
 /// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.
 pub struct SurfaceHandle {
+    /// Tables of the surface, and its index.
     pub(super) surface: BuiltSurface,
+    /// Parameters as given.
     config: SurfaceConfig,
+    /// Origin of the tables: the cache or a build.
     origin: Origin,
+    /// Interpretation of the file of heights; `None` without a file.
     file: Option<FileDescription>,
 }
 
 /// Interpretation of a file of heights.
 #[derive(Serialize)]
 struct FileDescription {
+    /// Origin of size, unit, orientation, channel and missing points.
     provenance: Option<Provenance>,
     /// Warnings about implausible properties of the relief.
     doubts: Vec<String>,

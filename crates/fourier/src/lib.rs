@@ -40,6 +40,7 @@ impl Precision for f64 {
     }
 }
 
+/// Plans one-dimensional transforms of both `lengths`: the body of [`Precision::plans`].
 fn plans<T: FftNum>(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<T>>; 2] {
     let mut planner = FftPlanner::new();
     lengths.map(|length| match direction {
@@ -61,9 +62,13 @@ pub enum Direction {
 ///
 /// Rows and columns are distributed over the current rayon thread pool.
 pub struct Fft2<T: Precision> {
+    /// Length of a row.
     nx: usize,
+    /// Number of rows.
     ny: usize,
+    /// Transform of one row, of nx points.
     along_x: Arc<dyn Fft<T>>,
+    /// Transform of one column, of ny points.
     along_y: Arc<dyn Fft<T>>,
 }
 
@@ -132,12 +137,14 @@ fn kept_bin(i: usize, kept: usize, n: usize) -> usize {
 
 /// Transforms every row of `data`, each `width` long.
 fn transform_rows<T: Precision>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
+    /// Rows transformed by one rayon task. Chosen; it affects speed only.
     const ROWS_PER_TASK: usize = 32;
     data.par_chunks_mut(width * ROWS_PER_TASK).for_each(|chunk| fft.process(chunk));
 }
 
 /// Writes the transpose of `from` (`height` rows of `width`) into `to`, in square tiles that fit the processor's cache.
 fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], width: usize, height: usize) {
+    /// Side of a square tile in elements. Chosen: 16 complex numbers in double precision fill four cache lines.
     const TILE: usize = 16;
     to.par_chunks_mut(height * TILE).enumerate().for_each(|(block, out)| {
         let x0 = block * TILE;
@@ -160,7 +167,7 @@ fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], width: usize, heig
 /// assert_eq!(sunbeam_fourier::next_fast_len(241), 243);
 /// ```
 pub fn next_fast_len(minimum: usize) -> usize {
-    // `start · factorⁿ`, up to the first that reaches the minimum.
+    // The numbers `start·factorⁿ`, n from 0 on, up to the first that reaches the minimum.
     let powers = |start: usize, factor: usize| {
         std::iter::successors(Some(start), move |power| if *power < minimum { power.checked_mul(factor) } else { None })
     };

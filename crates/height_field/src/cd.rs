@@ -15,7 +15,7 @@ const TRACKS: usize = 40;
 const PITCH_UM: f64 = 1.6;
 /// Side of the tile in µm.
 const EXTENT_UM: f64 = TRACKS as f64 * PITCH_UM;
-/// Channel bits along one track of the tile, so that T = 64 µm / 230 = 0.2783 µm.
+/// Channel bits along one track of the tile. Chosen: T = 64 µm / 230 = 0.2783 µm, near that of a disc.
 const CHANNEL_BITS: u32 = 230;
 /// T in µm.
 const BIT_UM: f64 = EXTENT_UM / CHANNEL_BITS as f64;
@@ -26,10 +26,10 @@ const WIDTH_UM: f64 = 0.5;
 const DEPTH_UM: f64 = 0.12;
 /// Horizontal width of a pit's wall in µm. Chosen: about as wide as the pit is deep.
 const WALL_UM: f64 = 0.14;
-/// Seed of the run lengths and of the tracks' starts. Arbitrary.
+/// Seed of the run lengths and of the tracks' starts. Chosen arbitrarily.
 const SEED: u64 = 0x00c0_ffee_cd01;
-/// Relative frequencies of runs of 3 T to 11 T. In eight-to-fourteen modulation each length is about a third rarer than
-/// the one before.
+/// Relative frequencies of runs of 3 T to 11 T. Chosen: in eight-to-fourteen modulation each length is about a third
+/// rarer than the previous one.
 const RUN_WEIGHTS: [u32; 9] = [330, 230, 160, 110, 70, 45, 25, 15, 15];
 
 /// A random run length in channel bits, 3 to 11.
@@ -48,14 +48,14 @@ fn run(random: &mut Random) -> u32 {
 /// exactly.
 fn pits(random: &mut Random) -> Vec<(u32, u32)> {
     let mut pits = Vec::new();
-    let mut at = 0;
-    while at < CHANNEL_BITS {
+    let mut start = 0;
+    while start < CHANNEL_BITS {
         let (pit, land) = (run(random), run(random));
-        let after = at + pit + land;
+        let end = start + pit + land;
         // The remainder must be 0, or long enough for one more pit and land of at least 3 bits each.
-        if after == CHANNEL_BITS || after + 6 <= CHANNEL_BITS {
-            pits.push((at, pit));
-            at = after;
+        if end == CHANNEL_BITS || end + 6 <= CHANNEL_BITS {
+            pits.push((start, pit));
+            start = end;
         }
     }
     pits

@@ -3,7 +3,7 @@
 use super::{HeightField, HeightFieldError};
 use ndarray::s;
 
-/// Rounding tolerated at the borders of the rectangle, in pixels.
+/// Rounding tolerated at the borders of the rectangle, in pixels. Chosen far below the half pixel that would matter.
 const ROUNDING_PIXELS: f64 = 1e-6;
 
 impl HeightField {

@@ -1,3 +1,5 @@
+//! The error of every function of this crate.
+
 use std::path::PathBuf;
 use thiserror::Error;
 

@@ -3,13 +3,17 @@
 //! On the grid, the height h of each missing point satisfies `Σ w·(h − h_neighbour) = 0` over its up to four
 //! neighbours, with w = 1/dx² along x and 1/dy² along y. Neighbours are missing points or known heights. The system is
 //! symmetric and positive definite, and solved by conjugate gradients.
+//!
+//! Unknowns are heights above the *base*, the mean of the known heights, in µm. The *film* is the vector of all
+//! unknowns, one for each missing point in row-major order.
 
 use crate::Fill;
 use ndarray::Array2;
 
-/// Residual at which the solution is accepted, relative to that of a flat film.
+/// Residual at which the solution is accepted, relative to that of a flat film. Chosen: errors are then far below a
+/// millionth of the relief's height.
 const RESIDUAL: f64 = 1e-12;
-/// Most iterations; the film is then used as it is. A hole of a thousand pixels across needs some thousands.
+/// Most iterations; the film is then used as it is. Chosen: a hole of a thousand pixels across needs some thousands.
 const STEPS_MAX: usize = 50_000;
 
 impl Fill {
@@ -21,15 +25,15 @@ impl Fill {
             return;
         }
         // Sums over differences to the first height: a common offset then costs no digits.
-        let base = known[0];
-        let mean = known.iter().map(|h| h - base).sum::<f64>() / known.len() as f64;
+        let first = known[0];
+        let mean = first + known.iter().map(|h| h - first).sum::<f64>() / known.len() as f64;
         match self {
             Self::None => {}
-            Self::Mean => heights_um.mapv_inplace(|h| if h.is_nan() { base + mean } else { h }),
+            Self::Mean => heights_um.mapv_inplace(|h| if h.is_nan() { mean } else { h }),
             Self::Laplace => {
-                let film = Film::over(heights_um, base + mean, dx_um, dy_um).solve();
-                for (place, height) in film {
-                    heights_um[place] = base + mean + height;
+                let film = Film::over(heights_um, mean, dx_um, dy_um).solve();
+                for (point, height) in film {
+                    heights_um[point] = mean + height;
                 }
             }
         }
@@ -40,7 +44,8 @@ impl Fill {
 struct Film {
     /// `[iy, ix]` of each missing point.
     points: Vec<[usize; 2]>,
-    /// For each missing point: its missing neighbours, as indices into `points`, and their weights.
+    /// For each missing point: its missing neighbours, as indices into `points`, and their weights; unused ones have
+    /// weight 0.
     links: Vec<[(usize, f64); 4]>,
     /// For each missing point: sum of the weights of all neighbours.
     diagonal: Vec<f64>,
@@ -55,8 +60,8 @@ impl Film {
         let points: Vec<[usize; 2]> =
             heights_um.indexed_iter().filter(|(_, h)| h.is_nan()).map(|((iy, ix), _)| [iy, ix]).collect();
         let mut number = Array2::from_elem((ny, nx), usize::MAX);
-        for (at, place) in points.iter().enumerate() {
-            number[*place] = at;
+        for (index, point) in points.iter().enumerate() {
+            number[*point] = index;
         }
         // The system depends on the ratio of the weights only; the larger is 1.
         let finer = dx_um.min(dy_um);
@@ -71,10 +76,10 @@ impl Film {
                 (iy + 1 < ny).then(|| ([iy + 1, ix], wy)),
             ];
             let (mut links, mut diagonal, mut known) = ([(0, 0.0); 4], 0.0, 0.0);
-            for (link, (place, weight)) in links.iter_mut().zip(neighbours.into_iter().flatten()) {
+            for (link, (point, weight)) in links.iter_mut().zip(neighbours.into_iter().flatten()) {
                 diagonal += weight;
-                match number[place] {
-                    usize::MAX => known += weight * (heights_um[place] - base),
+                match number[point] {
+                    usize::MAX => known += weight * (heights_um[point] - base),
                     other => *link = (other, weight),
                 }
             }
@@ -87,9 +92,9 @@ impl Film {
 
     /// Writes the product of the system's matrix with `film` into `out`.
     fn times(&self, film: &[f64], out: &mut [f64]) {
-        for (at, value) in out.iter_mut().enumerate() {
-            let neighbours: f64 = self.links[at].iter().map(|&(other, weight)| weight * film[other]).sum();
-            *value = self.diagonal[at] * film[at] - neighbours;
+        for (i, value) in out.iter_mut().enumerate() {
+            let neighbours: f64 = self.links[i].iter().map(|&(other, weight)| weight * film[other]).sum();
+            *value = self.diagonal[i] * film[i] - neighbours;
         }
     }
 
@@ -149,8 +154,8 @@ mod tests {
         // Linear functions and x² − y² solve the equations on a grid exactly, whatever its proportions.
         let (whole, mut holed) = with_holes(|x, y| 7.0 + 0.2 * x - 0.1 * y + 0.05 * (x * x - y * y) + 0.02 * x * y);
         // Holes at the tile's edge lack boundary values there: only holes inside are compared.
-        for place in [[39, 49]].into_iter().chain((0..20).map(|iy| [iy, 3])) {
-            holed[place] = whole[place];
+        for point in [[39, 49]].into_iter().chain((0..20).map(|iy| [iy, 3])) {
+            holed[point] = whole[point];
         }
         Fill::Laplace.apply(&mut holed, 0.1, 0.3);
         let error = (&holed - &whole).iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -162,9 +167,9 @@ mod tests {
         let (whole, holed) = with_holes(|x, y| 1000.0 + (3.0 * x).sin() * (2.0 * y).cos());
         let mut filled = holed.clone();
         Fill::Laplace.apply(&mut filled, 0.1, 0.3);
-        for (((before, after), whole), place) in holed.iter().zip(&filled).zip(&whole).zip(0..) {
-            assert!(after.is_finite() && (before.is_nan() || before == after), "{place}");
-            assert!((999.0 - SOLVED_UM..=1001.0 + SOLVED_UM).contains(after), "{place}: {after} for {whole}");
+        for (((before, after), whole), point) in holed.iter().zip(&filled).zip(&whole).zip(0..) {
+            assert!(after.is_finite() && (before.is_nan() || before == after), "{point}");
+            assert!((999.0 - SOLVED_UM..=1001.0 + SOLVED_UM).contains(after), "{point}: {after} for {whole}");
         }
         let mut mean = holed.clone();
         Fill::Mean.apply(&mut mean, 0.1, 0.3);
@@ -177,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn one_height_fills_everything() {
+    fn one_known_height_fills_the_whole_field() {
         let mut field = Array2::from_elem((9, 7), f64::NAN);
         field[[4, 2]] = 0.25;
         Fill::Laplace.apply(&mut field, 1.0, 1.0);

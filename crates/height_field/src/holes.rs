@@ -1,10 +1,14 @@
 //! Detection of points without a height.
+//!
+//! A point is missing where its number is NaN, infinite, of magnitude 1e30 or more, or *isolated*: far from all other
+//! numbers, such as −9999 (`isolated.rs`). Missing points are then NaN until `film.rs` fills them.
 
 use super::isolated::isolated;
 use super::{Fill, HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Magnitude in µm from which a number marks a missing point: programs write 1e30 and more where nothing was measured.
+/// Magnitude, as stored or in µm, from which a number marks a missing point. Chosen: programs write 1e30 and more where
+/// nothing was measured.
 const NO_HEIGHT: f64 = 1e30;
 
 /// The number itself, or NaN where it marks a missing point: NaN, infinities, and magnitudes from 1e30 on.

@@ -66,8 +66,8 @@ impl FromStr for Level {
     }
 }
 
-/// Sum of squares of a basis function, in pixels, below which it vanishes but for rounding. Otherwise it is at least
-/// 0.25.
+/// Sum of squares of a basis function over all pixels, below which the function vanishes but for rounding. Chosen: the
+/// sum is otherwise at least 0.25, for a tilt over two pixels.
 const VANISHING: f64 = 1e-6;
 
 impl HeightField {
@@ -123,17 +123,17 @@ impl HeightField {
     fn subtract_fit(&mut self, basis: impl Fn(f64, f64) -> f64) {
         let (nx, ny) = self.size();
         let (cx, cy) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
-        let at = |iy: usize, ix: usize| basis(ix as f64 - cx, iy as f64 - cy);
+        let value = |iy: usize, ix: usize| basis(ix as f64 - cx, iy as f64 - cy);
         let (mut projection, mut squares) = (0.0, 0.0);
         for ((iy, ix), h) in self.heights_um.indexed_iter() {
-            let s = at(iy, ix);
-            projection += s * h;
-            squares += s * s;
+            let basis = value(iy, ix);
+            projection += basis * h;
+            squares += basis * basis;
         }
         if squares > VANISHING {
             let factor = projection / squares;
             for ((iy, ix), h) in self.heights_um.indexed_iter_mut() {
-                *h -= factor * at(iy, ix);
+                *h -= factor * value(iy, ix);
             }
         }
     }
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn single_pixels_and_rows_are_levelled() {
+    fn fields_of_one_pixel_or_one_row_are_levelled() {
         let one = HeightField::new(Array2::from_elem((1, 1), 5.0), 1.0, 1.0).unwrap();
         assert_eq!(one.levelled(Level::Plane).heights_um()[[0, 0]], 0.0);
         assert_eq!(one.rms_slope(), (0.0, 0.0));

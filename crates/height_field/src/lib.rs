@@ -49,11 +49,12 @@ pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;
 
-/// Longest period, pixel and range of heights in µm that interfaces accept: one millimetre. Reliefs that diffract light
-/// visibly are far finer, so a longer length was meant in another unit.
+/// Longest period, pixel and range of heights in µm that interfaces accept: one millimetre. Chosen: reliefs that
+/// diffract light visibly are far finer, so a longer length was meant in another unit.
 pub const MAX_LENGTH_UM: f64 = 1e3;
 
-/// Smallest pixel in µm that [`HeightField::check_size`] accepts: a thousandth of an atom's diameter.
+/// Smallest pixel in µm that [`HeightField::check_size`] accepts. Chosen: a thousandth of an atom's diameter, so a
+/// smaller one was meant in another unit.
 const PIXEL_MIN_UM: f64 = 1e-7;
 
 /// The relief of one rectangular tile. Neither the tile nor its pixels need to be square.
@@ -63,8 +64,11 @@ const PIXEL_MIN_UM: f64 = 1e-7;
 /// Invariant: at least one pixel, every height finite, both pixel sizes finite and positive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightField {
+    /// Heights in µm, `[[iy, ix]]`.
     heights_um: Array2<f64>,
+    /// Pixel size along x in µm.
     dx_um: f64,
+    /// Pixel size along y in µm.
     dy_um: f64,
 }
 

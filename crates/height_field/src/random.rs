@@ -103,11 +103,12 @@ fn normalise(field: &mut Array2<f64>) {
     }
 }
 
-/// 0 on the side of `from`, 1 on the side of `to`, and a cubic with zero slope at both ends between; `from` may exceed
-/// `to`.
+/// Smooth step: 0 on the side of `from`, 1 on the side of `to`, and between them a cubic with zero slope at both ends.
+///
+/// `from` may exceed `to`; the step then falls along +x.
 pub fn smooth_step(from: f64, to: f64, x: f64) -> f64 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+    let fraction = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    fraction * fraction * (3.0 - 2.0 * fraction)
 }
 
 #[cfg(test)]
@@ -115,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sequence_is_pinned() {
+    fn sequence_of_a_seed_is_fixed() {
         // Other values change every procedural surface.
         let mut random = Random::new(1);
         let first: Vec<u64> = (0..3).map(|_| (random.unit() * (1u64 << 53) as f64) as u64).collect();

@@ -35,13 +35,14 @@ impl HeightField {
     pub fn roughness(&self) -> Roughness {
         let mean = self.mean_um();
         let count = self.heights_um.len() as f64;
-        let moment = |of: &dyn Fn(f64) -> f64| self.heights_um.iter().map(|h| of(h - mean)).sum::<f64>() / count;
-        let sq_um = moment(&|h| h * h).sqrt();
+        // Mean of a function of the height above the mean.
+        let mean_of = |f: &dyn Fn(f64) -> f64| self.heights_um.iter().map(|h| f(h - mean)).sum::<f64>() / count;
+        let sq_um = mean_of(&|h| h * h).sqrt();
         let range = self.peak_to_valley_um();
         // A flat field has neither skewness nor kurtosis.
-        let shape = |power: i32| (range > 0.0).then(|| moment(&|h| (h / sq_um).powi(power)));
+        let moment = |power: i32| (range > 0.0).then(|| mean_of(&|h| (h / sq_um).powi(power)));
         let (sx, sy) = self.rms_slope();
-        Roughness { sa_um: moment(&f64::abs), sq_um, ssk: shape(3), sku: shape(4), sz_um: range, sdq: sx.hypot(sy) }
+        Roughness { sa_um: mean_of(&f64::abs), sq_um, ssk: moment(3), sku: moment(4), sz_um: range, sdq: sx.hypot(sy) }
     }
 }
 

@@ -1,10 +1,12 @@
 //! Presets `flat`, `blazed`, `sinusoidal` and `lamellar`: closed forms, one period by one row of pixels.
+//!
+//! `fraction` is x/period in (0, 1), at the centre of a pixel. Lengths are in µm.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 use std::f64::consts::TAU;
 
-/// Samples in one period. A power of two, so that both halves of the lamellar grating are equal.
+/// Samples in one period. Chosen: a power of two, so that both halves of the lamellar grating are equal.
 pub(super) const SAMPLES: usize = 1024;
 
 /// One pixel of 1 × 1 µm at height 0.
@@ -14,22 +16,22 @@ pub(super) fn flat() -> Result<HeightField, HeightFieldError> {
 
 /// One period of `height_um · profile(x/period)`, sampled at pixel centres; `profile` has values in [0, 1].
 fn grating(period_um: f64, height_um: f64, profile: impl Fn(f64) -> f64) -> Result<HeightField, HeightFieldError> {
-    let at = |ix: usize| height_um * profile((ix as f64 + 0.5) / SAMPLES as f64);
-    let heights = Array2::from_shape_fn((1, SAMPLES), |(_, ix)| at(ix));
+    let height = |ix: usize| height_um * profile((ix as f64 + 0.5) / SAMPLES as f64);
+    let heights = Array2::from_shape_fn((1, SAMPLES), |(_, ix)| height(ix));
     HeightField::new(heights, period_um / SAMPLES as f64, period_um)
 }
 
 /// A sawtooth that rises along +x from 0 to `height_um` and drops at the end of the period.
 pub(super) fn blazed(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
-    grating(period_um, height_um, |t| t)
+    grating(period_um, height_um, |fraction| fraction)
 }
 
 /// `height/2 · (1 + sin(2πx/period))`.
 pub(super) fn sinusoidal(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
-    grating(period_um, height_um, |t| 0.5 * (1.0 + libm::sin(TAU * t)))
+    grating(period_um, height_um, |fraction| 0.5 * (1.0 + libm::sin(TAU * fraction)))
 }
 
 /// `height` over the first half of the period, 0 over the second.
 pub(super) fn lamellar(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
-    grating(period_um, height_um, |t| if t < 0.5 { 1.0 } else { 0.0 })
+    grating(period_um, height_um, |fraction| if fraction < 0.5 { 1.0 } else { 0.0 })
 }

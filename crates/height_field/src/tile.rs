@@ -1,16 +1,23 @@
-//! Seams of a repeated tile: their measure, and blending of edges so that a scan repeats without one.
+//! Seams of a repeated tile: their measure, and blending of edges so that a scan repeats without a seam.
+//!
+//! A *seam* is the step in height between the last pixel of a tile and the first pixel of its next copy. Blending along
+//! one axis, in pixels: of N pixels the first `length` are kept. The `strip` pixels beyond them are blended over the
+//! tile's first `strip` pixels, with weight 1 for the strip beyond at pixel 0 and 0 at pixel `strip`. The last kept
+//! pixel then continues into the first. The *mismatch* of a length is the root of the sum of squared differences
+//! between both strips.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::{Array2, Axis, s};
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// Fraction of each axis that is blended where no width is given. Chosen.
+/// Fraction of each axis that is blended where no width is given. Chosen; a wider strip changes more of the relief.
 const BLEND_FRACTION: f64 = 0.1;
-/// Smallest fraction of an axis, without its blended strip, that is kept in the search for matching edges. Chosen.
+/// Smallest fraction of an axis, without its blended strip, that is kept in the search for matching edges. Chosen: the
+/// search then covers a whole period of any relief with at least three periods.
 const KEPT_FRACTION: f64 = 2.0 / 3.0;
-/// Tolerance on the mismatch of edges, as a fraction of the largest mismatch: of all lengths within it of the best, the
-/// longest tile is kept. Chosen.
+/// Tolerance on the mismatch of edges, as a fraction of the largest mismatch. Of all lengths whose mismatch exceeds the
+/// least by at most this tolerance, the longest is kept. Chosen: a larger one keeps more pixels and matches worse.
 const MISMATCH_TOLERANCE: f64 = 0.1;
 
 /// Steps in height across the seam of a repeated tile, along one axis.

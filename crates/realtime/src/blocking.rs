@@ -1,4 +1,4 @@
-//! Blocking twins of the asynchronous calls. A browser has none: its event loop must not wait.
+//! Blocking forms of the asynchronous calls, named without `_async`. A browser has none: its event loop must not wait.
 
 use super::{AdapterChoice, Answers, FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, Shader, Target, View};
 use pollster::block_on;

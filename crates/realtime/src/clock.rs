@@ -1,3 +1,9 @@
+//! Times of GPU passes.
+//!
+//! With timestamps, the GPU writes its tick counter at the beginning and the end of a pass into a query set. The two
+//! values are resolved into a buffer and copied into a staging buffer, which the processor reads. Without timestamps
+//! the wall clock around the submission serves instead.
+
 use super::{Gpu, GpuError};
 use web_time::Instant;
 
@@ -7,9 +13,13 @@ pub(super) struct Clock {
     timestamps: Option<Timestamps>,
 }
 
+/// Memory for the two timestamps of a pass.
 struct Timestamps {
+    /// The slots that a pass writes: 0 at its beginning, 1 at its end.
     queries: wgpu::QuerySet,
+    /// The two values, on the GPU.
     resolved: wgpu::Buffer,
+    /// Copy of `resolved` for the processor.
     staging: wgpu::Buffer,
 }
 
@@ -17,6 +27,7 @@ struct Timestamps {
 const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
 
 impl Clock {
+    /// A clock for one pass; with timestamps if the device has them.
     pub(crate) fn new(gpu: &Gpu) -> Self {
         let timestamps = gpu.has_timestamps().then(|| Timestamps {
             queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {

@@ -1,3 +1,12 @@
+//! Access to a GPU through wgpu: choice of an adapter, its device and queue, buffers, submissions, and errors.
+//!
+//! wgpu reports two kinds of errors by callbacks only: validation errors and the loss of the device. The callbacks
+//! store them in [`Faults`], and [`Gpu::check`] returns them as values after each step.
+//!
+//! A *submission* is a list of commands that the queue executes in order. A *staging buffer* is memory that both the
+//! GPU and the processor can reach; results are copied into it and then read. On native platforms [`Gpu`] waits for
+//! each submission. In a browser waiting is impossible, so only reading waits, as a future.
+
 use super::GpuError;
 use futures_channel::oneshot;
 use std::str::FromStr;
@@ -56,12 +65,14 @@ struct Faults {
     listener: Option<Listener>,
 }
 
+/// A function that is called once, with the reason for the loss of the device.
 type Listener = Box<dyn FnOnce(&str) + Send>;
 
-/// An adapter with its device and queue. Nothing here needs a window.
+/// An adapter with its device and queue. No window is needed.
 pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
+    /// Errors that the device's callbacks have stored.
     faults: Arc<Mutex<Faults>>,
 }
 
@@ -75,7 +86,7 @@ impl Gpu {
         Self::open_on_async(choice, wgpu::Backends::all().with_env()).await
     }
 
-    /// [`Gpu::open_async`] with these graphics interfaces only.
+    /// [`Gpu::open_async`] restricted to the graphics interfaces in `backends`.
     ///
     /// # Errors
     /// The errors of [`Gpu::open_async`].
@@ -88,7 +99,7 @@ impl Gpu {
         Self::open_adapter_async(adapter).await
     }
 
-    /// Opens this adapter.
+    /// Opens an adapter that the caller has chosen.
     ///
     /// # Errors
     /// [`GpuError::NoDevice`].
@@ -100,7 +111,7 @@ impl Gpu {
         Ok(Self::adopt(device, queue))
     }
 
-    /// The best accepted adapter of these, as [`Gpu::open_async`] chooses it.
+    /// The best accepted adapter of a list, in the order of [`Gpu::open_async`].
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] where none is accepted.
@@ -132,7 +143,7 @@ impl Gpu {
         }
     }
 
-    /// Takes a device that was opened elsewhere with [`Gpu::device_descriptor`], for instance by a window. Its error
+    /// Wraps a device that was opened elsewhere with [`Gpu::device_descriptor`], for instance by a window. Its error
     /// handlers are replaced.
     pub fn adopt(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let faults = Arc::<Mutex<Faults>>::default();
@@ -207,8 +218,8 @@ impl Gpu {
         lock(&self.faults).listener = Some(Box::new(listener));
     }
 
-    /// Submits work and waits until it is done; in a browser it only submits. A wait there costs a message to another
-    /// process and back. Submissions are done in order, so a later read waits for all of them.
+    /// Submits work and waits until it is done; in a browser it only submits, because a wait costs a message to another
+    /// process and back. Submissions are executed in order, so a later read waits for all of them.
     pub(super) async fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
         let commands = encoder.finish();
         self.check()?;
@@ -261,6 +272,7 @@ impl Gpu {
         Ok(receiver.try_recv().ok().flatten())
     }
 
+    /// Lets wgpu call the callbacks of finished work, after a wait if `until` says so.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
         // wgpu panics when a wait finds the device lost.
@@ -270,11 +282,12 @@ impl Gpu {
         Ok(())
     }
 
+    /// An empty list of commands.
     pub(super) fn encoder(&self) -> wgpu::CommandEncoder {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// A storage buffer whose contents can be copied in and out.
+    /// A storage buffer of `bytes` bytes whose contents can be copied in and out; not initialised.
     pub(super) fn storage(&self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.fits(label, bytes)?;
         Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -288,7 +301,7 @@ impl Gpu {
     /// A storage buffer with these contents.
     pub(super) fn storage_of(&self, label: &str, contents: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.storage(label, contents.len() as u64)?;
-        // Copies whole words; the remaining bytes go into one more.
+        // wgpu writes multiples of four bytes. The remaining bytes are padded to a word of their own.
         let whole = contents.len() / 4 * 4;
         self.queue.write_buffer(&buffer, 0, &contents[..whole]);
         if whole < contents.len() {
@@ -300,6 +313,7 @@ impl Gpu {
         Ok(buffer)
     }
 
+    /// A uniform buffer with these contents.
     pub(super) fn uniform_of(&self, label: &str, contents: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.device.create_buffer_init(&BufferInitDescriptor {
             label: Some(label),
@@ -310,7 +324,7 @@ impl Gpu {
         Ok(buffer)
     }
 
-    /// The first `bytes` of a buffer, a multiple of 4, after all submitted work.
+    /// The first `bytes` bytes of a buffer, a multiple of 4, after all submitted work is done.
     pub(super) async fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
         let staging = self.staging(bytes);
         let mut encoder = self.encoder();
@@ -329,6 +343,7 @@ impl Gpu {
         })
     }
 
+    /// [`Gpu::read_staging`] where there is a buffer; otherwise no bytes.
     pub(super) async fn read_staging_if(&self, staging: Option<&wgpu::Buffer>) -> Result<Vec<u8>, GpuError> {
         match staging {
             Some(staging) => self.read_staging(staging).await,
@@ -336,6 +351,7 @@ impl Gpu {
         }
     }
 
+    /// The contents of a staging buffer, after all submitted work is done.
     pub(super) async fn read_staging(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
         let refused = |reason: String| GpuError::Refused { adapter: self.adapter(), reason };
         let (sender, receiver) = oneshot::channel();

@@ -1,3 +1,6 @@
+//! Errors of the renderer. An *adapter* is a GPU or a software renderer; its *device* is an open connection to it
+//! (device.rs).
+
 use std::path::PathBuf;
 
 /// Reason why a call to the GPU failed.

@@ -1,10 +1,12 @@
-//! Structs that shaders and processor share byte by byte. Tests at the end compare them with the WGSL.
+//! Structs that WGSL shaders and Rust share byte by byte. A test at the end compares their offsets with the WGSL.
+//!
+//! The WGSL files document the members. A vec3 is aligned to 16 bytes, so a number follows each vec3 to fill the gap.
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
 use sunbeam::scattering::{ComplexIndex, Obliquity};
 
-/// A pair of directions for a [`super::Shader`] to answer; twin of `Query` in `query.wgsl`.
+/// A pair of directions for a [`super::Shader`] to answer; same layout as `Query` in `query.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {
@@ -16,17 +18,18 @@ pub struct Query {
     pub wo: [f32; 3],
     /// 1 where the sun is visible, else 0.
     pub lit: u32,
-    /// Texture coordinates.
+    /// Texture coordinates of the mesh, for the pigment.
     pub uv: [f32; 2],
+    /// Fills the struct to a multiple of 16 bytes.
     pub(super) padding: [u32; 2],
 }
 
 impl Query {
-    /// The ray leaves the scene.
+    /// [`Query::kind`] of a ray that leaves the scene.
     pub const NOTHING: u32 = 0;
-    /// The plane z = 0.
+    /// [`Query::kind`] of a ray that meets the ground, the plane z = 0.
     pub const GROUND: u32 = 1;
-    /// The mesh.
+    /// [`Query::kind`] of a ray that meets the mesh.
     pub const SKIN: u32 = 2;
 
     /// A pair of directions in the grating's frame, lit.
@@ -35,7 +38,7 @@ impl Query {
     }
 }
 
-/// The part of the reflectance that does not depend on the relief (docs/model.md#the-reflectance).
+/// Options of the factors of the reflectance that do not depend on the relief (docs/model.md#the-reflectance).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Optics {
     /// The refractive index; `None` reflects everything.
@@ -46,7 +49,7 @@ pub struct Optics {
     pub shadowing: bool,
 }
 
-/// Twin of `Optics` in `optics.wgsl`, which says what each member is.
+/// Layout of `Optics` in `optics.wgsl`, which documents each member.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct OpticsUniform {
@@ -59,7 +62,7 @@ pub(super) struct OpticsUniform {
 }
 
 impl OpticsUniform {
-    /// The optics around a method whose answers mean this.
+    /// The uniform for `optics` around a method whose answers are of the kind `answers`.
     pub(crate) fn new(optics: &Optics, answers: AnswerKind) -> Self {
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
         Self {
@@ -80,7 +83,7 @@ impl OpticsUniform {
     }
 }
 
-/// Twin of `Range` in `shade.wgsl`, which says what each member is.
+/// Layout of `Range` in `shade.wgsl`, which documents each member.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct RangeUniform {
@@ -91,7 +94,7 @@ pub(super) struct RangeUniform {
     pub two: u32,
 }
 
-/// Twin of `Vertex` in `mesh.wgsl`.
+/// Layout of `Vertex` in `mesh.wgsl`, which documents each member.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Vertex {
@@ -101,7 +104,7 @@ pub(super) struct Vertex {
     pub v: f32,
 }
 
-/// Twin of `Node` in `trace.wgsl`, which says what each member is.
+/// Layout of `Node` in `trace.wgsl`, which documents each member.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Node {
@@ -111,7 +114,7 @@ pub(super) struct Node {
     pub next: u32,
 }
 
-/// Twin of `Frame` in `frame.wgsl`, which says what each member is.
+/// Layout of `Frame` in `frame.wgsl`, which documents each member.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct FrameUniform {
@@ -134,7 +137,7 @@ pub(super) struct FrameUniform {
     pub padding: [u32; 2],
 }
 
-/// Twin of `Sunlight` in `sunlight.wgsl`, which says what each member is.
+/// Layout of `Sunlight` in `sunlight.wgsl`, which documents each member.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct SunlightUniform {

@@ -1,6 +1,9 @@
 //! Resolutions of a picture that becomes finer step by step.
+//!
+//! The levels have 1/16, 1/8, 1/4, 1/2 and all of the pixels along each side with one ray for each pixel, and at last
+//! all pixels with the full number of rays. [`next`] skips levels for fast methods.
 
-/// Divisor of the coarsest picture's sides.
+/// Divisor of the coarsest picture's sides. Chosen: the picture has 1/256 of the rays, for slow methods.
 const COARSEST: u32 = 16;
 
 /// Resolution of a picture.
@@ -54,7 +57,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Learns from a picture of so many rays, drawn in `ms` milliseconds.
+    /// Updates the estimate with a picture of `rays` rays that was drawn in `ms` milliseconds.
     pub fn learn(&mut self, rays: f64, ms: f64) {
         let per_ray = ms / rays;
         if self.learnt.is_none_or(|(most, before)| rays >= most || per_ray < before) {
@@ -62,7 +65,7 @@ impl Pace {
         }
     }
 
-    /// Whether so many rays take at most `ms` milliseconds; false before the first picture.
+    /// Whether a picture of `rays` rays is estimated to take at most `ms` milliseconds; false before the first picture.
     pub fn fits(&self, rays: f64, ms: f64) -> bool {
         self.learnt.is_some_and(|(_, per_ray)| per_ray * rays <= ms)
     }

@@ -15,7 +15,7 @@
 //! Supersampling repeats the stages for each sample of a pixel, so memory does not grow with it. Light is direct
 //! sunlight only. Methods are single precision, and only the colour table can conserve energy.
 //!
-//! Calls that wait for the GPU are futures, as a browser needs. On other platforms each has a blocking twin without
+//! Calls that wait for the GPU are futures, as a browser needs. On other platforms each has a blocking form without
 //! `_async` in its name.
 //!
 //! `wi` is the direction to the light, `wo` that to the viewer, both in the grating's frame. Radiance is linear sRGB,

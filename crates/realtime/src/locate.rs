@@ -1,10 +1,15 @@
+//! The locate stage on the processor's side: pipelines, bindings and submissions of `locate.wgsl`, which explains the
+//! lists of pixels `skin`, `bare`, `rest` and `chosen`.
+//!
+//! The length of a list sizes the dispatch of the next pass, so it is read back after each submission.
+
 use super::clock::Clock;
 use super::pipeline::{self, Access};
 use super::scene::Scene;
 use super::target::Target;
 use super::{Gpu, GpuError, program};
 
-/// Pixels or entries that an invocation sorts: `LOCATE_RUN` of `locate.wgsl`.
+/// Number of pixels or entries that an invocation sorts; equal to `LOCATE_RUN` of `locate.wgsl`.
 const RUN: u32 = 32;
 
 /// Bindings of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight,
@@ -35,6 +40,7 @@ pub(super) struct Locate {
 }
 
 impl Locate {
+    /// Compiles the five passes.
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let module = pipeline::module(gpu, "locate", program::locate());
         let layout = pipeline::layout(gpu, &GROUP);
@@ -44,6 +50,7 @@ impl Locate {
         Ok(Self { layout, sort, bare, found, rest, choose })
     }
 
+    /// The bind group for a scene and a target, in the order of [`GROUP`].
     pub(crate) fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
         pipeline::bind_resources(
             gpu,

@@ -1,3 +1,6 @@
+//! Triangle meshes, and their PLY files. A PLY file has an element `vertex` with named numbers and an element `face`
+//! with a list of vertex indices.
+
 use super::GpuError;
 use crate::snake::SnakeMesh;
 use ply_rs_bw::parser::Parser;
@@ -42,9 +45,9 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Names of each number of a vertex in files.
+/// Accepted names of each number of a vertex in PLY files.
 const NUMBERS: [&[&str]; 8] = [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s"], &["v", "t"]];
-/// Names of a face's list of vertices in files.
+/// Accepted names of a face's list of vertex indices in PLY files.
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// The numbers of a vertex, in the order of [`NUMBERS`].
@@ -125,7 +128,7 @@ impl Mesh {
             return refuse("a number that is not finite".to_owned(), "finite numbers only");
         }
         if self.normals.contains(&[0.0; 3]) {
-            return refuse("a normal of length 0".to_owned(), "normals that point somewhere");
+            return refuse("a normal of length 0".to_owned(), "normals of non-zero length");
         }
         Ok(())
     }

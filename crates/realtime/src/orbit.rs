@@ -1,8 +1,13 @@
+//! A camera that orbits its target, moved by drags on the screen.
+//!
+//! The camera lies at `target + distance·d`, where d = (cos a·cos e, sin a·cos e, sin e) for the azimuth a and the
+//! elevation e. z points up.
+
 use super::Camera;
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
-/// Turn of camera or sun in degrees per point of a drag: a drag over 500 points turns by half a circle.
+/// Turn of camera or sun in degrees per point of a drag. Chosen: a drag over 500 points turns by about half a circle.
 pub const DEGREES_PER_POINT: f64 = 0.35;
 
 /// A camera that orbits its target; z is up. Drags are in points of the screen.
@@ -14,7 +19,9 @@ pub struct Orbit {
     distance: f64,
     /// Azimuth of the camera seen from the target, counter-clockwise from +x seen from above.
     azimuth_deg: f64,
+    /// Elevation of the camera seen from the target.
     elevation_deg: f64,
+    /// Horizontal field of view.
     fov_deg: f64,
 }
 
@@ -77,14 +84,15 @@ impl Orbit {
         self.azimuth_deg
     }
 
-    /// Turns the scene along with a drag.
+    /// Turns the camera so that the scene follows a drag by `right` and `down` points.
     pub fn turn(&mut self, right: f32, down: f32) {
         self.azimuth_deg -= DEGREES_PER_POINT * f64::from(right);
         let elevation = self.elevation_deg + DEGREES_PER_POINT * f64::from(down);
         self.elevation_deg = clamp(elevation, &Self::ELEVATION_DEG);
     }
 
-    /// Moves the scene along with a drag in a picture that is `width` points wide.
+    /// Shifts the target so that the scene follows a drag by `right` and `down` points, in a picture that is `width`
+    /// points wide.
     pub fn pan(&mut self, right: f32, down: f32, width: f32) {
         let forward = -self.outward();
         let right_axis = forward.cross(DVec3::Z).normalize();

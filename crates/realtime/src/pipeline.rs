@@ -1,4 +1,7 @@
-//! Pipelines and bind groups.
+//! Short forms of wgpu's calls that create pipelines and bind groups.
+//!
+//! A *bind group* ties buffers and textures to the numbers `@binding(0)`, `@binding(1)`, … of one `@group` in WGSL; its
+//! *layout* says how the shader uses each. A *dispatch* starts workgroups of [`WORKGROUP`] invocations.
 
 use super::{Gpu, GpuError};
 
@@ -13,8 +16,11 @@ pub(super) fn module(gpu: &Gpu, label: &str, source: String) -> wgpu::ShaderModu
 /// Use of a binding by a compute shader.
 #[derive(Clone, Copy)]
 pub(super) enum Access {
+    /// A uniform buffer.
     Uniform,
+    /// A storage buffer that is only read.
     Read,
+    /// A storage buffer that is read and written.
     Write,
     /// A texture of unsigned integers.
     Texture,
@@ -22,11 +28,11 @@ pub(super) enum Access {
 
 /// Invocations of a workgroup in `locate.wgsl` and `resolve.wgsl`.
 const WORKGROUP: u32 = 64;
-/// Most workgroups of a dispatch along one axis, on every adapter (WebGPU's default limit).
+/// Largest number of workgroups of a dispatch along one axis on every adapter; WebGPU's default limit.
 pub(super) const WORKGROUPS_MAX: u32 = 65_535;
 
-/// Dispatches at least `count` invocations, in rows of workgroups. An empty list gets one workgroup, too: drivers
-/// finish compiling at the first dispatch.
+/// Dispatches at least `count` invocations, in rows of workgroups. A `count` of 0 gets one workgroup, too, because
+/// drivers finish compiling at the first dispatch.
 pub(super) fn dispatch_over(pass: &mut wgpu::ComputePass<'_>, count: u32) {
     let groups = count.div_ceil(WORKGROUP).max(1);
     let columns = groups.min(WORKGROUPS_MAX);

@@ -1,4 +1,5 @@
-//! The programs that the GPU runs, each put together from WGSL files.
+//! WGSL programs for the GPU. WGSL has no includes, so a program is the concatenation of the files that it needs. The
+//! head of each file says what it is for.
 
 use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
@@ -8,6 +9,7 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam::wgsl;
 
+// Sources of the files in the folder wgsl, without comments.
 const PAIR: &str = wgsl!("wgsl/pair.wgsl");
 const FRESNEL: &str = wgsl!("wgsl/fresnel.wgsl");
 const SMALL_SLOPE: &str = wgsl!("wgsl/small_slope.wgsl");
@@ -16,47 +18,47 @@ const QUERY: &str = wgsl!("wgsl/query.wgsl");
 const FRAME: &str = wgsl!("wgsl/frame.wgsl");
 const MESH: &str = wgsl!("wgsl/mesh.wgsl");
 const SUNLIGHT: &str = wgsl!("wgsl/sunlight.wgsl");
-/// Maps radiance to encoded values for a screen.
+/// The program of [`super::TonePass`], which maps radiance to encoded values for a screen.
 pub(super) const TONE: &str = wgsl!("wgsl/tone.wgsl");
 const TRACE: &str = wgsl!("wgsl/trace.wgsl");
 
-/// The program of [`super::Shader`].
+/// The program of [`super::Shader`] for a method.
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
     let shade = wgsl!("wgsl/shade.wgsl");
     let around = [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, shade];
     [&[COMMON_WGSL], method.wgsl.as_slice(), &around].concat().join("\n")
 }
 
-/// Finds the triangle that each pixel sees.
+/// The program that finds the nearest triangle of each pixel.
 pub(super) fn raster() -> String {
     [FRAME, MESH, wgsl!("wgsl/raster.wgsl")].join("\n")
 }
 
-/// Draws the mesh as the sun sees it.
+/// The program that draws the sun's depth map.
 pub(super) fn shadow() -> String {
     [SUNLIGHT, MESH, wgsl!("wgsl/shadow.wgsl")].join("\n")
 }
 
-/// Turns triangles into queries.
+/// The program that turns the triangles of pixels into queries.
 pub(super) fn locate() -> String {
     [FRAME, MESH, TRACE, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
 }
 
-/// Turns answered queries into a picture.
+/// The program that turns answered queries into a picture.
 pub(super) fn resolve() -> String {
     [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, wgsl!("wgsl/resolve.wgsl")].join("\n")
 }
 
-/// Every program that is ever compiled, each with a name: for tests, which hand them to other compilers of WGSL.
+/// Every program of this crate with its name, for tests that pass the programs to other compilers of WGSL.
 ///
 /// # Errors
-/// Errors of building the methods' tables. Here they are small.
+/// Errors of building the methods' tables.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let default = MethodOptions::default();
     let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
-    // A grating of one order is solved in no time.
+    // A grating whose period is so short that only order 0 propagates is solved quickly.
     let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05))?.ok_or("this preset is no grating")?;
     let grating = GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none())?;
     let fixed = [

@@ -24,11 +24,11 @@ use crate::{FrameReport, Gpu, GpuError, Optics, Renderer, Scene, Shader, Target,
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Targets kept for the next pictures. While something is dragged, pictures of two sizes alternate, and one target is
-/// shown while another is drawn.
+/// Number of targets kept for the next pictures. Two sizes times two: during a drag, pictures of two sizes alternate,
+/// and one target is shown while another is drawn.
 const TARGETS_KEPT: usize = 4;
 
-/// The finest picture wanted.
+/// The picture to draw, at its full resolution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
     /// Camera, light and rays per pixel.
@@ -51,8 +51,11 @@ pub struct Frame {
     pub is_finest: bool,
     scene: Rc<Scene>,
     shader: Rc<Shader>,
+    /// The job's view with the rays per pixel of the level.
     view: View,
+    /// Number of rays of the picture.
     rays: f64,
+    /// [`Progressive::generation`] when the frame was made.
     generation: u64,
 }
 
@@ -93,7 +96,7 @@ pub struct Progressive {
 }
 
 impl Progressive {
-    /// Nothing to draw yet; the first picture after each change aims at `preview_ms`.
+    /// A state without scene, method and job. The first picture after each change is as fine as `preview_ms` allows.
     pub fn new(preview_ms: f64) -> Self {
         Self {
             scene: None,
@@ -108,19 +111,19 @@ impl Progressive {
         }
     }
 
-    /// Takes another scene. A draft before it stays for coarse pictures.
+    /// Replaces the scene. An earlier draft stays for coarse pictures.
     pub fn set_scene(&mut self, scene: Scene) {
         self.scene = Some(Rc::new(scene));
         self.start_over();
     }
 
-    /// Takes the draft of a scene that will follow; the scene before it goes.
+    /// Replaces the draft and drops the present scene; the full scene of the draft follows later.
     pub fn set_draft(&mut self, draft: Scene) {
         (self.draft, self.scene) = (Some(Rc::new(draft)), None);
         self.start_over();
     }
 
-    /// Takes another method, with the optics of the job.
+    /// Replaces the method and gives it the optics of the job.
     pub fn set_shader(&mut self, gpu: &Gpu, shader: Shader) {
         if let Some(job) = &self.job {
             shader.set_optics(gpu, &job.optics);
@@ -130,7 +133,7 @@ impl Progressive {
         self.start_over();
     }
 
-    /// Takes a job; returns whether it differs from the job before.
+    /// Replaces the job; returns whether it differs from the previous job.
     pub fn set_job(&mut self, gpu: &Gpu, job: Job) -> bool {
         if self.job.as_ref() == Some(&job) {
             return false;
@@ -143,11 +146,12 @@ impl Progressive {
         true
     }
 
-    /// Draws nothing more until there is another job.
+    /// Removes the job: [`Progressive::next_level`] is `None` until there is another job.
     pub fn give_up(&mut self) {
         self.job = None;
     }
 
+    /// Begins with the coarsest picture again, after a change of scene, method or job.
     fn start_over(&mut self) {
         self.latest = None;
         self.generation += 1;
@@ -203,8 +207,8 @@ impl Progressive {
         self.generation == frame.generation
     }
 
-    /// Takes a frame that was drawn and shown in `ms` milliseconds. The time counts for the frame's method, and the
-    /// picture for its job.
+    /// Records a frame that was drawn and shown in `ms` milliseconds. The time updates the estimated speed if the
+    /// method is still the frame's. The picture becomes the latest one if the frame is current.
     pub fn finish(&mut self, frame: &Frame, ms: f64) {
         if self.shader.as_ref().is_some_and(|shader| Rc::ptr_eq(shader, &frame.shader)) {
             self.pace.learn(frame.rays, ms);
@@ -214,13 +218,13 @@ impl Progressive {
         }
     }
 
-    /// The scene shown at this level.
+    /// The scene to draw at a level: the draft for coarse levels and the full scene for fine ones, if both exist.
     fn scene_at(&self, level: Level) -> Option<&Rc<Scene>> {
         let (first, second) = if level.divisor > 1 { (&self.draft, &self.scene) } else { (&self.scene, &self.draft) };
         first.as_ref().or(second.as_ref())
     }
 
-    /// A target of this size that nobody else holds.
+    /// A target of this size that neither a frame nor the caller holds; a new one if there is none.
     fn free_target(&mut self, gpu: &Gpu, size: (u32, u32)) -> Result<Arc<Target>, GpuError> {
         let is_free = |target: &Arc<Target>| Arc::strong_count(target) == 1;
         if let Some(target) = self.targets.iter().find(|target| target.size() == size && is_free(target)) {

@@ -1,3 +1,8 @@
+//! The renderer: runs the four stages of a picture (raster, locate, shade, resolve; lib.rs) for each sample of a pixel.
+//!
+//! Before the first sample, and only if the sun has moved, the sun's depth map is drawn (sunlight.rs). The number of
+//! queries that the locate stage chooses comes back to the processor, which sizes the next two stages by it.
+
 use super::clock::Clock;
 use super::locate::Locate;
 use super::scene::Scene;
@@ -10,13 +15,13 @@ use bytemuck::Zeroable;
 /// GPU times of a picture in ms; see [`Gpu::has_timestamps`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
-    /// The sun's depth map, if the sun has moved, and the triangle of each pixel.
+    /// Time of the sun's depth map, if the sun has moved, and of the triangle of each pixel.
     pub raster: f64,
-    /// Shading frames, directions and shadows.
+    /// Time of shading frames, directions and shadows.
     pub locate: f64,
-    /// The method.
+    /// Time of the method.
     pub shade: f64,
-    /// Pigment, light, and the sum over a pixel's samples.
+    /// Time of pigment, light, and the sum over a pixel's samples.
     pub resolve: f64,
 }
 
@@ -55,10 +60,15 @@ pub struct FrameReport {
 
 /// Draws a [`Scene`] with a [`Shader`] into a [`Target`]. Each may change from picture to picture.
 pub struct Renderer {
+    /// Draws the sun's depth map (shadow.wgsl).
     shadow: wgpu::RenderPipeline,
+    /// Draws the triangle numbers (raster.wgsl).
     raster: wgpu::RenderPipeline,
+    /// Writes the queries (locate.wgsl).
     locate: Locate,
+    /// Adds the answers to the picture (resolve.wgsl).
     resolve: wgpu::ComputePipeline,
+    /// The uniform struct `Frame` of the present sample (frame.wgsl).
     frame: wgpu::Buffer,
 }
 
@@ -118,7 +128,7 @@ impl Renderer {
         Ok(report)
     }
 
-    /// Draws the triangles; returns the time in ms.
+    /// Draws the triangles into the depth map `depth` and, where given, the texture `colour`; returns the time in ms.
     async fn rasterise(
         &self,
         gpu: &Gpu,
@@ -181,6 +191,7 @@ struct Bindings {
 }
 
 impl Bindings {
+    /// Bind groups in the order of the bindings that the WGSL files declare.
     fn new(gpu: &Gpu, renderer: &Renderer, scene: &Scene, shader: &Shader, target: &Target) -> Self {
         let shadow = renderer.shadow.get_bind_group_layout(0);
         let raster = renderer.raster.get_bind_group_layout(0);

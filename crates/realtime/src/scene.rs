@@ -1,21 +1,30 @@
+//! A scene on the GPU: mesh, tree of bounding boxes, pigment and the sun's depth map.
+
 use super::mesh::Mesh;
 use super::scene_data::SceneData;
 use super::sunlight::Sunlight;
 use super::{Gpu, GpuError};
 use crate::snake::PigmentTexture;
 
-/// Texels along each side of the sun's depth map.
+/// Number of texels along each side of the sun's depth map. Chosen: a finer map takes longer to draw, and a coarser one
+/// leaves more pixels to rays.
 const SUNLIGHT_SIDE: u32 = 1024;
-/// Texels along each side of the sun's depth map of a draft.
+/// Number of texels along each side of the sun's depth map of a draft. Chosen for the time of a map while the sun
+/// moves.
 const DRAFT_SUNLIGHT_SIDE: u32 = 256;
 
-/// A mesh and its pigment on the GPU, ready to be seen from anywhere.
+/// A mesh and its pigment on the GPU, to be drawn with any camera and sun.
 pub struct Scene {
+    /// Array of `Vertex` (mesh.wgsl).
     pub(super) vertices: wgpu::Buffer,
+    /// Three vertex indices for each triangle.
     pub(super) triangles: wgpu::Buffer,
+    /// Array of `Node` (trace.wgsl).
     pub(super) nodes: wgpu::Buffer,
+    /// The struct `Pigment` (resolve.wgsl).
     pub(super) pigment: wgpu::Buffer,
     pub(super) sunlight: Sunlight,
+    /// Number of corners of all triangles.
     corners: u32,
 }
 
@@ -28,7 +37,7 @@ impl Scene {
         Self::of(gpu, &SceneData::new(mesh, pigment)?)
     }
 
-    /// Uploads data that were prepared before.
+    /// Uploads data that [`SceneData::new`] has prepared.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
@@ -45,6 +54,7 @@ impl Scene {
         Self::with_sunlight(gpu, data, DRAFT_SUNLIGHT_SIDE)
     }
 
+    /// Uploads data, with `side` texels along each side of the sun's depth map.
     fn with_sunlight(gpu: &Gpu, data: &SceneData, side: u32) -> Result<Self, GpuError> {
         Ok(Self {
             vertices: gpu.storage_of("vertices", data.vertices())?,

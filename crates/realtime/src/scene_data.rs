@@ -1,3 +1,9 @@
+//! A scene as bytes in the layout of the GPU, which another thread or process can prepare.
+//!
+//! The bytes are a [`Header`] and four parts: vertices and tree nodes (layout.rs), vertex indices of the triangles
+//! (three u32 each), and the pigment texture (`Pigment` in resolve.wgsl). The order is vertices, triangles, nodes,
+//! pigment.
+
 use super::GpuError;
 use super::layout::{Node, Vertex};
 use super::mesh::Mesh;
@@ -15,7 +21,7 @@ pub struct SceneData {
     header: Header,
 }
 
-/// Bytes of each part, in their order.
+/// Magic number, length of each part in bytes, and bounding box of the mesh in cm.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 struct Header {
@@ -30,9 +36,10 @@ struct Header {
     high: [f32; 3],
 }
 
-/// Fewest words of a texture: the struct in `resolve.wgsl` has a size that is a multiple of 8 bytes.
+/// Smallest number of u32 of a texture. The struct in `resolve.wgsl` is at least 16 bytes: its size, 12 bytes, is
+/// rounded up to a multiple of 8.
 const PIGMENT_WORDS_MIN: usize = 4;
-/// First word of the bytes of a scene: "sun1".
+/// Magic number at the beginning of the bytes, the characters "sun1".
 const MAGIC: u32 = u32::from_le_bytes(*b"sun1");
 
 impl SceneData {
@@ -85,8 +92,10 @@ impl SceneData {
     /// # Errors
     /// [`GpuError::Mesh`] for bytes that are no scene.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, GpuError> {
-        let refused =
-            || GpuError::Mesh { found: format!("{} bytes", bytes.len()), accepted: "as many as its header says" };
+        let refused = || GpuError::Mesh {
+            found: format!("{} bytes", bytes.len()),
+            accepted: "the number of bytes in its header",
+        };
         let head = bytes.get(..size_of::<Header>()).ok_or_else(refused)?;
         let header = bytemuck::pod_read_unaligned::<Header>(head);
         let counted = [header.vertices, header.triangles, header.nodes, header.pigment];
@@ -129,7 +138,7 @@ impl SceneData {
         (corner(self.header.low), corner(self.header.high))
     }
 
-    /// The part of `bytes` bytes after the parts `before`.
+    /// The part of `bytes` bytes that follows parts with the lengths `before`.
     fn part(&self, before: &[u32], bytes: u32) -> &[u8] {
         let start = size_of::<Header>() + before.iter().map(|&bytes| bytes as usize).sum::<usize>();
         &self.bytes[start..start + bytes as usize]

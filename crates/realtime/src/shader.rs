@@ -1,3 +1,11 @@
+//! A method on the GPU: answers arrays of queries in submissions of bounded time.
+//!
+//! `shade.wgsl` computes `f_r` for the queries (layout.rs) whose indices are listed in a buffer `chosen`. A submission
+//! processes a range of this list. [`Shader`] keeps two numbers that it adapts from submission to submission:
+//!
+//! - the number of queries, so that a submission takes about [`SUBMISSION_MS`];
+//! - the number of parts of an answer (src/methods/common.wgsl), which doubles when the adapter ends long loops early.
+
 use super::clock::Clock;
 use super::layout::{Optics, OpticsUniform, Query, RangeUniform};
 use super::pipeline::{self, Access, WORKGROUPS_MAX};
@@ -8,18 +16,19 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
 use sunbeam::scattering::map_direction;
 
-/// Time in ms that a submission aims at. Drivers reset a GPU that does not answer for a second or two, and a window on
-/// the same GPU should not stutter.
+/// Intended time of a submission in ms. Chosen: drivers reset a GPU that does not answer for a second or two, and a
+/// window on the same GPU should not stutter.
 const SUBMISSION_MS: f64 = 250.0;
-/// Queries of the first submission, before the speed is known.
+/// Number of queries of the first submission, before the speed is known. Chosen small.
 const FIRST_QUERIES: u32 = 1024;
-/// Largest ratio of queries of consecutive submissions: small submissions tell the speed badly.
+/// Largest ratio of the numbers of queries of consecutive submissions. Chosen: start-up time dominates small
+/// submissions, so the speed measured from them is too low.
 const GROWTH: u32 = 8;
 /// Invocations of a workgroup in `shade.wgsl`.
 const WORKGROUP: u32 = 64;
-/// Most parts of an answer.
+/// Largest number of parts of an answer. Chosen; a method that needs more is refused with [`GpuError::CutShort`].
 const PARTS_MAX: u32 = 4096;
-/// Most queries that [`Shader::evaluate_async`] has on the GPU at a time.
+/// Largest number of queries that [`Shader::evaluate_async`] holds on the GPU at a time. Chosen to bound the memory.
 const BATCH: usize = 1 << 20;
 
 /// Bindings of `shade.wgsl`: range, optics, queries, chosen, reflectances, cut_short.
@@ -29,17 +38,24 @@ const OWN_GROUP: [Access; 6] =
 /// A method on the GPU with the optics around it. It answers arrays of queries.
 pub struct Shader {
     pipeline: wgpu::ComputePipeline,
+    /// Group 1 of the bindings: the method's uniform and data.
     method: wgpu::BindGroup,
+    /// The method's uniform struct.
     parameters: wgpu::Buffer,
+    /// The uniform struct [`OpticsUniform`].
     optics: wgpu::Buffer,
     answers: AnswerKind,
+    /// The uniform struct [`RangeUniform`] of the present submission.
     range: wgpu::Buffer,
+    /// Bytes of the method's data.
     bytes: u64,
+    /// Number of answers of the present submission whose loops the adapter ended early.
     cut_short: wgpu::Buffer,
-    /// Queries of the next submission.
+    /// Number of queries of the next submission.
     queries: AtomicU32,
     /// Number of parts of an answer.
     parts: AtomicU32,
+    /// Whether the work is to be stopped; set by another thread.
     stop: Arc<AtomicBool>,
 }
 
@@ -54,7 +70,7 @@ pub struct Answers {
     pub submissions: u32,
 }
 
-/// Time and submissions of a run.
+/// Time in ms and number of submissions of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Spent {
     pub gpu_ms: f64,
@@ -120,7 +136,8 @@ impl Shader {
         gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&uniform));
     }
 
-    /// Takes a flag that ends answers and pictures with [`GpuError::Stopped`], after the present submission.
+    /// Registers a flag. When it is set, answers and pictures end with [`GpuError::Stopped`] after the present
+    /// submission.
     pub fn stop_when(&mut self, flag: Arc<AtomicBool>) {
         self.stop = flag;
     }
@@ -192,7 +209,7 @@ impl Shader {
         pipeline::bind(gpu, &layout, &[&self.range, &self.optics, queries, chosen, reflectances, &self.cut_short])
     }
 
-    /// The optics' uniform, which also weights the pigment.
+    /// The uniform of the optics, which `resolve.wgsl` reads too, to weight the pigment.
     pub(super) fn optics(&self) -> &wgpu::Buffer {
         &self.optics
     }
@@ -203,6 +220,7 @@ impl Shader {
         let mut spent = Spent::default();
         let mut first = 0;
         while first < count {
+            // Number of queries of this submission.
             let some = self.queries.load(Relaxed).min(count - first);
             let parts = self.parts.load(Relaxed);
             let mut longest_ms = 0.0f64;
@@ -221,6 +239,7 @@ impl Shader {
                     break;
                 }
             }
+            // Repeats the range with twice the number of parts.
             if cut_short {
                 if parts >= PARTS_MAX {
                     return Err(GpuError::CutShort { adapter: gpu.adapter() });
@@ -261,7 +280,8 @@ impl Shader {
     }
 }
 
-/// Number of queries of the next submission, after submissions of `some` of `planned` queries took at most `ms`.
+/// Number of queries of the next submission. `planned` queries were intended for the last one, `some` were submitted,
+/// and the longest of its parts took `ms` milliseconds.
 fn next_queries(planned: u32, some: u32, ms: f64) -> u32 {
     let fitting = f64::from(some) * SUBMISSION_MS / ms.max(1e-6);
     if some < planned && fitting > f64::from(planned) {

@@ -1,3 +1,5 @@
+//! Shapes that carry the relief in a picture: the snake, a square and a sphere.
+
 use super::{GpuError, Mesh};
 use crate::snake::{PigmentTexture, SnakeError, SnakeMesh, SnakeOptions, pigment_texture};
 use serde::{Deserialize, Serialize};
@@ -5,7 +7,8 @@ use std::f64::consts::{PI, TAU};
 use std::str::FromStr;
 use sunbeam::colour::srgb_bytes;
 
-/// Number of cells of the sphere around its axis, and from pole to pole.
+/// Number of cells of the sphere around its axis, and from pole to pole. Chosen: cells are square at the equator, and
+/// the outline looks round.
 const SPHERE_CELLS: (u32, u32) = (192, 96);
 
 /// A shape that carries the relief, in view of the default camera. Lengths are in cm; z is up.

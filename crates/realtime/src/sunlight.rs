@@ -1,3 +1,9 @@
+//! The sun's depth map: an orthographic depth buffer of the mesh, seen from the sun.
+//!
+//! The map covers a box with one axis towards the sun that contains the mesh's bounding box. shadow.wgsl draws it, and
+//! locate.wgsl reads it to decide whether the sun is visible. It is drawn again only when the sun has moved:
+//! [`Sunlight::begins`], drawing, [`Sunlight::copy`], [`Sunlight::ends`].
+
 use super::layout::SunlightUniform;
 use super::target::DEPTH_FORMAT;
 use super::{Gpu, GpuError};
@@ -5,7 +11,8 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use std::sync::{Mutex, PoisonError};
 
-/// Empty texels of the map on each side of the mesh: a point outside the map is lit.
+/// Width in texels of the empty border around the mesh. Chosen: the four texels around a point of the mesh always
+/// exist, and a point outside the map is lit.
 const MARGIN: f64 = 4.0;
 
 /// The sun's depth map of the mesh, drawn again when the sun has moved.
@@ -15,6 +22,7 @@ pub(super) struct Sunlight {
     side: u32,
     /// The map's depths, rows from the top.
     pub depths: wgpu::Buffer,
+    /// The uniform struct [`SunlightUniform`].
     pub uniform: wgpu::Buffer,
     /// Opposite corners of the box around the mesh.
     low: DVec3,
@@ -47,8 +55,8 @@ impl Sunlight {
         })
     }
 
-    /// Prepares the map for this sun. True where it has to be drawn; the caller then draws it and calls
-    /// [`Sunlight::ends`].
+    /// Prepares the map for the direction `to_sun`, a unit vector. Returns whether the map has to be drawn; the caller
+    /// then draws it and calls [`Sunlight::ends`].
     pub(crate) fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         if *drawn == Some(to_sun) {
@@ -59,7 +67,7 @@ impl Sunlight {
         true
     }
 
-    /// Records that the map is drawn for this sun.
+    /// Records that the map is drawn for the direction `to_sun`.
     pub(crate) fn ends(&self, to_sun: [f64; 3]) {
         *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = Some(to_sun);
     }
@@ -88,7 +96,7 @@ impl Sunlight {
         let (right, up) = to_sun.any_orthonormal_pair();
         let half = 0.5 * (self.high - self.low);
         let margin = 1.0 + 2.0 * MARGIN / f64::from(self.side);
-        // The box of a flat mesh has a volume, too.
+        // At least 1e-6 cm: the extents are divided by, also for a flat mesh.
         let extent = |axis: DVec3| (margin * axis.abs().dot(half)).max(1e-6) as f32;
         SunlightUniform {
             centre: centre.as_vec3().to_array(),

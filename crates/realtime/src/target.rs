@@ -1,9 +1,11 @@
+//! Memory of a picture on the GPU: textures of the rasteriser, buffers of the later stages (lib.rs), and the picture.
+
 use super::layout::Query;
 use super::{Gpu, GpuError};
 
-/// Bytes of the lists of `locate.wgsl` per pixel: a word of `skin` or `bare`, and a word of `rest`.
+/// Bytes of the lists of `locate.wgsl` per pixel: a u32 of `skin` or `bare`, and a u32 of `rest`.
 const LISTED_BYTES: u64 = size_of::<[u32; 2]>() as u64;
-/// Accepted sides of a picture in pixels.
+/// Accepted sides of a picture in pixels. A column or row fits in the 16 bits of an entry of the lists.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
 /// Format of the rasteriser's triangle numbers.
@@ -15,13 +17,19 @@ pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 pub struct Target {
     width: u32,
     height: u32,
+    /// The rasteriser's triangle number plus 1 of each pixel.
     pub(super) seen: wgpu::TextureView,
+    /// The rasteriser's depth buffer.
     pub(super) depth: wgpu::TextureView,
+    /// One [`Query`] for each pixel.
     pub(super) queries: wgpu::Buffer,
+    /// Indices of the queries that the method answers.
     pub(super) chosen: wgpu::Buffer,
     /// The struct `Lists` of `locate.wgsl`.
     pub(super) lists: wgpu::Buffer,
+    /// The method's answers, four `f32` for each pixel.
     pub(super) reflectances: wgpu::Buffer,
+    /// Radiance, four `f32` for each pixel.
     picture: wgpu::Buffer,
 }
 

@@ -1,3 +1,5 @@
+//! The last pass before the screen: tone mapping and sRGB encoding (tone.wgsl).
+
 use super::program;
 
 /// Tone-maps and encodes pictures of linear radiance for a screen, on the GPU.
@@ -44,8 +46,8 @@ impl TonePass {
         Self { pipeline, uniform }
     }
 
-    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) of `width` pixels a row, brightened by
-    /// `stops`.
+    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) whose rows have `width` pixels. The
+    /// radiance is multiplied by `2^stops`.
     pub fn draw(
         &self,
         device: &wgpu::Device,
@@ -55,8 +57,9 @@ impl TonePass {
         shown: &wgpu::TextureView,
         stops: f64,
     ) {
-        let words = [(stops.exp2() as f32).to_bits(), width, 0, 0];
-        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&words));
+        // The struct `Tone` of tone.wgsl, padded.
+        let uniform = [(stops.exp2() as f32).to_bits(), width, 0, 0];
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("tone"),
             layout: &self.pipeline.get_bind_group_layout(0),

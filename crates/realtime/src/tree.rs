@@ -1,3 +1,6 @@
+//! A tree of axis-aligned bounding boxes over the triangles of a mesh, for rays (trace.wgsl). The crate `bvh` builds
+//! it.
+
 use super::layout::Node;
 use super::mesh::Mesh;
 use bvh::aabb::{Aabb, Bounded};
@@ -8,6 +11,7 @@ use nalgebra::Point3;
 /// A triangle for the builder of the tree.
 struct Shape {
     bounds: Aabb<f32, 3>,
+    /// Index of the triangle's node; the builder requires a place for it, and nothing reads it here.
     node: usize,
 }
 
@@ -27,7 +31,7 @@ impl BHShape<f32, 3> for Shape {
     }
 }
 
-/// A tree of boxes over the triangles, as a list in depth-first order, which `trace.wgsl` walks.
+/// The tree as a list in depth-first order; trace.wgsl explains the members `triangle` and `next`.
 pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
     let mut shapes: Vec<Shape> = mesh
         .triangles
@@ -58,14 +62,14 @@ mod tests {
         let mut seen = vec![0; mesh.triangles.len()];
         // Boxes around the present node, with the ends of their subtrees.
         let mut open: Vec<(&Node, usize)> = Vec::new();
-        for (at, node) in nodes.iter().enumerate() {
-            open.retain(|&(_, end)| at < end);
-            assert!(node.next as usize > at && node.next as usize <= nodes.len());
+        for (index, node) in nodes.iter().enumerate() {
+            open.retain(|&(_, end)| index < end);
+            assert!(node.next as usize > index && node.next as usize <= nodes.len());
             if node.triangle == u32::MAX {
                 open.push((node, node.next as usize));
                 continue;
             }
-            assert_eq!(node.next as usize, at + 1);
+            assert_eq!(node.next as usize, index + 1);
             seen[node.triangle as usize] += 1;
             for corner in mesh.triangles[node.triangle as usize] {
                 let p = mesh.positions[corner as usize];

@@ -1,3 +1,8 @@
+//! Camera, sun and blending of a picture, and the uniform struct that carries them to the shaders (frame.wgsl).
+//!
+//! The defaults are those of the Mitsuba scene of the snake (mitsuba_scenes), so that pictures can be compared. Lengths
+//! are in cm, z points up, and azimuths are counter-clockwise from +x seen from above.
+
 use super::GpuError;
 use super::layout::FrameUniform;
 use glam::DVec3;
@@ -44,7 +49,8 @@ impl Default for Light {
 }
 
 impl Light {
-    /// Lowest elevation of the sun in the interfaces, in degrees: at 0 no surface is lit.
+    /// Lowest elevation of the sun that sliders of the interfaces offer, in degrees. Chosen above 0, at which the
+    /// ground is dark.
     pub const ELEVATION_MIN_DEG: f64 = 0.5;
 
     /// The sun at an azimuth in degrees, counter-clockwise from +x seen from above, and an elevation in degrees.
@@ -61,7 +67,7 @@ impl Light {
         Ok(Self { to_sun: toward(azimuth_deg, elevation_deg) })
     }
 
-    /// The sun in this direction, a vector of any length.
+    /// The sun in the direction of a vector of any length.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] unless it is finite and not zero.
@@ -103,7 +109,7 @@ pub enum Blend {
 impl FromStr for Blend {
     type Err = GpuError;
 
-    /// `physical`, `mix` (with a share of one half) or `none`.
+    /// Parses `physical`, `mix` (a mix of equal parts) or `none`.
     fn from_str(name: &str) -> Result<Self, GpuError> {
         match name {
             "physical" => Ok(Self::Physical),
@@ -115,7 +121,7 @@ impl FromStr for Blend {
     }
 }
 
-/// Camera, light and blending of a picture. A change of them rebuilds nothing.
+/// Camera, light and blending of a picture. A change needs no rebuilding of tables, meshes or programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The camera.
@@ -126,7 +132,7 @@ pub struct View {
     pub blend: Blend,
     /// Whether there is a ground: a plane of [`SOIL`] at z = 0.
     pub ground: bool,
-    /// Rotation of the grating against the tangent, in degrees.
+    /// Angle in degrees from the tangent of the mesh along u to the relief's x axis, about the normal.
     pub rotation_deg: f64,
     /// Rays along each side of a pixel, 1 to 64, through the centres of equal squares. The pixel is their mean.
     pub supersample: u32,
@@ -214,6 +220,7 @@ impl View {
     }
 }
 
+/// The error for a parameter out of range.
 fn refuse<T>(parameter: &'static str, found: &dyn std::fmt::Debug, accepted: &'static str) -> Result<T, GpuError> {
     Err(GpuError::Parameter { parameter, found: format!("{found:?}"), accepted })
 }

@@ -4,7 +4,11 @@
 //!
 //! - *field* is u (Ey or Hy), *flux* is ∂νu times the speed of the nodes;
 //! - the field in the air satisfies `(½ − K)·u + S·flux = incident`;
-//! - order m receives `from_field·u + from_flux·flux`, Green's formula with the plane wave of the order.
+//! - order m receives `from_field·u + from_flux·flux`, Green's formula with the plane wave of the order;
+//! - *response* is W times the speed of the nodes, from field to flux (`metal.rs`);
+//! - D differentiates with respect to the nodes' parameter τ (`discretisation.rs`), so `D·u` is ∂su times the speed.
+//!
+//! An incident wave of order m goes as e^{iαm·x − iβm·z}, an outgoing one as e^{iαm·x + iβm·z}.
 
 use crate::discretisation::Discretisation;
 use crate::layers::layers;
@@ -18,7 +22,8 @@ use std::f64::consts::TAU;
 /// go as the square root of the distance, so t moves them by about 1e-5.
 const CUTOFF_DISTANCE: f64 = 1e-11;
 
-/// Coupling of Ey and Hy below which they are solved separately: rounding of ky = 0.
+/// Magnitude of the coupling `(ky/k)(1 − κ²/κm²)` below which Ey and Hy are solved separately. Chosen at the rounding
+/// of ky = 0.
 const COUPLING_MIN: f64 = 1e-12;
 
 /// The air above one profile at one (t, b): layers and orders, for any wavelength and lower medium.
@@ -37,9 +42,13 @@ const COUPLING_MIN: f64 = 1e-12;
 /// # Ok::<(), sunbeam_rigorous::Error>(())
 /// ```
 pub struct Air<'a> {
+    /// Nodes of the profile.
     mesh: &'a Discretisation,
+    /// κd/2π: period in wavelengths of κ.
     t: f64,
+    /// Bloch phase in turns.
     b: f64,
+    /// Indices m of the propagating orders, ascending.
     orders: Vec<i32>,
     /// αm of the orders, in 1/µm.
     alpha: Vec<f64>,
@@ -62,6 +71,10 @@ pub struct Air<'a> {
 }
 
 impl<'a> Air<'a> {
+    /// Computes layers, derivative, incident waves and radiation matrices at (t, b).
+    ///
+    /// # Errors
+    /// Special functions that overflow.
     pub(crate) fn new(mesh: &'a Discretisation, t: f64, b: f64) -> Result<Self, Error> {
         let period = mesh.profile().period_um();
         let t = away_from_cutoffs(t, b);
@@ -73,8 +86,8 @@ impl<'a> Air<'a> {
         let beta: Vec<f64> = orders
             .iter()
             .map(|&m| {
-                let at = b + f64::from(m);
-                along * ((t - at) * (t + at)).sqrt()
+                let turns = b + f64::from(m);
+                along * ((t - turns) * (t + turns)).sqrt()
             })
             .collect();
         let nodes = &mesh.coarse;
@@ -176,13 +189,16 @@ impl<'a> Air<'a> {
         Ok(Amplitudes::new(&self.orders, &self.alpha, &self.beta, amplitude, vec![[0.0; 2]; count]))
     }
 
-    /// Solves for Ey and Hy above a medium of this index; its `response` W eliminates the fluxes.
+    /// Solves for Ey and Hy above a medium of refractive index `index`, at wave number k (1/µm) in vacuum.
+    ///
+    /// `response` eliminates the fluxes from the equations. Then come the fluxes, the amplitudes of all orders, and the
+    /// power that crosses into the medium.
     fn solve_with(&self, index: Complex64, k: f64, response: &Matrix) -> Result<Amplitudes, Error> {
         let (n, count) = (self.mesh.nodes(), self.orders.len());
         let ky = Complex64::new(self.ky_squared(k), 0.0).sqrt();
         let kappa_squared = self.kappa() * self.kappa();
         let kappa_m_squared = index * index * k * k - ky * ky;
-        // ∂νE = electric·W E − coupling·∂sH and ∂νH = magnetic·W H + coupling·∂sE.
+        // Coefficients of ∂νE = electric·W E − coupling·∂sH and ∂νH = magnetic·W H + coupling·∂sE (`lib.rs`).
         let electric = kappa_squared * index * index / kappa_m_squared;
         let magnetic = kappa_squared / kappa_m_squared;
         let coupling = ky / k * (1.0 - magnetic);
@@ -209,7 +225,8 @@ impl<'a> Air<'a> {
             |field: &Matrix, flux: &Matrix| product(&self.from_field, field) + product(&self.from_flux, flux);
         let (out_e, out_h) = (radiated(&fields_e, &flux_e), radiated(&fields_h, &flux_h));
         // Columns: incident Ey of each order, then incident Hy of each order.
-        let amplitude = |out: usize, from: usize| [&out_e, &out_h].map(|of| [of[(out, from)], of[(out, count + from)]]);
+        let amplitude =
+            |out: usize, from: usize| [&out_e, &out_h].map(|wave| [wave[(out, from)], wave[(out, count + from)]]);
         let absorbed = (0..count)
             .map(|from| {
                 [from, count + from].map(|column| {
@@ -272,7 +289,7 @@ fn join_columns(left: &Matrix, right: &Matrix) -> Matrix {
     from_fn(left.nrows(), split + right.ncols(), |i, j| if j < split { left[(i, j)] } else { right[(i, j - split)] })
 }
 
-/// t, moved away from the cut-offs of orders.
+/// t, raised by twice [`CUTOFF_DISTANCE`] where it lies within that distance of a cut-off, |b + m| = t.
 fn away_from_cutoffs(t: f64, b: f64) -> f64 {
     let nearest = |p: f64| (p - p.round()).abs();
     if nearest(t - b).min(nearest(t + b)) < CUTOFF_DISTANCE { t + 2.0 * CUTOFF_DISTANCE } else { t }

@@ -26,8 +26,11 @@ pub type Jones = [[Complex64; 2]; 2];
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amplitudes {
+    /// Indices of the orders, ascending.
     orders: Vec<i32>,
+    /// αm of the orders, in 1/µm.
     alpha: Vec<f64>,
+    /// βm of the orders, in 1/µm.
     beta: Vec<f64>,
     /// Jones matrices, indexed `[out · orders + in]`.
     jones: Vec<Jones>,
@@ -36,7 +39,8 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// `amplitude(out, in)` is the matrix before the weights √(βm/βn), by position among the orders.
+    /// Collects the Jones matrices. `amplitude(out, in)` is the matrix before the weights √(βm/βn), by position among
+    /// the orders.
     pub(crate) fn new(
         orders: &[i32],
         alpha: &[f64],

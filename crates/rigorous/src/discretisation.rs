@@ -1,4 +1,9 @@
 //! A profile with nodes on it, for any wavelength and direction; and the number of nodes that a problem needs.
+//!
+//! Unknown fields live on *coarse* nodes. Integrals of the lower medium run over *fine* nodes, `oversampling` times as
+//! many, because fields in a metal vary within the skin depth 1/Im(kn). `nodes.rs` defines nodes and their parameter τ,
+//! `lib.rs` the symbols t, b, κ and αm. In the comments of constants, *checks of power* are
+//! [`Amplitudes::balance_error`](crate::Amplitudes::balance_error) over the tested gratings.
 
 use crate::error::{finite, positive};
 use crate::interpolation::Interpolation;
@@ -13,6 +18,16 @@ use std::f64::consts::{PI, TAU};
 const NODES_MIN: usize = 24;
 /// Fewest nodes that [`Resolution::new`] returns. Chosen by the checks of power.
 const NODES_DEFAULT: usize = 64;
+/// Fewest nodes for each Fourier harmonic of a smooth profile. Chosen: the fields have higher harmonics than the
+/// relief.
+const NODES_PER_HARMONIC: usize = 8;
+/// Fewest nodes on average for each edge. Chosen: twice the smallest number on an edge (`nodes.rs`).
+const NODES_PER_EDGE: usize = 16;
+/// Fewest nodes for each wavelength κ on one period that [`Discretisation::air`] accepts. Chosen above the two of the
+/// sampling theorem.
+const NODES_PER_WAVE_MIN: f64 = 3.0;
+/// Smallest oversampling above an absorbing medium or a profile with corners. Chosen.
+const OVERSAMPLING_MIN: usize = 3;
 /// Most nodes on one period. Chosen: a system of 2 × 2048 unknowns takes half a minute on one core.
 pub(crate) const NODES_MAX: usize = 2048;
 
@@ -25,14 +40,16 @@ pub struct Resolution {
     pub oversampling: usize,
 }
 
-/// Largest step along the curve in skin depths. Twice the step leaves a hundred times the error.
+/// Largest step along the curve between fine nodes, in skin depths. Chosen: twice the step leaves a hundred times the
+/// error.
 const SKIN_DEPTHS: f64 = 0.9;
 /// Largest oversampling. Chosen: beyond it more nodes are cheaper than finer integrals.
 const OVERSAMPLING_MAX: usize = 15;
 /// Nodes for each wavelength along a smooth curve, in air or in the medium, whichever is shorter. Chosen by the checks
 /// of power.
 const NODES_PER_WAVE_SMOOTH: f64 = 9.0;
-/// Nodes for each wavelength along a curve with corners, towards which nodes are graded.
+/// Nodes for each wavelength along a curve with corners. Chosen larger than for smooth curves: grading towards the
+/// corners widens steps in the middle of an edge.
 const NODES_PER_WAVE_EDGES: f64 = 13.0;
 
 impl Resolution {
@@ -59,15 +76,18 @@ impl Resolution {
         };
         let waves = profile.arc_um() * k / TAU * index.re.max(1.0);
         let (least, per_wave) = match &profile.shape {
-            Shape::Smooth(harmonics) => (NODES_DEFAULT.max(8 * harmonics.len()), NODES_PER_WAVE_SMOOTH),
-            Shape::Edges(edges) => (NODES_DEFAULT.max(16 * edges.len()), NODES_PER_WAVE_EDGES),
+            Shape::Smooth(harmonics) => {
+                (NODES_DEFAULT.max(NODES_PER_HARMONIC * harmonics.len()), NODES_PER_WAVE_SMOOTH)
+            }
+            Shape::Edges(edges) => (NODES_DEFAULT.max(NODES_PER_EDGE * edges.len()), NODES_PER_WAVE_EDGES),
         };
         let nodes = least.max((per_wave * waves).min(1e9) as usize).next_multiple_of(4);
         if nodes > NODES_MAX || *medium == Medium::Perfect {
             return Ok(Self { nodes, oversampling: 1 });
         }
         let steps = widest_step(profile, &distribute_nodes(profile, nodes)) * k * index.im / SKIN_DEPTHS;
-        let oversampling = if index.im > 0.0 || profile.has_corners() { 3.max(steps.ceil() as usize) } else { 1 };
+        let oversampling =
+            if index.im > 0.0 || profile.has_corners() { OVERSAMPLING_MIN.max(steps.ceil() as usize) } else { 1 };
         // Beyond the largest oversampling the nodes themselves are multiplied.
         let excess = (oversampling as f64 / OVERSAMPLING_MAX as f64).max(1.0);
         let oversampling = oversampling.min(OVERSAMPLING_MAX) / 2 * 2 + 1;
@@ -105,11 +125,12 @@ pub struct Discretisation {
     /// Nodes of the lower medium's integrals: `oversampling` for each coarse one, of which the middle one coincides
     /// with it.
     pub(crate) fine: Nodes,
+    /// Interpolation of fields from the coarse to the fine nodes.
     pub(crate) interpolation: Interpolation,
 }
 
 impl Discretisation {
-    /// Places nodes on a profile.
+    /// Distributes nodes over a profile.
     ///
     /// # Errors
     /// Fewer than 24 nodes or more than 2048, an even oversampling or one above 15.
@@ -150,15 +171,16 @@ impl Discretisation {
     /// t not above 0 or above a third of the nodes, b not finite, or special functions that overflow.
     pub fn air(&self, t: f64, b: f64) -> Result<Air<'_>, Error> {
         positive("t", t)?;
-        // Three nodes for each wavelength.
-        if t > self.nodes() as f64 / 3.0 {
+        if t > self.nodes() as f64 / NODES_PER_WAVE_MIN {
             return Err(Error::OutOfRange { quantity: "t", found: t, accepted: "up to a third of the nodes" });
         }
         Air::new(self, t, finite("b", b)?)
     }
 
-    /// Matrix of the derivative with respect to the nodes' parameter, for functions with Bloch phase `bloch` (turns):
-    /// the trigonometric differentiation matrix applied to `u·e^{−iαx}`, α = 2π·bloch/d.
+    /// Matrix D of the derivative with respect to the nodes' parameter τ, for functions with Bloch phase `bloch`
+    /// (turns).
+    ///
+    /// It is the trigonometric differentiation matrix applied to the periodic function `u·e^{−iαx}`, α = 2π·bloch/d.
     pub(crate) fn derivative(&self, bloch: f64) -> Matrix {
         let (nodes, n) = (&self.coarse, self.coarse.len());
         let alpha = TAU * bloch / nodes.period;

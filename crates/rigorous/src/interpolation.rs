@@ -1,13 +1,15 @@
 //! Lagrange interpolation from nodes to finer nodes, for functions with a Bloch phase.
+//!
+//! Interpolation is local, by polynomials of degree 16 in the nodes' parameter, rather than by trigonometric functions
+//! of the whole period. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable)
+//! needs. A node beyond the end of the period is one within it, times the Bloch factor e^{±2πib}.
 
 use crate::linear::{Matrix, zeros};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Nodes on either side that a value is interpolated from. Chosen: its error is far below that of the quadrature.
-///
-/// Interpolation is local, by polynomials rather than by trigonometric functions of the whole period. The response of a
-/// metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) needs.
+/// Nodes on either side of a node from which a value is interpolated. Chosen: the error of interpolation is far below
+/// that of the quadrature.
 const REACH: usize = 8;
 /// Nodes that a value is interpolated from.
 const WIDTH: usize = 2 * REACH + 1;
@@ -21,14 +23,16 @@ pub(crate) struct Interpolation {
 }
 
 impl Interpolation {
+    /// Computes the weights of the Lagrange polynomials at the `factor` finer nodes around a node.
     pub(crate) fn new(nodes: usize, factor: usize) -> Self {
         let weights = (0..factor)
             .map(|i| {
-                let at = (i as f64 - (factor / 2) as f64) / factor as f64;
+                // Distance of the finer node from its node, in nodes.
+                let offset = (i as f64 - (factor / 2) as f64) / factor as f64;
                 let mut weights = [1.0; WIDTH];
                 for (j, weight) in weights.iter_mut().enumerate() {
                     for other in (0..WIDTH).filter(|&other| other != j) {
-                        *weight *= (at + REACH as f64 - other as f64) / (j as f64 - other as f64);
+                        *weight *= (offset + REACH as f64 - other as f64) / (j as f64 - other as f64);
                     }
                 }
                 weights
@@ -37,7 +41,7 @@ impl Interpolation {
         Self { nodes, weights }
     }
 
-    /// The product `layer·B`, with B the matrix of the interpolation at a Bloch phase in turns.
+    /// The product `layer·B`, with B the matrix of the interpolation (finer nodes × nodes) at a Bloch phase in turns.
     pub(crate) fn apply(&self, layer: &Matrix, bloch: f64) -> Matrix {
         let (factor, n) = (self.weights.len(), self.nodes);
         let mut result = zeros(layer.nrows(), n);
@@ -74,7 +78,7 @@ mod tests {
         for i in 0..n * factor {
             let sum: Complex64 = (0..n).map(|j| interpolation[(i, j)] * wave((j as f64 + 0.5) / n as f64)).sum();
             let exact = wave((i as f64 + 0.5) / (n * factor) as f64);
-            // (hk)^17 (8!)²/17! at 14 nodes a wave is 1e-10.
+            // Remainder of the Lagrange polynomial, (hk)^17 (8!)²/17!: 1e-10 for a step h at 14 nodes a wavelength.
             assert!((sum - exact).norm() < 1e-9, "{i}: {sum}, not {exact}");
         }
     }

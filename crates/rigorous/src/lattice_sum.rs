@@ -3,6 +3,16 @@
 //! `F(x, z) = Σ_{p≠0} e^{2πibp} (i/4) H₀⁽¹⁾(k·|(x − pd, z)|)`, for period d, Bloch phase b (turns) and wave number k of
 //! the medium. Without the source p = 0, F is smooth in the box |x| ≤ d/2, |z| ≤ height.
 //!
+//! | symbol | meaning |
+//! | --- | --- |
+//! | x, z | vector from the source p = 0 to the field point, in µm |
+//! | d, b | period in µm, Bloch phase in turns |
+//! | k | wave number in the medium, in rad/µm; complex where the medium absorbs |
+//! | E | wave number that splits Ewald's sums (`split`), in 1/µm |
+//! | α, γ | order n: wave number 2π(b + n)/d along x, and decay rate √(α² − k²) along \|z\| |
+//! | R_p | distance from source p to the field point |
+//! | T_n | Chebyshev polynomial of degree n |
+//!
 //! The sum converges too slowly to be added directly. Ewald's method splits it at a wave number E (`split`) into two
 //! sums that converge as Gaussians: one over the diffraction orders, one over the periods (Capolino, Wilton & Johnson,
 //! IEEE Trans. Antennas Propag. 53, 2005). It is evaluated on a grid of Chebyshev nodes; [`LatticeSum`] interpolates by
@@ -17,19 +27,32 @@ use std::f64::consts::{PI, TAU};
 
 /// Exponent beyond which terms of Ewald's sums are neglected: e^−38 = 3e-17.
 const EXPONENT_MAX: f64 = 38.0;
-/// Largest |k|/2E. Both sums grow as e^{(|k|/2E)²} before they cancel: here by 21.
+/// Largest |k|/2E. Both sums grow as e^{(|k|/2E)²} before they cancel. Chosen: the growth is then a factor of 21, about
+/// one decimal digit.
 const SPLIT_MAX: f64 = 1.75;
-/// Largest accepted ratio of the last Chebyshev coefficients to the largest one.
+/// Largest accepted ratio of the last Chebyshev coefficients to the largest one. Chosen far below the error of the
+/// quadrature.
 const TAIL_MAX: f64 = 1e-9;
-/// Most Chebyshev terms along each axis; `limits.rs` derives the largest period and height from it.
+/// Most Chebyshev terms along each axis. Chosen; `limits.rs` derives the largest period and height from it.
 const TERMS_MAX: usize = 400;
-/// Enlargement of the box, so that points on its border lie inside despite rounding.
+/// Enlargement factor of the box, so that points on its border lie inside despite rounding. Chosen.
 const MARGIN: f64 = 1.0001;
+/// Smallest half height of the box in periods, so that the box of a flat relief is not empty. Chosen.
+pub(crate) const HALF_HEIGHT_MIN: f64 = 1e-3;
+/// Smallest accepted |γ|/|k|; smaller ones are replaced by it. Chosen: a pole at γ = 0 stays finite.
+const DECAY_MIN: f64 = 1e-8;
+/// Relative size at which the series of [`Ewald::weights`] ends. Chosen below the rounding of double precision.
+const WEIGHT_MIN: f64 = 1e-18;
+/// Most terms of [`Ewald::weights`]. Chosen: [`SPLIT_MAX`] needs fewer.
+const WEIGHTS_MAX: usize = 60;
 
 /// F and its gradient as polynomials over the box |x| ≤ d/2, |z| ≤ height.
 pub(crate) struct LatticeSum {
+    /// Half width of the box along x, in µm.
     half_x: f64,
+    /// Half height of the box along z, in µm.
     half_z: f64,
+    /// Number of polynomials in x.
     terms_x: usize,
     /// Number of even polynomials in z; F is even in z.
     terms_z: usize,
@@ -54,10 +77,11 @@ impl LatticeSum {
         height: f64,
         near: &Radial,
     ) -> Result<Self, Error> {
-        let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(1e-3 * period));
+        let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         let size = wave_number.norm();
-        // First guess of the terms, measured to suffice in most cases; both grow until the last coefficients are small.
+        // First guess of the terms, measured to suffice in most cases. Both numbers grow until the last coefficients
+        // are small; they affect speed only.
         let mut terms_x = (26 + (0.65 * size * half_x) as usize).min(TERMS_MAX);
         let mut terms_z = (2 * (5 + (0.5 * size * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
         loop {
@@ -80,7 +104,7 @@ impl LatticeSum {
         }
     }
 
-    /// From coefficients `series[n][m]` of T_n(x/half_x)·T_2m(z/half_z).
+    /// Arranges coefficients `series[n][m]` of F in T_n(x/half_x)·T_2m(z/half_z), and derives those of ∂F/∂x.
     fn from_series(half_x: f64, half_z: f64, series: &[Vec<Complex64>]) -> Self {
         let (terms_x, terms_z) = (series.len(), series[0].len());
         // Derivative of a Chebyshev series: T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀.
@@ -103,6 +127,9 @@ impl LatticeSum {
     }
 
     /// F and its gradient at points (x[i], z[i]) of the box.
+    ///
+    /// One matrix product sums over the polynomials in x. For ∂F/∂z the polynomials in z are replaced by their
+    /// derivatives.
     pub(crate) fn at(&self, x: &[f64], z: &[f64]) -> Vec<FieldAndGradient> {
         let (count, terms_z) = (x.len(), self.terms_z);
         let in_x = polynomials(x, self.half_x, self.terms_x);
@@ -111,6 +138,7 @@ impl LatticeSum {
         let slopes = slopes_of_even(&in_z, self.half_z);
         let mut sums = Array2::zeros((count, 4 * terms_z).f());
         general_mat_mul(1.0, &in_x, &self.coefficients, 0.0, &mut sums);
+        // Sum over the polynomials in z of one of the four parts of the coefficients.
         let over_z = |part: usize, factors: ArrayView2<'_, f64>| {
             let mut result = Array1::zeros(count);
             for (m, factor) in factors.columns().into_iter().enumerate() {
@@ -200,6 +228,9 @@ struct Ewald {
 }
 
 impl Ewald {
+    /// Chooses E, and lists the orders and weights whose terms exceed e^−[`EXPONENT_MAX`].
+    ///
+    /// E = √π/d balances both sums; a larger one bounds |k|/2E by [`SPLIT_MAX`].
     fn new(period: f64, wave_number: Complex64, bloch: f64) -> Self {
         let split = (PI.sqrt() / period).max(0.5 * wave_number.norm() / SPLIT_MAX);
         let reach = (wave_number.re.powi(2) + 4.0 * split * split * EXPONENT_MAX).sqrt() * period / TAU;
@@ -211,13 +242,15 @@ impl Ewald {
             .collect();
         let ratio = wave_number * wave_number / (4.0 * split * split);
         let mut weights = vec![Complex64::ONE];
-        while weights[weights.len() - 1].norm() > 1e-18 && weights.len() < 60 {
+        while weights[weights.len() - 1].norm() > WEIGHT_MIN && weights.len() < WEIGHTS_MAX {
             weights.push(weights[weights.len() - 1] * ratio / weights.len() as f64);
         }
         Self { period, bloch, split, orders, weights }
     }
 
     /// F at the Chebyshev nodes of the box, `[ix][iz]`; of `terms_z` nodes along z the positive half is returned.
+    ///
+    /// F is the sum over orders, plus the sum over periods, minus the source p = 0.
     fn on_grid(&self, half_x: f64, half_z: f64, terms_x: usize, terms_z: usize, near: &Radial) -> Vec<Vec<Complex64>> {
         let xs: Vec<f64> = chebyshev_nodes(terms_x).iter().map(|x| x * half_x).collect();
         let zs: Vec<f64> = chebyshev_nodes(terms_z)[..terms_z / 2].iter().map(|z| z * half_z).collect();
@@ -230,7 +263,7 @@ impl Ewald {
                     .enumerate()
                     .map(|(iz, &z)| {
                         let orders: Complex64 =
-                            phases.iter().zip(&spectral).map(|(phase, of_z)| phase * of_z[iz]).sum();
+                            phases.iter().zip(&spectral).map(|(phase, terms)| phase * terms[iz]).sum();
                         let [h0, _] = near.hankel(x.hypot(z));
                         orders + self.periods(x, z) - Complex64::new(0.0, 0.25) * h0
                     })
@@ -240,7 +273,7 @@ impl Ewald {
     }
 
     /// Term of one order in the sum over orders, without its phase along x:
-    /// `[e^{γz} erfc(γ/2E + zE) + e^{−γz} erfc(γ/2E − zE)]/(4dγ)`.
+    /// `[e^{γz} erfc(γ/2E + zE) + e^{−γz} erfc(γ/2E − zE)]/(4dγ)`, with `erfc(a) = e^{−a²} w(ia)` (w: `faddeeva.rs`).
     fn order(&self, gamma: Complex64, z: f64) -> Complex64 {
         let (u, s) = (gamma / (2.0 * self.split), z * self.split);
         let scale = (-u * u - s * s).exp();
@@ -260,16 +293,18 @@ impl Ewald {
         let reach = EXPONENT_MAX.sqrt() / self.split;
         let (first, last) = (((x - reach) / self.period).ceil() as i64, ((x + reach) / self.period).floor() as i64);
         let mut sum = Complex64::ZERO;
-        for m in first..=last {
-            let square = ((x - m as f64 * self.period).powi(2) + z * z) * self.split * self.split;
-            let decay = (-square).exp();
+        for p in first..=last {
+            // R_p²E².
+            let square = ((x - p as f64 * self.period).powi(2) + z * z) * self.split * self.split;
+            let exponential = (-square).exp();
+            // Recurrence of the exponential integrals: E_{q+1}(s) = (e^{−s} − s·E_q(s))/q.
             let mut integral = expint_1(square);
             let mut series = Complex64::ZERO;
             for (q, weight) in self.weights.iter().enumerate() {
                 series += weight * integral;
-                integral = (decay - square * integral) / (q + 1) as f64;
+                integral = (exponential - square * integral) / (q + 1) as f64;
             }
-            sum += Complex64::cis(TAU * (self.bloch * m as f64).fract()) * series;
+            sum += Complex64::cis(TAU * (self.bloch * p as f64).fract()) * series;
         }
         sum / (4.0 * PI)
     }
@@ -284,7 +319,7 @@ pub(crate) fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
     // With loss, Im γ² < 0 and the principal root is the outgoing one. Without loss γ² lies on the branch cut, from
     // whose other side the root must be taken.
     let gamma = if square.im == 0.0 && square.re < 0.0 { Complex64::new(0.0, -(-square.re).sqrt()) } else { root };
-    let least = 1e-8 * wave_number.norm();
+    let least = DECAY_MIN * wave_number.norm();
     if gamma.norm() < least { Complex64::new(0.0, -least) } else { gamma }
 }
 
@@ -293,7 +328,7 @@ mod tests {
     use super::*;
     use crate::limits::{HEIGHT_WAVES_MAX, PERIOD_WAVES_MAX};
 
-    fn sum_of(period: f64, k: Complex64, bloch: f64, height: f64) -> LatticeSum {
+    fn lattice_sum(period: f64, k: Complex64, bloch: f64, height: f64) -> LatticeSum {
         let near = Radial::new(k, 1e-6, 2.0 * (period + height), 0.1).unwrap();
         LatticeSum::new(period, k, bloch, height, &near).unwrap()
     }
@@ -302,7 +337,7 @@ mod tests {
     #[test]
     fn matches_the_direct_sum_over_periods() {
         let (period, k, bloch) = (1.3, Complex64::new(9.0, 0.8), 0.37);
-        let sum = sum_of(period, k, bloch, 0.5);
+        let sum = lattice_sum(period, k, bloch, 0.5);
         let (xs, zs) = ([0.0, 0.3, -0.64, 0.11], [0.0, -0.5, 0.21, 0.4]);
         for ((x, z), [field, along_x, along_z]) in xs.iter().zip(zs).zip(sum.at(&xs, &zs)) {
             let mut direct = [Complex64::ZERO; 3];
@@ -325,7 +360,7 @@ mod tests {
     #[test]
     fn matches_the_sum_over_orders() {
         let (period, k, bloch) = (1.0, Complex64::new(TAU * 2.3, 0.0), -0.2);
-        let sum = sum_of(period, k, bloch, 1.0);
+        let sum = lattice_sum(period, k, bloch, 1.0);
         let (x, z) = (0.23, 0.9);
         let orders: Complex64 = (-30..=30)
             .map(|n| {

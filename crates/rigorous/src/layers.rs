@@ -6,27 +6,34 @@
 //! - `(K u)(r) = Σ_p e^{2πibp} ∫ ∂ν'G u ds'` (principal value), summed over the images of r' moved by p periods.
 //!
 //! The kernels have a logarithmic singularity at r = r'. The nearest image is integrated with Kress' weights for
-//! `ln(4 sin²((t − τ)/2))` (`nodes.rs`); a smooth window ends these weights before the next image is near. Other images
-//! are smooth: either they decay within a few periods and are summed one by one, or all are summed by `lattice_sum.rs`.
+//! `ln(4 sin²((τ − τ')/2))`, τ being the parameter of the curve (`nodes.rs`). A smooth window ends these weights before
+//! the next image is near. The kernels of other images are smooth: either they decay within a few periods and are
+//! summed one by one, or all are summed by `lattice_sum.rs`.
+//!
+//! In code, k is the wave number in 1/µm, b (`bloch`) the Bloch phase in turns, d the period in µm, and *decay* Im k.
 
 use crate::Error;
-use crate::lattice_sum::LatticeSum;
+use crate::lattice_sum::{HALF_HEIGHT_MIN, LatticeSum};
 use crate::linear::{Matrix, zeros};
 use crate::nodes::{Nodes, Separation};
 use crate::special::{EULER_GAMMA, Radial};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// Exponent of decay beyond which a field is neglected: e^−30 = 1e-13.
+/// Exponent of decay, Im k times distance, beyond which a field is neglected. Chosen: e^−30 = 1e-13.
 const DECAYED: f64 = 30.0;
-/// Most images on either side that are summed one by one; more of them cost more than the lattice sum.
+/// Most images on either side that are summed one by one. Chosen: more of them cost more than the lattice sum.
 const IMAGES_MAX: f64 = 4.0;
-/// Distances between which the window of the logarithm's weights falls from 1 to 0, in periods. The second is below ½,
-/// where the next image is equally near.
+/// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. Chosen: the second is
+/// below ½, where the next image is equally near.
 const WINDOW: [f64; 2] = [0.3, 0.48];
-/// Bounds on both distances in exponents of decay: beyond e^−7 the Bessel functions that the weights multiply grow too
-/// large.
+/// Bounds on both distances of the window in exponents of decay. Chosen: the weights multiply Bessel functions, which
+/// grow as e^{Im k·r} and would magnify rounding at larger distances.
 const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
+/// Largest lower end of the tables of Hankel functions, in periods. Chosen.
+const TABLE_START_MAX: f64 = 1e-5;
+/// Enlargement factor of the tables' upper end over the largest distance, for rounding. Chosen.
+const TABLE_MARGIN: f64 = 1.01;
 
 /// The layers as matrices from all nodes (columns) to every `stride`-th of them (rows).
 pub(crate) struct Layers {
@@ -54,7 +61,8 @@ impl Images {
 
 /// S and K for a wave number (1/µm; Im ≥ 0) and a Bloch phase in turns.
 ///
-/// Rows are the middle nodes of each group of `stride` (odd).
+/// Rows are the middle nodes of each group of `stride` (odd): where the nodes are oversampled, they are the coarse
+/// ones.
 ///
 /// # Errors
 /// Special functions that overflow.
@@ -67,8 +75,9 @@ pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch
         Images::Near(count) => (f64::from(count) + 0.5) * d,
         Images::All => 0.5 * d,
     };
-    let least = (0.5 * nodes.spacing_min()).min(1e-5 * d);
-    let radial = Radial::new(wave_number, least, 1.01 * reach.hypot(height.max(1e-3 * d)), window[1])?;
+    let least = (0.5 * nodes.spacing_min()).min(TABLE_START_MAX * d);
+    let most = TABLE_MARGIN * reach.hypot(height.max(HALF_HEIGHT_MIN * d));
+    let radial = Radial::new(wave_number, least, most, window[1])?;
     let lattice = match images {
         Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),
         Images::Near(_) => None,
@@ -100,13 +109,16 @@ struct Assembly<'a> {
     images: i32,
     /// Bloch phase factors e^{2πibp}, p from −`images` − 1 on.
     phases: Vec<Complex64>,
+    /// Distances in µm between which the window falls from 1 to 0.
     window: [f64; 2],
+    /// Hankel and Bessel functions of the wave number times distance.
     radial: Radial,
+    /// Field of all images but the nearest; `None` where they are summed one by one.
     lattice: Option<LatticeSum>,
 }
 
 impl Assembly<'_> {
-    /// Fills `row` of both matrices, that of node `target`.
+    /// Fills `row` of both matrices with the elements from all sources to node `target`.
     fn fill_row(&self, row: usize, target: usize, into: &mut Layers) {
         let n = self.nodes.len();
         let apart: Vec<Separation> = (0..n).map(|source| self.nodes.separation(target, source)).collect();
@@ -198,14 +210,14 @@ impl Assembly<'_> {
     }
 }
 
-/// Smooth step at distance `r` (µm): 1 up to `from`, 0 beyond `to`.
+/// Smooth step at distance `r` (µm): 1 up to `from`, 0 beyond `to`, and cos²(π/2·sin²(π/2·s)) at fraction s between.
 fn window(r: f64, [from, to]: [f64; 2]) -> f64 {
-    let t = ((r - from) / (to - from)).clamp(0.0, 1.0);
+    let fraction = ((r - from) / (to - from)).clamp(0.0, 1.0);
     // Most distances lie outside of the step: no sines for them.
-    if t == 0.0 || t == 1.0 {
-        return 1.0 - t;
+    if fraction == 0.0 || fraction == 1.0 {
+        return 1.0 - fraction;
     }
-    let inner = (0.5 * PI * t).sin();
+    let inner = (0.5 * PI * fraction).sin();
     let outer = (0.5 * PI * inner * inner).cos();
     outer * outer
 }

@@ -34,8 +34,9 @@
 //! | βm = √(κ² − αm²) | wave number of order m along z; real where the order propagates, \|b + m\| < t |
 //! | u | a field on the curve: Ey or Hy |
 //! | ∂νu, ∂su | derivative of u along the normal ν, which points into the air, and along the curve |
-//! | S, K | single and double layer of the Green's function of (∇² + κ²)G = −δ |
-//! | W | response of the lower medium: the matrix from u to ∂νu |
+//! | S, K | single and double layer of the Green's function of (∇² + κ²)G = −δ (`layers.rs`) |
+//! | W | response of the lower medium: the matrix from u to ∂νu (`metal.rs`) |
+//! | τ, node | parameter of the curve in [0, 2π), and its values at which fields are computed (`nodes.rs`) |
 //!
 //! # Equations
 //!
@@ -44,10 +45,10 @@
 //! - in the air, `u/2 − K u + S ∂νu` is the incident wave;
 //! - in the lower medium, `∂νu = W u` with `W = S⁻¹(½ + K)`, of the layers for κm.
 //!
-//! Continuity of the tangential fields couples Ey and Hy where ky ≠ 0, with δ = 1/κ² − 1/κm²:
+//! Continuity of the tangential fields couples Ey and Hy where ky ≠ 0, with Δ = 1/κ² − 1/κm²:
 //!
-//! - `∂νE = κ²[(n²/κm²) W E − (ky/k) δ ∂sH]`,
-//! - `∂νH = κ²[(1/κm²) W H + (ky/k) δ ∂sE]`.
+//! - `∂νE = κ²[(n²/κm²) W E − (ky/k) Δ ∂sH]`,
+//! - `∂νH = κ²[(1/κm²) W H + (ky/k) Δ ∂sE]`.
 //!
 //! Unknowns are Ey and Hy at the nodes of one period of the curve. One linear system is solved for all incident orders
 //! at once. The integral equations are those of Kress, *Linear Integral Equations*, and Popov (ed.), *Gratings: Theory

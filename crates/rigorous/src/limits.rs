@@ -12,13 +12,16 @@ use crate::{Error, Estimate, Medium, Profile};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Largest period in wavelengths. A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t =
-/// 150), so 400 terms serve up to t = 109.8. The margin is for tables over directions, which extend one wavelength
-/// further.
+/// Largest period in wavelengths.
+///
+/// A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t = 150), so 400 terms serve up to t =
+/// 109.8. The margin is for tables over directions, which extend one wavelength further.
 pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
-/// Largest height of a relief in wavelengths. 400 terms serve at least 64 wavelengths (measured at a period of half the
-/// height, the worst case; deeper reliefs are refused).
+/// Largest height of a relief in wavelengths.
+///
+/// 400 terms serve at least 64 wavelengths. This was measured at a period of half the height, the worst case: deeper
+/// reliefs are refused. The margin is chosen.
 pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 
 /// Checks that a profile above a medium can be solved at a wavelength (nm); returns the estimated cost.

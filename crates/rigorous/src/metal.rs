@@ -4,8 +4,13 @@
 //! is solved on `oversampling` times as many nodes as the air, since fields in a metal vary within the skin depth 1/Im
 //! κm.
 //!
-//! [`MetalTable`] tabulates W of one metal: Chebyshev interpolation over ky², and a Fourier series over b. The Fourier
-//! series is short because a field in the metal reaches few periods: image p of a node is damped by e^{−Im κm·|p|d}.
+//! [`MetalTable`] tabulates W of one metal: Chebyshev interpolation over ky², and a Fourier series over b,
+//!
+//! `W(b) = Σ_p W_p e^{2πibp}`, with W_p the coupling of a target to image p of a source.
+//!
+//! The series is short because a field in the metal reaches few periods: W_p is damped by e^{−Im κm·|p|d}. Of the
+//! images only the n nearest to the target count, n being odd. Their sum at n tabulated phases l/n determines the W_p,
+//! and so `W(b) = Σ_l w_l W(l/n)` with `w_l = 1/n Σ_p e^{2πi(b − l/n)p}` over the n nearest images p.
 
 use crate::discretisation::Discretisation;
 use crate::error::positive;
@@ -19,8 +24,8 @@ use std::f64::consts::{PI, TAU};
 /// Relative error of W by interpolation. Chosen: efficiencies are then off by about a hundredth of it (1e-6).
 const TOLERANCE: f64 = 1e-4;
 
-/// Range of ky²/k² that a table covers. Negative values serve cells of a table over directions that extend beyond the
-/// horizon.
+/// Range of ky²/k² that a table covers: at most 1 for real directions. Chosen: negative values serve cells of a table
+/// over directions (`src/grating` of the main crate) that extend beyond the horizon.
 pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
 /// Most tabulated Bloch phases. Chosen: a medium that needs more is solved directly.
@@ -29,7 +34,10 @@ const PHASES_MAX: usize = 9;
 /// Most Chebyshev nodes of ky². Chosen: a medium that needs more is solved directly.
 const KY_NODES_MAX: f64 = 12.0;
 
-/// W at the nodes, times their speed, for a squared wave number κm² and a Bloch phase in turns.
+/// W at the nodes, times their speed |dr/dτ| (`nodes.rs`), for κm² (`kappa_squared`, 1/µm²) and a Bloch phase in turns.
+///
+/// Rows are targets, columns are sources, both at the coarse nodes. Interpolation carries the sources from coarse to
+/// fine nodes.
 pub(crate) fn response(mesh: &Discretisation, kappa_squared: Complex64, bloch: f64) -> Result<Matrix, Error> {
     let factor = mesh.resolution().oversampling;
     let layers = layers(&mesh.fine, factor, outgoing(kappa_squared), bloch)?;
@@ -57,8 +65,11 @@ pub(crate) fn response(mesh: &Discretisation, kappa_squared: Complex64, bloch: f
 /// # Ok::<(), sunbeam_rigorous::Error>(())
 /// ```
 pub struct MetalTable<'a> {
+    /// Nodes of the profile.
     mesh: &'a Discretisation,
+    /// Refractive index of the metal.
     index: Complex64,
+    /// Wave number k in vacuum, in 1/µm.
     wave_number: f64,
     /// Chebyshev nodes of ky², in 1/µm².
     ky_squared: Vec<f64>,
@@ -117,19 +128,22 @@ impl<'a> MetalTable<'a> {
         self.wave_number
     }
 
-    /// W at a squared wave number along y (1/µm²) and a Bloch phase (turns).
+    /// W times the speed of the nodes, at a squared wave number along y (1/µm²) and a Bloch phase (turns).
+    ///
+    /// Sums the tabulated matrices with Lagrange weights over ky² and Fourier weights over the phase.
     pub(crate) fn at(&self, ky_squared: f64, bloch: f64) -> Matrix {
         let n = self.mesh.nodes();
         let lagrange: Vec<f64> =
             (0..self.ky_squared.len()).map(|i| lagrange(&self.ky_squared, i, ky_squared)).collect();
         let phases = self.phases as i32;
-        // The weight of a tabulated phase depends on the period that the nearest image of a pair of nodes lies in.
+        // The weight of a tabulated phase depends on the period that the nearest image of the source lies in, which
+        // differs between pairs of nodes.
         let weights: Vec<[Complex64; 3]> =
             (0..phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
         let shifts = self.image_shifts();
         let mut result = zeros(n, n);
-        for (of_phase, weight) in self.responses.iter().zip(&lagrange) {
-            for (response, phase) in of_phase.iter().zip(&weights) {
+        for (responses, weight) in self.responses.iter().zip(&lagrange) {
+            for (response, phase) in responses.iter().zip(&weights) {
                 let phase = phase.map(|p| p * *weight);
                 for j in 0..n {
                     let shifts = &shifts[j * n..(j + 1) * n];
@@ -143,13 +157,14 @@ impl<'a> MetalTable<'a> {
         result
     }
 
-    /// Weight of tabulated phase l of n for pairs whose nearest image is `periods` away: `1/n Σ_p e^{2πi(b − l/n)p}`
-    /// over the n images p around it.
+    /// Weight w_l of tabulated phase l/n, for pairs of nodes whose nearest image is `periods` away: the sum runs over
+    /// the n images around this image.
     fn phase_weight(&self, l: i32, periods: i32, bloch: f64) -> Complex64 {
         let images = (self.phases / 2) as i32;
-        let apart = bloch - f64::from(l) / self.phases as f64;
-        let sum: Complex64 =
-            (periods - images..=periods + images).map(|p| Complex64::cis(TAU * (apart * f64::from(p)).fract())).sum();
+        let difference = bloch - f64::from(l) / self.phases as f64;
+        let sum: Complex64 = (periods - images..=periods + images)
+            .map(|p| Complex64::cis(TAU * (difference * f64::from(p)).fract()))
+            .sum();
         sum / self.phases as f64
     }
 

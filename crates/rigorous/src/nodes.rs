@@ -1,7 +1,12 @@
 //! Nodes on one period of the curve: positions, derivatives, distances and quadrature weights of Nyström's method.
 //!
 //! The curve r(τ) has a parameter τ in [0, 2π), with nodes at `τ_i = 2π(i + ½)/n`. *Speed* is |dr/dτ|, so that the arc
-//! element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`.
+//! element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`. x and z are in µm; the normal ν points into
+//! the air above. The Green's function is singular as ln|τ − τ'|, which the trapezium rule does not integrate: Kress'
+//! weights (`log_weights`) replace its weights for the logarithmic part of a kernel (used in `layers.rs`).
+//!
+//! The relief repeats with the period. The *nearest image* of a source node is the copy of it, moved by −1, 0 or 1
+//! periods, that lies nearest to the target node.
 //!
 //! Fields are singular at corners. Edges between corners therefore have nodes graded towards both ends, and differences
 //! of positions near one corner are computed from offsets to that corner, which keep all digits.
@@ -9,20 +14,27 @@
 use crate::profile::{Edge, Profile, Shape, smooth_height};
 use std::f64::consts::{PI, TAU};
 
-/// Exponent of the grading towards corners: the i-th of n nodes lies at about (i/n)^5 of the edge. An exponent of 3
-/// leaves several times the error.
+/// Exponent of the grading towards corners: the i-th of n nodes lies at about (i/n)^5 of the edge. Chosen: an exponent
+/// of 3 leaves several times the error.
 const GRADING: f64 = 5.0;
 
-/// Fewest nodes on an edge. Chosen.
+/// Fewest nodes on an edge. Chosen: the grading towards both ends needs some nodes on either half.
 const EDGE_NODES_MIN: usize = 8;
 
-/// Fraction of the nodes that is distributed equally over the edges; the rest goes by length. Chosen.
+/// Fraction of the nodes that is distributed equally over the edges; the rest goes by length. Chosen: a short wall also
+/// needs nodes for the singularities at its corners.
 const EQUAL_FRACTION: f64 = 0.4;
+
+/// Largest distance along x, in periods, at which two nodes near one corner are compared by their offsets from it.
+/// Chosen below ½, from which on another image of the corner may be nearer.
+const SHARED_CORNER: f64 = 0.25;
 
 /// Position of a node relative to the corners of its edge.
 #[derive(Clone, Copy, Debug)]
 struct OnEdge {
+    /// Index of the edge, in order along the curve.
     edge: usize,
+    /// Whether the edge is a straight line.
     straight: bool,
     /// Offsets (µm) from the edge's first corner and from its last.
     offsets: [[f64; 2]; 2],
@@ -41,8 +53,11 @@ impl OnEdge {
 /// Nodes in order along the curve; lengths in µm.
 #[derive(Clone, Debug)]
 pub(crate) struct Nodes {
+    /// Period d of the relief.
     pub(crate) period: f64,
+    /// Coordinates across the grooves, which do not decrease along the curve.
     pub(crate) x: Vec<f64>,
+    /// Heights.
     pub(crate) z: Vec<f64>,
     /// |dr/dτ|.
     pub(crate) speed: Vec<f64>,
@@ -53,15 +68,18 @@ pub(crate) struct Nodes {
     /// Kress' weights for the logarithm `ln(4 sin²((τ − τ')/2))` of nodes k apart, minus those of the trapezium rule (0
     /// at k = 0).
     pub(crate) log_weights: Vec<f64>,
-    /// Empty for a smooth profile.
+    /// Position of each node on its edge; empty for a smooth profile.
     on_edge: Vec<OnEdge>,
+    /// Number of edges; 0 for a smooth profile.
     edges: usize,
 }
 
 /// Vector from the nearest image of a source node to a target node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Separation {
+    /// Component along x, in µm.
     pub(crate) x: f64,
+    /// Component along z, in µm.
     pub(crate) z: f64,
     /// Periods by which the source was moved along +x.
     pub(crate) periods: i32,
@@ -70,7 +88,7 @@ pub(crate) struct Separation {
 }
 
 impl Nodes {
-    /// Places `counts[i]` nodes on edge i; a smooth profile has one count.
+    /// Distributes `counts[i]` nodes over edge i; a smooth profile has one count.
     pub(crate) fn new(profile: &Profile, counts: &[usize]) -> Self {
         let count = counts.iter().sum();
         let mut nodes = Self {
@@ -107,17 +125,17 @@ impl Nodes {
     fn push_edge(&mut self, edge: &Edge, index: usize, n: usize, count: usize) {
         for i in 0..n {
             let Graded { from_start, from_end, rate } = graded(i, n);
-            let (at, ends) = (edge.at(from_start), edge.ends());
+            let (point, ends) = (edge.at(from_start), edge.ends());
             let offsets = if edge.is_straight() {
-                [from_start, -from_end].map(|fraction| at.first.map(|along| along * fraction))
+                [from_start, -from_end].map(|fraction| point.first.map(|along| along * fraction))
             } else {
-                ends.map(|end| [0, 1].map(|j| at.position[j] - end[j]))
+                ends.map(|end| [0, 1].map(|j| point.position[j] - end[j]))
             };
             let nearer = usize::from(from_start > from_end);
             let position = [0, 1].map(|j| ends[nearer][j] + offsets[nearer][j]);
             // From (i + ½)/n along the edge to the parameter τ, which advances by 2π over `count` nodes.
             let rate = rate * count as f64 / (TAU * n as f64);
-            self.push(position, at.first, at.second, rate);
+            self.push(position, point.first, point.second, rate);
             self.on_edge.push(OnEdge { edge: index, straight: edge.is_straight(), offsets, nearer });
         }
     }
@@ -133,6 +151,7 @@ impl Nodes {
         self.curvature.push((normal[0] * second[0] + normal[1] * second[1]) / (length * length));
     }
 
+    /// Number of nodes n on one period.
     pub(crate) fn len(&self) -> usize {
         self.x.len()
     }
@@ -160,6 +179,8 @@ impl Nodes {
     }
 
     /// Vector from the nearest image of node `source` to node `target`.
+    ///
+    /// It is the difference of positions, or of offsets to a corner that is nearest to both nodes.
     pub(crate) fn separation(&self, target: usize, source: usize) -> Separation {
         let (mut x, mut z) = (self.x[target] - self.x[source], self.z[target] - self.z[source]);
         let half = 0.5 * self.period;
@@ -171,7 +192,7 @@ impl Nodes {
                 (a.corner(self.edges), b.corner(self.edges));
             let (dx, dz) = (offset_a[0] - offset_b[0], offset_a[1] - offset_b[1]);
             // Both nodes are nearest to one corner: their offsets from it keep the digits that positions lose.
-            if corner_a == corner_b && dx.abs() < 0.25 * self.period {
+            if corner_a == corner_b && dx.abs() < SHARED_CORNER * self.period {
                 (x, z, periods) = (dx, dz, period_a - period_b);
             }
             flat = a.straight && a.edge == b.edge && periods == 0;
@@ -183,24 +204,25 @@ impl Nodes {
 
     /// Correction of the double layer's diagonal for the edge across the nearest corner.
     ///
-    /// Seen from a node next to a corner, the kernel `ν'·(r − r')/(2π|r − r'|²)` on the next edge varies over the
-    /// node's own distance from the corner, which no grading resolves. For a constant field its integral is known: the
-    /// angle that the edge subtends, in turns. The correction is the angle minus the quadrature.
+    /// For a target next to a corner, the kernel `ν'·(r − r')/(2π|r − r'|²)` on the next edge varies over the target's
+    /// own distance from the corner, which no grading resolves. For a constant field its integral is known: the angle
+    /// that the edge subtends at the target, in turns. The correction is the angle minus the quadrature.
     pub(crate) fn corner_defect(&self, target: usize) -> f64 {
         let Some(own) = self.on_edge.get(target) else { return 0.0 };
         // The next edge begins at the corner where this one ends, or ends where this one begins.
         let (next, end) = ((own.edge + self.edges + 2 * own.nearer - 1) % self.edges, 1 - own.nearer);
-        let at = own.offsets[own.nearer];
+        let node = own.offsets[own.nearer];
         let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+        // `sum` is 2π times the quadrature, `chord` the vector between the ends of the next edge.
         let (mut sum, mut chord) = (0.0, [0.0; 2]);
         for (source, on) in self.on_edge.iter().enumerate().filter(|(_, on)| on.edge == next) {
-            let to = [0, 1].map(|j| on.offsets[end][j] - at[j]);
+            let [dx, dz] = [0, 1].map(|j| on.offsets[end][j] - node[j]);
             let [nx, nz] = self.normal[source];
-            sum -= (nx * to[0] + nz * to[1]) / (to[0] * to[0] + to[1] * to[1]) * self.speed[source] * self.step();
+            sum -= (nx * dx + nz * dz) / (dx * dx + dz * dz) * self.speed[source] * self.step();
             chord = [0, 1].map(|j| on.offsets[0][j] - on.offsets[1][j]);
         }
-        let far = [0, 1].map(|j| if end == 0 { chord[j] } else { -chord[j] } - at[j]);
-        let near = at.map(|c| -c);
+        let far = [0, 1].map(|j| if end == 0 { chord[j] } else { -chord[j] } - node[j]);
+        let near = node.map(|c| -c);
         let (first, last) = if end == 0 { (near, far) } else { (far, near) };
         let angle = cross(first, last).atan2(first[0] * last[0] + first[1] * last[1]);
         (angle - sum) / TAU
@@ -233,6 +255,9 @@ struct Graded {
 }
 
 /// Node i of n on an edge, by Kress' substitution (Numer. Math. 58, 1990, eq. 2.3).
+///
+/// With σ = (i + ½)/n, the fraction from the start is `a^p/(a^p + b^p)`, where a = v(2σ − 1), b = v(1 − 2σ) and p is
+/// [`GRADING`].
 fn graded(i: usize, n: usize) -> Graded {
     let p = GRADING;
     let bend = 0.5 - 1.0 / p;
@@ -279,10 +304,10 @@ mod tests {
         let arc: f64 = nodes.speed.iter().map(|v| v * nodes.step()).sum();
         // The graded rule on 56 and 8 nodes.
         assert!((arc / blazed.arc_um() - 1.0).abs() < 1e-3, "{arc}");
-        // The circumference of an ellipse: spectral accuracy.
+        // A smooth profile: the trapezium rule converges exponentially, so 48 nodes are exact.
         let sinusoid = Profile::sinusoid(1.0, 0.2).unwrap();
-        let of = |n| Nodes::new(&sinusoid, &[n]).speed.iter().sum::<f64>() * TAU / n as f64;
-        assert!((of(48) - of(96)).abs() < 1e-12);
+        let arc = |n| Nodes::new(&sinusoid, &[n]).speed.iter().sum::<f64>() * TAU / n as f64;
+        assert!((arc(48) - arc(96)).abs() < 1e-12);
     }
 
     #[test]
@@ -304,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn separations_across_a_corner_keep_their_digits() {
+    fn separations_across_a_corner_are_differences_of_offsets() {
         let lamellar = Profile::lamellar(1.6, 0.12, 0.5).unwrap();
         let nodes = Nodes::new(&lamellar, &distribute_nodes(&lamellar, 480));
         let n = nodes.len();

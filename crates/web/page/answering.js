@@ -1,4 +1,4 @@
-// The messages of both kinds of workers.
+// The workers' side of the messages between page and Web Workers; channel.js is the page's side.
 
 import init from "./wasm/sunbeam_web.js";
 

@@ -1,41 +1,47 @@
-// The Web Worker that has the canvas and the graphics device.
+// The drawing worker: a Web Worker with the page's canvas and the graphics device.
 //
-// `artist` draws pictures that become finer step by step (crates/web/README.md, "The artist"). Its calls must not
-// overlap, so each goes through `inTurn`.
+// `artist` is the Rust object of crates/web/src/wasm/artist.rs. It draws a picture in steps, from coarse to fine. Its
+// calls must not overlap, so each goes through the queue of `inTurn`. Events to the page: "drawn" with the report of a
+// step, "failed", and "lost" when the device is lost.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
 /**
- * Rest in ms after the last change of the view before the finest picture is begun. That picture is a single piece of
- * work for the device, and a visitor who moves on would have to wait for it.
+ * Pause in ms between the last change of the view and a finer picture. Chosen: the device cannot interrupt a picture,
+ * and a visitor who moves on would have to wait for it.
  */
 const REST_MS = 100;
 
+/** The Rust artist; null before the device is opened and after its loss. */
 let artist = null;
 // Data of the library, kept for a device that is opened after a loss.
 let draft = null;
 let scene = null;
 let method = null;
-/** The last order: settings, size and serial number. */
+/** The last ordered view: settings, size and serial number. */
 let view = null;
 /** Number of changes of view, scene, method and device. */
 let changes = 0;
+/** Whether `drawAll` is running. */
 let drawing = false;
 /** The report of the picture shown. */
 let last = null;
+/** Time in ms of the last change of the view. */
 let movedAt = -Infinity;
+/** Ends `rest` early. */
 let wake = () => {};
+/** Promise of the last queued call of the artist. */
 let queue = Promise.resolve();
 
-/** Runs a task after those before it. */
+/** Runs a task after all tasks that were queued before. */
 function inTurn(task) {
   const done = queue.then(task);
   queue = done.catch(() => {});
   return done;
 }
 
-/** Waits until the view has rested or changes again. */
+/** Waits until REST_MS have passed since the view's last change, or until it changes again. */
 async function rest() {
   const ms = movedAt + REST_MS - performance.now();
   if (ms <= 0) return;
@@ -50,8 +56,8 @@ async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
   try {
-    for (let seen = 0; artist && seen !== changes; ) {
-      seen = changes;
+    for (let drawnChanges = 0; artist && drawnChanges !== changes; ) {
+      drawnChanges = changes;
       for (;;) {
         // The view may change while the picture is drawn.
         let serial;
@@ -61,7 +67,7 @@ async function drawAll() {
         });
         if (report !== undefined) last = { serial, ...JSON.parse(report) };
         // The picture shown already answers the new order.
-        else if (last && seen === changes && last.serial !== serial) last.serial = serial;
+        else if (last && drawnChanges === changes && last.serial !== serial) last.serial = serial;
         else break;
         postMessage({ type: "drawn", ...last });
         if (!last.finest) await rest();
@@ -75,7 +81,7 @@ async function drawAll() {
   }
 }
 
-/** Begins anew after a change. */
+/** Passes the view to the artist and starts drawing, after a change of view, scene, method or device. */
 function restart() {
   if (!artist || !view) return;
   changes += 1;

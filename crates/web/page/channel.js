@@ -1,4 +1,4 @@
-// Questions to a Web Worker, and its answers as promises.
+// The page's side of the messages to a Web Worker: questions, with answers as promises (answering.js is the worker's).
 
 /** An error of a worker; its kind is one of the library's (crates/web/README.md) or "cancelled". */
 export class WorkerError extends Error {
@@ -14,6 +14,7 @@ export class Channel {
   #worker;
   /** Promises of unanswered questions, by the number of the question. */
   #waiting = new Map();
+  /** Number of the last question. */
   #last = 0;
 
   /** Starts the worker at `url` with the compiled library; `onEvent` gets messages that answer no question. */
@@ -32,7 +33,7 @@ export class Channel {
       this.#end({ message: event.message || "the worker could not be started", kind: "internal" });
     };
     this.started = this.ask("start", { module });
-    // Every other question fails with the start, too.
+    // A failed start is reported by every other question.
     this.started.catch(() => {});
   }
 

@@ -1,4 +1,4 @@
-// Listens to the controls, each of which changes a setting.
+// Listens to the controls, each of which changes a setting; panel.js shows the settings in them.
 
 import { goBack } from "./making.js";
 import { recover, resetView } from "./picture.js";
@@ -9,7 +9,7 @@ import { byId, page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** Has every control change its setting. */
+/** Adds the listeners of all controls. */
 export function listenToControls() {
   const surface = (id, read) =>
     byId(id).addEventListener("change", () => {
@@ -21,7 +21,7 @@ export function listenToControls() {
     });
   const number = (field) => (field.value === "" ? undefined : field.valueAsNumber);
   for (const id of ["period", "height", "coherence_length", "eta"]) surface(id, number);
-  // The two are given together.
+  // `k` needs `eta`, so both are set.
   byId("k").addEventListener("change", () => change(({ surface }) => {
     surface.k = number(byId("k")) || undefined;
     surface.eta ??= number(byId("eta"));

@@ -1,4 +1,11 @@
-// The library as the rest of the page sees it. This module alone knows the wasm module, the workers and their messages.
+// The engine: the page's interface to the Rust library, compiled to WebAssembly. Only this module uses the workers.
+//
+// - `quick`: calls without long computations, on the page's own thread.
+// - The maker (maker.js): a Web Worker that reads a relief and builds a method's data and spectra. A second maker
+//   builds scenes. A maker cannot be interrupted, so it is ended and replaced to cancel its work.
+// - The artist (artist.js): the Web Worker that draws with WebGPU.
+//
+// A *key* is a string of `keys`; data are out of date when the key of the settings differs from theirs.
 
 import init, * as sunbeam from "./wasm/sunbeam_web.js";
 import { Channel, WorkerError } from "./channel.js";
@@ -20,13 +27,13 @@ export async function openEngine(listener) {
 }
 
 export class Engine {
-  /** Calls that take no time, on the page's own thread. */
+  /** Calls without long computations, on the page's own thread (crates/web/src/wasm/quick.rs). */
   quick = sunbeam;
   #module;
   #listener;
-  /** Worker of the relief, the method's data and the spectra. */
+  /** Maker of the relief, the method's data and the spectra. */
   #maker = null;
-  /** Worker of scenes. */
+  /** Maker of scenes. */
   #scenes = null;
   #artist = null;
   /** Keys of the data that the maker holds. */
@@ -40,12 +47,12 @@ export class Engine {
     this.catalogue = JSON.parse(sunbeam.catalogue());
   }
 
-  /** Keys of relief, method and scene: they change when these have to be made anew. */
+  /** Keys of relief, method and scene for these settings. */
   keys(settings) {
     return JSON.parse(sunbeam.keys(JSON.stringify(settings)));
   }
 
-  /** The settings, checked and with all fields; throws the line that the library refuses them with. */
+  /** The settings, checked and with all fields; throws an error with the library's message if one is refused. */
   complete(settings) {
     return JSON.parse(sunbeam.complete_settings(JSON.stringify(settings)));
   }
@@ -57,6 +64,7 @@ export class Engine {
 
   // Makers
 
+  /** Ends the maker, if there is one, and starts another. */
   #newMaker() {
     this.#maker?.end();
     this.#maker = new Channel(MAKER, this.#module);
@@ -74,6 +82,7 @@ export class Engine {
     if (this.#maker?.busy) this.#newMaker();
   }
 
+  /** Asks a worker; replaces the maker after a fault of its module. */
   async #ask(channel, ...question) {
     try {
       return await channel.ask(...question);
@@ -89,7 +98,7 @@ export class Engine {
     return this.#ask(this.#idleMaker(), "checksum", { file });
   }
 
-  /** Reads the relief of a preset or a file: its facts and its picture. `key` names it for `holds`. */
+  /** Reads the relief of a preset or a file; answers with its facts and picture. `key` is the relief's, for `holds`. */
   async relief(settings, file, key) {
     const maker = this.#idleMaker();
     this.#reliefKey = this.#reflectanceKey = this.#spectraKey = null;
@@ -108,12 +117,12 @@ export class Engine {
     return this.#ask(this.#maker, "estimate", { settings: JSON.stringify(settings) });
   }
 
-  /** Makes the method's data of the relief that was read last. */
+  /** Builds the method's data for the relief that was read last; answers with their bytes. */
   method(settings, progress) {
     return this.#ask(this.#maker, "method", { settings: JSON.stringify(settings) }, { progress });
   }
 
-  /** Makes the reflectance on the processor, which maps without WebGPU need. */
+  /** Builds the evaluator on the CPU, for maps without WebGPU. */
   async reflectance(settings, key, progress) {
     const maker = this.#maker;
     this.#reflectanceKey = null;
@@ -121,12 +130,12 @@ export class Engine {
     if (maker === this.#maker) this.#reflectanceKey = key;
   }
 
-  /** Whether the reflectance of this key is made. */
+  /** Whether the maker holds the evaluator on the CPU for this key. */
   hasReflectance(key) {
     return this.#reflectanceKey !== null && this.#reflectanceKey === key;
   }
 
-  /** Makes the data of spectra. */
+  /** Builds the evaluator of spectra. */
   async spectra(settings, key, progress) {
     const maker = this.#maker;
     this.#spectraKey = null;
@@ -134,7 +143,7 @@ export class Engine {
     if (maker === this.#maker) this.#spectraKey = key;
   }
 
-  /** Whether the data of spectra of this key are made. */
+  /** Whether the maker holds the evaluator of spectra for this key. */
   hasSpectra(key) {
     return this.#spectraKey !== null && this.#spectraKey === key;
   }
@@ -145,13 +154,13 @@ export class Engine {
     return this.#ask(this.#maker, "spectrum", { settings: JSON.stringify(settings), ...directions });
   }
 
-  /** The BRDF map on the processor. */
+  /** The BRDF map by the evaluator on the CPU; angles of the light in degrees. */
   mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
     const question = { settings: JSON.stringify(settings), theta_deg, phi_deg, side };
     return this.#ask(this.#maker, "map", question, { progress });
   }
 
-  /** Makes mesh, tree and pigment; a draft of them takes a fifth of the time. */
+  /** Builds mesh, bounding-volume tree and pigment; a draft is coarser and takes a fifth of the time. */
   async scene(settings, draft, progress) {
     if (this.#scenes?.busy) {
       this.#scenes.end();
@@ -168,7 +177,7 @@ export class Engine {
 
   // The artist
 
-  /** Starts the graphics device on a canvas that nothing has drawn on. Fails with the kind "no-webgpu" or "gpu". */
+  /** Opens the graphics device on an unused canvas. Fails with an error of kind "no-webgpu" or "gpu". */
   async openArtist(canvas) {
     if (!navigator.gpu) {
       const message = isSecureContext
@@ -192,10 +201,12 @@ export class Engine {
     }
   }
 
+  /** Hands the bytes of `scene` to the artist. */
   setScene(bytes, draft) {
     return this.#artist.ask("scene", { bytes, draft }, { transfer: [bytes.buffer] });
   }
 
+  /** Hands the bytes of `method` to the artist. */
   setMethod(bytes) {
     return this.#artist.ask("method", { bytes }, { transfer: [bytes.buffer] });
   }

@@ -1,13 +1,14 @@
 // Drags, wheel, two fingers and keys on the picture, in CSS pixels.
 
-/** Distance in pixels of a drag that an arrow key stands for. */
+/** Length in CSS pixels of the drag that equals one press of an arrow key. Chosen. */
 const KEY_PIXELS = 16;
 /** Height in pixels of a line, for mice whose wheels count lines. */
 const LINE_PIXELS = 16;
-/** Factor of the distance for the keys plus and minus. */
+/** Factor on the camera's distance for the keys plus and minus. Chosen. */
 const KEY_ZOOM = 1.15;
-/** Logarithm of the factor of the distance for a pixel of the wheel. */
+/** Logarithm of the factor on the camera's distance per pixel of the wheel. Chosen. */
 const WHEEL_ZOOM = 1e-3;
+/** Directions (right, down) of the arrow keys. */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**

@@ -1,4 +1,5 @@
-// Settings in the page's address, after the #, as dotted.path=value. Browsers never send that part to a server.
+// Settings in the page's address, after the #, as `dotted.path=value` joined by &:
+// `surface.preset=cd&sun.elevation_deg=20`. Browsers never send this part to a server.
 
 /** Fields that are text even where they look like numbers. */
 const TEXTS = new Set(["surface.filename", "surface.channel", "sha256"]);

@@ -15,7 +15,7 @@ import { Spectrum } from "./spectrum.js";
 import { byId, page, views } from "./state.js";
 import { showMessage } from "./words.js";
 
-/** Takes the settings of an address; without any, the first example. */
+/** Opens the settings of an address's part after the #; without settings, the first example. */
 async function open(hash) {
   const { settings, sha256 } = fromHash(hash);
   if (Object.keys(settings).length === 0 && page.examples.length > 0) {
@@ -56,6 +56,7 @@ async function fetchExamples() {
   return answer.ok ? answer.json() : [];
 }
 
+/** Loads the library, opens the graphics device, and shows the settings of the address. */
 async function start() {
   views.spectrum = new Spectrum(byId("spectrum"));
   const [engine, examples] = await Promise.all([openEngine(handleArtistEvent), fetchExamples()]);

@@ -1,9 +1,12 @@
-// A Web Worker that reads files and makes data. To cancel its work, the page ends it and starts another.
+// The maker: a Web Worker that reads files and builds data by the calls of crates/web/src/wasm/maker.rs.
+//
+// Its calls block, so the page ends the worker and starts another to cancel them. It holds one relief, and the
+// evaluators that were built from it.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
-/** Largest side in pixels of the relief's picture. */
+/** Largest side of the relief's picture in pixels. Chosen. */
 const PICTURE_SIDE = 512;
 
 let relief = null;

@@ -1,8 +1,8 @@
-// Makes the data that the settings need and that are not there; goes back to the last good state where that fails.
+// Builds the data that the settings need and that do not exist yet; returns to the last good state if a build fails.
 //
-// Two kinds of data are made side by side: the surface (relief, then the method's data) and the scene (mesh and
-// pigment). A change of one leaves the other at work. Each start of a kind raises its turn, so that a task which
-// resumes after an await can tell whether it is stale.
+// Two kinds of data are built in parallel: the surface (relief, then the method's data) and the scene (mesh and
+// pigment). A change of one kind does not disturb the other. Each start of a kind increments its number in `turns`. A
+// task that resumes after an await is stale if the number has changed, and must end without an effect.
 
 import { updateAddress } from "./address.js";
 import { showControls } from "./panel.js";
@@ -12,25 +12,25 @@ import { byId, currentKeys, isFile, page, views } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress, titleOf } from "./words.js";
 
-/** Rest in ms before the data of spectra are made, which no picture needs. */
+/** Delay in ms before the data of spectra are built. Chosen: no picture needs them. */
 const SPECTRA_DELAY_MS = 300;
 
 /** The tasks under way, by kind. */
 const pending = { surface: null, scene: null };
 /** Number of starts, by kind. */
 const turns = { surface: 0, scene: 0, all: 0 };
-/** Fraction of the scene that is made; null when none is being made. */
+/** Finished fraction of the scene; null while none is being built. */
 let sceneFraction = null;
 /** Keys of the data that the artist has. */
 const held = { method: null, scene: null };
 
-/** Starts a turn of this kind; the function returned tells whether another was started since. */
+/** Starts a turn of this kind; returns the function `stale`, true once another turn has started. */
 function startTurn(kind) {
   const turn = ++turns[kind];
   return () => turn !== turns[kind];
 }
 
-/** Makes the data that the settings need and that are not there. */
+/** Builds all data whose keys have changed, then orders picture, map and spectrum. */
 export async function makeMissing() {
   // The file of a link may not be here yet.
   if (isFile() && !page.source) return;
@@ -58,7 +58,7 @@ export async function makeMissing() {
   }
 }
 
-/** Reads the relief and makes the method's data, for the artist or, without one, for maps on the processor. */
+/** Reads the relief and builds the method's data: for the artist, or without WebGPU for maps on the CPU. */
 async function makeSurface(keys, stale) {
   const { engine, settings, source } = page;
   engine.cancel();
@@ -93,7 +93,7 @@ async function makeSurface(keys, stale) {
   await engine.setMethod(bytes);
 }
 
-/** Makes mesh and pigment, first as a draft. */
+/** Builds mesh and pigment, first as a coarse draft. */
 async function makeScene(keys, stale) {
   sceneFraction = 0;
   const { engine, settings } = page;
@@ -108,7 +108,7 @@ async function makeScene(keys, stale) {
   }
 }
 
-/** Tells of an error and goes back, or asks for the scale of a file. */
+/** Shows an error and returns to the last good state; a missing scale of a file is asked for instead. */
 function failed(error) {
   showProgress(null);
   page.making = false;
@@ -118,7 +118,7 @@ function failed(error) {
   goBack();
 }
 
-/** Goes back to the last state of which everything was made. */
+/** Returns to the last state whose data were complete, `page.good`. */
 export function goBack() {
   const { good } = page;
   for (const kind in turns) turns[kind] += 1;
@@ -161,7 +161,7 @@ function askScale(error) {
   page.read = null;
 }
 
-/** Makes the data of spectra, in the background. */
+/** Builds the data of spectra in the background. */
 async function makeSpectra() {
   const { engine, settings } = page;
   if (isFile() && !page.source) return;

@@ -1,11 +1,11 @@
-// The BRDF map: reflectance over all viewing directions for one direction of the light, seen from above (x right, y
-// up); and the directions that belong to its points.
+// The BRDF map: f_r over all viewing directions for one direction of the light. It shows the hemisphere from above: a
+// unit vector (x, y, z) is at the point (x, y) of the unit disc, with x to the right and y up.
 
 import { svg } from "./svg.js";
 
 /** One degree in radians. */
 const RADIAN = Math.PI / 180;
-/** Radius up to which arrow keys move; at 1 lies the horizon. */
+/** Largest radius that arrow keys reach. Chosen just inside the horizon, which is at 1. */
 const KEY_RADIUS_MAX = 0.995;
 
 /** The unit vector of a polar angle and an azimuth. */
@@ -85,9 +85,9 @@ export class MapView {
 
   /** Marks the mirror direction of the light, the viewer, and the half vector of both. */
   mark(wi, wo) {
-    const put = (mark, at) => {
-      mark.style.display = at ? "" : "none";
-      if (at) mark.setAttribute("transform", `translate(${at[0]} ${-at[1]})`);
+    const put = (mark, point) => {
+      mark.style.display = point ? "" : "none";
+      if (point) mark.setAttribute("transform", `translate(${point[0]} ${-point[1]})`);
     };
     put(this.#mirror, wi && [-wi[0], -wi[1]]);
     put(this.#read, wo);

@@ -1,4 +1,4 @@
-// Shows the settings in the controls.
+// Writes the settings into the controls; controls.js is the reverse way.
 
 import { byId, isFile, page, views } from "./state.js";
 import { degrees, signed } from "./words.js";
@@ -14,7 +14,7 @@ export function showControls() {
   const { settings } = page;
   const { surface } = settings;
   const put = (id, value) => {
-    // The text of a field that is being typed in stays.
+    // A field with the focus keeps its text.
     if (document.activeElement !== byId(id)) byId(id).value = value ?? "";
   };
   const preset = page.engine.catalogue.presets.find(({ name }) => name === surface.preset);
@@ -28,7 +28,7 @@ export function showControls() {
   byId("fill").value = surface.fill ?? "none";
   put("channel", surface.channel);
   byId("level").value = surface.level ?? (isFile() ? "plane" : "none");
-  // The published methods know tiles that repeat only.
+  // The published methods have periodic tiles only.
   const published = settings.method !== "table";
   byId("tiling").value = published ? "periodic" : (surface.tiling ?? (isFile() ? "aperiodic" : "periodic"));
   byId("tiling").disabled = published;

@@ -13,11 +13,11 @@ import { orderPicture } from "./view.js";
 import { rounded, showMessage, showStatus } from "./words.js";
 
 /**
- * Time in ms that a draft stays before the status line tells of it: laying out the text takes a tenth of the time of a
- * draft.
+ * Time in ms after which an unfinished picture is reported in the status line. Chosen: laying out the text takes a
+ * tenth of the time of a draft.
  */
 const STATUS_DELAY_MS = 100;
-/** Time in ms after a loss of the device within which a second loss is left to the visitor. */
+/** Time in ms after a loss of the device within which a second loss waits for the visitor's click. Chosen. */
 const LOSS_MS = 10000;
 
 let statusTimer = 0;
@@ -46,6 +46,7 @@ function newCanvas() {
   return canvas;
 }
 
+/** Time in ms of the last loss. */
 let lastLoss = -Infinity;
 
 /** Opens the device again after its loss, or asks the visitor where it was lost shortly before. */
@@ -99,7 +100,7 @@ export function showWithoutArtist(error) {
   showStatus();
 }
 
-/** Changes camera or sun by a function of the library. */
+/** Changes camera or sun by the function `call` of quick.rs. */
 const move = (call, ...numbers) => {
   page.settings = JSON.parse(page.engine.quick[call](JSON.stringify(page.settings), ...numbers));
   showSun();
@@ -125,7 +126,9 @@ export function resetView() {
   change((settings) => Object.assign(settings, { camera, sun }));
 }
 
+/** Whether `hover` is running. */
 let hovering = false;
+/** The newest point under the pointer that `hover` has not read yet. */
 let hoverNext = null;
 
 /** Shows the surface at a point of the picture, each coordinate in [0, 1) from the upper left, in the map. */
@@ -135,9 +138,9 @@ async function hover(x, y) {
   hovering = true;
   try {
     while (hoverNext) {
-      const at = hoverNext;
+      const point = hoverNext;
       hoverNext = null;
-      const found = await page.engine.query(...at);
+      const found = await page.engine.query(...point);
       if (!found) continue;
       const { theta_deg, phi_deg } = angles(found.wi);
       page.settings.map = { theta_deg: rounded(Math.min(theta_deg, THETA_MAX_DEG)), phi_deg: rounded(phi_deg) };

@@ -7,12 +7,14 @@ import { angles, colourAt, direction, halfway } from "./map.js";
 import { byId, currentKeys, page, views } from "./state.js";
 import { degrees, showMessage, signed } from "./words.js";
 
-/** Side of the map in pixels. */
+/** Side of the map in pixels. Chosen. */
 const MAP_SIDE = 128;
 /** Side in pixels of a map that follows the pointer. */
 export const DRAFT_SIDE = 48;
 
+/** Whether `drawMap` is running. */
 let mapping = false;
+/** Light and side of the newest map that is not drawn yet. */
 let mapNext = null;
 
 /** Draws the map for light from `wi`. Of calls that come while one is drawn, only the last is drawn after it. */
@@ -57,6 +59,7 @@ export async function refreshMap() {
   }
 }
 
+/** Polar angle and azimuth of a unit vector as text. */
 const inDegrees = (unit) => {
   const { theta_deg, phi_deg } = angles(unit);
   return `θ ${degrees(theta_deg)}, φ ${degrees(phi_deg)}`;
@@ -78,7 +81,9 @@ export function readAt(wo) {
   readSpectrum();
 }
 
+/** Whether `readSpectrum` is running. */
 let reading = false;
+/** Whether it was called again meanwhile. */
 let readNext = false;
 
 /** Shows the spectrum at page.wi and page.wo. Calls that come while one is computed are answered once, by the last. */

@@ -42,6 +42,7 @@ export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba })
   byId("relief-facts").replaceChildren(...rows.map(row));
 }
 
+/** A line of the list of facts. */
 function row([name, value]) {
   const line = document.createElement("div");
   const [term, description] = [document.createElement("dt"), document.createElement("dd")];

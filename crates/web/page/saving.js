@@ -7,7 +7,7 @@ import { byId, page } from "./state.js";
 import { pictureSize } from "./view.js";
 import { showMessage } from "./words.js";
 
-/** Side of a saved map in pixels. */
+/** Side of a saved map in pixels. Chosen. */
 const EXR_SIDE = 256;
 
 /** Has the browser save bytes as a file. */
@@ -19,6 +19,7 @@ function save(bytes, name, type) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1e4);
 }
 
+/** Name of saved files without extension: the relief's. */
 const fileStem = () => (page.source?.name ?? page.settings.surface.preset).replace(/\.[^.]*$/, "");
 
 /** Copies text to the clipboard, or shows it where the browser refuses; `name` is its kind for the status line. */

@@ -8,7 +8,7 @@ import { page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage } from "./words.js";
 
-/** Changes a copy of the settings by a function and takes it. Where the library refuses it, its line is shown. */
+/** Applies `edit` to a copy of the settings, which replaces them if the library accepts it; else shows its message. */
 export function change(edit) {
   const next = structuredClone(page.settings);
   edit(next);
@@ -23,6 +23,7 @@ export function change(edit) {
   settingsChanged();
 }
 
+/** Refractive index of the last map; a change of the index alone builds no data, but changes the map. */
 let mappedIndex = "";
 
 /** Brings controls, address, data and pictures up to date after the settings have changed in any way. */

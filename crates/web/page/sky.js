@@ -1,4 +1,6 @@
-// The sky seen from above, the viewer at the lower edge, with the sun to be dragged.
+// The sky from above, with the viewer at the lower edge and a sun that can be dragged.
+//
+// A direction of elevation e is at the radius cos e, so the horizon is the rim and the zenith the centre.
 
 import { svg } from "./svg.js";
 

@@ -1,4 +1,4 @@
-// Sources of the heights: presets, files, examples.
+// Selects the source of the heights: a preset, a visitor's file, or an example.
 
 import { showControls } from "./panel.js";
 import { change, settingsChanged } from "./settings.js";
@@ -9,7 +9,7 @@ import { showMessage, showProgress } from "./words.js";
 const withoutSource = (surface) =>
   Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
 
-/** Takes a preset. */
+/** Selects a preset. */
 export function choosePreset(preset) {
   page.source = page.wanted = page.example = null;
   showWanted();
@@ -17,7 +17,7 @@ export function choosePreset(preset) {
   change((settings) => (settings.surface = { ...withoutSource(settings.surface), preset }));
 }
 
-/** Takes a file of the visitor; a link that waits for a file gets it. */
+/** Selects a file of the visitor. If a link waits for a file, the file completes the link's settings. */
 export async function chooseFile(file) {
   showMessage(null);
   const { file_bytes_max } = page.engine.catalogue;
@@ -66,7 +66,7 @@ export function showWanted() {
   byId("wanted").textContent = `This link is about the file ${wanted.name}${sum}. Drop it here to see the picture.`;
 }
 
-/** Takes an example: its file, if it has one, and its settings. */
+/** Selects an example: its file, if it has one, and its settings. */
 export async function chooseExample(example) {
   let source = null;
   if (example.file) {

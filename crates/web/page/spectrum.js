@@ -4,6 +4,7 @@ import { svg } from "./svg.js";
 
 /** Edges of the plot in units of its SVG element. */
 const [LEFT, RIGHT, TOP, BOTTOM] = [44, 294, 8, 128];
+/** Range of the wavelengths. */
 const [FIRST_NM, LAST_NM] = [380, 780];
 /** Approximate colours of wavelengths in nm, for the area under the curve. */
 const HUES = [
@@ -11,8 +12,8 @@ const HUES = [
   [560, "#8fb51f"], [580, "#d8b41c"], [610, "#e0701f"], [650, "#c22b20"], [780, "#4d0f0f"],
 ];
 
-/** Abscissa of a wavelength. */
-const place = (nm) => LEFT + ((nm - FIRST_NM) / (LAST_NM - FIRST_NM)) * (RIGHT - LEFT);
+/** Abscissa of a wavelength in nm. */
+const abscissa = (nm) => LEFT + ((nm - FIRST_NM) / (LAST_NM - FIRST_NM)) * (RIGHT - LEFT);
 
 /** The value rounded up to one significant digit. */
 function roundUp(value) {
@@ -39,8 +40,8 @@ export class Spectrum {
     const axes = svg("path", { class: "axis", d: `M${LEFT} ${TOP}V${BOTTOM}H${RIGHT}` });
     element.append(defs, this.#area, axes, this.#curve);
     for (const nm of [400, 500, 600, 700]) {
-      element.append(svg("path", { class: "axis", d: `M${place(nm)} ${BOTTOM}v4` }));
-      element.append(svg("text", { x: place(nm), y: BOTTOM + 15, "text-anchor": "middle" }, nm));
+      element.append(svg("path", { class: "axis", d: `M${abscissa(nm)} ${BOTTOM}v4` }));
+      element.append(svg("text", { x: abscissa(nm), y: BOTTOM + 15, "text-anchor": "middle" }, nm));
     }
     element.append(svg("text", { x: RIGHT, y: BOTTOM + 15, "text-anchor": "end" }, "nm"));
     element.append(svg("text", { x: LEFT - 4, y: TOP + 20, "text-anchor": "end" }, "1/sr"));

@@ -1,8 +1,9 @@
-// The state that the page's modules share.
+// The state that the page's modules share, in one object `page`.
 
+/** The element with this id. */
 export const byId = (id) => document.getElementById(id);
 
-/** Largest polar angle of the map's light in degrees: at 90° nothing is lit. */
+/** Largest polar angle of the map's light in degrees, as in settings.rs; at 90° the light misses the surface. */
 export const THETA_MAX_DEG = 89.9;
 
 export const page = {
@@ -16,20 +17,20 @@ export const page = {
   wanted: null,
   /** Examples of examples/index.json. */
   examples: [],
-  /** Name of the example that the settings are of; null for none. */
+  /** Name of the example whose settings these are; null for none. */
   example: null,
   /** The graphics device: {name, backend, software}; null without one, undefined while it is being opened. */
   adapter: undefined,
   /** Promise of the graphics device being opened. */
   opening: null,
   /**
-   * The last state of which everything was made, to go back to: {settings, source, read, keys}, and `at`, the time of
+   * The last state whose data were complete, for `goBack`: {settings, source, read, keys}, and `at`, the time in ms of
    * its first picture.
    */
   good: null,
-  /** Keys (Engine.keys) of the relief, method and scene that are there or being made. */
+  /** Keys (Engine.keys) of the relief, method and scene that exist or are being built. */
   keys: { relief: null, method: null, scene: null },
-  /** Whether something is being made that a picture waits for. */
+  /** Whether data are being built that a picture needs. */
   making: false,
   /** Facts and picture of the relief that was read last. */
   read: null,
@@ -58,7 +59,7 @@ export function isFile() {
   return page.settings.surface.filename !== undefined;
 }
 
-/** Keys that change when relief, method or scene of the present settings have to be made anew. */
+/** Keys of relief, method and scene for the present settings, with the checksum of the file. */
 export function currentKeys() {
   const { relief, method, scene } = page.engine.keys(page.settings);
   const content = page.source?.sha256 ?? "";

@@ -1,4 +1,6 @@
-/** Makes an SVG element with these attributes. */
+// Creates SVG elements.
+
+/** Creates an SVG element with these attributes. */
 export function svg(name, attributes = {}, text) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);

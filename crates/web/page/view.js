@@ -2,9 +2,9 @@
 
 import { byId, page } from "./state.js";
 
-/** Widest picture in pixels when the size is that of the screen. */
+/** Largest width in pixels of a picture whose size follows the window. Chosen. */
 const WIDTH_MAX = 1536;
-/** Narrowest picture in pixels when the size is that of the screen. */
+/** Smallest width in pixels of a picture whose size follows the window. Chosen. */
 const WIDTH_MIN = 96;
 
 /** Width and height in pixels of the finest picture. */

@@ -1,4 +1,4 @@
-//! The choices of the page's lists.
+//! Catalogue: the entries of the page's drop-down lists, as JSON. `README.md` of this crate documents the object.
 
 use crate::relief::FILE_BYTES_MAX;
 use serde_json::{Value, json};
@@ -7,7 +7,8 @@ use sunbeam::height_field::{Preset, READABLE};
 use sunbeam::methods::MethodKind;
 
 /// Metals with their refractive index `eta + i k` at 550 nm (Rakić 1998 for aluminium and chromium, Johnson and Christy
-/// 1972 for the others). The renderer has one index for all wavelengths, so gold is as grey as silver.
+/// 1972 for the others). The renderer
+/// takes one index for all wavelengths, so gold is as grey as silver.
 const CONDUCTORS: [(&str, f64, f64); 5] = [
     ("aluminium", 0.96, 6.69),
     ("chromium", 3.18, 3.33),
@@ -16,8 +17,10 @@ const CONDUCTORS: [(&str, f64, f64); 5] = [
     ("silver", 0.06, 3.59),
 ];
 
-/// Presets, methods, metals, extensions of readable files, and the fields of `surface` that belong to one relief, as
-/// JSON.
+/// Presets, methods, metals, extensions of readable files, the version, and the fields of [`Settings::surface`] that
+/// select a relief (`source_fields`), as one JSON object.
+///
+/// [`Settings::surface`]: crate::Settings::surface
 pub fn catalogue() -> Value {
     let preset = |preset: Preset| {
         let mut entry = json!({ "name": preset.name(), "title": preset_title(preset) });
@@ -42,12 +45,12 @@ pub fn catalogue() -> Value {
     })
 }
 
-/// Extensions of readable files, each with a dot. `.001` stands for all of Nanoscope's numbers.
+/// Extensions of readable files, each with a dot. `.001` stands for the running numbers that Nanoscope files end in.
 fn extensions() -> Vec<&'static str> {
     READABLE.split(", ").filter_map(|extension| extension.split(' ').next()).collect()
 }
 
-/// The name of a preset for readers.
+/// Title of a preset in the page's list.
 const fn preset_title(preset: Preset) -> &'static str {
     match preset {
         Preset::Flat => "Mirror",
@@ -60,7 +63,7 @@ const fn preset_title(preset: Preset) -> &'static str {
     }
 }
 
-/// The name of a method for readers.
+/// Title of a method in the page's list; `docs/realtime.md` describes the methods.
 const fn method_title(kind: MethodKind) -> &'static str {
     match kind {
         MethodKind::Flss => "FLSS, equal steps of the wavelength",

@@ -1,3 +1,5 @@
+//! The error type of the page's calls, and its conversions from the errors of the library and the renderer.
+
 use sunbeam::colour_table::ColourTableError;
 use sunbeam::config::BuildError;
 use sunbeam::height_field::HeightFieldError;
@@ -15,12 +17,12 @@ pub enum WebError {
     /// A file cannot be read.
     #[error("{0}")]
     File(String),
-    /// A file has no scale of its own.
+    /// A file states no pixel size or height scale, and the settings give none.
     #[error("{line}")]
     Scale {
-        /// The message.
+        /// Message of one line.
         line: String,
-        /// The parameter that supplies the scale.
+        /// Field of the surface's settings that supplies the scale, such as `pixel_size`.
         parameter: &'static str,
     },
     /// The work would take too much memory or time.
@@ -41,7 +43,7 @@ pub enum WebError {
 }
 
 impl WebError {
-    /// The kind of the error, for the page.
+    /// Identifier of the variant, which the page's JavaScript compares.
     pub const fn kind(&self) -> &'static str {
         match self {
             Self::Settings(_) => "settings",
@@ -55,7 +57,7 @@ impl WebError {
         }
     }
 
-    /// The missing parameter of [`WebError::Scale`].
+    /// Parameter of [`WebError::Scale`]; `None` for the other variants.
     pub const fn parameter(&self) -> Option<&'static str> {
         match self {
             Self::Scale { parameter, .. } => Some(*parameter),

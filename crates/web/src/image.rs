@@ -1,4 +1,7 @@
-//! Pictures as files and as bytes for a canvas.
+//! Encodes reliefs, BRDF maps and rendered pictures: RGBA bytes for a canvas, OpenEXR and PNG files.
+//!
+//! A BRDF map shows the hemisphere of outgoing directions as a disc in a square of `side`² pixels, rows from the top;
+//! [`map_direction`] is its projection. Colours are linear sRGB.
 
 use crate::error::WebError;
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage};
@@ -19,13 +22,13 @@ pub struct ReliefPicture {
     pub rgba: Vec<u8>,
 }
 
-/// A picture of the relief in true proportions, at most `side_max` pixels along a side. The lowest height is black, the
-/// highest white; +y is up.
+/// A grey picture of the relief in true proportions, at most `side_max` pixels along a side. The lowest height is
+/// black, the highest white; +y is up.
 pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let (lx, ly) = field.extent_um();
     let (nx, ny) = field.size();
     let long_um = lx.max(ly);
-    // At most four pixels of the picture per pixel of the relief.
+    // At most four pixels of the picture per pixel of the relief and axis: more would only repeat heights. Chosen.
     let side = side_max.max(1).min(4 * nx.max(ny));
     let um_per_pixel = long_um / side as f64;
     let pixels = |length_um: f64| ((length_um / um_per_pixel).round() as usize).clamp(1, side);
@@ -50,11 +53,11 @@ fn round_length(most: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|digit| digit * decade).find(|length| *length <= most).unwrap_or(decade)
 }
 
-/// A map of `side`² pixels as RGBA bytes, transparent outside the disc. `exposure` is a factor; without it 1 % of the
-/// map clips.
+/// A BRDF map of `side`² pixels as RGBA bytes in sRGB, transparent outside the disc. `exposure` is a linear factor;
+/// `None` selects the factor at which 1 % of the disc clips ([`automatic_exposure`]).
 ///
 /// # Errors
-/// [`WebError::Internal`] for another number of pixels.
+/// [`WebError::Internal`] for another number of pixels than `side²`.
 pub fn map_picture(rgb: &[[f32; 3]], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, WebError> {
     check_square(rgb, side)?;
     let inside = |i: usize| map_direction(i % side, i / side, side).is_some();
@@ -67,7 +70,7 @@ pub fn map_picture(rgb: &[[f32; 3]], side: usize, exposure: Option<f64>) -> Resu
     Ok(rgb.iter().enumerate().flat_map(pixel).collect())
 }
 
-/// A map as the OpenEXR file of `sunbeam brdf-map`: linear sRGB in 32-bit floats.
+/// A BRDF map as an OpenEXR file like those of `sunbeam brdf-map`: linear sRGB in 32-bit floats.
 ///
 /// # Errors
 /// [`WebError::Internal`] for another number of pixels than `side²`.
@@ -82,7 +85,7 @@ pub fn map_exr(rgb: &[[f32; 3]], side: usize) -> Result<Vec<u8>, WebError> {
     Ok(file.into_inner())
 }
 
-/// A picture as the PNG of `sunbeam render --png`: brightened by `stops`, tone-mapped, sRGB.
+/// A picture as a PNG file like those of `sunbeam render --png`: brightened by `stops`, tone-mapped, 8-bit sRGB.
 ///
 /// # Errors
 /// [`WebError::Internal`] for another number of pixels than the size says.
@@ -105,7 +108,7 @@ pub fn shown(rgb: [f32; 3], stops: f64) -> [u8; 3] {
     srgb_bytes(tone_map(rgb.map(f64::from), stops))
 }
 
-/// Refuses colours that are no square map.
+/// Returns an error unless `rgb` has `side²` > 0 colours.
 fn check_square(rgb: &[[f32; 3]], side: usize) -> Result<(), WebError> {
     if side > 0 && side.checked_mul(side) == Some(rgb.len()) {
         return Ok(());

@@ -1,7 +1,7 @@
 //! The library behind the page that shows a relief's colours in a browser.
 //!
-//! `README.md` of this crate documents the interface to the page. Code that needs a browser is compiled for `wasm32`
-//! only. Everything else is tested natively, where `examples/page_twin.rs` draws the page's pictures.
+//! `README.md` of this crate documents the interface to the page. Code that needs a browser (`wasm/`) is compiled for
+//! `wasm32` only. Everything else is tested natively: `examples/page_twin.rs` draws the page's pictures with it.
 //!
 //! - [`Settings`] are the page's controls as JSON.
 //! - [`Relief`] reads heights. It makes a method's data for the GPU, a [`Reflectance`] or [`Spectra`] for the

@@ -1,11 +1,13 @@
+//! Serialised realtime methods: the worker that builds a method hands it as bytes to the worker that draws.
+
 use crate::error::WebError;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
 
-/// A method for the GPU, as bytes that one worker hands to another.
+/// A method for the GPU (its [`MethodShader`]), read from bytes.
 ///
-/// The bytes are the length of a JSON header (32 bits, little-endian), the header, the uniform and the storage buffers.
+/// Layout of the bytes: length of the header (`u32`, little-endian), header (JSON), uniform buffer, storage buffers.
 pub struct MethodData {
     bytes: Vec<u8>,
     header: Header,
@@ -13,7 +15,7 @@ pub struct MethodData {
     body: usize,
 }
 
-/// A [`MethodShader`] with lengths in bytes in place of its buffers.
+/// JSON header: the fields of a [`MethodShader`] with the lengths of its buffers in bytes instead of the buffers.
 #[derive(Serialize, Deserialize)]
 struct Header {
     name: String,
@@ -24,10 +26,10 @@ struct Header {
 }
 
 impl MethodData {
-    /// The bytes of a method.
+    /// Serialises a method.
     ///
     /// # Errors
-    /// [`WebError::Internal`] for a header that is no JSON.
+    /// [`WebError::Internal`] if the header cannot be written as JSON or is longer than 4 GB.
     pub fn to_bytes(method: &dyn Method) -> Result<Vec<u8>, WebError> {
         let shader = method.shader();
         let header = Header {
@@ -43,7 +45,7 @@ impl MethodData {
         Ok(length.to_le_bytes().into_iter().chain(header).chain(shader.uniform).chain(storage).collect())
     }
 
-    /// The method of bytes from [`MethodData::to_bytes`].
+    /// Reads bytes from [`MethodData::to_bytes`].
     ///
     /// # Errors
     /// [`WebError::Internal`] for other bytes.
@@ -76,7 +78,7 @@ impl MethodData {
         }
     }
 
-    /// The meaning of the answers, [`Method::answers`].
+    /// Quantity that the shader computes; see [`Method::answers`].
     pub fn answers(&self) -> AnswerKind {
         self.header.answers
     }
@@ -90,7 +92,7 @@ mod tests {
     use sunbeam::table::Progress;
 
     #[test]
-    fn bytes_give_back_their_method() {
+    fn every_method_survives_a_round_trip_and_cut_bytes_are_refused() {
         let json = r#"{"surface": {"preset": "sinusoidal", "coherence_length": 20}}"#;
         let mut settings = Settings::from_json(json).unwrap();
         let relief = Relief::new(&settings, None).unwrap();

@@ -1,11 +1,16 @@
-//! The reflectance on the processor, for pages without a GPU.
+//! Evaluates a realtime method's BRDF `f_r` on the CPU: for BRDF maps and single directions, also without a GPU.
+//!
+//! `f_r = interface · angular factor · answer`. A method answers either the relief's part alone
+//! ([`AnswerKind::Relief`]), which these factors complete, or the whole `f_r` ([`AnswerKind::Reflectance`]). The
+//! interface factor ([`Pair::interface`]) has Fresnel's reflectance, the angular factor ([`Options::angular_factor`])
+//! the obliquity and shadowing.
 
 use crate::settings::Settings;
 use sunbeam::methods::{AnswerKind, Method};
 use sunbeam::scattering::{ComplexIndex, Options, Pair, Vec3, map_direction};
 use sunbeam::table::Progress;
 
-/// A method with the optics around it.
+/// A realtime method with the refractive index and the options that complete its answers to `f_r`.
 pub struct Reflectance {
     method: Box<dyn Method>,
     model: Options,
@@ -13,18 +18,19 @@ pub struct Reflectance {
 }
 
 impl Reflectance {
-    /// Takes a method that was built with these settings.
+    /// Combines `method`, which was built with `settings`, with their index and options.
     pub fn new(method: Box<dyn Method>, settings: &Settings) -> Self {
         Self { method, model: settings.model(), index: settings.index() }
     }
 
-    /// Takes the refractive index of other settings. Data depend on it only where energy is conserved.
+    /// Replaces the refractive index by that of `settings`. Only data with energy conservation depend on the index and
+    /// would have to be built again.
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index();
     }
 
-    /// The integral of `f_r` over the visible spectrum for unit vectors, linear sRGB in 1/sr. It is 0 unless both lie
-    /// above the surface.
+    /// `f_r` integrated over the visible spectrum, linear sRGB in 1/sr, for the unit vectors `wi` to the light and `wo`
+    /// to the viewer. It is 0 unless both lie above the surface.
     pub fn rgb(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
@@ -36,8 +42,8 @@ impl Reflectance {
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
-    /// [`Reflectance::rgb`] over the hemisphere for light from `wi`, in the layout of [`map_direction`], rows from the
-    /// top.
+    /// BRDF map for light from `wi`: [`Reflectance::rgb`] at the direction [`map_direction`] of each of `side`² pixels,
+    /// rows from the top, and 0 outside its disc.
     pub fn map(&self, wi: Vec3, side: usize, progress: &Progress) -> Vec<[f32; 3]> {
         let rows = progress.of_steps(side);
         let mut map = Vec::with_capacity(side * side);
@@ -58,7 +64,7 @@ pub fn direction(theta_deg: f64, phi_deg: f64) -> Vec3 {
     [sin * cos_phi, sin * sin_phi, cos]
 }
 
-/// A direction in single precision, for the methods.
+/// Direction in single precision, the argument of [`Method::answer_rgb`].
 pub(crate) fn single(direction: Vec3) -> [f32; 3] {
     direction.map(|component| component as f32)
 }

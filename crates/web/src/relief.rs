@@ -1,4 +1,4 @@
-//! A relief: reads, levels and describes it, and makes the data that it is drawn with.
+//! Reads, levels and describes a relief, and builds the data with which it is drawn.
 
 use crate::error::WebError;
 use crate::method_data::MethodData;
@@ -11,21 +11,24 @@ use sunbeam::methods::{self, Method, MethodKind};
 use sunbeam::table::{BuildDemand, Progress, Purpose, Tiling};
 use sunbeam::transform::{Periods, periods};
 
-/// Most bytes of memory of a build: a page has 4 GB, and less on phones.
+/// Largest estimated memory of a build in bytes. Chosen below the 4 GB of a page, since phones give less.
 const LIMIT_BYTES: f64 = 1.5e9;
-/// Factor on estimated times: a page has one thread, and WebAssembly is slower than native code.
+/// Factor on the library's estimated build times: a page has one thread, and WebAssembly is slower than native code.
 const SLOWER: f64 = 3.0;
-/// Most points of a height field.
+/// Largest number of points of a height field: 4096², the largest usual scan.
 const POINTS_MAX: usize = 4096 * 4096;
-/// Largest file in bytes: it has to fit into a page's memory twice. A scan of 4096² in double precision has 134e6.
+/// Largest file in bytes. Chosen: a page's memory must hold a file twice, and a scan of 4096² in double precision has
+/// 134e6 bytes.
 pub(crate) const FILE_BYTES_MAX: usize = 512 << 20;
 
-/// A levelled height field, with facts from its file.
+/// A levelled height field, with the reader's findings about its file.
 pub struct Relief {
     field: HeightField,
     channel: Option<String>,
+    /// Number of points of the file without a height, which the reader filled.
     filled: usize,
     provenance: Option<Provenance>,
+    /// Warnings of the reader about implausible data.
     doubts: Vec<String>,
 }
 
@@ -46,7 +49,7 @@ pub struct Facts {
     pub rms_um: f64,
     /// Root mean square of the slopes along x and y.
     pub rms_slope: [f64; 2],
-    /// Figures of roughness.
+    /// Roughness parameters.
     pub roughness: Roughness,
     /// The strongest periods along x and y.
     pub periods: Periods,
@@ -59,27 +62,29 @@ pub struct Facts {
     /// Origin of the file's size, unit, orientation, channel and holes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
-    /// Properties that no relief has.
+    /// Warnings about implausible data, such as properties that no real relief has.
     pub doubts: Vec<String>,
 }
 
-/// Estimated memory and time of making the method's data.
+/// Estimated memory and time of building a method's data.
 #[derive(Debug, Serialize)]
 pub struct WebEstimate {
     /// Peak memory in bytes.
     pub bytes: f64,
-    /// Time in seconds, within a factor of three.
+    /// Build time in seconds, right to within a factor of three.
     pub seconds: f64,
-    /// Reason for a refusal.
+    /// Message of one line if the build is refused for its memory or time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub too_much: Option<String>,
 }
 
 impl Relief {
-    /// Reads and levels the relief that the settings name; `file` holds the bytes of a file.
+    /// Reads and levels the relief of the settings: a preset, or the file whose contents are `file`.
     ///
     /// # Errors
-    /// [`WebError::File`], [`WebError::Scale`], [`WebError::Limit`], [`WebError::Settings`].
+    /// - [`WebError::File`] for a missing or unreadable file, [`WebError::Scale`] for one without a scale.
+    /// - [`WebError::Limit`] for a file or a relief that is too large.
+    /// - [`WebError::Settings`] for parameters out of range.
     pub fn new(settings: &Settings, file: Option<&[u8]>) -> Result<Self, WebError> {
         let config = settings.config();
         match (&config.filename, file) {
@@ -111,7 +116,7 @@ impl Relief {
         &self.field
     }
 
-    /// Facts about the relief.
+    /// Size, heights, roughness and periods of the relief, with the reader's findings.
     pub fn facts(&self, settings: &Settings) -> Facts {
         let field = &self.field;
         let ((nx, ny), (lx, ly), (low, high)) = (field.size(), field.extent_um(), field.range_um());
@@ -133,7 +138,7 @@ impl Relief {
         }
     }
 
-    /// Estimated memory and time of making the method's data.
+    /// Estimated memory and time of [`Relief::method`].
     pub fn estimate(&self, settings: &Settings) -> WebEstimate {
         let demand = self.demand(settings);
         let estimate = demand.estimate();
@@ -153,6 +158,8 @@ impl Relief {
         WebEstimate { bytes, seconds, too_much }
     }
 
+    /// Parameters of the library's estimate. Only the colour table with energy conservation builds an albedo table,
+    /// too.
     fn demand(&self, settings: &Settings) -> BuildDemand {
         let model = settings.model();
         let purpose = match settings.method {
@@ -162,10 +169,11 @@ impl Relief {
         BuildDemand { purpose, ..model.demand(&self.field) }
     }
 
-    /// Builds the method.
+    /// Builds the realtime method of the settings for this relief.
     ///
     /// # Errors
-    /// [`WebError::Limit`], [`WebError::Settings`].
+    /// [`WebError::Limit`] for too much memory or time, [`WebError::Settings`] for options that the relief does not
+    /// allow.
     pub fn method(&self, settings: &Settings, progress: &Progress) -> Result<Box<dyn Method>, WebError> {
         if settings.method == MethodKind::Table
             && let Some(line) = self.estimate(settings).too_much
@@ -178,7 +186,7 @@ impl Relief {
         Ok(method)
     }
 
-    /// The method's data for another worker.
+    /// Builds the method and serialises it for another worker ([`MethodData`]).
     ///
     /// # Errors
     /// The errors of [`Relief::method`].
@@ -186,7 +194,7 @@ impl Relief {
         MethodData::to_bytes(&*self.method(settings, progress)?)
     }
 
-    /// The reflectance on the processor.
+    /// Builds the evaluator of colours on the CPU.
     ///
     /// # Errors
     /// The errors of [`Relief::method`].
@@ -194,7 +202,7 @@ impl Relief {
         Ok(Reflectance::new(self.method(settings, progress)?, settings))
     }
 
-    /// The data of spectra, on the processor.
+    /// Builds the evaluator of spectra on the CPU.
     ///
     /// # Errors
     /// The errors of [`Relief::method`].

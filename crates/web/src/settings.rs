@@ -1,4 +1,7 @@
-//! The page's settings, and the library's objects for them.
+//! The page's settings as a JSON object, and their conversion to objects of the library and the renderer.
+//!
+//! Frame of the scene: cm, z up; see [`Camera`]. Azimuths are counter-clockwise from +x, seen from above. The methods
+//! are those of `docs/realtime.md`, the surface's fields those of `docs/plugin.md`.
 
 use crate::error::WebError;
 use serde::{Deserialize, Serialize};
@@ -13,15 +16,15 @@ use sunbeam_realtime::{Blend, Camera, KERATIN, Light, Mesh, Optics, Orbit, Shape
 
 /// Accepted exposures in stops.
 const EXPOSURE: std::ops::RangeInclusive<f64> = -20.0..=20.0;
-/// Accepted factors on the snake's cells.
+/// Accepted factors on the number of cells of the snake's mesh in each direction.
 const RESOLUTION: std::ops::RangeInclusive<f64> = 0.5..=8.0;
 /// Accepted elevations of the sun in degrees.
 pub(crate) const SUN_ELEVATION: std::ops::RangeInclusive<f64> = Light::ELEVATION_MIN_DEG..=90.0;
-/// Divisor of the sides of a draft's pigment texture.
+/// Divisor of the width and height of the pigment texture in a draft, the coarse scene that is shown first. Chosen.
 const DRAFT_PIGMENT: usize = 4;
-/// Resolution of the snake's mesh in a draft, below all accepted ones; see [`Shape::make`].
+/// Factor on the cells of the snake's mesh in a draft ([`Shape::make`]). Chosen; coarser than all of [`RESOLUTION`].
 const DRAFT_RESOLUTION: f64 = 0.35;
-/// Accepted polar angles of the map's light in degrees: at 90° nothing is lit.
+/// Accepted polar angles of the map's light in degrees; at 90° the light would not reach the surface.
 const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
 
 /// Everything that a picture depends on. Fields missing in the JSON take their defaults.
@@ -39,7 +42,7 @@ const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
 pub struct Settings {
     /// The relief and its reflectance.
     pub surface: SurfaceConfig,
-    /// The method.
+    /// The realtime method that draws the picture.
     pub method: MethodKind,
     /// Options of the method.
     pub options: MethodOptions,
@@ -49,7 +52,7 @@ pub struct Settings {
     pub camera: CameraSettings,
     /// The sun.
     pub sun: SunSettings,
-    /// Rotation of the relief against the tangent, in degrees.
+    /// Rotation of the relief's x axis from the mesh's tangent, counter-clockwise in degrees.
     pub rotation_deg: f64,
     /// Blending with the pigment.
     pub pigment: Pigment,
@@ -69,13 +72,13 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraSettings {
-    /// Azimuth in degrees seen from the target, counter-clockwise from +x seen from above.
+    /// Azimuth in degrees of the camera, seen from the target.
     pub azimuth_deg: f64,
     /// Elevation in degrees.
     pub elevation_deg: f64,
     /// Distance from the target in cm.
     pub distance_cm: f64,
-    /// Point in the middle of the picture, in cm.
+    /// Target in cm: the point in the middle of the picture.
     pub target: [f64; 3],
     /// Horizontal field of view in degrees.
     pub fov_deg: f64,
@@ -136,6 +139,7 @@ impl Default for Settings {
 
 impl Default for CameraSettings {
     fn default() -> Self {
+        // Two decimals, for short links.
         let rounded = |value: f64| (value * 100.0).round() / 100.0;
         let orbit = Self::from(&Orbit::from(&Camera::default()));
         Self {
@@ -237,8 +241,10 @@ impl Settings {
         self.view(1).map(|_| ())
     }
 
-    /// The configuration that the method is built from. The published methods have one window at a fixed position over
-    /// a tile that repeats. They, and a single window, have no albedo.
+    /// The configuration from which the method is built: `surface` with the restrictions of the method.
+    ///
+    /// The published methods have the patch model only (one coherence window at a fixed position) and a periodic
+    /// tiling. The patch model has no energy conservation.
     pub fn config(&self) -> SurfaceConfig {
         let mut surface = self.surface.clone();
         if self.method.is_patch_only() {
@@ -259,7 +265,7 @@ impl Settings {
         self.config().options_for(Some(&SpectralIndex::Constant(self.index())))
     }
 
-    /// The optics around the relief.
+    /// The optics that the renderer's shader adds to the method: index, obliquity factor and shadowing.
     pub fn optics(&self) -> Optics {
         let model = self.model();
         Optics { index: Some(self.index()), obliquity: model.obliquity, shadowing: model.shadowing }
@@ -268,7 +274,7 @@ impl Settings {
     /// The view, with `supersample` rays along each side of a pixel.
     ///
     /// # Errors
-    /// [`WebError::Settings`] for a camera without a picture.
+    /// [`WebError::Settings`] for a camera or sun out of range.
     pub fn view(&self, supersample: u32) -> Result<View, WebError> {
         let light = Light::from_angles(self.sun.azimuth_deg, self.sun.elevation_deg);
         let view = View {
@@ -295,7 +301,7 @@ impl Settings {
         Ok(self.shape.make(self.resolution, PIGMENT_SIZE)?)
     }
 
-    /// A coarser mesh and pigment, which are built and drawn sooner.
+    /// Mesh and pigment of the draft, a coarser scene that is built and drawn sooner.
     ///
     /// # Errors
     /// The errors of [`Settings::scene`].
@@ -305,15 +311,15 @@ impl Settings {
         Ok(self.shape.make(DRAFT_RESOLUTION, pigment)?)
     }
 
-    /// Strings that change when the relief, the method's data or the scene have to be made again.
+    /// Keys of the relief, the method's data and the scene.
     pub fn keys(&self) -> Keys {
         let config = self.config();
-        // Heights do not depend on how the tile goes on.
+        // Heights do not depend on the tiling.
         let mut relief = SurfaceConfig::default();
         relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
         let mut method = config;
         if method.conserve_energy != Some(true) {
-            // Without an albedo these are optics of the shader, which are set without a build.
+            // Without energy conservation the method's data do not depend on these fields: the shader applies them.
             (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
             (method.eta, method.k) = (None, None);
         }
@@ -332,24 +338,26 @@ impl Settings {
         text(self)
     }
 
-    /// The fields that differ from the defaults, as JSON. A surface is read as a whole: it is there with all fields
-    /// that differ from a surface's own defaults, or not at all.
+    /// The fields that differ from the defaults, as JSON.
+    ///
+    /// `surface` is written if it differs from the page's default surface, then with all fields that differ from
+    /// [`SurfaceConfig::default`]: a reader fills missing fields of a surface from there.
     pub fn to_compact_json(&self) -> String {
         let default = Self::default();
         let value = |value: serde_json::Result<serde_json::Value>| value.unwrap_or_default();
-        let of = |settings: &Self| value(serde_json::to_value(settings));
+        let fields = |settings: &Self| value(serde_json::to_value(settings));
         let without_surface = Self { surface: default.surface.clone(), ..self.clone() };
-        let mut kept = difference(of(&without_surface), &of(&default)).unwrap_or_else(|| serde_json::json!({}));
+        let mut kept = difference(fields(&without_surface), &fields(&default)).unwrap_or_else(|| serde_json::json!({}));
         if self.surface != default.surface {
-            let of = |surface: &SurfaceConfig| value(serde_json::to_value(surface));
-            let surface = difference(of(&self.surface), &of(&SurfaceConfig::default()));
+            let fields = |surface: &SurfaceConfig| value(serde_json::to_value(surface));
+            let surface = difference(fields(&self.surface), &fields(&SurfaceConfig::default()));
             kept["surface"] = surface.unwrap_or_else(|| serde_json::json!({}));
         }
         kept.to_string()
     }
 }
 
-/// Strings that change when data have to be made again.
+/// Keys of the data that the page keeps: data are built again when their key changes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Keys {
     /// Key of the heights.
@@ -371,7 +379,7 @@ fn is_plain_name(path: &Path) -> bool {
     matches!((components.next(), components.next()), (Some(Component::Normal(_)), None))
 }
 
-/// The fields of an object, and of the objects in it, that differ from another object's; `None` where all agree.
+/// The fields of the object `value`, recursively, that differ from those of `from`; `None` if all agree.
 fn difference(value: serde_json::Value, from: &serde_json::Value) -> Option<serde_json::Value> {
     use serde_json::Value;
     match (value, from) {

@@ -1,7 +1,10 @@
+//! Tests of [`Settings`], and of the errors of [`Relief`] for bad files.
+
 use crate::{Relief, Settings, WebError};
 use sunbeam::table::Progress;
 use sunbeam_realtime::Camera;
 
+/// Message of the refusal of these settings.
 fn refusal(json: &str) -> String {
     let error = Settings::from_json(json).expect_err(json);
     assert_eq!(error.kind(), "settings");
@@ -62,7 +65,7 @@ fn each_wrong_setting_is_named() {
 }
 
 #[test]
-fn keys_change_with_their_data_only() {
+fn each_key_changes_only_with_its_own_data() {
     let keys = |json: &str| Settings::from_json(json).unwrap().keys();
     let base = keys("{}");
     for same in [r#"{"sun": {"elevation_deg": 20}}"#, r#"{"exposure": 1, "rotation_deg": 3, "ground": false}"#] {
@@ -90,7 +93,7 @@ fn published_methods_are_built_with_a_model_they_support() {
 }
 
 #[test]
-fn bad_files_give_one_line_of_their_kind() {
+fn unreadable_files_give_typed_errors_of_one_line() {
     let read = |name: &str, bytes: &[u8], more: &str| {
         let json = format!(r#"{{"surface": {{"filename": "{name}"{more}}}}}"#);
         Relief::new(&Settings::from_json(&json).unwrap(), Some(bytes)).map(|relief| relief.field().size())

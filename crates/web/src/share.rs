@@ -1,4 +1,6 @@
-//! The picture of the page as a command, and as a scene for Mitsuba.
+//! Exports the page's picture: as a `sunbeam render` command and as an XML scene for Mitsuba with the `diffraction`
+//! plugin. Options of the command and parameters of the plugin have the same names, except `height-field` for
+//! `filename`.
 
 use crate::settings::{Pigment, Settings};
 use serde::Serialize;
@@ -8,7 +10,8 @@ use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::methods::{MethodKind, MethodOptions, Repeats};
 use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
 
-/// The command that draws the picture of `width` × `height` pixels, with `supersample` rays along each side of a pixel.
+/// The `sunbeam render` command that draws the picture of `width` × `height` pixels, with `supersample` rays along each
+/// side of a pixel. Options with their default values are left out.
 pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u32) -> String {
     let mut words = vec!["sunbeam render -o picture.exr --png picture.png".to_owned()];
     let mut add = |flag: &str, value: String| words.push(format!("--{flag} {}", quoted(&value)));
@@ -48,8 +51,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     words.join(" ")
 }
 
-/// The scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor a fixed mix,
-/// so the scene has the relief itself, under the same light.
+/// The XML scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor
+/// [`Pigment::Mix`], so the scene has the plugin's own model of the relief, over a physical pigment.
 pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
@@ -111,7 +114,7 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     scene
 }
 
-/// The shape with its material.
+/// XML of the shape with its material.
 fn shape(settings: &Settings) -> String {
     let mut text = String::new();
     let mut line = |words: &str| {
@@ -170,7 +173,7 @@ fn shape(settings: &Settings) -> String {
     text
 }
 
-/// Names and values of the surface's parameters, except those that have the library's default.
+/// Names and values of the surface's parameters that differ from the library's defaults, and always `eta`.
 fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
     let (mut config, default) = (settings.config(), SurfaceConfig::default());
     if let Source::Preset(preset) = config.source() {
@@ -188,7 +191,7 @@ fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
     number("tolerance", config.tolerance, default.tolerance);
     number("build_limit", config.build_limit, default.build_limit);
     number("k", settings.index().k, 0.0);
-    // Always: without an index the command's surface reflects everything.
+    // `eta` is written always: without an index the command's surface would reflect all light.
     words.push(("eta", settings.index().eta.to_string()));
     let mut choice = |name, value: Option<String>| words.extend(value.map(|value| (name, value)));
     choice("model", (config.model != default.model).then(|| named(config.model)));
@@ -203,6 +206,7 @@ fn method_words(settings: &Settings) -> Vec<(&'static str, String)> {
     let (options, default) = (&settings.options, MethodOptions::default());
     let supported = settings.method.options();
     let pair = |[x, y]: [u32; 2]| format!("{x},{y}");
+    // (name in the library's options, name of the command's option, whether to write it, value)
     let candidates = [
         (
             "lambda_step_nm",
@@ -246,12 +250,12 @@ fn method_words(settings: &Settings) -> Vec<(&'static str, String)> {
     std::iter::once(method).chain(chosen.map(|(_, flag, _, value)| (flag, value))).collect()
 }
 
-/// The name of a choice in the users' interfaces.
+/// Serialised name of an enum value, as in JSON and on the command line.
 fn named(value: impl Serialize) -> String {
     serde_json::to_value(value).as_ref().map(plain).unwrap_or_default()
 }
 
-/// A name or number without JSON's quotes and trailing zero.
+/// Text of a JSON value without the quotes of strings and the `.0` of whole numbers.
 fn plain(value: &Value) -> String {
     match (value.as_str(), value.as_f64()) {
         (Some(name), _) => name.to_owned(),
@@ -260,12 +264,12 @@ fn plain(value: &Value) -> String {
     }
 }
 
-/// Three coordinates as text.
+/// Three coordinates as text, separated by `between`.
 fn point(coordinates: [f64; 3], between: &str) -> String {
     coordinates.map(|coordinate| coordinate.to_string()).join(between)
 }
 
-/// A word quoted for a shell where it needs quotes.
+/// A word of a shell command, in single quotes if it has other than safe characters.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-+.,/=@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -318,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_has_the_relief_and_the_command_of_the_mesh() {
+    fn a_scene_has_the_relief_and_names_the_command_that_writes_the_mesh() {
         let scene = xml(&settings(r#"{"surface": {"filename": "a<b&c.gsf"}, "rotation_deg": 5}"#), (8, 8));
         assert!(scene.contains(r#"<string name="filename" value="a&lt;b&amp;c.gsf"/>"#));
         assert!(scene.contains("sunbeam snake -o snake.ply") && scene.contains("resolution 2,"));

@@ -1,4 +1,6 @@
-//! Spectra on the processor.
+//! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum.
+//!
+//! `f_r = interface · angular factor · answer`, as in `reflectance.rs`, at each wavelength.
 
 use crate::error::WebError;
 use crate::reflectance::single;
@@ -9,21 +11,21 @@ use sunbeam::methods::{self, Method, MethodKind};
 use sunbeam::scattering::{ComplexIndex, Options, Pair, Vec3};
 use sunbeam::table::Progress;
 
-/// Wavelengths of a spectrum: 380, 385, …, 780 nm.
+/// Number of wavelengths of a spectrum: 380, 385, …, 780 nm.
 pub const SPECTRUM_COUNT: usize = 81;
 
-/// A reflectance by wavelength, with the optics around it.
+/// A source of spectral values with the refractive index and the options that complete them to `f_r`.
 pub struct Spectra {
     source: Source,
     model: Options,
     index: ComplexIndex,
 }
 
-/// The source of values by wavelength.
+/// Source of spectral values.
 enum Source {
-    /// Spectral tables, for the method `table`, which holds colours only.
+    /// Spectral tables: the method `table` holds colours only. Includes the angular factor.
     Surface(Box<Surface>),
-    /// The method itself.
+    /// Another method, which answers by wavelength.
     Method(Box<dyn Method>),
 }
 
@@ -42,7 +44,8 @@ impl Spectra {
         Ok(Self { source, model, index })
     }
 
-    /// Takes the refractive index of other settings. Data depend on it only where energy is conserved.
+    /// Replaces the refractive index by that of `settings`. Only data with energy conservation depend on the index and
+    /// would have to be built again.
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index();
     }
@@ -52,7 +55,7 @@ impl Spectra {
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
         let Some(pair) = Pair::new(wi, wo) else { return vec![0.0; SPECTRUM_COUNT] };
         let interface = pair.interface(Some(self.index), self.model.obliquity);
-        let at = |wavelength_nm: f64| match &self.source {
+        let f_r = |wavelength_nm: f64| match &self.source {
             Source::Surface(surface) => Some(interface * surface.eval(wi, wo, wavelength_nm)),
             Source::Method(method) => {
                 let relief = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32)?;
@@ -60,7 +63,7 @@ impl Spectra {
             }
         };
         let wavelengths_nm = (0..SPECTRUM_COUNT).map(|i| 380.0 + 5.0 * i as f64);
-        wavelengths_nm.map_while(at).map(|value| value as f32).collect()
+        wavelengths_nm.map_while(f_r).map(|value| value as f32).collect()
     }
 }
 
@@ -71,6 +74,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
     use sunbeam::colour::SpectralToRgb;
 
+    /// A sinusoidal grating, and settings with this method.
     fn with_method(method: &str) -> (Relief, Settings) {
         let json =
             format!(r#"{{"surface": {{"preset": "sinusoidal", "coherence_length": 10}}, "method": "{method}"}}"#);
@@ -79,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn the_spectrum_adds_up_to_the_colour() {
+    fn the_spectrum_integrates_to_the_colour() {
         // Near the first order of 480 nm.
         let (wi, wo) = (direction(30.0, 180.0), direction(18.0, 0.0));
         let colours = SpectralToRgb::new(380.0, 5.0, SPECTRUM_COUNT).unwrap();
@@ -92,7 +96,7 @@ mod tests {
             let (summed, rgb) = (colours.rgb(&spectrum), reflectance.rgb(wi, wo));
             let largest = rgb.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
             for c in 0..3 {
-                // The table's quadrature has steps of 1 nm.
+                // The colour table integrates in steps of 1 nm, this test in steps of 5 nm.
                 assert!((summed[c] - rgb[c]).abs() < 0.02 * largest, "{method}: {summed:?} {rgb:?}");
             }
         }
@@ -102,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn progress_comes_in_steps_and_ends_at_one() {
+    fn progress_is_reported_in_steps_and_ends_at_one() {
         for method in ["table", "flss", "nmm", "pq"] {
             let (relief, settings) = with_method(method);
             let reports = Arc::new(Mutex::new(Vec::new()));

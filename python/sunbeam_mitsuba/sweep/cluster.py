@@ -22,12 +22,14 @@ from .errors import SweepError
 from .tables import WORKER_BYTES
 from .work import Job, probe
 
-#: Number of workers after whose death a task is given up.
+#: Number of killed workers after which their task is given up. Chosen: two may have died for another reason.
 KILLS = 3
-#: Fraction of the machine's free memory for all workers together.
+#: Fraction of the machine's free memory for all workers together. Chosen.
 _MEMORY_FRACTION = 0.9
-# Seconds to wait for the scheduler's first answer, and for its first worker.
-_CONNECT_SECONDS, _WAIT_SECONDS = 5, 60
+# Seconds to wait for the scheduler's first answer. Chosen.
+_CONNECT_SECONDS = 5
+# Seconds to wait for the scheduler's first worker. Chosen.
+_WAIT_SECONDS = 60
 
 
 def plan_workers(asked: int | None, memory_bytes: float | None, largest_bytes: float, cases: int) -> tuple[int, float]:
@@ -79,11 +81,11 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
 
 def kill_workers(before: Set[int] = frozenset()) -> list[psutil.Process]:
     """Kills this process's workers except those with a PID in ``before``. Returns the killed ones."""
-    own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
-    for child in own:
+    workers = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
+    for child in workers:
         with suppress(psutil.NoSuchProcess):
             child.kill()
-    return own
+    return workers
 
 
 def _is_worker(child: psutil.Process, before: Set[int]) -> bool:
@@ -123,19 +125,24 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
 
 
 async def _reach(address: str) -> None:
+    """Opens and drops a connection; raises an error where nothing answers."""
     comm = await connect(address, timeout=_CONNECT_SECONDS)
     comm.abort()
 
 
 def _probe_all(client: Client, job: Job) -> None:
-    token, place = uuid.uuid4().hex, job.output / ".token"
-    place.write_text(token)
+    """Runs :func:`work.probe` on every worker, with a token that it must find in the output folder.
+
+    Raises :class:`SweepError` for the first worker that cannot take part.
+    """
+    token, token_file = uuid.uuid4().hex, job.output / ".token"
+    token_file.write_text(token)
     try:
         answers = client.run(probe, job, token, on_error="return")
     except Exception as error:
         raise SweepError(f"the workers cannot be asked: {type(error).__name__}: {error}") from error
     finally:
-        place.unlink(missing_ok=True)
+        token_file.unlink(missing_ok=True)
     for worker, answer in answers.items():
         if isinstance(answer, BaseException):
             raise SweepError(f"the worker {worker} cannot take part: {type(answer).__name__}: {answer}")

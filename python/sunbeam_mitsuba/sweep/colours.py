@@ -1,4 +1,7 @@
-"""Colours of spectral reflectances: illuminants, the CIE 1931 observer, linear sRGB, hulls of chromaticities."""
+"""Colours of spectral reflectances: illuminants, the CIE 1931 observer, linear sRGB, CIELAB, chromaticities' hulls.
+
+A colour of a reflectance R under an illuminant L is Σ R(λ) L(λ) x̄ȳz̄(λ) / Σ L(λ) ȳ(λ), at uniform wavelengths λ.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +68,7 @@ def weighted(values: NDArray[np.float32] | Doubles, weights: Doubles) -> Doubles
 
 
 def lab(xyz: Doubles, white: Doubles) -> Doubles:
-    """CIELAB ``[L*, a*, b*]`` of a colour, relative to the illuminant's white."""
+    """CIELAB ``[L*, a*, b*]`` of a colour, relative to the illuminant's white (CIE 15)."""
     ratio = xyz / white
     linear = ratio / (3 * (6 / 29) ** 2) + 4 / 29
     f = np.where(ratio > (6 / 29) ** 3, np.cbrt(np.maximum(ratio, 0)), linear)

@@ -1,4 +1,4 @@
-"""Calls of the command ``sunbeam``: statistics, periods, and orders by both theories."""
+"""Runs the command ``sunbeam``, which reports statistics and periods of a relief, and its orders by both theories."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import Any, cast
 from .errors import SweepError
 from .limits import SOURCE, SURFACE, Value
 
+# The command of the checkout's own build.
 _BUILT = Path(__file__).resolve().parents[3] / "target" / "release" / "sunbeam"
 _MISSING = "the command sunbeam is missing: put it on PATH, or name it in the environment variable SUNBEAM_COMMAND"
 
@@ -65,6 +66,7 @@ def ask(*words: str) -> dict[str, Any]:
 
 @lru_cache(maxsize=64)
 def _described(words: tuple[str, ...], changed_ns: int) -> dict[str, Any]:
+    """The cached report. ``changed_ns``, the file's time of change, is only a part of the cache's key."""
     return ask("height-field", *words)
 
 

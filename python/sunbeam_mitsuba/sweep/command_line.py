@@ -14,11 +14,16 @@ from .errors import SweepError
 from .run import plan, run
 from .spec import read_spec
 
-#: Exit codes: some cases failed; the sweep was refused or cannot continue; it was interrupted.
-SOME_FAILED, REFUSED, INTERRUPTED = 1, 2, 130
+#: Exit code of a sweep in which some cases failed.
+SOME_FAILED = 1
+#: Exit code of a sweep that was refused or cannot continue.
+REFUSED = 2
+#: Exit code of an interrupted sweep: 128 plus the number of SIGINT, by convention.
+INTERRUPTED = 130
 
 
 def _parser() -> argparse.ArgumentParser:
+    """The parser of the options."""
     parser = argparse.ArgumentParser(
         prog="python -m sunbeam_mitsuba.sweep",
         description="Computes figures and pictures of many surfaces under many settings; goes on where it was stopped.",
@@ -39,6 +44,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _positive(kind: type[int] | type[float]):  # type: ignore[no-untyped-def]
+    """An argparse type: a finite number of type ``kind`` above zero."""
+
     def convert(text: str) -> float:
         value = kind(text)
         if not 0 < value < float("inf"):

@@ -1,4 +1,10 @@
-"""Submits cases to the workers in batches, a few at a time, and collects the results."""
+"""Submits cases to the workers in batches, a few at a time, and collects the results.
+
+A worker can die, most often for lack of memory, and Dask then repeats its batch on another worker. Dask gives up after
+KILLS deaths. The cases of such a batch are submitted again one by one. A single case whose workers died may be
+innocent, because Dask counts a death against all tasks at that worker. Such *suspects* are tried at the end, each alone
+in the cluster (*on trial*), and fail if KILLS workers die again.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +26,18 @@ from .spec import Case
 from .store import StoreError, input_of, write_result
 from .work import Done, Job, record_of, run_batch
 
-#: Target duration of a batch in seconds: long beside the scheduler's milliseconds, and a small loss when a worker dies.
+#: Target duration of a batch in seconds. Chosen: long against the scheduler's milliseconds, short enough to lose.
 BATCH_SECONDS = 1.0
-#: Target duration of a batch in seconds for each thread of the cluster, where that is more than BATCH_SECONDS. This
-#: process and the scheduler spend some milliseconds on each batch.
+# : Target duration of a batch in seconds, per thread of the cluster, if their product exceeds BATCH_SECONDS. Chosen:
+# this : process and the scheduler spend some milliseconds on each batch.
 BATCH_SECONDS_PER_THREAD = 0.01
-#: Largest number of cases in a batch.
+#: Largest number of cases in a batch. Chosen.
 BATCH_CASES_MAX = 500
 #: Batches at the workers for each of their threads: one being computed and one waiting.
 _BATCHES_PER_THREAD = 2
-# Weight of the newest measurement in the running mean of a case's duration.
+# Weight of the newest batch in the exponential mean of a case's duration. Chosen.
 _NEWEST = 0.5
-# Seconds between checks of the connection while no batch ends.
+# Seconds between checks of the connection while no batch ends. Chosen.
 _LOOK_SECONDS = 0.25
 # Seconds between counts of the workers' threads.
 _RECOUNT_SECONDS = 2.0
@@ -49,6 +55,8 @@ def drive(client: Client, job: Job, cases: list[Case], finished: Callable[[int, 
 
 
 class _Driver:
+    """State of a sweep under way: waiting, submitted and suspect cases."""
+
     def __init__(self, client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]):
         self._client, self._job, self._finished = client, job, finished
         self._waiting: deque[Case] = deque(cases)
@@ -60,11 +68,13 @@ class _Driver:
         self._on_trial: Case | None = None
         self._submitted: dict[Future[Done], list[Case]] = {}
         self._arrived: queue.Queue[Future[Done]] = queue.Queue()
+        # Exponential mean of a case's duration; 0 before the first batch ends.
         self._case_seconds = 0.0
         self._count_threads()
         self._key, self._number = uuid.uuid4().hex[:8], 0
 
     def run(self) -> None:
+        """Submits and collects batches until no case is left."""
         self._submit_batches()
         while self._submitted:
             try:
@@ -78,6 +88,7 @@ class _Driver:
             self._submit_batches()
 
     def _submit_batches(self) -> None:
+        """Submits batches until each thread has its number; a suspect only if nothing else is submitted."""
         if time.monotonic() - self._counted_at > _RECOUNT_SECONDS:
             self._count_threads()
         while len(self._submitted) < _BATCHES_PER_THREAD * self._threads and (self._waiting or self._alone):
@@ -91,6 +102,7 @@ class _Driver:
             self._submit([self._on_trial])
 
     def _count_threads(self) -> None:
+        """Updates the number of the workers' threads, which changes as workers join and leave."""
         try:
             self._threads = max(1, thread_count(self._client))
         except OSError as error:
@@ -104,18 +116,21 @@ class _Driver:
         self._await(future, batch)
 
     def _await(self, future: Future[Done], batch: list[Case]) -> None:
+        """Registers a submitted batch; its future enters the queue of arrivals when it ends."""
         self._submitted[future] = batch
         future.add_done_callback(self._arrived.put)
 
     def _batch_size(self) -> int:
+        """Number of cases of the next batch, from the measured duration of a case; 1 before the first measurement."""
         if self._case_seconds <= 0:
             return 1
         target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * self._threads)
         # Batches shrink towards the end, so that all workers finish together.
-        even = max(1, len(self._waiting) // (_BATCHES_PER_THREAD * self._threads))
-        return max(1, min(int(target / self._case_seconds), BATCH_CASES_MAX, even))
+        equal_parts = max(1, len(self._waiting) // (_BATCHES_PER_THREAD * self._threads))
+        return max(1, min(int(target / self._case_seconds), BATCH_CASES_MAX, equal_parts))
 
     def _take(self, future: Future[Done], batch: list[Case]) -> None:
+        """Collects the result of a batch that ended, whatever its end."""
         if future.status == "cancelled":
             raise self._lost()
         if future.status == "error":
@@ -146,6 +161,7 @@ class _Driver:
             raise SweepError(done.fatal)
 
     def _take_error(self, error: Any, batch: list[Case]) -> None:
+        """Resubmits or fails the cases of a batch that killed its workers. Raises SweepError for another error."""
         if not isinstance(error, KilledWorker):
             raise SweepError(f"a worker cannot do its work: {type(error).__name__}: {' '.join(str(error).split())}")
         if len(batch) > 1:
@@ -156,8 +172,8 @@ class _Driver:
         if case is not self._on_trial:
             self._suspects.append(case)
             return
-        told = f"killed {KILLS} workers that tried it; most often the memory is too small for it"
-        record = record_of(self._job, case, told)
+        message = f"killed {KILLS} workers that tried it; most often the memory is too small for it"
+        record = record_of(self._job, case, message)
         parameters = with_full_path(case.parameters, self._job.folder)
         try:
             if "filename" in parameters:

@@ -1,4 +1,4 @@
-"""Instruments' files in a sweep: each process converts a file once, to a ``.gsf``."""
+"""Files of instruments in a sweep: each worker process converts a file once, to a temporary ``.gsf`` (convert.py)."""
 
 from __future__ import annotations
 
@@ -36,17 +36,17 @@ def converted(parameters: Mapping[str, Value]) -> dict[str, Value]:
 
     Raises ``SunbeamError`` where the file is refused.
     """
-    own = dict(parameters)
-    if needs_converting(own):
-        name = str(own["filename"])
-        channel, pixel_size = own.pop("channel", None), own.get("pixel_size")
+    surface = dict(parameters)
+    if needs_converting(surface):
+        name = str(surface["filename"])
+        channel, pixel_size = surface.pop("channel", None), surface.get("pixel_size")
         try:
             changed_ns = os.stat(name).st_mtime_ns
         except OSError as error:
             raise SunbeamError(f"{name}: cannot be read: {error.strerror}") from error
         wanted = None if channel is None else str(channel)
-        own["filename"] = _converted(name, changed_ns, wanted, None if pixel_size is None else float(pixel_size))
-    return own
+        surface["filename"] = _converted(name, changed_ns, wanted, None if pixel_size is None else float(pixel_size))
+    return surface
 
 
 @cache
@@ -57,6 +57,7 @@ def _folder() -> TemporaryDirectory[str]:
 
 @lru_cache(maxsize=4096)
 def _converted(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
-    made = Path(_folder().name) / f"{uuid.uuid4().hex}.gsf"
-    convert.convert(name, made, channel, pixel_size=pixel_size)
-    return str(made)
+    """Path of the converted file. ``changed_ns``, the time of the last change, is only a part of the cache's key."""
+    gsf = Path(_folder().name) / f"{uuid.uuid4().hex}.gsf"
+    convert.convert(name, gsf, channel, pixel_size=pixel_size)
+    return str(gsf)

@@ -78,8 +78,10 @@ class Truth:
         return "true or false"
 
 
+# Values that a parameter accepts. Its text completes "must be …" in messages.
 Accepted = Union[Numbers, Words, Text, Truth]
 
+# Lengths of a relief.
 _LENGTH = Numbers(0, 1e3, "µm", open_low=True)
 
 #: Sources of the heights, which belong to a surface and not to a setting.
@@ -129,7 +131,8 @@ PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **SCENE, **LIGHT}
 def check_value(where: str, name: str, value: object) -> Value:
     """Returns the value if the parameter accepts it.
 
-    Raises :class:`SweepError` with the place in the specification, the parameter, its value and the accepted values.
+    Raises :class:`SweepError`, whose message has the table of the specification (``where``), the parameter, its value
+    and the accepted values.
     """
     accepted = PARAMETERS[name]
     if not accepted.accepts(value):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 #: Longer side of a thumbnail in pixels.
 THUMBNAIL_PIXELS = 96
-# Fraction of the pixels that automatic exposure clips, as in the command's maps.
+# Fraction of the lit pixels that automatic exposure clips, as in ``sunbeam brdf-map``.
 _CLIPPED = 0.01
 
 
@@ -24,8 +24,8 @@ def automatic_exposure(pixels: Doubles) -> float:
     """The factor at which 1 % of the lit pixels exceed 1 in a channel; 1 for a black picture."""
     largest = np.sort(pixels.max(axis=-1).ravel())
     largest = largest[largest > 0]
-    at = int((1 - _CLIPPED) * len(largest))
-    return float(1 / largest[at]) if at < len(largest) else 1.0
+    rank = int((1 - _CLIPPED) * len(largest))
+    return float(1 / largest[rank]) if rank < len(largest) else 1.0
 
 
 def encoded(pixels: Doubles, exposure: float) -> Bytes8:
@@ -46,7 +46,7 @@ def exr(pixels: Doubles) -> bytes:
 
 
 def thumbnail(pixels: Bytes8) -> bytes:
-    """Encodes a small PNG from means over blocks of pixels; its bytes depend on the picture alone."""
+    """Encodes a small PNG of means over square blocks of pixels; partial blocks at the right and bottom are cut off."""
     height, width = pixels.shape[:2]
     block = max(1, -(-max(height, width) // THUMBNAIL_PIXELS))
     cut = pixels[: max(1, height // block) * block, : max(1, width // block) * block].astype(np.float64)
@@ -57,10 +57,11 @@ def thumbnail(pixels: Bytes8) -> bytes:
     return png(np.round(means).astype(np.uint8))
 
 
-def _written(pixels: NDArray[np.float32] | Bytes8, kind: str) -> bytes:
+def _written(pixels: NDArray[np.float32] | Bytes8, file_format: str) -> bytes:
+    """Encodes pixels by Mitsuba; ``file_format`` is a name of its ``Bitmap.FileFormat``."""
     mi = mitsuba()
     if mi.variant() is None:
         use_variant("scalar_rgb")
     stream = mi.MemoryStream()
-    mi.Bitmap(np.ascontiguousarray(pixels)).write(stream, getattr(mi.Bitmap.FileFormat, kind))
+    mi.Bitmap(np.ascontiguousarray(pixels)).write(stream, getattr(mi.Bitmap.FileFormat, file_format))
     return bytes(stream.raw_buffer())

@@ -10,6 +10,7 @@ from tqdm import tqdm
 
 # Seconds before the first report; shorter sweeps show none.
 _DELAY_SECONDS = 2.0
+# Seconds between lines where there is no terminal.
 _LINE_SECONDS = 30.0
 
 

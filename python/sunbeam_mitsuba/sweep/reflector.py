@@ -1,4 +1,7 @@
-"""The BSDF and albedo of a surface, through the C interface or through Mitsuba's BSDF."""
+"""BSDF and albedo of a surface for the figures: by the C interface (`Surface`), or by the plugin's BSDF in Mitsuba.
+
+Mitsuba serves surfaces with parameters that only its BSDF has, such as `material`; all others need no Mitsuba variant.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +21,11 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float32]
 
-# Wavelengths of one ray in Mitsuba's spectral variants.
+# Number of wavelengths that Mitsuba's spectral variants evaluate at once.
 _CARRIED = 4
 # The variant that evaluates many directions in one call.
 _VARIANT = "llvm_ad_spectral"
-# Largest number of values of f in one call, which limits its memory to some 10 MB.
+# Largest number of values of f_r in one call, 4 bytes each. Chosen, to limit the memory to some 10 MB.
 _VALUES_MAX = 2_000_000
 
 
@@ -49,11 +52,13 @@ def make_reflector(parameters: Mapping[str, Value]) -> Reflector:
     Parameters in ``SCENE`` (``material``, ``rotation``, …) need Mitsuba's BSDF; other surfaces use the C interface.
     Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
     """
-    own = {name: value for name, value in parameters.items() if name not in LIGHT}
-    return _OfMitsuba(own) if any(name in SCENE for name in own) else _OfLibrary(own)
+    surface = {name: value for name, value in parameters.items() if name not in LIGHT}
+    return _OfMitsuba(surface) if any(name in SCENE for name in surface) else _OfLibrary(surface)
 
 
 class _OfLibrary:
+    """A reflector by the C interface."""
+
     def __init__(self, parameters: Mapping[str, Value]):
         given: dict[str, Any] = dict(parameters)
         self._surface = Surface(**given)
@@ -85,6 +90,8 @@ def _table_bytes(described: Mapping[str, Any]) -> float:
 
 
 class _OfMitsuba:
+    """A reflector by the plugin's BSDF in Mitsuba's variant _VARIANT."""
+
     # The plugin tells the size of its tables only as text.
     table_bytes = 0.0
 
@@ -135,6 +142,7 @@ def mitsuba() -> Any:
 
 
 def _interactions(wi: list[float], carried: list[float], count: int) -> Any:
+    """``count`` equal interactions with up to _CARRIED wavelengths; missing ones repeat the last."""
     import drjit as dr
 
     mi = mitsuba()

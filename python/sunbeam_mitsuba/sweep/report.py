@@ -1,4 +1,7 @@
-"""The table of settings and figures, the table of times, and the summary."""
+"""Writes the sweep's table of settings and figures, the table of times, and the summary.
+
+A case is a row. Each wanted figure (wants/) declares its columns; the record of a case (store.py) has the values.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,7 @@ KINDS: dict[str, pa.DataType] = {
     ),
     "gamut": pa.list_(pa.struct([("view_deg", pa.float64()), ("u", pa.float64()), ("v", pa.float64())])),
 }
-# Rows of one group of the Parquet file, the number in memory at a time.
+# Number of rows of a group of the Parquet file, which are in memory at a time. Chosen.
 _GROUP_ROWS = 10_000
 
 

@@ -135,6 +135,7 @@ def _pending(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Ca
 
 
 def _forget(folder: Path, case: Case) -> None:
+    """Removes a case's result. Raises :class:`StoreError`."""
     try:
         result_path(folder, case.identity).unlink(missing_ok=True)
     except OSError as error:
@@ -151,6 +152,7 @@ def _client(
     memory_gb: float | None,
     progress: bool,
 ) -> Iterator[Client]:
+    """A client of the given scheduler, or of new workers on this machine."""
     if scheduler is not None:
         with remote_client(scheduler, job) as client:
             _tell(progress, f"{len(pending)} cases to do, {thread_count(client)} threads at {scheduler}", client)
@@ -164,6 +166,7 @@ def _client(
 
 
 def _tell(progress: bool, line: str, client: Client) -> None:
+    """Prints a line on stderr, with the address of Dask's dashboard if its library is installed."""
     if not progress:
         return
     where = f"; {client.dashboard_link}" if importlib.util.find_spec("bokeh") else ""
@@ -174,8 +177,8 @@ def _surfaces(spec: Spec, cases: list[Case]) -> list[dict[str, Any]]:
     """The different surfaces of the cases, with absolute paths."""
     found: dict[str, dict[str, Any]] = {}
     for case in cases:
-        own = {name: value for name, value in case.parameters.items() if name not in LIGHT}
-        found.setdefault(repr(sorted(own.items())), dict(with_full_path(own, spec.folder)))
+        surface = {name: value for name, value in case.parameters.items() if name not in LIGHT}
+        found.setdefault(repr(sorted(surface.items())), dict(with_full_path(surface, spec.folder)))
     return list(found.values())
 
 

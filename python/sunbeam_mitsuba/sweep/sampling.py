@@ -11,11 +11,13 @@ from dataclasses import dataclass
 from .errors import SweepError
 from .limits import PARAMETERS, Numbers, Value, check_keys, check_value, shown
 
-#: Largest number of combinations in a sweep; checked before any is made.
+#: Largest number of combinations in a sweep, checked before any is generated. Chosen.
 ROWS_MAX = 1_000_000
 #: Keys of a table of values besides its parameters.
 KEYS = ("combine", "count", "seed")
+# Values of ``combine``.
 _KINDS = ("product", "list", "sample")
+# Keys of a range.
 _RANGE = ("from", "to", "count", "step", "scale")
 
 
@@ -64,6 +66,7 @@ class Combinations:
         }
 
     def _drawn(self) -> Iterator[dict[str, Value]]:
+        """Yields random combinations, each parameter uniform over its range or list."""
         # Python guarantees that random() gives equal numbers for a seed in all versions.
         source = random.Random(self._seed)
         for _ in range(self.count):
@@ -115,6 +118,7 @@ def read_combinations(where: str, table: dict[str, object], accepted: list[str])
 
 
 def _values(where: str, name: str, given: object, is_sample: bool) -> tuple[Value, ...] | Span:
+    """Reads the values of one parameter: a range, a list, or a single value."""
     if isinstance(given, dict):
         return _range(f"{where}: {name}", name, given, is_sample)
     if isinstance(given, list):
@@ -125,6 +129,7 @@ def _values(where: str, name: str, given: object, is_sample: bool) -> tuple[Valu
 
 
 def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> tuple[Value, ...] | Span:
+    """Reads a range: its values, or for a sample the range itself."""
     check_keys(where, given, list(_RANGE))
     if not isinstance(PARAMETERS[name], Numbers):
         raise SweepError(f"{where} is a range, but must be {PARAMETERS[name]}")
@@ -152,6 +157,7 @@ def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> 
 
 
 def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
+    """The values of a linear range from its first in steps of ``step``, up to its last."""
     if isinstance(step, bool) or not isinstance(step, (int, float)) or not 0 < step < math.inf or span.logarithmic:
         raise SweepError(f"{where}: step is {shown(step)}, but must be a number above 0, and is for linear ranges")
     if span.last < span.first:
@@ -159,11 +165,12 @@ def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
     steps = (span.last - span.first) / step
     if steps > ROWS_MAX:
         raise SweepError(f"{where}: the range has {steps:.3g} values; accepted are at most {ROWS_MAX}")
-    # The margin keeps a last step that rounding puts beyond the end.
+    # The margins, 1e-12 relative and 1e-9 absolute, keep a last value that rounding puts beyond the end.
     return tuple(float(f"{span.first + i * step:.12g}") for i in range(int(steps * (1 + 1e-12) + 1e-9) + 1))
 
 
 def _whole(where: str, given: object, low: int, high: int) -> int:
+    """Returns ``given`` if it is an integer from ``low`` to ``high``. Raises :class:`SweepError`."""
     if isinstance(given, bool) or not isinstance(given, int) or not low <= given <= high:
         raise SweepError(f"{where} is {shown(given)}, but must be a whole number from {low} to {high}")
     return given

@@ -12,8 +12,9 @@ from .report import columns_of
 from .spec import Spec
 from .store import SHEET, write_whole
 
-#: Largest number of rows on the sheet, some 20 MB with two pictures each. The table has all rows.
+#: Largest number of rows on the sheet. Chosen: a page of some 20 MB with two pictures a row. The table has all rows.
 ROWS_MAX = 2000
+# Kinds of columns with one value a row; tables within a cell are left out.
 _PLAIN = ("number", "whole", "text", "truth")
 # Columns left out: stated below the title, or of use to programs alone.
 _LEFT_OUT = ("identity", "version", "input_sha256", "status")
@@ -47,12 +48,13 @@ def write_sheet(spec: Spec, rows: Iterable[tuple[dict[str, Any], dict[str, Any]]
 
 
 def _full(row: dict[str, Any], name: str) -> str | None:
-    """Path of the picture of a thumbnail."""
+    """Path of the full picture of the thumbnail ``name``, relative to the sweep's folder."""
     found = row.get("colour_strip") if name == "strip" else row.get(f"{name}_png")
     return str(found) if found else None
 
 
 def _cell(value: Any, is_file: bool) -> dict[str, Any]:
+    """A cell of the template: its text, the key by which the column sorts, and a link for a file."""
     if value is None:
         return {"shown": "", "sorts": "", "link": None}
     if isinstance(value, float):

@@ -22,7 +22,9 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+# Keys of the specification.
 _TOP = ("output", "surface", "settings", "want")
+# Keys of a ``[[surface]]`` besides its parameters.
 _SURFACE_KEYS = ("name", "files")
 #: Default direction of the light: along the normal.
 _LIGHT_DEFAULTS: dict[str, Value] = {"theta_i_deg": 0.0, "phi_i_deg": 0.0}
@@ -76,8 +78,7 @@ class Spec:
     def cases(self, version: str) -> Iterator[Case]:
         """Yields the different cases in the order of the table: by surface, then by setting.
 
-        A case's identity is a hash of its parameters, the wanted figures and ``version``. Of equal cases the first
-        alone is given.
+        A case's identity is a hash of its parameters, the wanted figures and ``version``. Equal cases are yielded once.
         """
         wanted = [want.identity() for want in self.wants]
         seen: set[str] = set()
@@ -124,9 +125,10 @@ def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[st
         raise SweepError('the specification needs an output, a folder: output = "…" in it, or --output')
     if not isinstance(where, (str, os.PathLike)):
         raise SweepError(f"output is {shown(where)}, but must be a folder's name")
-    place = Path(where) if output is not None else folder / where
+    # The argument is relative to the working folder, the specification's own to the specification.
+    output_folder = Path(where) if output is not None else folder / where
     wants = _wants(source.get("want"), folder)
-    spec = Spec(folder, place.resolve(), read, settings, wants, source)
+    spec = Spec(folder, output_folder.resolve(), read, settings, wants, source)
     if spec.count > ROWS_MAX:
         raise SweepError(f"the specification has {spec.count} cases; accepted are at most {ROWS_MAX}")
     for want in wants:
@@ -144,11 +146,13 @@ def _values_of(spec: Spec) -> dict[str, set[Value]]:
 
 
 def _settings(table: object) -> Combinations:
+    """Reads the table ``[settings]``."""
     accepted = [*SURFACE, *SCENE, *LIGHT]
     return read_combinations("settings", check_keys("settings", table, [*KEYS, *accepted]), accepted)
 
 
 def _surface(where: str, table: object, folder: Path, settings: Combinations) -> SurfaceSpec:
+    """Reads a table ``[[surface]]``, which ``where`` names in messages. Raises :class:`SweepError`."""
     accepted = [*SOURCE, *SURFACE, *SCENE]
     given = dict(check_keys(where, table, [*_SURFACE_KEYS, *KEYS, *accepted]))
     name = given.pop("name", "")

@@ -1,4 +1,4 @@
-"""The folder of a sweep: results are written atomically, and one sweep at a time has the folder.
+"""The output folder of a sweep: results are written atomically, and a lock admits one sweep at a time.
 
 ``results/`` holds a JSON file for each case, with its settings, version, the input's checksum and the time;
 ``pictures/`` holds the pictures. Both are divided by the first two digits of the cases' identities, since folders with
@@ -24,11 +24,18 @@ from filelock import FileLock, Timeout
 
 from .errors import SweepError
 
-#: File names of the table, the times, the sheet and the summary.
-TABLE, TIMES, SHEET, SUMMARY = "sweep.parquet", "times.parquet", "index.html", "sweep.json"
+#: File name of the table.
+TABLE = "sweep.parquet"
+#: File name of the table of times.
+TIMES = "times.parquet"
+#: File name of the contact sheet.
+SHEET = "index.html"
+#: File name of the summary.
+SUMMARY = "sweep.json"
+# Folders of results and pictures.
 _FOLDERS = ("results", "pictures")
 _LOCK = ".lock"
-# Age in seconds from which an unfinished file is removed: its worker died, since no write takes this long.
+# Age in seconds from which an unfinished file is removed. Chosen: no write takes this long, so its worker has died.
 _ABANDONED_SECONDS = 600.0
 
 
@@ -99,6 +106,7 @@ def input_of(path: Path) -> dict[str, Any]:
 
 @lru_cache(maxsize=4096)
 def _checksum(path: str, size: int, mtime_ns: int) -> str:
+    """SHA-256 of a file. Size and time are only parts of the cache's key."""
     digest = sha256()
     with open(path, "rb") as file:
         while block := file.read(1 << 20):
@@ -108,22 +116,23 @@ def _checksum(path: str, size: int, mtime_ns: int) -> str:
 
 def is_current(record: Mapping[str, Any], path: Path | None) -> bool:
     """Whether the input file is unchanged: by size and time, or else by checksum."""
-    known = record.get("input")
+    recorded = record.get("input")
     if path is None:
         return True
-    if known is None:
+    if recorded is None:
         # The file could not be read when the record was written.
         return not path.exists()
     try:
         status = os.stat(path)
-        if (status.st_size, status.st_mtime_ns) == (known["bytes"], known["mtime_ns"]):
+        if (status.st_size, status.st_mtime_ns) == (recorded["bytes"], recorded["mtime_ns"]):
             return True
-        return bool(input_of(path)["sha256"] == known["sha256"])
+        return bool(input_of(path)["sha256"] == recorded["sha256"])
     except OSError:
         return False
 
 
 def _can_hold_files(folder: Path) -> bool:
+    """Whether the folder is missing or writable."""
     return not folder.exists() or (folder.is_dir() and os.access(folder, os.W_OK | os.X_OK))
 
 
@@ -149,8 +158,8 @@ class Store:
             ) from None
         except OSError as error:
             raise SweepError(f"{self.folder} cannot be written: {error.strerror or error}") from error
-        own = {*_FOLDERS, TABLE, TIMES, SHEET, SUMMARY, _LOCK}
-        others = [entry.name for entry in os.scandir(self.folder) if entry.name not in own]
+        expected = {*_FOLDERS, TABLE, TIMES, SHEET, SUMMARY, _LOCK}
+        others = [entry.name for entry in os.scandir(self.folder) if entry.name not in expected]
         others = [name for name in others if not (name.startswith(".") and name.endswith(".part"))]
         if others and not (self.folder / SUMMARY).exists():
             self.close()
@@ -176,6 +185,7 @@ class Store:
         self._lock.release()
 
     def _remove_abandoned(self) -> None:
+        """Removes unfinished files that dead workers left."""
         oldest = time.time() - _ABANDONED_SECONDS
         for part in [*self.folder.glob(".*.part"), *self.folder.glob("*/*/.*.part")]:
             try:

@@ -1,4 +1,4 @@
-"""A worker's surfaces and the memory of their tables."""
+"""Surfaces that a worker holds, and the memory of their tables: estimated before a build, limited by a cache."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .instruments import converted
 from .limits import LIGHT, Value
 from .reflector import Reflector, make_reflector
 
-#: Peak memory of a build divided by the estimated size of the finished table of spectra. The build also holds knots in
-#: complex double precision, grids of transforms, the sampler and the albedo.
+#: Peak memory of a build divided by the estimated size of the finished spectral table. Chosen with a margin: the build
+#: also holds nodes in complex double precision, grids of transforms, the sampler and the albedo.
 BUILD_PEAK = 6.0
-#: Memory of a worker in bytes besides tables: Python, Mitsuba, and one batch of directions.
+#: Memory of a worker in bytes without tables: Python, Mitsuba, and one batch of directions. Chosen with a margin.
 WORKER_BYTES = 0.6e9
-#: Fraction of a worker's memory for finished tables; the rest is for the next build and a picture.
+#: Fraction of a worker's memory for finished tables. Chosen; the rest is for the next build and a picture.
 HELD_FRACTION = 0.5
-# Presets whose tables take some megabytes up to _SMALL_COHERENCE_UM, so that no estimate is needed.
+# Presets whose tables take only some megabytes at coherence lengths up to _SMALL_COHERENCE_UM: they need no estimate.
 _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
-# Coherence length in µm.
+# Coherence length in µm up to which _SMALL_PRESETS need no estimate.
 _SMALL_COHERENCE_UM = 1000.0
 # Largest number of surfaces estimated before the workers start; workers estimate the others.
 _ESTIMATED_BEFORE = 32
@@ -103,6 +103,7 @@ class HeldSurfaces:
         return len(self._held)
 
     def _checked(self, parameters: Mapping[str, Value]) -> float:
+        """Estimated peak memory of a build in bytes. Raises :class:`TooLarge` if the worker has less."""
         expected = estimated_bytes(parameters)
         available = self.memory_bytes - WORKER_BYTES
         if expected > available:
@@ -125,7 +126,7 @@ class HeldSurfaces:
 
 def _key(parameters: Mapping[str, Value]) -> str:
     """Key of a surface's tables: all parameters except the light's, and the file's modification time."""
-    own = {name: value for name, value in parameters.items() if name not in LIGHT}
-    name = str(own.get("filename", ""))
+    surface = {name: value for name, value in parameters.items() if name not in LIGHT}
+    name = str(surface.get("filename", ""))
     changed = os.stat(name).st_mtime_ns if name and os.path.exists(name) else 0
-    return json.dumps([own, changed], sort_keys=True)
+    return json.dumps([surface, changed], sort_keys=True)

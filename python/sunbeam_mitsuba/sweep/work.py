@@ -1,4 +1,4 @@
-"""The worker's part: computes the cases of a batch and writes each before the next."""
+"""Runs in the workers: computes the cases of a batch, and writes each result before the next case begins."""
 
 from __future__ import annotations
 
@@ -58,6 +58,8 @@ def version() -> str:
 
 
 class _Asked(Question):
+    """A case as the wanted figures see it (wants/want.py): parameters, light, and the surface with its tables."""
+
     def __init__(self, parameters: dict[str, Value], held: HeldSurfaces):
         self.parameters = parameters
         self.theta_i_deg = float(parameters["theta_i_deg"])
@@ -70,6 +72,7 @@ class _Asked(Question):
 
 # A process has one variant of Mitsuba at a time, so the threads of a worker take turns.
 _turn = threading.Lock()
+# The surfaces of this process; `run_batch` sets the memory limit.
 _held = HeldSurfaces(0.0)
 
 

@@ -1,8 +1,16 @@
-//! Masses on a rectangular lattice that can be summed over, and drawn from, within any rectangle.
+//! Summed-area table: masses on a rectangular lattice that are summed over, and sampled within, any rectangle.
 //!
-//! A lattice node holds a mass in each of four bands. Masses are whole counts with 12 significant bits, so a node takes
-//! 8 bytes and every sum of them is exact: what a density says is what is drawn. Sums are kept for blocks of 4 × 4
-//! nodes (a summed-area table), so rectangles consist of whole blocks. Within a block the 16 masses are read.
+//! Each node holds a mass in each of [`BANDS`] bands, rounded to a whole number of counts with 12 significant bits
+//! ([`encode`]). Sums of counts are exact, so a density equals the probability of the sample.
+//!
+//! ```text
+//! T[y][x][b] = Σ counts in band b of the blocks before column x and before row y      table of sums
+//! mass(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]
+//! ```
+//!
+//! To save memory, sums are stored for blocks of 4 × 4 nodes, and rectangles consist of whole blocks. A sample bisects
+//! the sums for a block and reads the block's 16 masses for a node. A node takes 8 bytes and its part of the sums one
+//! more.
 
 mod view;
 
@@ -10,39 +18,53 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 pub use view::{Drawn, Rectangle, SummedAreaView};
 
-/// Bands of a node.
+/// Masses per node: bands of κ of the spectral sampler, slices of w of the colour sampler. Packed as four halves of two
+/// words, and read in packets of four.
 pub const BANDS: usize = 4;
-/// Nodes of a block along either axis, and as a power of two.
+/// Nodes of a block along either axis, a power of two.
 const BLOCK: usize = 4;
-const BLOCK_SHIFT: u32 = 2;
-/// Packets of four words that a block's masses take: 16 nodes of two words.
-const BLOCK_PACKETS: u32 = 8;
-/// What all masses of a band may sum to. A mass has five bits for its exponent, so it stays below 2³¹.
-const TOTAL_MAX: f64 = 0.999 * 2_147_483_648.0;
-/// Bits of a mass after the leading one.
+/// Binary logarithm of [`BLOCK`].
+const BLOCK_SHIFT: u32 = BLOCK.ilog2();
+/// 32-bit words per packet, the unit of one gather.
+const PACKET_WORDS: u32 = 4;
+/// Packets of a block's masses: 16 nodes of two words each.
+const BLOCK_PACKETS: u32 = (BLOCK * BLOCK) as u32 * 2 / PACKET_WORDS;
+/// Largest sum of counts in a band. Five bits of exponent hold counts below 2³¹; the margin allows for their rounding.
+const TOTAL_MAX: f64 = 0.999 * (1u64 << 31) as f64;
+/// Bits of a count after the leading one.
 const MANTISSA_BITS: u32 = 11;
-/// Added to a mass' 16 bits, shifted to the mantissa's place, it makes the number of single precision: the exponent of
-/// single precision is 126 more. A mass of zero then reads as a half, which rounds down to zero.
-const EXPONENT_SHIFT: u32 = 126 << 23;
+/// Difference of the exponent biases of single precision and of an encoded count, in single precision's exponent field.
+///
+/// `(code << 12) + EXPONENT_SHIFT` are the bits of the count as a number of single precision. The code 0 reads as ½,
+/// which rounds down to 0.
+const EXPONENT_SHIFT: u32 = 126 << (f32::MANTISSA_DIGITS - 1);
 
-/// Where a [`SummedArea`] has what, in plain numbers.
+/// Layout of the table data of a [`SummedArea`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummedAreaLayout {
     /// Nodes along x and y.
     pub nodes: [u32; 2],
-    /// Blocks along x and y; nodes that complete the last ones have no mass.
+    /// Blocks along x and y; the padding nodes of the last blocks have no mass.
     pub blocks: [u32; 2],
-    /// Start of the masses, in units of four words: `[block along y][block along x][node along y][node along x]`, two
-    /// words a node.
+    /// Start of the masses, in packets of four words:
+    /// `[block along y][block along x][node along y][node along x]`, two words per node.
     pub masses: u32,
-    /// Start of the sums, in units of four words: `[block along y][block along x][band]`, one more than there are
-    /// blocks along either axis. They count what lies before a block's corner along both axes.
+    /// Start of the sums T, in packets of four words: `[block along y][block along x][band]`, with one more row and
+    /// column than there are blocks.
     pub sums: u32,
-    /// What one count stands for, by band.
+    /// Mass of one count in each band.
     pub unit: [f32; BANDS],
 }
 
 /// Masses on a lattice, with their sums.
+///
+/// ```
+/// use sunbeam::sampling::summed_area::{BANDS, SummedArea};
+///
+/// // Equal masses on 8 × 4 nodes.
+/// let areas = SummedArea::new([8, 4], &[[1.0; BANDS]; 32]);
+/// assert_eq!(areas.layout().blocks, [2, 1]);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SummedArea {
     layout: SummedAreaLayout,
@@ -50,8 +72,9 @@ pub struct SummedArea {
 }
 
 impl SummedArea {
-    /// Rounds `values`, `[node along y][node along x][band]`, to counts. What is positive has at least one; what is
-    /// negative or not a number has none.
+    /// Rounds `values`, `[node along y][node along x][band]`, to counts and sums them.
+    ///
+    /// A positive value becomes at least one count; a negative one or NaN becomes none.
     pub fn new(nodes: [usize; 2], values: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
         let positive = |value: f32| if value > 0.0 { f64::from(value) } else { 0.0 };
@@ -61,11 +84,11 @@ impl SummedArea {
                 chunk.iter().fold([0.0; BANDS], |sum, value| std::array::from_fn(|b| sum[b] + positive(value[b])))
             })
             .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+        let block_words = (PACKET_WORDS * BLOCK_PACKETS) as usize;
         // Each positive mass may gain a count by rounding up.
         let counts = TOTAL_MAX - values.len() as f64;
         let scale = total.map(|total: f64| if total > 0.0 { counts / total } else { 0.0 });
-        let mut words = vec![0u32; blocks[0] * blocks[1] * 4 * BLOCK_PACKETS as usize];
-        let block_words = 4 * BLOCK_PACKETS as usize;
+        let mut words = vec![0u32; blocks[0] * blocks[1] * block_words];
         words.par_chunks_mut((blocks[0] * block_words).max(1)).enumerate().for_each(|(block_row, words)| {
             for row in block_row * BLOCK..((block_row + 1) * BLOCK).min(nodes[1]) {
                 for column in 0..nodes[0] {
@@ -103,31 +126,31 @@ impl SummedArea {
             nodes: nodes.map(|n| n as u32),
             blocks: blocks.map(|n| n as u32),
             masses: 0,
-            sums: (sums / 4) as u32,
+            sums: (sums / PACKET_WORDS as usize) as u32,
             unit: scale.map(|scale| if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 }),
         };
         Self { layout, words }
     }
 
-    /// Where the words have what.
+    /// Layout of the table data.
     pub fn layout(&self) -> &SummedAreaLayout {
         &self.layout
     }
 
-    /// The words, a multiple of four.
+    /// Table data: 32-bit words, a multiple of four.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// The words, to be kept elsewhere.
+    /// Converts into the table data.
     pub fn into_words(self) -> Vec<u32> {
         self.words
     }
 }
 
-/// A count, rounded to 12 significant bits, as 16 bits: one more than its exponent, then what follows the leading bit.
+/// Encodes a positive count, rounded to 12 significant bits, in 16 bits: its binary exponent plus one, then the 11 bits
+/// after the leading one. Zero has the code 0.
 fn encode(count: u32) -> u32 {
-    // Rounds to the nearest; a carry goes on into the exponent, as it should.
     let exponent = count.ilog2();
     let mantissa = if exponent > MANTISSA_BITS {
         let shift = exponent - MANTISSA_BITS;
@@ -135,10 +158,11 @@ fn encode(count: u32) -> u32 {
     } else {
         count << (MANTISSA_BITS - exponent)
     };
+    // The mantissa's leading one adds one to the exponent, and a carry of the rounding another.
     (exponent << MANTISSA_BITS) + mantissa
 }
 
-/// The count of 16 bits.
+/// Decodes the count of a 16-bit code.
 fn decode(code: u32) -> u32 {
     f32::from_bits((code << 12) + EXPONENT_SHIFT) as u32
 }
@@ -183,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn rectangles_sum_their_nodes() {
+    fn rectangle_mass_is_the_sum_of_its_nodes() {
         // Half a unit of the twelfth bit; the weakest are rounded to whole counts.
         const RELATIVE: f64 = 1.0 / 4096.0;
         let (values, areas) = (values(), SummedArea::new(NODES, &values()));
@@ -226,7 +250,7 @@ mod tests {
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32], Real = F, Index = u32, Mask = bool>,
     {
-        // Stratified numbers: no random error, but that of strata that straddle two nodes.
+        // Stratified numbers leave the error of strata that straddle two nodes.
         const STEPS: usize = 1000;
         let areas = SummedArea::new(NODES, &values());
         let view = view::<F>(&areas);
@@ -247,9 +271,9 @@ mod tests {
                 let node = [(i % NODES[0]) as u32, (i / NODES[0]) as u32];
                 let inside = node[0] / 4 <= 2 && node[1] / 4 >= 1;
                 let expected = if inside { to(view.node(node, true)[band as usize]) / total } else { 0.0 };
-                let share = found / (STEPS * STEPS) as f64;
-                assert!((share - expected).abs() <= 2e-3, "{band} {node:?}: {share} {expected}");
-                assert!(expected > 0.0 || share == 0.0);
+                let fraction = found / (STEPS * STEPS) as f64;
+                assert!((fraction - expected).abs() <= 2e-3, "{band} {node:?}: {fraction} {expected}");
+                assert!(expected > 0.0 || fraction == 0.0);
             }
             for sum in left {
                 assert!((sum / (STEPS * STEPS) as f64 - 0.5).abs() < 1e-2, "{left:?}");
@@ -258,13 +282,13 @@ mod tests {
     }
 
     #[test]
-    fn nodes_are_drawn_by_their_counts() {
+    fn nodes_are_drawn_in_proportion_to_their_counts() {
         check_draws::<f32>(|x| x as f32, f64::from);
         check_draws::<f64>(|x| x, |x| x);
     }
 
     #[test]
-    fn tents_join_the_nodes_of_the_rectangle() {
+    fn tents_interpolate_within_the_rectangle() {
         let areas = SummedArea::new(NODES, &values());
         let view = view::<f64>(&areas);
         let rectangle = view.rectangle([4.0, 0.0], [12.0, 9.0]);

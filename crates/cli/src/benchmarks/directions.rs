@@ -1,4 +1,4 @@
-//! The directions at which methods are timed and their errors computed.
+//! The pairs of directions (wi, wo) at which methods are timed and their errors computed.
 
 use crate::arguments::direction_from_degrees;
 use std::f64::consts::TAU;
@@ -6,13 +6,15 @@ use sunbeam::height_field::random::Random;
 use sunbeam::lobe::Surface;
 use sunbeam::scattering::Vec3;
 
-/// Directions of incidence: angle with the normal and azimuth, in degrees.
+/// Directions of incidence: angle with the normal and azimuth, in degrees. Chosen from normal to grazing incidence,
+/// along and across the grooves.
 pub(crate) const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)];
 
 /// Steps of the additive low-discrepancy sequence R₂ in the unit square (M. Roberts 2018): the reciprocals of the real
 /// root of x³ = x + 1 and of its square.
 const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-/// Range of the wavelengths for which the sampler draws directions, in nm.
+/// Range of the wavelengths for which the sampler draws directions, in nm. Chosen: the part of the visible range with
+/// most of a colour's weight.
 const SAMPLED_NM: [f64; 2] = [400.0, 700.0];
 /// Smallest outgoing cosine, 89.9°. Directions nearer to the horizon belong to the stability benchmark.
 const COSINE_MIN: f64 = 1.7e-3;
@@ -57,6 +59,7 @@ pub(crate) fn directions(surface: &Surface, count: usize) -> Vec<DirectionPair> 
         .collect()
 }
 
+/// A direction rounded to single precision.
 fn rounded(direction: Vec3) -> Vec3 {
     direction.map(|c| f64::from(c as f32))
 }
@@ -71,7 +74,7 @@ fn uniform(i: usize) -> Vec3 {
 
 /// A direction drawn by the sampler.
 fn sampled(surface: &Surface, wi: Vec3, random: &mut Random) -> Vec3 {
-    // Few samples lie below the horizon; the normal stands in if all of a thousand do.
+    // Few samples lie below the horizon. If a thousand in turn do, the normal is returned.
     (0..1000)
         .find_map(|_| {
             let u = [random.unit(), random.unit(), random.unit()];

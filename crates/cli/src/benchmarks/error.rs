@@ -1,4 +1,4 @@
-//! Errors of the benchmarks.
+//! Errors of the benchmarks. Candidates are defined in methods/candidate.rs, reference spectra in truth.rs.
 
 use sunbeam::colour::ColourError;
 use sunbeam::height_field::HeightFieldError;

@@ -5,7 +5,8 @@
 //! - [`sampler`]: statistics of the weights of importance sampling.
 //! - [`stability`]: the sweeps of docs/model.md#hard-cases: deep relief, grazing directions, random queries.
 //!
-//! `Truth` computes the reference spectra.
+//! `Truth` computes the reference spectra; `directions` the pairs of directions at which methods are compared. The
+//! subcommands of `sunbeam bench` print the results.
 
 mod directions;
 mod error;

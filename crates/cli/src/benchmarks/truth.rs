@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use sunbeam::height_field::HeightField;
 use sunbeam::lobe::Exact;
 use sunbeam::scattering::Options;
-use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
+use sunbeam::table::{CoherenceWindow, DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{OrderTransform, chebyshev_terms};
 
 /// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision.
@@ -118,12 +118,12 @@ impl Truth {
     /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 to 780 nm in steps of `step_nm`.
     pub(crate) fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
         let transform = OrderTransform::new(field);
-        let s = coherence_length_um / 4.0;
+        let window = CoherenceWindow::new(coherence_length_um);
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
         let axis = |extent_um: f64, pixels: usize| Axis {
             pixels: pixels as i64,
-            sharpness: 2.0 * (PI * s / extent_um).powi(2),
+            sharpness: 2.0 * (PI * window.sigma_um() / extent_um).powi(2),
         };
         let tile = Orders { x: axis(lx, nx), y: axis(ly, ny) };
         let (first_nm, last_nm) = (*VISIBLE_NM.start(), *VISIBLE_NM.end());
@@ -141,14 +141,14 @@ impl Truth {
                 for (i, total) in totals.iter_mut().enumerate() {
                     let um = wavelength_um(i);
                     // κ ∈ [0, κ_max] mapped to [−1, 1].
-                    let at = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
+                    let x = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
                     let position = [q[0] * lx / um, q[1] * ly / um];
-                    tile.add(position, &amplitudes, || lagrange(node_angle, at, nodes), gauss, total);
+                    tile.add(position, &amplitudes, || lagrange(node_angle, x, nodes), gauss, total);
                 }
             };
             totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
         }
-        let peak = |i: usize| 4.0 * PI * s * s / wavelength_um(i % wavelengths).powi(2);
+        let peak = |i: usize| window.order_peak_um2() / wavelength_um(i % wavelengths).powi(2);
         let patch = totals.iter().enumerate().map(|(i, (amplitude, _))| peak(i) * amplitude.norm_sqr()).collect();
         let ensemble = totals.iter().enumerate().map(|(i, (_, power))| peak(i) * power.max(0.0)).collect();
         Self { step_nm, wavelengths, patch, ensemble, sums: sums.to_vec(), coherence_length_um }
@@ -170,7 +170,7 @@ impl Truth {
         let mut largest = 0.0f64;
         for i in 0..count {
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
-            // A prime stride reaches every wavelength.
+            // The stride 7919 is prime, so the checks spread over all wavelengths.
             let wavelength = (i * 7919) % self.wavelengths;
             let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;
             let q = self.sums[pair];
@@ -212,8 +212,8 @@ mod tests {
         let nodes = 9;
         for x in [-1.0, -0.3, 0.0, 0.77, 1.0] {
             for degree in 0..nodes as i32 {
-                let at = |m: usize| PI * (m as f64 + 0.5) / nodes as f64;
-                let found: f64 = (0..nodes).map(|m| lagrange(at(m), x, nodes) * at(m).cos().powi(degree)).sum();
+                let angle = |m: usize| PI * (m as f64 + 0.5) / nodes as f64;
+                let found: f64 = (0..nodes).map(|m| lagrange(angle(m), x, nodes) * angle(m).cos().powi(degree)).sum();
                 // The rounding of nine terms of at most a few.
                 assert!((found - x.powi(degree)).abs() < 1e-13, "{x}^{degree}: {found}");
             }

@@ -1,15 +1,19 @@
-//! Two pictures as shown on a screen, and the sheet with both and their differences.
+//! Two pictures as shown on a screen: exposed and clipped to [0, 1]. The sheet puts both and the map of their
+//! differences side by side.
 
 use super::{Mask, Picture};
 use sunbeam::colour::srgb_bytes;
 
 /// Both pictures exposed and clipped to [0, 1]; black outside the mask.
 pub(crate) struct DisplayPair {
+    /// Width and height in pixels.
     size: (usize, usize),
+    /// Pixels of both pictures in linear sRGB, by rows from the top.
     linear: [Vec<[f64; 3]>; 2],
 }
 
 impl DisplayPair {
+    /// The pictures multiplied by `2^exposure_stops` and clipped.
     pub(super) fn new(a: &Picture, b: &Picture, mask: Option<&Mask>, exposure_stops: f64) -> Self {
         let factor = exposure_stops.exp2();
         let shown = |picture: &Picture| {
@@ -39,7 +43,8 @@ impl DisplayPair {
 
     /// The size and the bytes of three pictures side by side in 8-bit sRGB: the first, the second, and `map`.
     ///
-    /// The map's values are in [0, 1], and have the colours that FLIP's authors use: 0 is black, 1 pale yellow.
+    /// The map's values are in [0, 1] and are shown in the colours of FLIP's authors, from black (0) to pale yellow
+    /// (1).
     pub(crate) fn sheet(&self, map: &[f32]) -> ((usize, usize), Vec<u8>) {
         let (width, height) = self.size;
         let [a, b] = self.bytes();

@@ -1,4 +1,5 @@
-//! The figures of a comparison.
+//! The figures of a comparison: errors of the radiance (RMSE, relative MSE) and of the pictures as shown on a screen
+//! (PSNR, CIEDE2000, FLIP). display.rs defines how a picture is shown.
 
 use super::{DisplayPair, Picture};
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! The pixels that are compared.
+//! The choice of the pixels that are compared, from an OpenEXR or PNG file.
 
 use super::CompareError;
 use super::picture::exr_channels;
@@ -43,6 +43,7 @@ impl Mask {
         }
     }
 
+    /// Reads an OpenEXR file of any channels; the channel `A` is ignored.
     fn read_exr(path: &Path) -> Result<Self, CompareError> {
         let (size, channels) = exr_channels(path)?;
         let mut inside = vec![false; size.0 * size.1];
@@ -54,6 +55,7 @@ impl Mask {
         Self::new(size, inside)
     }
 
+    /// Reads a PNG file of any colour type and depth; alpha is ignored.
     fn read_png(path: &Path) -> Result<Self, CompareError> {
         let unreadable = |reason: String| CompareError::File {
             path: path.to_owned(),

@@ -1,4 +1,4 @@
-//! Differences between two pictures, in radiance and as seen.
+//! Differences between two pictures, in radiance and as shown on a screen.
 //!
 //! Pictures are linear sRGB. The first of a pair is the reference: relative errors divide by it, and the automatic
 //! exposure is derived from it.
@@ -19,7 +19,7 @@ pub(crate) use figures::Figures;
 pub(crate) use mask::Mask;
 pub(crate) use picture::Picture;
 
-/// Largest exposure in stops; beyond it every pixel is black or white.
+/// Largest exposure in stops. Chosen: 2^100 makes every pixel of any picture black or white.
 const MAX_STOPS: f64 = 100.0;
 
 /// The result of [`compare`].

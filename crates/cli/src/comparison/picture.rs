@@ -1,4 +1,4 @@
-//! A picture in linear sRGB.
+//! A picture in linear sRGB, read from an OpenEXR file.
 
 use super::CompareError;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
@@ -12,7 +12,9 @@ const CHANNELS: [char; 3] = ['R', 'G', 'B'];
 /// A picture in linear sRGB. Channels are finite; those of out-of-gamut colours may be negative.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Picture {
+    /// Width and height.
     size: (usize, usize),
+    /// Pixels by rows from the top.
     pixels: Vec<[f32; 3]>,
 }
 

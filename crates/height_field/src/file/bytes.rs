@@ -7,10 +7,12 @@ pub(super) struct Bytes<'a> {
 }
 
 impl<'a> Bytes<'a> {
+    /// A reader from the first byte on.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes }
     }
 
+    /// Whether all bytes have been read.
     pub(super) fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
@@ -30,12 +32,14 @@ impl<'a> Bytes<'a> {
         std::mem::take(&mut self.rest)
     }
 
+    /// The next N bytes.
     fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
         let mut array = [0; N];
         array.copy_from_slice(self.take(N)?);
         Ok(array)
     }
 
+    /// The next byte. The methods below read a number of the type that they are named after.
     pub(super) fn u8(&mut self) -> Result<u8, String> {
         Ok(self.array::<1>()?[0])
     }
@@ -65,7 +69,8 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Type of the stored heights; all are little-endian.
+/// Type of the stored heights: unsigned or signed integers, or floats, of the number of bits in the name. All are
+/// little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     U8,

@@ -1,4 +1,7 @@
 //! Choice of a channel from a file with several.
+//!
+//! A *channel* is one map of values over the scan: heights, or a signal of the instrument such as phase or friction.
+//! The option `channel` names one by number or title. Without the option, titles and units decide which is a relief.
 
 use super::units::micrometres;
 
@@ -46,6 +49,7 @@ pub(super) struct Channel {
     pub title: String,
     /// Unit of the values, for messages.
     pub unit: String,
+    /// Kind of the values.
     pub holds: Holds,
 }
 
@@ -89,7 +93,7 @@ impl Channel {
     }
 }
 
-/// Most channels that a message lists.
+/// Most channels that a message lists. Chosen.
 const LISTED_MAX: usize = 16;
 
 /// The channels in words, at most [`LISTED_MAX`] of them.

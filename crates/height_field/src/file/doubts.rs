@@ -3,9 +3,10 @@
 use crate::HeightField;
 use std::fmt;
 
-/// Peak to valley in µm below which no surface lies: a tenth of an atom. Heights in metres taken for µm are below it.
+/// Peak to valley in µm below which a relief is implausible: a tenth of an atom. Chosen: heights in metres that were
+/// taken for µm are below it.
 const PEAK_TO_VALLEY_MIN_UM: f64 = 5e-5;
-/// Largest plausible ratio of a pixel's sides. Scans with fewer lines than points have 2 or 4.
+/// Largest plausible ratio of a pixel's sides. Chosen: scans with fewer lines than points have 2 or 4.
 const PIXEL_RATIO_MAX: f64 = 4.0;
 
 /// An implausible property of a height field that does not prevent its use.

@@ -1,6 +1,6 @@
 //! Text encodings: UTF-8, UTF-16, and Latin-1 for all others.
 
-/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark.
+/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark. Chosen.
 const PROBE: usize = 64;
 
 /// Text of a whole file, without its byte order mark.
@@ -27,16 +27,18 @@ pub(super) fn label(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned)
 }
 
+/// Text of UTF-16 bytes; `unit` makes a code unit of two bytes (their order). Invalid units become replacement
+/// characters.
 fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
     let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Whether most pairs of bytes at the beginning have a NUL at index `place`, and none at the other index.
-fn has_nul_at(bytes: &[u8], place: usize) -> bool {
+/// Whether most pairs of bytes at the beginning have a NUL at index `index` (0 or 1), and none at the other index.
+fn has_nul_at(bytes: &[u8], index: usize) -> bool {
     let pairs = || bytes[..bytes.len().min(PROBE)].chunks_exact(2);
-    let with_nul = pairs().filter(|pair| pair[place] == 0).count();
-    bytes.len() >= 4 && 2 * with_nul > pairs().len() && pairs().all(|pair| pair[1 - place] != 0)
+    let with_nul = pairs().filter(|pair| pair[index] == 0).count();
+    bytes.len() >= 4 && 2 * with_nul > pairs().len() && pairs().all(|pair| pair[1 - index] != 0)
 }
 
 #[cfg(test)]

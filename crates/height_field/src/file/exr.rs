@@ -10,7 +10,8 @@ use std::io::Cursor;
 /// Attributes with the pixel size along x and y, in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-/// Upper bound on the compression ratio.
+/// Points for each byte of the file, at most. Chosen: it bounds the memory for a damaged file, and no compression of
+/// OpenEXR reaches it for a relief.
 const UNPACKED_MAX: usize = 2048;
 
 /// Refuses a size that the file cannot hold, before memory is allocated for it.
@@ -26,6 +27,7 @@ fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
     Ok(())
 }
 
+/// Reads the single channel of floats.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     check_size(bytes)?;
@@ -66,6 +68,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     Ok(Raw::new(values, Meaning::micrometres(), FirstRow::Top).pixel(pixel_um))
 }
 
+/// Writes heights in µm as 32-bit floats, with the pixel size in attributes.
 pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {
     let (nx, ny) = field.size();
     let samples: Vec<f32> = field.rows_from_top().map(|h| h as f32).collect();

@@ -8,8 +8,10 @@ use crate::HeightField;
 use ndarray::Array2;
 use std::collections::HashMap;
 
+/// First line of a file.
 const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
 
+/// Reads a field; without `ZUnits` or `XYUnits` the heights' unit or the pixel size is unknown.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
@@ -59,6 +61,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
 }
 
+/// Writes lengths and heights in metres.
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let ((nx, ny), (lx, ly)) = (field.size(), field.extent_um());
     let mut bytes = MAGIC.to_vec();

@@ -13,12 +13,15 @@ use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::BTreeMap;
 
+/// First bytes of a file.
 const MAGIC: &[u8] = b"GWYP";
 
 /// A serialised object: its type and the bytes of its components.
 #[derive(Clone, Copy)]
 struct Object<'a> {
+    /// Name of the type, without its NUL.
     type_name: &'a [u8],
+    /// Bytes of all components.
     body: &'a [u8],
 }
 
@@ -34,6 +37,7 @@ enum Value<'a> {
 }
 
 impl<'a> Object<'a> {
+    /// Reads type name, length and body.
     fn read(bytes: &mut Bytes<'a>) -> Result<Self, String> {
         let type_name = bytes.string()?;
         let length = bytes.u32()? as usize;
@@ -87,13 +91,19 @@ struct DataField<'a> {
     size: (usize, usize),
     /// Extent along x and y in `unit_xy`.
     real: (f64, f64),
+    /// Unit of x and y; empty without one.
     unit_xy: String,
+    /// Unit of the values; empty without one.
     unit_z: String,
     /// 64-bit floats from the top row on.
     data: &'a [u8],
 }
 
 impl<'a> DataField<'a> {
+    /// Reads the components of a `GwyDataField`.
+    ///
+    /// # Errors
+    /// An object of another type, or values that do not fit the numbers of points.
     fn read(object: Object<'a>) -> Result<Self, String> {
         if object.type_name != b"GwyDataField" {
             let found = String::from_utf8_lossy(object.type_name);
@@ -168,6 +178,7 @@ fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
     Ok(entries)
 }
 
+/// Reads the channel `wanted` (its number or title), or the default one of `channel.rs`.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let mut body = Bytes::new(bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"GWYP\"")?);
     let container = Object::read(&mut body)?;
@@ -182,8 +193,8 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel::new(number, entry.title, field.unit_z.clone()));
         fields.push((field, entry.mask));
     }
-    let at = channel::choose(&channels, wanted)?;
-    let (field, mask) = &fields[at];
+    let chosen = channel::choose(&channels, wanted)?;
+    let (field, mask) = &fields[chosen];
     let (nx, ny) = field.size;
     let meaning = if field.unit_z.is_empty() {
         Meaning::Unknown
@@ -209,5 +220,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Some((field.real.0 * unit / nx as f64, field.real.1 * unit / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[at].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[chosen].name(), wanted))
 }

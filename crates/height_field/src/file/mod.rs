@@ -3,6 +3,9 @@
 //! Each format has a parser (`exr.rs`, `gwy.rs`, …) from bytes to a [`Raw`]: numbers in the order of the file's rows,
 //! with their unit and pixel size as far as the file says. `raw.rs` turns a [`Raw`] into a height field: scale,
 //! orientation and missing points, and the origin of each property.
+//!
+//! In all parsers `wanted` is the option `channel` (number or title, `channel.rs`), *full scale* is the stored number
+//! of the largest height, and errors are texts that complete "not a usable … height field: ".
 
 mod bytes;
 mod channel;
@@ -103,6 +106,9 @@ impl FileField {
 
 impl Format {
     /// The format of a path, by its extension.
+    ///
+    /// # Errors
+    /// An extension of no readable format; those of instruments are named with a program that converts them.
     fn of(path: &Path) -> Result<&'static Self, HeightFieldError> {
         let found = extension(path);
         let is_number = found.len() == 3 && found.bytes().all(|byte| byte.is_ascii_digit());
@@ -176,8 +182,8 @@ impl HeightField {
     /// ```
     ///
     /// # Errors
-    /// As [`HeightField::read`]; a channel that does not exist, is not a height, or is given for a format with a single
-    /// channel; missing points with [`Fill::None`], or a file without any height.
+    /// The errors of [`HeightField::read`]; a channel that does not exist, is not a height, or is given for a format
+    /// with a single channel; missing points with [`Fill::None`], or a file without any height.
     pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         let path = path.as_ref();
         options.scale.check()?;
@@ -189,7 +195,7 @@ impl HeightField {
     /// [`HeightField::read_with`] for a file in memory. The extension of `name` tells the format; no file is opened.
     ///
     /// # Errors
-    /// As [`HeightField::read_with`].
+    /// The errors of [`HeightField::read_with`].
     pub fn read_bytes(
         name: impl AsRef<Path>,
         bytes: &[u8],

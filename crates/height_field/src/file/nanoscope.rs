@@ -17,9 +17,15 @@ use std::collections::HashMap;
 
 /// A section of the header: a headline and its lines `key: value`, with keys in lower case.
 pub(super) struct Section<'a> {
+    /// Headline without its asterisk.
     title: &'a str,
+    /// Values by key.
     lines: HashMap<String, &'a str>,
 }
+
+/// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement.
+/// Chosen: the header writes the sides with few digits.
+const SIDES_AGREEMENT: f64 = 1e-2;
 
 impl<'a> Section<'a> {
     /// Whether the section describes an image rather than a force curve.
@@ -147,10 +153,10 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 /// # Errors
 /// A header without a scan size.
 pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
-    // Images without a size have that of the whole scan, in a section of its own.
-    let of_scan =
+    // An image without a size of its own has the size of the whole scan, which is in another section.
+    let scan_size =
         || all.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
-    let text = image.text("Scan size").or_else(|missing| of_scan().ok_or(missing))?;
+    let text = image.text("Scan size").or_else(|missing| scan_size().ok_or(missing))?;
     let malformed = || format!("Scan Size is \"{text}\", not one or two numbers and a unit");
     let (x, rest) = leading_number(text).ok_or_else(malformed)?;
     let (y, unit) = leading_number(rest).unwrap_or((x, rest));
@@ -162,9 +168,9 @@ pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) 
     if across == down {
         return Ok(Pixel::Um(dx, dy));
     }
-    // The numbers of points have the aspect ratio to within one point, the sides to 1 %: they have few digits.
+    // The numbers of points have the aspect ratio to within one point.
     let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
-    let sizes_agree = (across * y / (down * x) - 1.0).abs() < 1e-2;
+    let sizes_agree = (across * y / (down * x) - 1.0).abs() < SIDES_AGREEMENT;
     if sizes_agree {
         return Ok(Pixel::Um(dx, dy));
     }
@@ -200,8 +206,8 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel { number: channels.len() + 1, title: name, unit, holds });
         images.push((image, height_um));
     }
-    let at = channel::choose(&channels, wanted)?;
-    let (image, height_um) = images[at];
+    let chosen = channel::choose(&channels, wanted)?;
+    let (image, height_um) = images[chosen];
     let height_um = height_um.ok_or("the channel is not a height")?;
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
     let (nx, ny, number) = layout(image, length)?;
@@ -218,5 +224,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let lines = image.count("Number of lines")?;
     let pixel = pixel(image, &all, (nx, lines))?;
     let meaning = Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
-    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[at].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[chosen].name(), wanted))
 }

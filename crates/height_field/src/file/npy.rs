@@ -53,6 +53,7 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
+/// Reads a matrix: floats are heights in µm, unsigned integers are fractions of full scale.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     check_shape(bytes)?;
@@ -70,6 +71,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     Err("its elements are of a type other than float64, float32, uint16, uint8".to_owned())
 }
 
+/// Writes heights in µm as 64-bit floats.
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     field.heights_um().write_npy(&mut bytes).map_err(|error| error.to_string())?;

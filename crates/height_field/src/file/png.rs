@@ -11,12 +11,14 @@ use std::io::Cursor;
 const MAX_HEIGHT: &str = "max_height_um";
 /// Text chunks with the pixel size along x and y in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
-/// Smallest resolution that is a measured pixel size rather than that of a printer: 10 µm a pixel, 2540 dots an inch.
+/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Chosen: lower ones are
+/// those of printers and screens.
 const PIXELS_PER_METRE_MIN: u32 = 100_000;
 
 /// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
 const DEFLATE_RATIO_MAX: usize = 1040;
 
+/// Reads a picture of grey; the pixel size comes from the text chunks, or else from the resolution.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|error| error.to_string())?;
@@ -62,6 +64,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
 }
 
+/// Writes 16-bit grey from the lowest height (black) to the highest (white), with range and pixel size in text chunks.
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let (nx, ny) = field.size();
     let width = u32::try_from(nx).map_err(|_| "too wide for a PNG")?;

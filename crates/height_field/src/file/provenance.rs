@@ -28,6 +28,7 @@ pub struct Understood {
 }
 
 impl Understood {
+    /// A property of this value and origin.
     pub(super) fn new(source: Source, value: impl Into<String>) -> Self {
         Self { source, value: value.into() }
     }

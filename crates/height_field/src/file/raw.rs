@@ -42,7 +42,9 @@ impl Meaning {
 /// First row of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FirstRow {
+    /// Largest y.
     Top,
+    /// y = 0.
     Bottom,
 }
 
@@ -57,12 +59,17 @@ pub(super) enum Pixel {
 
 /// Contents of a file, in the order of its rows. Missing points are NaN, however the format marks them.
 pub(super) struct Raw {
+    /// Stored numbers, `[[row, column]]` in the order of the file.
     values: Array2<f64>,
+    /// Conversion from stored numbers to heights.
     meaning: Meaning,
     /// First row, and the origin of this property.
     first: (FirstRow, Source),
+    /// Pixel size.
     pixel: Pixel,
+    /// Origin of a known pixel size.
     pixel_source: Source,
+    /// Name of the channel, for formats with several.
     channel: Option<Understood>,
 }
 
@@ -180,6 +187,9 @@ impl Raw {
     }
 
     /// Converts the values to µm; returns their unit and its origin.
+    ///
+    /// # Errors
+    /// A missing scale, or an option `max_height` that contradicts the file.
     fn scale_heights(&mut self, path: &Path, scale: &FileScale) -> Result<Understood, HeightFieldError> {
         let parameter = "max_height";
         let missing = |what: &str| {

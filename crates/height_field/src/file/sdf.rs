@@ -12,26 +12,39 @@ use crate::holes::known;
 use ndarray::Array2;
 use std::collections::HashMap;
 
+/// µm in a metre.
 const UM_PER_M: f64 = 1e6;
-/// Smallest 32- and 64-bit floats that BCR files use for missing points.
+/// Smallest 32- and 64-bit floats that mark a missing point in BCR files. Chosen just below the largest numbers of both
+/// types, which programs write rounded.
 const BCR_MISSING_MIN: (f64, f64) = (3.4e38, 1.7e308);
 /// Names of the data types in BCR's text headers, in the order of their codes.
 const TYPE_NAMES: [&str; 8] = ["UCHAR", "UINTEGER", "ULONGINT", "FLOAT", "CHAR", "INTEGER", "LONGINT", "DOUBLE"];
 
+/// Revision of the format, from the first bytes of a file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Revision {
+    /// ISO 25178-71, version 1.0.
     Iso1,
+    /// ISO 25178-71, version 2.0: counts of 32 bits.
     Iso2,
+    /// The BCR proposal.
     Bcr,
 }
 
+/// Properties of the heights.
 struct Header {
     revision: Revision,
+    /// Points in a profile, along x.
     nx: usize,
+    /// Profiles, along y.
     ny: usize,
+    /// Spacing along x in metres.
     dx_m: f64,
+    /// Spacing along y in metres.
     dy_m: f64,
+    /// Height in metres of a stored number of 1.
     z_m: f64,
+    /// Type of the stored numbers.
     number: Number,
 }
 
@@ -78,6 +91,7 @@ fn plain(name: &str, code: u8) -> Result<(), String> {
     if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
 }
 
+/// Reads the revision from the magic, and then text or binary.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let mut rest = Bytes::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
@@ -98,6 +112,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     }
 }
 
+/// Reads a binary file from the byte after its magic.
 fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
     // Manufacturer, date of creation, date of change.
     bytes.take(10 + 12 + 12)?;
@@ -113,6 +128,7 @@ fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
     Header { revision, nx, ny, dx_m, dy_m, z_m, number }.raw(number.decode(data))
 }
 
+/// Reads a text file from the byte after its magic.
 fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
     let text = encoding::label(rest.take_all());
     // Three records end with an asterisk each: header, heights, trailer.

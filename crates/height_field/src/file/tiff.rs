@@ -1,4 +1,8 @@
-//! TIFF: pages of grey in 8, 16 or 32 bits, or of floats in µm; ImageJ's calibration is honoured.
+//! TIFF: pages of grey in 8, 16 or 32 bits, or of floats in µm; ImageJ's calibration is applied.
+//!
+//! A file is a chain of directories, one for each page, of *tags* (u16 number, type, count, values). [`parse`] checks
+//! the tags' sizes, selects a page, reads scale and orientation from tags and from ImageJ's description, and last
+//! decodes the values. Integers are fractions of full scale, unless ImageJ calibrates them.
 
 use super::channel::{self, Channel, Holds};
 use super::provenance::{Source, Understood};
@@ -12,15 +16,18 @@ use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-/// Smallest resolution that is a measured pixel size rather than that of a printer: 10 µm a pixel, 2540 dots an inch.
+/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Chosen: lower ones are
+/// those of printers and screens.
 const PIXELS_PER_METRE_MIN: f64 = 100_000.0;
 /// Private tags of instruments that hold the heights, beside a preview in colours, with the manufacturer.
 const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
-/// Most pages that are searched.
+/// Most pages that are searched. Chosen: it bounds the time for a damaged file.
 const PAGES_MAX: usize = 65_536;
-/// Upper bound on the compression ratio; those of LZW and Deflate are lower.
+/// Upper bound on the compression ratio, which bounds the memory for a damaged file. Chosen: the ratios of LZW and
+/// Deflate are lower.
 const COMPRESSION_MAX: usize = 2048;
 
+/// Decoder positioned at one page.
 type Pages<'a> = Decoder<Cursor<&'a [u8]>>;
 
 /// An unsigned integer tag.
@@ -43,6 +50,7 @@ fn resolution(pages: &mut Pages, tag: Tag) -> Option<f64> {
 struct Description(String);
 
 impl Description {
+    /// ImageJ's description of the current page; `length` is that of the file in bytes. `None` for another program's.
     fn of(pages: &mut Pages, length: usize) -> Option<Self> {
         // A text longer than the file is damage, which is ignored here.
         let entry = pages.image_ifd().find_entry(Tag::ImageDescription)?;
@@ -56,6 +64,7 @@ impl Description {
         text.starts_with("ImageJ=").then_some(Self(text))
     }
 
+    /// The value of a key.
     fn get(&self, key: &str) -> Option<&str> {
         self.0.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim)
     }
@@ -107,12 +116,13 @@ fn no_data(pages: &mut Pages, length: usize) -> Option<f64> {
 fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
     let Some(wanted) = wanted else { return Ok(None) };
     let page = wanted.trim().parse::<usize>().ok();
-    for at in 0..PAGES_MAX {
-        if Some(at) == page {
-            return Ok(Some(at.to_string()));
+    for current in 0..PAGES_MAX {
+        if Some(current) == page {
+            return Ok(Some(current.to_string()));
         }
         if !pages.more_images() {
-            let listed: Vec<Channel> = (0..=at)
+            // The error for a page that does not exist lists all pages.
+            let listed: Vec<Channel> = (0..=current)
                 .map(|number| Channel { number, title: String::new(), unit: "page".to_owned(), holds: Holds::Lengths })
                 .collect();
             channel::choose(&listed, Some(wanted))?;
@@ -122,7 +132,7 @@ fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>,
     Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))
 }
 
-/// Size in bytes of one value of a tag's type.
+/// Size in bytes of one value of a tag's type, by the type's code in TIFF 6.0 and BigTIFF; 1 for unknown types.
 fn value_size(kind: u64) -> u64 {
     match kind {
         3 | 8 => 2,
@@ -141,28 +151,29 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
         let append = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
         Some(if is_little { digits.iter().rev().fold(0, append) } else { digits.iter().fold(0, append) })
     };
-    // Sizes of a count of entries, of an entry, and of an offset.
+    // Sizes in bytes of a directory's count of entries, of an entry, and of an offset: BigTIFF (version 43) or TIFF.
     let (count_size, entry_size, offset_size) = if number(2, 2) == Some(43) { (8, 20, 8) } else { (2, 12, 4) };
     let mut next = number(offset_size, offset_size);
-    let mut seen = 0;
+    let mut bytes_read = 0;
     while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
         let Some(entries) = number(at, count_size).and_then(|count| usize::try_from(count).ok()) else { break };
         for entry in 0..entries {
             // Bounds the loop where directories refer to each other in a circle.
-            seen += entry_size;
-            let place = at + count_size + entry * entry_size;
-            let (Some(kind), Some(count)) = (number(place + 2, 2), number(place + 4, offset_size)) else { break };
-            if seen > bytes.len() || count.saturating_mul(value_size(kind)) > bytes.len() as u64 {
+            bytes_read += entry_size;
+            let start = at + count_size + entry * entry_size;
+            let (Some(kind), Some(count)) = (number(start + 2, 2), number(start + 4, offset_size)) else { break };
+            if bytes_read > bytes.len() || count.saturating_mul(value_size(kind)) > bytes.len() as u64 {
                 return Err(format!("a tag of {count} values does not fit into {} bytes", bytes.len()));
             }
         }
-        seen += count_size;
+        bytes_read += count_size;
         let end = entries.checked_mul(entry_size).and_then(|length| length.checked_add(at + count_size));
-        next = end.filter(|_| seen <= bytes.len()).and_then(|end| number(end, offset_size));
+        next = end.filter(|_| bytes_read <= bytes.len()).and_then(|end| number(end, offset_size));
     }
     Ok(())
 }
 
+/// Reads the page `wanted` (its number from 0), or the first one.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     check_tags(bytes)?;
     let mut limits = Limits::unlimited();
@@ -215,7 +226,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         }
     };
     let single = matches!(colour, ColorType::Gray(32)) && full.is_none();
-    // Rounded to 32 bits, as the heights are.
+    // The missing number is rounded to 32 bits where the heights are.
     let no_data = no_data.map(|value| if single { f64::from(value as f32) } else { value });
     let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { value }).collect();
     let size = (height as usize, width as usize);

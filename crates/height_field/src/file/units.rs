@@ -6,6 +6,7 @@ const MICRO: [&str; 7] = ["µ", "μ", "u", "~", "Âµ", "Î¼", "æ"];
 /// Spellings of the ångström in lower case: both characters, words, UTF-8 read as Latin-1 (whose second byte may be
 /// trimmed as a blank), and the code pages 850 and Mac Roman read as Latin-1.
 const ANGSTROM: [&str; 9] = ["å", "\u{212b}", "ang", "angstrom", "ångström", "ã\u{85}", "ã", "\u{8f}", "\u{81}"];
+/// µm in an ångström.
 const UM_PER_ANGSTROM: f64 = 1e-4;
 /// Names of units in the singular and lower case, with their length in µm.
 const NAMES: [(&str, f64); 11] = [

@@ -13,14 +13,18 @@ use roxmltree::{Document, Node};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
+/// µm in a metre.
 const UM_PER_M: f64 = 1e6;
+/// Name of the XML description in the archive.
 const DESCRIPTION: &str = "main.xml";
 /// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
 const DEFLATE_RATIO_MAX: u64 = 1040;
 
 /// The archive, and the folder in it that contains the description.
 struct Archive<'a> {
+    /// The ZIP archive.
     zip: ZipArchive<Cursor<&'a [u8]>>,
+    /// Path of the folder with a slash at its end; empty for the top level.
     folder: String,
 }
 
@@ -45,8 +49,8 @@ impl<'a> Archive<'a> {
         Ok(Self { zip, folder })
     }
 
-    /// Place of a file that the description names, relative to its folder.
-    fn place(&self, name: &str) -> Option<usize> {
+    /// Index in the archive of a file that the description names, relative to its folder.
+    fn index(&self, name: &str) -> Option<usize> {
         let wanted = format!("{}{}", self.folder, plain(name)).to_lowercase();
         let found = self.zip.file_names().find(|name| plain(name).to_lowercase() == wanted)?;
         self.zip.index_for_name(found)
@@ -55,7 +59,7 @@ impl<'a> Archive<'a> {
 
 /// Unpacks a file of the archive; `expected` bytes where they are known.
 fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<Vec<u8>, String> {
-    let at = archive.place(name).ok_or_else(|| format!("its archive has no file {name:?}"))?;
+    let at = archive.index(name).ok_or_else(|| format!("its archive has no file {name:?}"))?;
     let file = archive.zip.by_index(at).map_err(|error| format!("{name}: {error}"))?;
     let size = file.size();
     if expected.is_some_and(|expected| size != expected as u64) {
@@ -107,6 +111,7 @@ fn count(root: Node, name: &str) -> Result<usize, String> {
     })
 }
 
+/// Reads the layer `wanted` (its number from 0), or the first one.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let mut archive = Archive::open(bytes)?;
     let xml = encoding::text(&unpack(&mut archive, DESCRIPTION, None)?)?;
@@ -153,9 +158,9 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let layer = channel::choose(&layers, wanted)?;
     let first = layer * points;
     // One bit for each point, from the lowest bit of each byte.
-    let is_valid = |at: usize| valid.as_ref().is_none_or(|bits| bits[at / 8] >> (at % 8) & 1 == 1);
+    let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
     let heights =
-        (first..first + points).map(|at| if is_valid(at) { known(stored[at]) * scale_m + offset_m } else { f64::NAN });
+        (first..first + points).map(|i| if is_valid(i) { known(stored[i]) * scale_m + offset_m } else { f64::NAN });
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let raw =
         Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));

@@ -1,4 +1,8 @@
 //! Preset `elaphe`: long tapering fingers, 1.144 µm apart, whose tips lie on the next layer.
+//!
+//! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
+//! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
+//! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
@@ -20,10 +24,19 @@ const TOP_UM: f64 = 0.434_72;
 /// Width of the fingers' flanks, in finger periods.
 const FLANK: f64 = 0.16;
 
+/// Position along a layer at which the round end of a mean finger begins.
+const TIP: f64 = 0.92;
+/// Length of a finger's round end, in layer periods.
+const TIP_LENGTH: f64 = 0.16;
+/// Position along a layer beyond which no finger is drawn: few random tips reach it.
+const REACH: f64 = 1.3;
+
 /// Lean of the fingers towards +y from root to tip, in finger periods.
 const LEAN: f64 = 0.06;
 
 /// Height of a layer's surface at `t`, in µm; at t < 0 it lies under the previous layer.
+///
+/// The surface rises by 0.084 µm around the root and falls by 0.012 µm towards the tips.
 fn sheet(t: f64) -> f64 {
     0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
@@ -34,18 +47,23 @@ fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
     let closed = 0.5 + 0.6 * FLANK;
     let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
-    let past = ((t - 0.92 - finger.tip) / 0.16).clamp(0.0, 1.0);
+    // Fraction of the round end, 0 before it.
+    let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
     mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
 }
 
 /// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
+///
+/// The ground between the fingers is the surface of the next layer, which begins under this one, with a pit beside each
+/// root. Over it come the fingers of this layer, and over both the tips of the previous layer.
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let position = lattice.position(ix, iy);
     let pit = 0.085 * smooth_step(0.0, 0.08, position.t) * smooth_step(0.42, 0.06, position.t);
     let mut h = sheet(position.t - 1.0) - pit;
-    // Tips of the previous layer lie on top of this layer, so they are drawn last.
+    // Tips of the previous layer lie on top of this layer, so they come last. `cover` is the opacity of the finger that
+    // covers the pixel most, `crest` its height in µm.
     for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
-        if t > 1.3 {
+        if t > REACH {
             continue;
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
@@ -89,6 +107,7 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     let mut heights = lattice.relief(height);
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
+            // Three large and six small granules on each finger; radii and heights are in µm.
             for large in [true, true, true, false, false, false, false, false, false] {
                 let centre = lattice.position_um(layer, finger, random.between(0.1, 0.95), 0.10 * random.normal());
                 let (radius, top) = if large {

@@ -7,9 +7,14 @@
 //! Both skins are layers of cells that overlap like tiles on a roof; each cell ends in fingers. Coordinates, with the
 //! fingers along +x:
 //!
-//! - `t`: position along a layer, in layer periods: 0 where the gaps between fingers begin, 1 where the next layer
-//!   begins;
-//! - `v`: position across the fingers (along y), in finger periods; `q`: the same, from the axis of one finger.
+//! - `t`: position along a layer, in layer periods: 0 at the root of its fingers, where the gaps between them begin; 1
+//!   where the next layer begins; above 1 at tips that lie on the next layer;
+//! - `v`: position across the fingers (along y), in finger periods;
+//! - `q`: signed distance from the axis of one finger, in finger periods.
+//!
+//! One skin is built in this order: the lattice of layers and fingers, the height of every pixel from the fingers near
+//! it, Gaussian granules (bumps, and holes of negative height), a slow undulation and noise, and last a stretch to the
+//! published range of heights.
 //!
 //! Coordinates are displaced (*warped*) by smooth periodic fields, so that orientation and period vary over the tile.
 //! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; shared
@@ -27,8 +32,10 @@ use super::random::Random;
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 
-/// Pixels along each side of a skin.
+/// Pixels along each side of a skin. Chosen: 64 nm a pixel.
 const PIXELS: usize = 1024;
+/// Standard deviations to which a granule extends. Chosen: it ends at a hundredth of its height.
+const GRANULE_REACH: f64 = 3.0;
 
 /// Random deviations of one finger from the regular pattern.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +56,9 @@ struct Lattice {
     layers: usize,
     /// Number of fingers along y in every layer.
     fingers: usize,
+    /// Length of the tile along x in µm.
     extent_x_um: f64,
+    /// Length of the tile along y in µm.
     extent_y_um: f64,
     /// Every finger, `[layer · fingers + finger]`.
     table: Vec<Finger>,
@@ -63,6 +72,7 @@ struct Lattice {
 
 /// Coordinates of a pixel in the lattice.
 struct Position {
+    /// Number of the layer; beyond the tile the layers repeat.
     layer: i64,
     /// Position along the layer, in layer periods, in `[0, 1)`.
     t: f64,
@@ -81,9 +91,9 @@ impl Lattice {
         let (dx, dy) = self.step_um();
         let x = ix as f64 * dx + self.warp_x[[iy, ix]];
         let y = iy as f64 * dy + self.warp_y[[iy, ix]];
-        let along = x / self.extent_x_um * self.layers as f64;
-        let layer = libm::floor(along);
-        Position { layer: layer as i64, t: along - layer, v: y / self.extent_y_um * self.fingers as f64 }
+        let layers = x / self.extent_x_um * self.layers as f64;
+        let layer = libm::floor(layers);
+        Position { layer: layer as i64, t: layers - layer, v: y / self.extent_y_um * self.fingers as f64 }
     }
 
     /// Heights `[[iy, ix]]` of all pixels from `height(lattice, ix, iy)`.
@@ -123,8 +133,8 @@ impl Lattice {
         let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.layer_shift(layer);
         let x = (layer as f64 + t) / self.layers as f64 * self.extent_x_um;
         let y = v / self.fingers as f64 * self.extent_y_um;
-        let at = |value: f64, step: f64| (libm::floor(value / step) as i64).rem_euclid(PIXELS as i64) as usize;
-        let (ix, iy) = (at(x, dx), at(y, dy));
+        let pixel = |value: f64, step: f64| (libm::floor(value / step) as i64).rem_euclid(PIXELS as i64) as usize;
+        let (ix, iy) = (pixel(x, dx), pixel(y, dy));
         (x - self.warp_x[[iy, ix]], y - self.warp_y[[iy, ix]])
     }
 
@@ -133,7 +143,8 @@ impl Lattice {
     fn granule(&self, heights: &mut Array2<f64>, centre: (f64, f64), radius: (f64, f64), height_um: f64) {
         let (dx, dy) = self.step_um();
         let span = |c: f64, r: f64, step: f64| {
-            (libm::floor((c - 3.0 * r) / step) as i64)..=(libm::ceil((c + 3.0 * r) / step) as i64)
+            let reach = GRANULE_REACH * r;
+            (libm::floor((c - reach) / step) as i64)..=(libm::ceil((c + reach) / step) as i64)
         };
         let wrap = |i: i64| i.rem_euclid(PIXELS as i64) as usize;
         for iy in span(centre.1, radius.1, dy) {
@@ -146,7 +157,7 @@ impl Lattice {
     }
 }
 
-/// Draws `count` fingers.
+/// Draws `count` fingers from `random`, each by `make`.
 fn fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) -> Finger) -> Vec<Finger> {
     (0..count).map(|_| make(random)).collect()
 }

@@ -5,9 +5,10 @@ use crate::HeightFieldError;
 use ndarray::Array2;
 use std::ops::RangeInclusive;
 
-/// Accepted edge lengths of a sub-region in µm: from two layers to half the tile.
+/// Accepted edge lengths of a sub-region in µm. Chosen: from about two layers to half the tile of 65.2 µm.
 pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
-/// Accepted relative spreads of the period between sub-regions.
+/// Accepted relative spreads of the spatial frequency between sub-regions. Chosen: beyond a tenth the pattern looks
+/// torn at their borders.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
 /// Sub-regions of a skin: a model of those to which Single 2014 attributes two ridges of peak angles.
@@ -26,7 +27,9 @@ pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regions {
+    /// Wanted edge of a square in µm.
     size_um: f64,
+    /// Relative deviation of the spatial frequency in a square, upwards and downwards.
     spread: f64,
 }
 
@@ -45,14 +48,15 @@ impl Regions {
         }
     }
 
-    /// Squares along one side of a tile.
+    /// Number of squares along one side of a tile of `extent_um`: even, and as near to extent/size as possible.
     fn count(&self, extent_um: f64) -> f64 {
         2.0 * libm::round(0.5 * extent_um / self.size_um).max(1.0)
     }
 
     /// Adds the sub-regions to the displacements `[[iy, ix]]` (µm) of a square tile.
     ///
-    /// They are triangle waves: the slope of a displacement is the relative change of the spatial frequency.
+    /// They are triangle waves of one rising and one falling square: the slope of a displacement is the relative change
+    /// of the spatial frequency.
     pub(super) fn displace(&self, warp_x: &mut Array2<f64>, warp_y: &mut Array2<f64>, extent_um: f64) {
         let count = self.count(extent_um);
         let wave: Vec<f64> = (0..PIXELS)
@@ -88,7 +92,7 @@ mod tests {
             })
             .collect();
         let mean = field.mean_um();
-        let of_row = |iy: usize| {
+        let row_power = |iy: usize| {
             let sums = wave.iter().enumerate().fold((0.0, 0.0), |(a, b), (i, (sin, cos))| {
                 let h = field.heights_um()[[iy, first + i]] - mean;
                 (a + h * sin, b + h * cos)
@@ -96,7 +100,7 @@ mod tests {
             sums.0 * sums.0 + sums.1 * sums.1
         };
         // Every eighth row, 0.5 µm apart, suffices for a mean.
-        (0..PIXELS).step_by(8).map(of_row).sum()
+        (0..PIXELS).step_by(8).map(row_power).sum()
     }
 
     /// The strongest period along x in µm of one half of the tile, between 1.35 and 1.8.
@@ -126,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn squares_are_even_in_number_and_near_the_size() {
+    fn number_of_squares_is_even_and_nearest_to_the_size() {
         for (size_um, count) in [(33.0, 2.0), (20.0, 4.0), (3.0, 22.0)] {
             assert_eq!(Regions::new(size_um, 0.05).unwrap().count(65.2), count, "{size_um}");
         }

@@ -1,4 +1,8 @@
 //! Preset `xenopeltis`, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
+//!
+//! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
+//! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
+//! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
@@ -22,6 +26,13 @@ const FLANK: f64 = 0.20;
 /// Height of a layer's surface between pits and tips, in µm.
 const PLAIN_UM: f64 = 0.435;
 
+/// Position along a layer at which the round end of a mean finger begins.
+const TIP: f64 = 0.80;
+/// Length of a finger's round end, in layer periods.
+const TIP_LENGTH: f64 = 0.20;
+/// Position along a layer beyond which no finger is drawn: few random tips reach it.
+const REACH: f64 = 1.4;
+
 /// Lean of the fingers towards −y from root to tip, in finger periods.
 const LEAN: f64 = 0.15;
 
@@ -31,18 +42,23 @@ fn half_width(t: f64, finger: &Finger) -> f64 {
     let closed = 0.5 + 0.6 * FLANK;
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
     let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
-    let past = ((t - 0.80 - finger.tip) / 0.20).clamp(0.0, 1.0);
+    // Fraction of the round end, 0 before it.
+    let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
     (closed - gap + bulb) * (1.0 - past * past).sqrt()
 }
 
 /// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
+///
+/// The ground is the plain of this layer with a pit between the fingers. Over it come the fingers of this layer, and
+/// over both the tips of the previous layer.
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let position = lattice.position(ix, iy);
     let pit = 0.16 * smooth_step(0.04, 0.16, position.t) * smooth_step(0.95, 0.25, position.t);
     let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, position.t) - pit;
-    // Tips of the previous layer lie on top of this layer, so they are drawn last.
+    // Tips of the previous layer lie on top of this layer, so they come last. `cover` is the opacity of the finger that
+    // covers the pixel most, `crest` its height in µm.
     for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
-        if t > 1.4 {
+        if t > REACH {
             continue;
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
@@ -93,7 +109,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
         regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
     }
     let mut heights = lattice.relief(height);
-    // Granules on some tips, deep holes in some pits.
+    // Granules on 12 % of the tips, deep holes in 12 % of the pits; radii and heights are in µm.
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
             let (chance, along) = (random.unit(), random.unit());

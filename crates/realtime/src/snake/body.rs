@@ -1,6 +1,10 @@
 //! The smooth body: an S-shaped centreline with a rotation-minimising frame, swept by a flattened cross-section.
 //!
-//! The section consists of two half ellipses, the back and the belly. Its angle is 0 on top of the back.
+//! The section consists of two half ellipses, the back and the belly, with a common half width r. At the angle φ, which
+//! is 0 on top of the back, its point is r·(sin φ·side + b·cos φ·up), with b = [`BACK`] or [`BELLY`]. The skin is a
+//! sheet over the upper part of the section; its two edges under the belly are the *rims*. Texture coordinates are u
+//! along the centreline from head to tail and v across the sheet from rim to rim, both proportional to the arc length
+//! in cm.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,13 +12,13 @@ use glam::DVec3;
 
 use super::SnakeOptions;
 
-/// Half height of the section above its widest line, relative to the half width.
+/// Height of the section above its widest line, relative to the half width; chosen by eye.
 const BACK: f64 = 0.92;
-/// Half height of the section below its widest line, relative to the half width.
+/// Height of the section below its widest line, relative to the half width; chosen by eye.
 const BELLY: f64 = 0.70;
-/// Fraction of the girth that the sheet covers, from rim to rim.
+/// Fraction of the girth that the sheet covers, from rim to rim. Chosen: the rims are hidden under the body.
 const COVERAGE: f64 = 0.76;
-/// Number of steps of the tables of centreline and section.
+/// Number of steps of the tables of centreline and section. Chosen: far finer than the cells of any mesh.
 const STEPS: usize = 2048;
 
 /// A point of the centreline with its frame.
@@ -68,7 +72,7 @@ impl Body {
         (centre + offset, normal)
     }
 
-    /// Centre, direction and upward axis of the section at `u`.
+    /// Centre, direction towards the tail, and upward axis of the section at `u`.
     fn frame(&self, u: f64) -> (DVec3, DVec3, DVec3) {
         let position = u.clamp(0.0, 1.0) * (STEPS as f64);
         let index = (position as usize).min(STEPS - 1);
@@ -94,14 +98,16 @@ impl Body {
     }
 }
 
-/// Direction of the centreline at `u`: one S in the plane, raised in the middle.
+/// Direction of the centreline at `u`. Seen from above it swings once to each side, which gives an S. The slope raises
+/// the middle by about `lift_cm`.
 fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
     let turn = options.bend_rad * (TAU * u).cos();
     let slope = options.lift_cm * PI / options.length_cm * (TAU * u).sin();
     DVec3::new(turn.cos(), turn.sin(), slope).normalize()
 }
 
-/// The centreline with its frames, centred over the origin.
+/// The centreline with its frames at [`STEPS`] + 1 equal steps, by Simpson's rule over the direction; centred over the
+/// origin.
 fn stations(options: &SnakeOptions) -> Vec<Station> {
     let step = options.length_cm / STEPS as f64;
     let ground = options.radius_cm * BELLY;

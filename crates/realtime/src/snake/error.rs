@@ -1,3 +1,5 @@
+//! Errors of building and writing a snake.
+
 use std::{io, path::PathBuf};
 
 use thiserror::Error;

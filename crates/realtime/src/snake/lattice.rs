@@ -1,12 +1,15 @@
 //! The lattice of scales: the corners of each scale, and the curves along which it ends.
 //!
-//! Lengths are in half scales. The centres of scales are the points (i, j) of even sum, i along the body (towards the
-//! tail) and j around it. Points of odd sum are *nodes*. At a node the tip of the scale before it lies between the
-//! flanks of its two neighbours, over the root of the scale behind it.
+//! Lengths are in half scales. The centres of scales are the points (i, j) with even i + j, i along the body (towards
+//! the tail) and j around it. Points with odd i + j are *nodes*. At a node the tip of the scale before it lies between
+//! the flanks of its two neighbours, over the root of the scale behind it.
 //!
-//! A scale has coordinates of its own, [`Local`]: `along` is 1 at the node of its tip, `across` is ±1 at the nodes of
-//! its flanks. The *gauge* `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`] is 1 on the foot of the free edge, and
-//! grows outward. The free edge itself lies at a gauge of 1 less the width of the [`wall`] below it.
+//! The shape of a scale is a rounded rhombus. Its *tip* points to the tail, its *root* to the head, and its two
+//! *flanks* are the corners at the sides. The two *free edges* run from the flanks to the tip. Each ends in a *wall*, a
+//! narrow steep strip from the free edge down to its *foot* on the scales below. A scale has coordinates of its own,
+//! [`Local`]: `along` is 1 at the node of its tip, `across` is ±1 at the nodes of its flanks. The *gauge* `(along^p +
+//! |across|^p)^(1/p)` with p = [`OUTLINE`] is 1 on the foot of the free edge, and grows outward. The free edge itself
+//! lies at a gauge of 1 less the width of the [`wall`] below it.
 
 use glam::DVec2;
 use rand::{Rng, RngExt, SeedableRng};
@@ -16,10 +19,10 @@ use super::SnakeOptions;
 
 /// Exponent p of the free edges: 1 for a rhombus, 2 for an ellipse; chosen by eye.
 const OUTLINE: f64 = 1.4;
-/// Greatest width of the wall below a free edge, as a fraction of the distance from the scale's centre.
+/// Greatest width of the wall below a free edge, as a fraction of the distance from the scale's centre. Chosen by eye.
 ///
-/// Under a low sun, triangles of wider walls are lit and in shadow by turns. Steeper walls turn away from their shading
-/// normals, which are those of the scales above and below.
+/// Wider walls have triangles that are alternately lit and in shadow under a low sun. Narrower, steeper walls turn away
+/// from their shading normals, which are those of the scales above and below.
 const WALL: f64 = 0.012;
 
 /// A half of a scale seen from the head: towards smaller j (left) or larger j (right).
@@ -53,7 +56,7 @@ struct Frame {
     areas: [f64; 2],
 }
 
-/// Rows of scales beyond each side of the sheet whose frames are kept: pixels at the rim need them.
+/// Number of rows of scales beyond each side of the sheet whose frames are stored: pixels at the rim need them.
 const MARGIN: i64 = 3;
 
 /// A point in the frame of one scale.
@@ -71,7 +74,7 @@ impl Local {
         gauge(self.along, self.across)
     }
 
-    /// Whether the gauge is at most 1, without powers for points far from the edge.
+    /// Whether the gauge is at most 1. Points far from the edge are decided without computing powers.
     fn is_within(self) -> bool {
         let (along, across) = (self.along, self.across.abs());
         if along > 1.0 || across > 1.0 {
@@ -126,12 +129,14 @@ impl Lattice {
         lattice
     }
 
+    /// Tip and flanks of scale (i, j), from the positions of its nodes.
     fn frame(&self, (i, j): (i64, i64)) -> Frame {
         let tip = self.node(i + 1, j) - centre(i, j);
         let flanks = [Side::Left, Side::Right].map(|side| self.flank((i, j), side) - centre(i, j));
         Frame { tip, flanks, areas: flanks.map(|flank| tip.perp_dot(flank)) }
     }
 
+    /// The stored frame of scale (i, j); `None` beyond [`MARGIN`].
     fn kept_frame(&self, (i, j): (i64, i64)) -> Option<&Frame> {
         let (row, column) = (i + MARGIN, j + MARGIN);
         let columns = self.rows_around + 2 * MARGIN + 1;
@@ -194,7 +199,7 @@ impl Lattice {
         self.node(i, if side == Side::Left { j - 1 } else { j + 1 })
     }
 
-    /// The visible scale at a point of the sheet: of those that reach the point, the one nearest to the head.
+    /// The visible scale at a point of the sheet: the scale nearest to the head among those that cover the point.
     pub(super) fn on_top(&self, point: DVec2) -> (i64, i64) {
         let (first, middle) = (point.x.floor() as i64 - 1, point.y.round() as i64);
         let around = || {

@@ -1,3 +1,9 @@
+//! The triangle mesh of the snake.
+//!
+//! Each scale (i, j) of the lattice (lattice.rs) is a grid of n × n cells over its visible part (patch.rs), displaced
+//! from the smooth body (body.rs) by the height of the scale (scales.rs). Scales share vertices only at the nodes of
+//! the lattice; elsewhere a wall of triangles connects the free edge of a scale with the scales below it.
+
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
@@ -6,8 +12,8 @@ use super::{SnakeError, SnakeOptions, body::Body, lattice::centre, patch::Patch,
 
 /// The snake as an indexed triangle mesh; one entry per vertex in the first four vectors.
 ///
-/// Each scale is a grid of its own. A wall joins its free edge to the scales below it. [`crate::snake`] states
-/// orientation and units.
+/// Each scale is a grid of its own. A wall connects its free edge with the scales below it. [`crate::snake`] defines
+/// the orientation and the units.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SnakeMesh {
     /// Positions in cm; the ground is z = 0.
@@ -160,6 +166,7 @@ pub(super) struct Surface {
     cell: f64,
 }
 
+/// A vertex of the mesh, with the members of [`SnakeMesh`].
 struct Vertex {
     position: DVec3,
     normal: DVec3,
@@ -182,18 +189,18 @@ impl Surface {
     /// The frame is that of the scale, continued beyond its edges. A mean over the triangles around the vertex would
     /// average over the step at each free edge.
     fn vertex(&self, scale: (i64, i64), point: DVec2) -> Vertex {
-        let at = |point: DVec2| {
+        let position_at = |point: DVec2| {
             let inside = point.clamp(DVec2::ZERO, self.size);
             let uv = inside / self.size;
             let (skin, normal) = self.body.point(uv.x, uv.y);
             skin + normal * self.scales.height_cm(scale, inside)
         };
         // Differences over a whole cell: a keel narrower than a cell is smoothed.
-        let difference = |step: DVec2| at(point + step) - at(point - step);
+        let difference = |step: DVec2| position_at(point + step) - position_at(point - step);
         let along = difference(DVec2::new(0.5 * self.cell, 0.0));
         let around = difference(DVec2::new(0.0, 0.5 * self.cell));
         let uv = (point / self.size).clamp(DVec2::ZERO, DVec2::ONE);
-        Vertex { position: at(point), normal: along.cross(around).normalize(), tangent: along.normalize(), uv }
+        Vertex { position: position_at(point), normal: along.cross(around).normalize(), tangent: along.normalize(), uv }
     }
 
     /// The vertex of a node, with the mean frame of the scales that meet there.

@@ -1,4 +1,7 @@
-//! A procedural piece of a snake, like the 3D scan in Single 2014.
+//! A procedural piece of a snake, like the 3D scan in Single 2014 (M. Single's thesis, docs/glossary.md).
+//!
+//! Modules: `body` is the smooth body, `lattice` the outlines of the scales, `scales` their height, `patch` the grid of
+//! one scale, `mesh` the triangles, `pigment` the texture, `ply` the file, and `options` the parameters.
 //!
 //! A bent body lies on the ground plane z = 0 (z is up, **1 unit = 1 cm**), covered with overlapping,
 //! keeled scales in diamond packing. The mesh is one open sheet over the back and the flanks; its rim is

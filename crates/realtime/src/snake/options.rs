@@ -1,7 +1,9 @@
+//! Options of the snake and their checks.
+
 use super::SnakeError;
 
-/// Shape and resolution of the snake; comments give range and default. The default mesh has 10 933 vertices and 21 573
-/// faces; the snake of Single 2014 has 11 696 and 22 950.
+/// Shape and resolution of the snake; comments give the accepted range and, in parentheses, the default. The default
+/// mesh has 10 933 vertices and 21 573 faces; the snake of Single 2014 has 11 696 and 22 950.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
     /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number is even because a scale in the
@@ -86,6 +88,7 @@ impl SnakeOptions {
         }
         // The curvature of the S is largest in its middle and at its ends (`body.rs`).
         let radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
+        // The factor is chosen: with 1, the inner side of the bend would shrink to a line.
         let least_cm = 1.3 * self.radius_cm;
         if radius_cm < least_cm {
             return Err(SnakeError::Bend { radius_cm, least_cm });

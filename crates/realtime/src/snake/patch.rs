@@ -1,4 +1,8 @@
-//! The vertices of one scale: a grid over its visible part, bounded by the edges of scales.
+//! The vertices of one scale: a grid over its visible part. lattice.rs defines root, flanks, tip, free edge and foot.
+//!
+//! The visible part is bounded by four curves: the scale's own two free edges towards the tail, and the feet of the two
+//! scales before it, under which it comes out. A Coons patch, the bilinear blend of four boundary curves, maps the unit
+//! square to it.
 
 use glam::DVec2;
 
@@ -12,7 +16,7 @@ pub(super) struct Patch<'a> {
 }
 
 impl<'a> Patch<'a> {
-    /// The patch of scale (i, j) of even sum.
+    /// The patch of scale (i, j), where i + j is even.
     pub(super) fn new(lattice: &'a Lattice, scale: (i64, i64)) -> Self {
         Self { lattice, scale }
     }
@@ -62,8 +66,12 @@ impl<'a> Patch<'a> {
 /// The sides of the grid: two at the root, two free ones.
 #[derive(Clone, Copy)]
 enum Edge {
+    /// From the root to the left flank: the foot of the scale before it on the left.
     RootLeft,
+    /// From the root to the right flank: the foot of the scale before it on the right.
     RootRight,
+    /// From the left flank to the tip.
     FreeLeft,
+    /// From the right flank to the tip.
     FreeRight,
 }

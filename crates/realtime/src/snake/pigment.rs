@@ -1,3 +1,5 @@
+//! The pigment of the snake as a texture: diffuse reflectances chosen by eye.
+
 use std::{fs::File, io::BufWriter, path::Path};
 
 use super::{
@@ -55,10 +57,13 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
     Ok(PigmentTexture { width, height, pixels })
 }
 
-/// Linear reflectance of a point of a scale at `v` around the body.
+/// Linear reflectance of a point of a scale at `v` around the body; all numbers are chosen by eye.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
+    // 0 inside the scale to 1 at its edge, which is paler on the half towards the tip.
     let rim = smooth(((spot.edge - 0.72) / 0.28).clamp(0.0, 1.0)) * if spot.along > 0.0 { 1.0 } else { 0.5 };
+    // 0 on the back to 1 at the rims of the sheet.
     let flank = smooth((((v - 0.5).abs() - 0.30) / 0.20).clamp(0.0, 1.0));
+    // Darker along the keel, the axis of the scale.
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();
     let shade = keel * (1.0 + 0.25 * spot.shade);
     std::array::from_fn(|c| {

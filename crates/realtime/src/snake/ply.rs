@@ -1,3 +1,5 @@
+//! The snake's mesh as a PLY file, which Mitsuba and [`crate::Mesh::read_ply`] read.
+
 use std::{fs, io, path::Path};
 
 use ply_rs_bw::{

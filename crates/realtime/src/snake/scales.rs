@@ -15,11 +15,12 @@ use super::{
 const DOME: f64 = 0.05;
 /// Height of a scale's keel, relative to the distance of neighbouring rows; chosen by eye.
 const KEEL: f64 = 0.03;
-/// The x at which the first factor of [`rise`] is one half: smaller values make scales rise more steeply.
+/// The x at which the first factor of [`rise`] is one half: smaller values make scales rise more steeply. Chosen by
+/// eye.
 const RISE: f64 = 0.3;
-/// Fall of a scale towards its free edges: 0 for none, 1 for a fall to the skin at the tip.
+/// Fall of a scale towards its free edges: 0 for none, 1 for a fall to the skin at the tip. Chosen by eye.
 const FALL: f64 = 0.65;
-/// Half width of the keel, relative to the half width of a scale.
+/// Half width of the keel, relative to the half width of a scale; chosen by eye.
 const KEEL_WIDTH: f64 = 0.11;
 /// `x` of [`rise`] in the middle of a scale: `(gauge(1, 1) − 1)/(gauge(2, 1) − 1)`, 0.4226 with the lattice's outline,
 /// rounded. Meshes depend on the digits.

@@ -1,7 +1,12 @@
-// Unpolarised Fresnel reflectance at a plane interface; twin of scattering/fresnel.rs. Complex numbers are (re, im).
+// Unpolarised Fresnel reflectance at a plane interface; counterpart of src/scattering/fresnel.rs, with the same
+// arithmetic. Complex numbers are vectors (re, im).
+//
+// Symbols: c = cosθ of the incidence, n = eta + i k the refractive index relative to the outer medium, and
+// t = √(n² - sin²θ), the normal component of the transmitted wave vector in units of the outer wave number. Then
+//     R_s = |c - t|²/|c + t|²,  R_p = |n²c - t|²/|n²c + t|²,  R = (R_s + R_p)/2.
 
-// The principal square root of z, whose imaginary part is not negative. The larger part comes from a sum without
-// cancellation, the smaller one from the product of both.
+// Principal square root of z, where im z ≥ 0. One part is computed from a sum without cancellation. The other follows
+// from the product of the parts, re·im = im z/2.
 fn fresnel_sqrt(z: vec2<f32>) -> vec2<f32> {
     let larger = sqrt(0.5 * (length(z) + abs(z.x)));
     if larger == 0.0 {
@@ -11,12 +16,12 @@ fn fresnel_sqrt(z: vec2<f32>) -> vec2<f32> {
     return select(vec2<f32>(smaller, larger), vec2<f32>(larger, smaller), z.x >= 0.0);
 }
 
-// |a − b|² / |a + b|²
+// Ratio |a − b|² / |a + b|².
 fn fresnel_ratio(a: vec2<f32>, b: vec2<f32>) -> f32 {
     return dot(a - b, a - b) / dot(a + b, a + b);
 }
 
-// Reflectance for the cosine of the angle of incidence and the index eta + i k; k = 0 is a dielectric.
+// Reflectance R at the cosine of the angle of incidence; k = 0 is a dielectric. Equal media reflect nothing.
 fn fresnel_unpolarised(cos_theta: f32, eta: f32, k: f32) -> f32 {
     if eta == 1.0 && k == 0.0 {
         return 0.0;

@@ -1,5 +1,6 @@
-// Deferred shading, first half: for each pixel, finds the point that its ray meets, the directions in the shading frame
-// there, and the visibility of the sun. The result is a query (query.wgsl) that the method's shader answers later.
+// Second stage of a picture (lib.rs), after raster.wgsl: for each pixel, finds the point that its ray meets, the
+// directions in the shading frame there, and the visibility of the sun. The result is a query (query.wgsl) that the
+// method's shader answers later.
 //
 // The rasteriser has written the triangle of each pixel into the texture `seen`. Passes, in this order:
 //
@@ -25,7 +26,8 @@ struct Lists {
     skin: atomic<u32>,
     // Number of pixels without a triangle.
     bare: atomic<u32>,
-    // With n pixels in the picture: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from entry n on.
+    // Entries of three lists, for n pixels: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from
+    // entry n on.
     entries: array<u32>,
 }
 
@@ -106,8 +108,8 @@ fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Position of the point between the four texels, 0 to 1.
     let offset = texel - corner;
     let side = u32(sunlight.side);
-    let at = u32(corner.y) * side + u32(corner.x);
-    let depths = vec4<f32>(sunlit[at], sunlit[at + 1u], sunlit[at + side], sunlit[at + side + 1u]);
+    let first = u32(corner.y) * side + u32(corner.x);
+    let depths = vec4<f32>(sunlit[first], sunlit[first + 1u], sunlit[first + side], sunlit[first + side + 1u]);
     // Heights of the plane above the point p at the four texels.
     let plane = vec4<f32>(-offset.x, 1.0 - offset.x, -offset.x, 1.0 - offset.x) * slope.x
         + vec4<f32>(-offset.y, -offset.y, 1.0 - offset.y, 1.0 - offset.y) * slope.y;
@@ -251,7 +253,7 @@ fn locate_ray(pixel: vec2<u32>) -> vec3<f32> {
     return normalize(frame.forward + position.x * frame.right + position.y * frame.down);
 }
 
-// Number of an invocation in a dispatch over a list. Workgroups of 64 are dispatched in two dimensions.
+// Linear index of an invocation in a dispatch over a list. Workgroups of 64 are dispatched in two dimensions.
 fn locate_number(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * 64u + id.x;
 }
@@ -260,7 +262,7 @@ fn locate_number(id: vec3<u32>, groups: vec3<u32>) -> u32 {
 // reserves the entries of a whole run.
 const LOCATE_RUN: u32 = 32u;
 
-// Sorts runs of pixels along rows into `skin` and `bare`.
+// Sorts runs of pixels along rows into `skin` and `bare`. `skin` grows from entry 0, `bare` down from entry n - 1.
 @compute @workgroup_size(64)
 fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);

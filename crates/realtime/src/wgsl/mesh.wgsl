@@ -1,6 +1,7 @@
-// The mesh.
+// Buffers of the triangle mesh (mesh.rs), which raster.wgsl, trace.wgsl, locate.wgsl and shadow.wgsl read.
 
-// Position, shading normal and texture coordinates.
+// A vertex: position in cm, unit shading normal, and texture coordinates (u, v). u and v fill the padding of the
+// vectors.
 struct Vertex {
     position: vec3<f32>,
     u: f32,
@@ -8,10 +9,12 @@ struct Vertex {
     v: f32,
 }
 
+// All vertices of the mesh.
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 // Three vertex indices for each triangle.
 @group(0) @binding(2) var<storage, read> triangles: array<u32>;
 
+// The vertex at a corner (0, 1 or 2) of a triangle.
 fn mesh_vertex(triangle: u32, corner: u32) -> Vertex {
     return vertices[triangles[3u * triangle + corner]];
 }

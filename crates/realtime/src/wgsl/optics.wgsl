@@ -1,22 +1,29 @@
-// The part of the reflectance that does not depend on the relief (docs/model.md#the-reflectance).
+// Factors of the reflectance f_r that do not depend on the relief (docs/model.md#the-reflectance).
+//
+// f_r is R·O·M times the relief's factor ∫ S/λ² weight(λ) dλ, which the method computes (src/methods/mod.rs). R is the
+// Fresnel reflectance, O the obliquity factor, and M shadowing and masking (pair.wgsl). With the small-slope factor Q
+// (small_slope.wgsl), f_r is Q·M times the relief's factor.
 
+// Value of `Optics.answers` where the method's answer is f_r itself.
 const OPTICS_ANSWERS_REFLECTANCE: u32 = 1u;
 
+// Optical options of the surface; counterpart of `OpticsUniform` in layout.rs.
 struct Optics {
-    // Refractive index eta + i k.
+    // Real part of the refractive index eta + i k.
     eta: f32,
+    // Imaginary part of the refractive index; 0 for a dielectric.
     k: f32,
-    // 1: everything is reflected, and the index does not matter.
+    // 1: a perfect conductor with R = 1 at every angle; eta and k are not read.
     reflects_all: u32,
-    // 0 stam, 1 unit, 2 small slope.
+    // Obliquity factor: 0 Stam's, 1 unit (O = 1), 2 small slope (Q replaces R·O).
     obliquity: u32,
-    // 1: V-cavity shadowing and masking.
+    // 1: M of V-shaped cavities; 0: M = 1.
     shadowing: u32,
-    // Meaning of the method's answer: 0 the relief's part, 1 the whole reflectance.
+    // Meaning of the method's answer: 0 the relief's factor, 1 the whole reflectance f_r.
     answers: u32,
 }
 
-// Fresnel reflectance R at an angle of incidence.
+// Fresnel reflectance R at the cosine of an angle of incidence.
 fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
     if optics.reflects_all != 0u {
         return 1.0;
@@ -29,7 +36,7 @@ fn optics_remainder(optics: Optics, cos_theta: f32) -> f32 {
     return max(1.0 - optics_reflectance(optics, cos_theta), 0.0);
 }
 
-// Factor of the interface for unpolarised light: R, or Q of the small slope.
+// Factor of the interface for unpolarised light: R at the angle to the half vector, or the small-slope factor Q.
 fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     if optics.obliquity != PAIR_OBLIQUITY_SMALL_SLOPE {
         return optics_reflectance(optics, pair_cos_half(pair));

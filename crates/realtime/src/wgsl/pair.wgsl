@@ -1,25 +1,35 @@
-// A pair of directions above the surface with its factors; twin of `Pair` in scattering/geometry.rs.
+// Geometry of a pair of directions and the factors that follow from it; counterpart of `Pair` in
+// src/scattering/geometry.rs, with the same arithmetic.
+//
+// wi is the unit vector to the light and wo the one to the viewer, in the shading frame with the normal along +z.
+// Their sum is the scattering vector q = wi + wo = (u, v, w). Factors: O, the obliquity factor, and M, shadowing and
+// masking (docs/model.md#the-reflectance).
 
+// A pair of directions.
 struct Pair {
-    // q = wi + wo
+    // Scattering vector q = wi + wo; its z component is at least twice PAIR_COSINE_MIN.
     q: vec3<f32>,
+    // cosθi and cosθo, at least PAIR_COSINE_MIN.
     cos_i: f32,
     cos_o: f32,
     // Whether both directions are finite and above the surface. Otherwise the other members are meaningless.
     valid: bool,
 }
 
-// Smallest cosine to divide by.
+// Smallest cosine to divide by, about the rounding error of a single-precision cosine.
 const PAIR_COSINE_MIN: f32 = 1e-7;
-// Obliquity factors of `Optics`.
+// Value of `Optics.obliquity` for Stam's obliquity factor.
 const PAIR_OBLIQUITY_STAM: u32 = 0u;
+// Value of `Optics.obliquity` for the small-slope factor, which replaces O and the Fresnel reflectance.
 const PAIR_OBLIQUITY_SMALL_SLOPE: u32 = 2u;
 
-// Compares bits, because compilers may assume that there is no NaN.
+// Whether no component is infinite or NaN. The exponent bits are compared, because shader compilers may assume that NaN
+// does not occur and remove a comparison of numbers.
 fn pair_is_finite(v: vec3<f32>) -> bool {
     return all((bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u)) != vec3<u32>(0x7f800000u));
 }
 
+// The pair of two unit vectors.
 fn pair_of(wi: vec3<f32>, wo: vec3<f32>) -> Pair {
     let valid = pair_is_finite(wi) && pair_is_finite(wo) && wi.z > 0.0 && wo.z > 0.0;
     let cos_i = max(wi.z, PAIR_COSINE_MIN);
@@ -27,17 +37,18 @@ fn pair_of(wi: vec3<f32>, wo: vec3<f32>) -> Pair {
     return Pair(vec3<f32>(wi.xy + wo.xy, cos_i + cos_o), cos_i, cos_o, valid);
 }
 
-// |wi + wo|² = 2(1 + wi·wo), as a sum of squares: nothing cancels at grazing forward directions.
+// |wi + wo|² = 2(1 + wi·wo). The sum of squares avoids the cancellation of 1 + wi·wo, which is near 0 for two grazing
+// directions on opposite sides.
 fn pair_sum_squared(pair: Pair) -> f32 {
     return dot(pair.q, pair.q);
 }
 
-// Cosine of the angle of either direction with the half vector.
+// Cosine of the angle between either direction and the half vector, |wi + wo|/2.
 fn pair_cos_half(pair: Pair) -> f32 {
     return min(0.5 * sqrt(pair_sum_squared(pair)), 1.0);
 }
 
-// The obliquity factor O: (1 + wi·wo)²/(cosθi cosθo w²) for stam, else 1.
+// Obliquity factor O: (1 + wi·wo)²/(cosθi cosθo w²) for Stam's, 1 for other kinds.
 fn pair_obliquity(pair: Pair, kind: u32) -> f32 {
     if kind != PAIR_OBLIQUITY_STAM {
         return 1.0;
@@ -46,7 +57,7 @@ fn pair_obliquity(pair: Pair, kind: u32) -> f32 {
     return ratio * ratio / (pair.cos_i * pair.cos_o);
 }
 
-// V-cavity shadowing and masking, M.
+// Shadowing and masking factor M of V-shaped cavities, min(1, 2w·min(cosθi, cosθo)/(1 + wi·wo)).
 fn pair_shadowing(pair: Pair) -> f32 {
     return min(4.0 * pair.q.z * min(pair.cos_i, pair.cos_o) / pair_sum_squared(pair), 1.0);
 }

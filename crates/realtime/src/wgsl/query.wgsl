@@ -1,9 +1,15 @@
-// A pair of directions to answer, with the data that a picture needs; twin of `Query` in layout.rs.
+// Record of one visible surface point; counterpart of `Query` in layout.rs, with the same memory layout.
+//
+// locate.wgsl writes one query for each pixel. shade.wgsl reads its two directions and computes the reflectance.
+// resolve.wgsl combines the reflectance with the other members into the pixel's radiance. The grating's frame is the
+// shading frame, rotated about the normal by the angle of `frame.rotation` (frame.wgsl).
 
+// Kinds of surface that the ray of a pixel meets: none, the ground plane, or the mesh.
 const QUERY_NOTHING: u32 = 0u;
 const QUERY_GROUND: u32 = 1u;
 const QUERY_SKIN: u32 = 2u;
 
+// A visible surface point.
 struct Query {
     // Unit vector towards the light in the grating's frame.
     wi: vec3<f32>,

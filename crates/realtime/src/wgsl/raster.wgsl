@@ -1,16 +1,22 @@
-// Finds the triangle in front at each pixel. Nothing is interpolated: locate.wgsl intersects the pixel's ray with the
-// triangle.
+// Rasteriser pass: writes the nearest triangle of each pixel into the texture that locate.wgsl reads as `seen`.
+// Nothing is interpolated: locate.wgsl intersects the pixel's ray with the triangle.
+//
+// Clip coordinates come from the camera of frame.wgsl: with the offset o from the camera, z = o·forward,
+// x = o·right/|right|², y = -o·down/|down|².
 
+// A triangle corner in clip space, with the triangle's index.
 struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) triangle: u32,
 }
 
+// Vertex shader without vertex buffers: `index` counts the corners of all triangles, three for each.
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let triangle = index / 3u;
     let offset = mesh_vertex(triangle, index % 3u).position - frame.origin;
-    // The rasteriser samples pixel centres. The shift moves the sample of this ray there.
+    // The rasteriser samples pixel centres, but the ray passes through the position `subpixel` of the pixel. The shift,
+    // in clip units, moves the ray's position to the centre.
     let shift = 2.0 * (vec2<f32>(0.5) - frame.subpixel) / vec2<f32>(f32(frame.width), f32(frame.height));
     let depth = dot(offset, frame.forward);
     let x = dot(offset, frame.right) / dot(frame.right, frame.right) + shift.x * depth;
@@ -19,7 +25,7 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     return Corner(vec4<f32>(x, y, FRAME_NEAR, depth), triangle);
 }
 
-// The number of the triangle plus 1; 0 for none.
+// Index of the triangle plus 1; the texture is cleared to 0, which means no triangle.
 @fragment
 fn triangle_number(in: Corner) -> @location(0) u32 {
     return in.triangle + 1u;

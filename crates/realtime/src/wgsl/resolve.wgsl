@@ -1,7 +1,15 @@
-// Adds pigment and light to the answered queries. A white diffuse plane that faces the sun has the radiance 1.
+// Fourth and last stage of a picture (lib.rs), after shade.wgsl: turns the reflectance of each answered query
+// (query.wgsl) into radiance and adds it to the picture.
+//
+// Radiance L = E·cosθi·f, where E = π is the sun's irradiance: a white diffuse plane that faces the sun has L = 1.
+// f is the reflectance in 1/sr of diffraction f_r and pigment ρ/π, blended as `frame.blend` says (frame.wgsl):
+//     physical   f = f_r + ρ/π·(1 - R(θi))·(1 - R(θo)), with the Fresnel reflectance R of optics.wgsl
+//     fixed mix  f = (1 - mix)·ρ/π + mix·f_r
+//     none       f = f_r
 
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
+// f_r of each query, linear sRGB in 1/sr (shade.wgsl).
 @group(0) @binding(3) var<storage, read> reflectances: array<vec4<f32>>;
 // Radiance summed over the samples so far, rows from the top.
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
@@ -17,11 +25,12 @@ struct Pigment {
     texels: array<u32>,
 }
 
-// Irradiance of a plane that faces the sun, π.
+// Irradiance E of a plane that faces the sun, π.
 const RESOLVE_SUN: f32 = 3.141592653589793;
 
-// Decodes sRGB. Some adapters decode sRGB textures to eight bits only, so the texture is a buffer. x^2.4 is x² times a
-// polynomial in √x with an error of at most 1e-6; `pow` may be as inexact and takes software adapters longer.
+// Decodes sRGB values in [0, 1] (IEC 61966-2-1) to linear ones. The texture is a buffer, because some adapters decode
+// sRGB textures to eight bits only. With x = (encoded + 0.055)/1.055, the power x^2.4 is x² times x^0.4, which is a
+// fitted polynomial in √x. Its error is at most 1e-6. `pow` may be as inexact and takes software adapters longer.
 fn resolve_decoded(encoded: vec3<f32>) -> vec3<f32> {
     let x = (encoded + 0.055) * (1.0 / 1.055);
     let root = sqrt(x);
@@ -36,17 +45,18 @@ fn resolve_decoded(encoded: vec3<f32>) -> vec3<f32> {
     return select(x * x * sum, encoded * (1.0 / 12.92), encoded <= vec3<f32>(0.04045));
 }
 
-// Linear reflectance of a texel.
-fn resolve_texel(at: vec2<i32>) -> vec3<f32> {
-    return resolve_decoded(unpack4x8unorm(pigment.texels[u32(at.y) * pigment.size.x + u32(at.x)]).rgb);
+// Linear reflectance of the texel at a column and row.
+fn resolve_texel(texel: vec2<i32>) -> vec3<f32> {
+    return resolve_decoded(unpack4x8unorm(pigment.texels[u32(texel.y) * pigment.size.x + u32(texel.x)]).rgb);
 }
 
-// Linear reflectance of the pigment, bilinear and repeating. Samplers do not promise full precision.
+// Linear reflectance ρ of the pigment at texture coordinates, with bilinear interpolation; the texture repeats. Texture
+// samplers of the hardware interpolate with few bits, so the interpolation is computed here.
 fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
     let size = vec2<i32>(pigment.size);
     let position = fract(uv) * vec2<f32>(size) - 0.5;
     let t = position - floor(position);
-    // From -1 to the size; opposite ends are neighbours.
+    // `low` is at least -1 and `low + 1` at most the size. Both wrap around, because the texture repeats.
     let low = vec2<i32>(floor(position));
     let a = select(low, size - 1, low < vec2<i32>(0));
     let b = select(low + 1, vec2<i32>(0), low + 1 >= size);
@@ -55,7 +65,7 @@ fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
     return frame.pigment_scale * mix(lower, upper, t.y);
 }
 
-// Reflectance of the skin with its pigment, in 1/sr.
+// Reflectance f of the skin with its pigment, in 1/sr; `reflectance` is f_r.
 fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
     if frame.blend == FRAME_NONE {
         return reflectance;

@@ -1,14 +1,21 @@
-// Reflectances of an array of queries, linear sRGB in 1/sr. Compiled after a method, which defines `answer_rgb`.
+// Third stage of a picture (lib.rs), after locate.wgsl: computes the reflectance f_r of the queries listed in `chosen`,
+// linear sRGB in 1/sr. It is compiled after the WGSL of a method (src/methods), which defines `answer_rgb`.
+//
+// A dispatch processes a range of `chosen`, so short that the device stays responsive. Where the adapter ends long
+// loops early, an answer is also divided into `parts` (src/methods/common.wgsl), which successive dispatches compute
+// and sum in `reflectances`.
 
-// The part of the work that one submission does; twin of `RangeUniform` in layout.rs.
+// The part of the work that one dispatch does; counterpart of `RangeUniform` in layout.rs.
 struct Range {
-    // First entry of `chosen`, and number of entries.
+    // First entry of `chosen`.
     first: u32,
+    // Number of entries.
     count: u32,
-    // Part of each answer, and number of parts.
+    // Index of the part of each answer.
     part: u32,
+    // Number of parts of each answer.
     parts: u32,
-    // 2: a value that the compiler does not know.
+    // Always 2. Since the compiler does not know the value, it cannot remove the loop of `loops_are_cut_short`.
     two: u32,
 }
 
@@ -17,12 +24,13 @@ struct Range {
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
 // Indices of the queries to answer.
 @group(0) @binding(3) var<storage, read> chosen: array<u32>;
+// Sums over the parts so far, one entry for each query; the fourth component is unused.
 @group(0) @binding(4) var<storage, read_write> reflectances: array<vec4<f32>>;
-// Number of answers that are wrong because loops were cut short.
+// Number of answers that are wrong because loops were cut short. The host checks it and reports an error.
 @group(0) @binding(5) var<storage, read_write> cut_short: atomic<u32>;
 
-// Whether loops end early: Mesa's llvmpipe leaves every loop of an invocation after 65 535 turns in total, and goes on.
-// This loop then ends early, too.
+// Whether the adapter ends loops early. Mesa's llvmpipe allows an invocation 65 535 turns of all its loops in total.
+// From then on, it leaves every loop at once. A loop of two turns that follows the answer then ends early, too.
 fn loops_are_cut_short() -> bool {
     var turns = 0u;
     while turns < range.two {
@@ -31,6 +39,7 @@ fn loops_are_cut_short() -> bool {
     return turns != range.two;
 }
 
+// Answers one query of the range and adds the answer to the sum over the parts.
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= range.count {

@@ -1,13 +1,18 @@
-// The small-slope factor Q for unpolarised light; twin of scattering/small_slope.rs, which has the formulas.
+// The small-slope factor Q for unpolarised light, from first-order small-slope theory
+// (docs/model.md#the-small-slope-factor); counterpart of src/scattering/small_slope.rs, which derives the formulas.
 //
-// Complex numbers are (re, im). s and p are the polarisations; `straight` keeps the polarisation and `crossed` changes
-// it.
+// Symbols: q_i = cosθi, q_o = cosθo, w = q_i + q_o; ε = (eta + i k)² the permittivity; φ the azimuth from the plane of
+// incidence to the outgoing direction; t = √(ε - sin²θ) the normal component of the transmitted wave. For either
+// direction, D_s = q + t and D_p = εq + t are the denominators of the Fresnel coefficients. Complex numbers are (re,
+// im). `straight` is the power of s→s and p→p, `crossed` that of s→p and p→s. For an interface
+//     Q = 2|ε - 1|² q_i q_o/w² · (straight + crossed).
 
+// Smallest sinθi·sinθo to divide by. Chosen: the azimuth has no effect where a sine is this small.
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
+// Smallest |D|² to divide by. Chosen: it only avoids a division by zero.
 const SMALL_SLOPE_TINY: f32 = 1e-18;
 
-// The cosine of the azimuth between incoming and outgoing light, and the product of the sines of their angles with the
-// normal.
+// cosφ in x and sinθi·sinθo in y.
 fn small_slope_azimuth(pair: Pair) -> vec2<f32> {
     let q = vec2<f32>(pair.cos_i, pair.cos_o);
     let squared = 1.0 - q * q;
@@ -16,8 +21,7 @@ fn small_slope_azimuth(pair: Pair) -> vec2<f32> {
     return vec2<f32>(clamp(cos, -1.0, 1.0), sines);
 }
 
-// Of the direction with the cosine q: the normal component of the transmitted wave (x, y), and the reciprocal squared
-// denominators of s (z) and p (w).
+// Terms of the direction with the cosine q: t in (x, y), 1/|D_s|² in z and 1/|D_p|² in w.
 fn small_slope_direction(q: f32, eps: vec2<f32>) -> vec4<f32> {
     let transmitted = fresnel_sqrt(eps - vec2<f32>(1.0 - q * q, 0.0));
     let s = vec2<f32>(q, 0.0) + transmitted;
@@ -25,7 +29,7 @@ fn small_slope_direction(q: f32, eps: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(transmitted, 1.0 / max(dot(s, s), SMALL_SLOPE_TINY), 1.0 / max(dot(p, p), SMALL_SLOPE_TINY));
 }
 
-// Q for the index eta + i k.
+// Q of an interface with the refractive index eta + i k. `o` and `i` are the terms of wo and wi.
 fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     let eps = vec2<f32>((eta - k) * (eta + k), 2.0 * eta * k);
     let azimuth = small_slope_azimuth(pair);
@@ -48,7 +52,7 @@ fn small_slope_conductor(pair: Pair) -> f32 {
     let q = vec2<f32>(pair.cos_i, pair.cos_o);
     let squared = q * q;
     let product = q.x * q.y;
-    // The cosine less the product of sines. They cancel for two grazing directions, where the second form does not.
+    // cosφ - sinθi·sinθo. The terms cancel for two grazing directions, where the second, equal form does not.
     var difference = azimuth.x - azimuth.y;
     if azimuth.y >= 0.5 {
         difference =

@@ -1,5 +1,8 @@
-// The sun's depth map of the mesh: it decides for nearly every point whether the sun is visible. Twin of sunlight.rs.
+// Box and axes of the sun's depth map, an orthographic projection of the mesh along the sun's direction. shadow.wgsl
+// draws the map, and locate.wgsl reads it to decide for nearly every point whether the sun is visible.
 
+// Counterpart of `SunlightUniform` in layout.rs; sunlight.rs computes the box. `right`, `up` and `to_sun` are
+// orthogonal.
 struct Sunlight {
     // Centre of the map's box, which bounds the mesh.
     centre: vec3<f32>,

@@ -1,15 +1,20 @@
-// Maps linear radiance to encoded sRGB for the screen; twin of `colour::tone_map` and `colour::srgb_encode`.
+// Display pass: maps linear radiance to encoded sRGB for the screen; counterpart of `tone_map` and `srgb_encode` in
+// src/colour.
+//
+// With the peak x, the largest channel of the exposed colour, the tone curve is x up to the knee k, and
+// k + (1 - k)·(x - k)/(x - k + s) above it, which approaches 1. All channels are scaled by the same factor.
 
+// Uniform of the pass, which tone.rs writes.
 struct Tone {
-    // Factor on the radiance.
+    // Exposure, a factor on the radiance.
     gain: f32,
-    // Pixels of a row.
+    // Number of pixels in a row.
     width: u32,
 }
 
-// Radiance up to which the tone curve is the identity.
+// Knee k: radiance up to which the tone curve is the identity. Chosen for its looks.
 const TONE_KNEE: f32 = 0.8;
-// Excess over the knee at which half of the remaining range is used.
+// Shoulder s: excess over the knee at which half of the range above the knee is used. Chosen for its looks.
 const TONE_SHOULDER: f32 = 0.6;
 
 @group(0) @binding(0) var<uniform> tone: Tone;
@@ -34,15 +39,16 @@ fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
     return exposed * ((TONE_KNEE + (1.0 - TONE_KNEE) * excess / (excess + TONE_SHOULDER)) / peak);
 }
 
-// sRGB encoding.
+// sRGB encoding (IEC 61966-2-1) of a linear colour, clamped to [0, 1].
 fn tone_encoded(linear: vec3<f32>) -> vec3<f32> {
     let value = clamp(linear, vec3<f32>(0.0), vec3<f32>(1.0));
     return select(1.055 * pow(value, vec3<f32>(1.0 / 2.4)) - 0.055, 12.92 * value, value <= vec3<f32>(0.0031308));
 }
 
+// Colour of the pixel on the screen.
 @fragment
 fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let at = vec2<u32>(position.xy);
-    let linear = picture[at.y * tone.width + at.x].rgb;
+    let pixel = vec2<u32>(position.xy);
+    let linear = picture[pixel.y * tone.width + pixel.x].rgb;
     return vec4<f32>(tone_encoded(tone_mapped(linear)), 1.0);
 }

@@ -1,25 +1,32 @@
-// Intersection of rays with the triangles, by the tree of boxes over them (tree.rs).
+// Intersection of rays with the mesh, by the tree of bounding boxes that tree.rs builds.
+//
+// The nodes are stored in depth-first order. After an inner node whose box is hit comes its first child, the next
+// element of the array; otherwise the traversal jumps to `next`. The traversal therefore needs no stack.
 
+// A node of the tree: a leaf with one triangle, or an inner node with two children.
 struct Node {
-    // Opposite corners, with `high`, of the box around the node's triangles.
+    // Lower corner of the box around the node's triangles.
     low: vec3<f32>,
     // The triangle of a leaf. TRACE_NONE for an inner node, whose first child follows it.
     triangle: u32,
+    // Upper corner of the box.
     high: vec3<f32>,
-    // The node after this one's subtree.
+    // Index of the node that follows this node's subtree.
     next: u32,
 }
 
 @group(0) @binding(3) var<storage, read> nodes: array<Node>;
 
-// Number of no triangle.
+// Stands for the index of a triangle where there is none.
 const TRACE_NONE: u32 = 0xffffffffu;
 // A distance beyond every triangle.
 const TRACE_FAR: f32 = 3e38;
 
+// Intersection of a ray with a triangle.
 struct Hit {
+    // Index of the triangle; TRACE_NONE where the ray meets none.
     triangle: u32,
-    // In units of the ray's direction.
+    // Distance from the ray's origin, in units of the length of its direction.
     distance: f32,
     // Barycentric coordinates of the second and third corner.
     b: vec2<f32>,
@@ -59,7 +66,8 @@ fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit
     return trace_corners(origin, direction, triangle, p0, p1, p2);
 }
 
-// Reciprocal direction. Components of zero become tiny, so that products with it are no NaN and miss no box.
+// Componentwise reciprocal of a direction. Components near zero are replaced by 1e-20: a product of 0 and an infinite
+// reciprocal would be NaN, and the box test would fail.
 fn trace_inverse(direction: vec3<f32>) -> vec3<f32> {
     let small = vec3<f32>(1e-20);
     return 1.0 / select(direction, small, abs(direction) < small);
@@ -72,7 +80,8 @@ fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f
     let enter = min(a, b);
     let leave = max(a, b);
     let first = max(max(enter.x, enter.y), max(enter.z, 0.0));
-    // The factor covers the rounding of the interval (Ize, Robust BVH Ray Traversal, JCGT 2(2), 2013).
+    // The factor, 1 + 3 · 2⁻²³ in single precision, covers the rounding errors of the interval (Ize, Robust BVH Ray
+    // Traversal, JCGT 2(2), 2013).
     let last = min(min(leave.x, leave.y), min(leave.z, farthest)) * 1.0000004;
     return first <= last;
 }
@@ -82,9 +91,9 @@ fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any: bool) -> H
     let inverse = trace_inverse(direction);
     var best = Hit(TRACE_NONE, farthest, vec2<f32>(0.0));
     let count = arrayLength(&nodes);
-    var at = 0u;
-    while at < count {
-        let node = nodes[at];
+    var index = 0u;
+    while index < count {
+        let node = nodes[index];
         if node.triangle != TRACE_NONE {
             let hit = trace_triangle(origin, direction, node.triangle);
             if hit.triangle != TRACE_NONE && hit.distance < best.distance {
@@ -93,11 +102,11 @@ fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any: bool) -> H
                     return best;
                 }
             }
-            at = node.next;
+            index = node.next;
         } else if trace_box(origin, inverse, node.low, node.high, best.distance) {
-            at += 1u;
+            index += 1u;
         } else {
-            at = node.next;
+            index = node.next;
         }
     }
     return best;

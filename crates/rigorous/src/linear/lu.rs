@@ -2,13 +2,23 @@
 //! (1997).
 //!
 //! Nearly all the work is then matrix products.
+//!
+//! The matrix is split into halves of its columns and rows at `half`:
+//!
+//! ```text
+//! [ corner  beside ]      1. factor the left half [corner; below]
+//! [ below   rest   ]      2. beside ← L(corner)⁻¹·beside
+//!                         3. rest ← rest − below·beside, and factor it
+//! ```
+//!
+//! Rows are exchanged as in Gaussian elimination; the exchanges of one half are applied to the other.
 
 use super::planes::{View, ViewMut};
 use ndarray::Axis;
 use num_complex::Complex64;
 use std::array;
 
-/// Size up to which the recursion ends in plain elimination. Chosen.
+/// Number of columns up to which the recursion ends in plain elimination. Chosen; it affects speed only.
 const BLOCK: usize = 16;
 
 /// A column of at most [`BLOCK`] rows.

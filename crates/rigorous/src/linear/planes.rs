@@ -10,18 +10,23 @@ pub(super) struct Planes<A> {
     pub(super) im: A,
 }
 
+/// Read-only matrix.
 pub(super) type View<'a> = Planes<ArrayView2<'a, f64>>;
+/// Writable matrix, or column for `D = Ix1`.
 pub(super) type ViewMut<'a, D = Ix2> = Planes<ArrayViewMut<'a, f64, D>>;
 
 impl Planes<Array2<f64>> {
+    /// The zero matrix.
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         Self { re: Array2::zeros((rows, columns).f()), im: Array2::zeros((rows, columns).f()) }
     }
 
+    /// Separates the parts of `matrix`.
     pub(super) fn of(matrix: &Matrix) -> Self {
         Self { re: matrix.map(|value| value.re), im: matrix.map(|value| value.im) }
     }
 
+    /// The complex matrix of both parts.
     pub(super) fn joined(&self) -> Matrix {
         Zip::from(&self.re).and(&self.im).map_collect(|&re, &im| Complex64::new(re, im))
     }
@@ -36,6 +41,7 @@ impl Planes<Array2<f64>> {
 }
 
 impl<'a> View<'a> {
+    /// Element of row i and column j.
     pub(super) fn at(&self, i: usize, j: usize) -> Complex64 {
         Complex64::new(self.re[(i, j)], self.im[(i, j)])
     }
@@ -52,6 +58,7 @@ impl<'a> View<'a> {
 }
 
 impl<D: Dimension> ViewMut<'_, D> {
+    /// A view with a shorter lifetime, after which this one may be used again.
     pub(super) fn reborrow(&mut self) -> ViewMut<'_, D> {
         Planes { re: self.re.view_mut(), im: self.im.view_mut() }
     }
@@ -72,7 +79,8 @@ impl ViewMut<'_> {
         Planes { re: self.re.column_mut(j), im: self.im.column_mut(j) }
     }
 
-    /// Adds `factor·a·b`, with three real products instead of four (Gauss).
+    /// Adds `factor·a·b`, with three real products instead of four (Gauss): Im(a·b) is the product of the sums
+    /// Re + Im, minus both other products.
     pub(super) fn add_product(&mut self, factor: f64, a: &View<'_>, b: &View<'_>) {
         let (re, im) = (a.re.dot(&b.re), a.im.dot(&b.im));
         let all = (&a.re + &a.im).dot(&(&b.re + &b.im));

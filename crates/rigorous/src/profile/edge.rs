@@ -3,7 +3,7 @@
 /// (x, z) in µm.
 pub(crate) type Point = [f64; 2];
 
-/// A straight line, or a cubic spline z(x), with parameter u in [0, 1].
+/// A straight line, or a cubic spline z(x), with parameter u in [0, 1]: x varies linearly with u.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Edge {
     from: Point,
@@ -21,6 +21,7 @@ pub(crate) struct EdgePoint {
 }
 
 impl Edge {
+    /// The straight line between two points.
     pub(crate) fn line(from: Point, to: Point) -> Self {
         Self { from, to, spline: None }
     }
@@ -33,10 +34,12 @@ impl Edge {
         Self { from, to, spline: Some(spline) }
     }
 
+    /// Whether the edge is a straight line.
     pub(crate) fn is_straight(&self) -> bool {
         self.spline.is_none()
     }
 
+    /// The points at u = 0 and u = 1.
     pub(crate) fn ends(&self) -> [Point; 2] {
         [self.from, self.to]
     }
@@ -46,6 +49,7 @@ impl Edge {
         (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
     }
 
+    /// Position and derivatives at u.
     pub(crate) fn at(&self, u: f64) -> EdgePoint {
         let along = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         match &self.spline {
@@ -62,12 +66,14 @@ impl Edge {
 /// last interval.
 #[derive(Clone, Debug, PartialEq)]
 struct Spline {
+    /// Heights at the knots, in µm.
     heights: Vec<f64>,
     /// Second derivatives with respect to u at the knots.
     bends: Vec<f64>,
 }
 
 impl Spline {
+    /// The spline through `heights` at the knots; straight through two of them.
     fn new(heights: &[f64]) -> Self {
         let n = heights.len();
         let step = 1.0 / n as f64;
@@ -101,12 +107,14 @@ impl Spline {
         let n = self.heights.len();
         let step = 1.0 / n as f64;
         let i = (u * n as f64 - 0.5).floor().clamp(0.0, (n - 2) as f64) as usize;
-        let t = u * n as f64 - 0.5 - i as f64;
+        // Fraction of the interval from knot i to knot i + 1; outside of [0, 1] beyond the outer knots.
+        let fraction = u * n as f64 - 0.5 - i as f64;
         let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.bends[i], self.bends[i + 1]);
         let slope = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
-        let bend = m0 + (m1 - m0) * t;
-        let s = step * t;
-        [h0 + s * (slope + s * (0.5 * m0 + (m1 - m0) * t / 6.0)), slope + s * (m0 + 0.5 * (m1 - m0) * t), bend]
+        let bend = m0 + (m1 - m0) * fraction;
+        let s = step * fraction;
+        let height = h0 + s * (slope + s * (0.5 * m0 + (m1 - m0) * fraction / 6.0));
+        [height, slope + s * (m0 + 0.5 * (m1 - m0) * fraction), bend]
     }
 }
 
@@ -121,10 +129,10 @@ mod tests {
         let edge = Edge::spline(1.0, 2.0, &heights);
         for i in 0..=20 {
             let u = f64::from(i) / 20.0;
-            let at = edge.at(u);
+            let point = edge.at(u);
             // Rounding, times the square of the nine intervals for the second derivative.
-            assert!((at.position[1] - height(u)).abs() < 1e-14);
-            assert!((at.first[1] - (0.8 * u - 0.7)).abs() < 1e-13 && (at.second[1] - 0.8).abs() < 1e-12);
+            assert!((point.position[1] - height(u)).abs() < 1e-14);
+            assert!((point.first[1] - (0.8 * u - 0.7)).abs() < 1e-13 && (point.second[1] - 0.8).abs() < 1e-12);
         }
     }
 }

@@ -9,10 +9,11 @@ pub(crate) use edge::{Edge, Point};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// Largest ratio of height to period. Chosen: the lattice sum of deeper reliefs needs too many terms along z.
+/// Largest ratio of height to period. Chosen: the lattice sum (`lattice_sum.rs`) of deeper reliefs needs too many terms
+/// along z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period. Chosen: every edge needs 16 of the 2048 nodes and more.
+/// Most corners in one period. Chosen: every edge needs at least 16 of the at most 2048 nodes (`discretisation.rs`).
 const CORNERS_MAX: usize = 64;
 
 /// One period of a relief: either smooth, or edges that meet in corners. Lengths are in µm.
@@ -158,12 +159,14 @@ impl Profile {
         }
     }
 
+    /// The profile of these edges, unless it is deeper than twice the period.
     fn of_edges(period: f64, edges: Vec<Edge>) -> Result<Self, Error> {
         let profile = Self { period, shape: Shape::Edges(edges) };
         profile.within_depth()?;
         Ok(profile)
     }
 
+    /// Refuses a height above twice the period.
     fn within_depth(&self) -> Result<(), Error> {
         height_within(self.period, self.height_um()).map(|_| ())
     }
@@ -194,6 +197,7 @@ impl Profile {
 
     /// Points along the curve, dense enough to measure its length and height.
     fn outline(&self) -> Vec<Point> {
+        /// Steps along the period of a smooth profile, or along each edge. Chosen.
         const STEPS: usize = 256;
         match &self.shape {
             Shape::Smooth(harmonics) => (0..=STEPS)

@@ -1,23 +1,34 @@
 //! The geometry of a profile from sampled heights: detection of walls and corners, edges between them, Fourier series.
+//!
+//! Sample i of n stands for the interval [i, i + 1]·period/n; its height is that of the interval's centre. The *angle*
+//! of a step between neighbouring samples is atan(Δz/Δx); the *turn* at a sample is the difference of the angles on its
+//! right and left. A *wall* is a vertical step between two samples, a *kink* a change of slope at a sample, and
+//! *corner* stands for both.
 
 use super::{CORNERS_MAX, Edge, Shape};
 use crate::Error;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Fewest heights that describe a curve. Chosen.
+/// Fewest heights that describe a curve. Chosen: fewer do not tell bends from corners.
 const SAMPLES_MIN: usize = 8;
-/// Smallest turn of the slope at a corner or beside a wall, in radians (20°). Chosen.
+/// Smallest turn of the slope at a corner or beside a wall, in radians (20°). Chosen: smaller turns are noise.
 const TURN_MIN: f64 = 0.35;
 /// Ratio of a corner's turn to those two samples away. Chosen: a bend resolved by the sampling stays below it.
 const SHARPER: f64 = 4.0;
-/// Smallest steepness of a wall's step, in radians (60°). Chosen.
+/// Smallest angle of a wall's step against the horizontal, in radians (60°). Chosen: less steep steps are
+/// flanks.
 const WALL_STEEPNESS: f64 = 1.047;
 /// Largest deviation of samples from a straight edge, as a fraction of the relief's height. Chosen: it shifts a
 /// wavefront by less than a hundredth of a wavelength.
 const STRAIGHT: f64 = 1e-3;
-/// Largest sum of the truncated Fourier coefficients, as a fraction of the largest one. Chosen.
+/// Largest sum of the truncated Fourier coefficients, as a fraction of the largest one. Chosen: the relief then changes
+/// by a ten-thousandth of its height.
 const HARMONIC_MIN: f64 = 1e-4;
+/// Difference in height, in periods, above which the ends of neighbouring edges are joined by a wall: rounding.
+const STEP_MIN: f64 = 1e-12;
+/// Fewest samples of a spline; fewer make a straight edge. Chosen.
+const SPLINE_SAMPLES_MIN: usize = 4;
 
 /// A corner found among the samples.
 #[derive(Clone, Copy, PartialEq)]
@@ -68,10 +79,13 @@ fn corners(step: f64, heights: &[f64]) -> Vec<Corner> {
 }
 
 /// Edges between consecutive corners, and vertical walls where their ends differ in height.
+///
+/// Each edge is fitted to the samples from its first corner to the next, the *piece*. Its ends are extrapolated to the
+/// corners. The last edge ends at the first corner of the next period.
 fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     let n = heights.len();
     let step = period / n as f64;
-    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &z| (l.min(z), h.max(z)));
+    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &z| (lo.min(z), hi.max(z)));
     let tolerance = STRAIGHT * (high - low);
     let mut edges: Vec<Edge> = Vec::new();
     for (c, &corner) in corners.iter().enumerate() {
@@ -79,7 +93,7 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
             Corner::Wall(i) => Corner::Wall(i + n),
             Corner::Kink(i) => Corner::Kink(i + n),
         });
-        // Positions in samples: a wall stands half a sample before its index.
+        // Positions in samples: sample i has its centre at i + ½, and a wall stands between samples i − 1 and i.
         let position = |corner| match corner {
             Corner::Wall(i) => i as f64,
             Corner::Kink(i) => i as f64 + 0.5,
@@ -93,19 +107,19 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
             Corner::Kink(i) => i,
         };
         let piece: Vec<f64> = (first..=last).map(|i| heights[i % n]).collect();
-        let at = |x: f64| extrapolated(&piece, x / step - first as f64 - 0.5);
-        let (z0, z1) = (at(x0), at(x1));
+        let height_at = |x: f64| extrapolated(&piece, x / step - first as f64 - 0.5);
+        let (z0, z1) = (height_at(x0), height_at(x1));
         let deviation = piece.iter().enumerate().fold(0.0_f64, |worst, (i, z)| {
             let x = (first as f64 + i as f64 + 0.5) * step;
             worst.max((z - z0 - (z1 - z0) * (x - x0) / (x1 - x0)).abs())
         });
         if let Some(before) = edges.last() {
             let end = before.ends()[1];
-            if (end[1] - z0).abs() > 1e-12 * period {
+            if (end[1] - z0).abs() > STEP_MIN * period {
                 edges.push(Edge::line(end, [x0, z0]));
             }
         }
-        edges.push(if deviation <= tolerance || piece.len() < 4 {
+        edges.push(if deviation <= tolerance || piece.len() < SPLINE_SAMPLES_MIN {
             Edge::line([x0, z0], [x1, z1])
         } else {
             Edge::spline(x0, x1, &resampled(&piece, x0 / step - first as f64, x1 / step - first as f64))
@@ -114,14 +128,15 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     // The wall between the last edge and the first of the next period.
     if let (Some(last), Some(first)) = (edges.last(), edges.first()) {
         let (end, begin) = (last.ends()[1], first.ends()[0]);
-        if (end[1] - begin[1]).abs() > 1e-12 * period {
+        if (end[1] - begin[1]).abs() > STEP_MIN * period {
             edges.push(Edge::line(end, [begin[0] + period, begin[1]]));
         }
     }
     edges
 }
 
-/// Linear interpolation of `piece` at a position in samples, extrapolated beyond its ends.
+/// Linear interpolation of `piece`, extrapolated beyond its ends, at a position in samples from the centre of the
+/// first.
 fn extrapolated(piece: &[f64], position: f64) -> f64 {
     let last = piece.len() - 1;
     if last == 0 {

@@ -6,21 +6,25 @@ use super::EULER_GAMMA;
 ///
 /// The power series (Abramowitz & Stegun 5.1.11) up to 1, Lentz' evaluation of the continued fraction (5.1.22) above.
 pub(crate) fn expint_1(x: f64) -> f64 {
-    const TERMS_MAX: usize = 200;
+    /// Most steps of the continued fraction. Chosen: it converges in fewer for every x > 1.
+    const STEPS_MAX: usize = 200;
+    /// Terms of the power series. Chosen: the last is 1/(29·29!) at x = 1, far below rounding.
+    const SERIES_TERMS: i32 = 30;
     if x <= 1.0 {
         let (mut power, mut sum) = (1.0, 0.0);
-        for n in 1..30 {
-            power *= -x / n as f64;
-            sum -= power / n as f64;
+        for n in 1..SERIES_TERMS {
+            power *= -x / f64::from(n);
+            sum -= power / f64::from(n);
         }
         return sum - EULER_GAMMA - x.ln();
     }
-    // 1/(x+1 − 1/(x+3 − 4/(x+5 − …))).
+    // Lentz' method for 1/(x+1 − 1/(x+3 − 4/(x+5 − …))): a and b are the fraction's coefficients, c and d ratios of
+    // consecutive numerators and denominators.
     let mut b = x + 1.0;
     let mut c = f64::MAX;
     let mut d = 1.0 / b;
     let mut value = d;
-    for n in 1..TERMS_MAX {
+    for n in 1..STEPS_MAX {
         let a = -((n * n) as f64);
         b += 2.0;
         d = 1.0 / (a * d + b);

@@ -86,8 +86,8 @@ fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
 
 /// Chebyshev coefficients of two functions from their values at the nodes.
 fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
-    let one = |i: usize| chebyshev_coefficients(&values.iter().map(|pair| pair[i]).collect::<Vec<_>>());
-    one(0).into_iter().zip(one(1)).map(|(a, b)| [a, b]).collect()
+    let series = |i: usize| chebyshev_coefficients(&values.iter().map(|pair| pair[i]).collect::<Vec<_>>());
+    series(0).into_iter().zip(series(1)).map(|(a, b)| [a, b]).collect()
 }
 
 /// Sums of two Chebyshev series of at least two terms at x.
@@ -121,6 +121,7 @@ fn exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
+/// 2^exponent, exactly.
 fn two_to(exponent: i32) -> f64 {
     f64::powi(2.0, exponent)
 }

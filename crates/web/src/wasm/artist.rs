@@ -1,4 +1,9 @@
-//! The artist: draws with WebGPU on a canvas. `README.md` documents its calls.
+//! The artist: the Web Worker that draws with WebGPU on an `OffscreenCanvas`. `README.md` of this crate documents its
+//! calls.
+//!
+//! A picture is drawn progressively ([`Progressive`]): first a coarse preview, then finer levels, each by one
+//! [`Artist::step`]. A call that changes scene, method or view stops the drawing of a finer picture that is under way.
+//! Pictures are linear sRGB; the tone pass applies the exposure when it copies a picture to the canvas.
 
 use super::quick::read;
 use super::report::thrown;
@@ -16,8 +21,8 @@ use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
 
-/// Time in ms that the first picture after a change may take. With its messages it follows a drag within two frames of
-/// 1/60 s.
+/// Time in ms that the preview after a change may take. Chosen: with the messages between page and worker, the picture
+/// follows a drag within two frames of 1/60 s.
 const PREVIEW_MS: f64 = 25.0;
 
 /// The canvas that shows pictures.
@@ -27,14 +32,14 @@ struct Screen {
     tone: TonePass,
 }
 
-/// Changes from call to call. No borrow of it is held across an `await`.
+/// State that calls change. No borrow of it is held across an `await`, since other calls run in the meantime.
 struct State {
     progressive: Progressive,
     /// Stops by which pictures are brightened for the canvas.
     stops: f64,
     /// The picture on the canvas.
     shown: Option<Arc<Target>>,
-    /// Whether the picture on the canvas was shown at other stops.
+    /// Whether `stops` has changed since the picture on the canvas was shown.
     tone_changed: bool,
 }
 
@@ -45,13 +50,14 @@ pub struct Artist {
     screen: Option<Screen>,
     renderer: Renderer,
     state: RefCell<State>,
-    /// Whether a picture is being drawn that refines the one on the canvas, and may be given up.
+    /// Whether the drawing under way only refines the picture on the canvas. Such a drawing may be stopped.
     refining: Cell<bool>,
-    /// Ends the drawing under way.
+    /// Flag that stops the drawing under way.
     stop: Arc<AtomicBool>,
 }
 
 thread_local! {
+    /// The function registered by [`Artist::on_lost`]. A JavaScript function cannot move into the device's callback.
     static LOST: RefCell<Option<js_sys::Function>> = const { RefCell::new(None) };
 }
 
@@ -73,7 +79,8 @@ impl Artist {
         LOST.with_borrow_mut(|listener| *listener = Some(callback));
     }
 
-    /// Uploads the bytes of `make_scene`. A draft replaces the scene before and precedes its own full scene.
+    /// Uploads the scene from the bytes of `make_scene` (`maker.rs`). A draft is shown until its full scene is
+    /// uploaded.
     pub async fn set_scene(&self, bytes: Vec<u8>, is_draft: bool) -> Result<(), JsValue> {
         let upload = if is_draft { Scene::draft } else { Scene::of };
         let scene = SceneData::from_bytes(bytes).and_then(|data| upload(&self.gpu, &data)).map_err(thrown)?;
@@ -87,7 +94,7 @@ impl Artist {
         Ok(())
     }
 
-    /// Compiles and uploads a method; returns its bytes on the GPU.
+    /// Compiles and uploads the method from the bytes of `Relief.method` (`maker.rs`); returns its bytes on the GPU.
     pub async fn set_method(&self, bytes: Vec<u8>) -> Result<f64, JsValue> {
         let data = MethodData::from_bytes(bytes).map_err(thrown)?;
         let shader = Shader::of_async(&self.gpu, &data.shader(), data.answers(), &Optics::default()).await;
@@ -99,7 +106,7 @@ impl Artist {
         Ok(bytes)
     }
 
-    /// Orders a view; pictures of the view before end early.
+    /// Sets the view that the following steps draw, and stops the refinement of an older view.
     pub fn set_view(&self, json: &str, width: u32, height: u32, supersample: u32) -> Result<(), JsValue> {
         let settings = read(json)?;
         let view = settings.view(supersample).map_err(thrown)?;
@@ -113,12 +120,12 @@ impl Artist {
         Ok(())
     }
 
-    /// Draws the next finer picture and shows it; returns its report, or nothing after the finest.
+    /// Draws the next finer picture and shows it; returns its report as JSON, or nothing after the finest.
     pub async fn step(&self) -> Result<Option<String>, JsValue> {
         self.stepped().await.map_err(thrown)
     }
 
-    /// Draws the finest picture and shows it; returns its report.
+    /// Draws the finest picture and shows it; returns its report as JSON.
     pub async fn draw(&self) -> Result<String, JsValue> {
         let missing = || thrown(WebError::Internal("there is no scene, method or view yet".to_owned()));
         let finest = self.state.borrow().progressive.job().map(|job| Level::finest(job.view.supersample));
@@ -146,7 +153,8 @@ impl Artist {
         image::picture_png(&picture, size, stops).map_err(thrown)
     }
 
-    /// The skin at a point of the picture, each coordinate in [0, 1) from the upper left.
+    /// Directions and `f_r` at the surface point that the picture shows at (`x`, `y`), each in [0, 1) from the upper
+    /// left, as JSON. Returns nothing off the relief's surface.
     pub async fn query(&self, x: f64, y: f64) -> Result<Option<String>, JsValue> {
         self.queried(x, y).await.map_err(thrown)
     }
@@ -158,13 +166,14 @@ impl Artist {
         self.mapped(wi, side).await.map_err(thrown)
     }
 
-    /// Destroys the device, for tests.
+    /// Destroys the GPU's device, so that tests see its loss.
     pub fn lose(&self) {
         self.gpu.device().destroy();
     }
 }
 
 impl Artist {
+    /// [`Artist::open`] with Rust's error type.
     async fn opened(canvas: Option<web_sys::OffscreenCanvas>) -> Result<Self, WebError> {
         let absent = |reason: &str| WebError::NoWebGpu(format!("this browser gives the page no WebGPU: {reason}"));
         if !wgpu::util::is_browser_webgpu_supported().await {
@@ -202,13 +211,14 @@ impl Artist {
         })
     }
 
-    /// Ends the drawing under way where it only refines a picture that is not wanted any more.
+    /// Stops the drawing under way if it only refines a picture that is out of date.
     fn give_up_refining(&self) {
         if self.refining.get() {
             self.stop.store(true, Relaxed);
         }
     }
 
+    /// [`Artist::step`] with Rust's error type. A changed exposure comes first: it needs no new drawing.
     async fn stepped(&self) -> Result<Option<String>, WebError> {
         let next = {
             let state = self.state.borrow();
@@ -239,8 +249,8 @@ impl Artist {
         Ok(Some(report(&shown, level, is_finest, start, &FrameReport::default())))
     }
 
-    /// Draws at a level and shows the picture. `None` where scene, method or job are missing, or where the picture only
-    /// refined one that is not wanted any more.
+    /// Draws at a level and shows the picture. `None` if scene, method or job is missing, or if the drawing was a
+    /// refinement that went out of date.
     async fn drawn(&self, level: Level) -> Result<Option<String>, WebError> {
         let start = Instant::now();
         let frame = self.state.borrow_mut().progressive.frame(&self.gpu, level)?;
@@ -276,6 +286,7 @@ impl Artist {
         Ok(self.gpu.idle_async().await?)
     }
 
+    /// Pixels of the picture shown, linear sRGB, rows from the top.
     async fn picture(&self) -> Result<Vec<[f32; 3]>, WebError> {
         let shown = self.state.borrow().shown.clone();
         match shown {
@@ -284,6 +295,7 @@ impl Artist {
         }
     }
 
+    /// [`Artist::query`] with Rust's error type.
     async fn queried(&self, x: f64, y: f64) -> Result<Option<String>, WebError> {
         let (shown, shader) = {
             let state = self.state.borrow();
@@ -311,10 +323,11 @@ impl Artist {
         ))
     }
 
+    /// [`Artist::map`] with Rust's error type.
     async fn mapped(&self, wi: [f32; 3], side: usize) -> Result<Vec<f32>, WebError> {
         let shader = self.state.borrow().progressive.shader().cloned();
         let Some(shader) = shader else { return Err(WebError::Internal("there is no method yet".to_owned())) };
-        // A change of the view stops pictures only.
+        // A flag left from a stopped picture must not stop the map.
         self.stop.store(false, Relaxed);
         let pixels = shader.brdf_map_async(&self.gpu, wi, side).await?;
         Ok(pixels.into_iter().flat_map(Option::unwrap_or_default).collect())
@@ -329,17 +342,19 @@ enum Step {
 }
 
 impl Screen {
+    /// Prepares the canvas's surface without an sRGB format, and the tone pass.
     fn new(gpu: &Gpu, adapter: &wgpu::Adapter, surface: wgpu::Surface<'static>) -> Result<Self, WebError> {
         let config = surface.get_default_config(adapter, 1, 1);
         let mut config = config.ok_or_else(|| WebError::NoWebGpu("the canvas takes no WebGPU".to_owned()))?;
         // The tone pass encodes sRGB itself.
         config.format = config.format.remove_srgb_suffix();
-        // The first picture configures the canvas.
+        // A width that no picture has: the first picture configures the canvas.
         config.width = 0;
         let tone = TonePass::new(gpu.device(), config.format);
         Ok(Self { surface, config: RefCell::new(config), tone })
     }
 
+    /// Draws the picture of `target` on the canvas, brightened by `stops`.
     fn show(&self, gpu: &Gpu, target: &Target, stops: f64) -> Result<(), WebError> {
         let (width, height) = target.size();
         {
@@ -363,6 +378,7 @@ impl Screen {
     }
 }
 
+/// Report of a drawn picture as JSON: size, level, time since `start`, and the GPU's counts.
 fn report(target: &Target, level: Level, is_finest: bool, start: Instant, drawn: &FrameReport) -> String {
     let (width, height) = target.size();
     json!({

@@ -1,4 +1,10 @@
-//! The calls of the page; `README.md` documents them.
+//! The functions and classes that the module exports to the page's JavaScript. `README.md` of this crate documents
+//! them.
+//!
+//! - `quick.rs`: calls without long computations, for every thread.
+//! - `maker.rs`: builds of tables and scenes, for workers that may block.
+//! - `artist.rs`: drawing with WebGPU, for one worker.
+//! - `report.rs`: errors and progress for JavaScript.
 
 mod artist;
 mod maker;
@@ -7,7 +13,7 @@ mod report;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// Called when the module is loaded.
+/// Sets the panic hook; the browser calls this function when it loads the module.
 #[wasm_bindgen(start)]
 pub fn start() {
     report::report_panics();

@@ -1,4 +1,7 @@
-//! Calls that take no time.
+//! Calls that return at once: settings, shares, and conversions of colours.
+//!
+//! `json` is the page's settings as a JSON object ([`Settings`]). Errors are JavaScript `Error`s with a `kind`
+//! ([`thrown`]).
 
 use super::report::thrown;
 use crate::settings::{CameraSettings, SUN_ELEVATION, Settings, SunSettings};
@@ -13,7 +16,7 @@ pub(super) fn read(json: &str) -> Result<Settings, JsValue> {
     Settings::from_json(json).map_err(thrown)
 }
 
-/// All settings with their defaults.
+/// The default settings, with all fields.
 #[wasm_bindgen]
 pub fn default_settings() -> String {
     Settings::default().to_json()
@@ -31,25 +34,25 @@ pub fn compact_settings(json: &str) -> Result<String, JsValue> {
     Ok(read(json)?.to_compact_json())
 }
 
-/// Strings that change when data have to be made again.
+/// Keys of the data that the page keeps ([`Keys`](crate::Keys)), as JSON: data are built again when their key changes.
 #[wasm_bindgen]
 pub fn keys(json: &str) -> Result<String, JsValue> {
     Ok(serde_json::to_string(&read(json)?.keys()).unwrap_or_default())
 }
 
-/// The command that draws the picture.
+/// The shell command that draws the picture ([`share::command`]).
 #[wasm_bindgen]
 pub fn share_command(json: &str, width: u32, height: u32, supersample: u32) -> Result<String, JsValue> {
     Ok(share::command(&read(json)?, (width, height), supersample))
 }
 
-/// The scene for Mitsuba.
+/// The XML scene of the picture for Mitsuba ([`share::xml`]).
 #[wasm_bindgen]
 pub fn share_xml(json: &str, width: u32, height: u32) -> Result<String, JsValue> {
     Ok(share::xml(&read(json)?, (width, height)))
 }
 
-/// The choices of the page's lists.
+/// The entries of the page's lists, as JSON ([`crate::catalogue`]).
 #[wasm_bindgen]
 pub fn catalogue() -> String {
     all().to_string()
@@ -70,19 +73,19 @@ fn moved(json: &str, change: impl FnOnce(&mut Orbit)) -> Result<String, JsValue>
     Ok(settings.to_json())
 }
 
-/// The settings after a drag of the camera in CSS pixels.
+/// The settings after a drag that turns the camera about its target, in CSS pixels.
 #[wasm_bindgen]
 pub fn turned(json: &str, right: f32, down: f32) -> Result<String, JsValue> {
     moved(json, |orbit| orbit.turn(right, down))
 }
 
-/// The settings after a zoom; factors below 1 go nearer.
+/// The settings after the camera's distance is multiplied by `factor`.
 #[wasm_bindgen]
 pub fn zoomed(json: &str, factor: f64) -> Result<String, JsValue> {
     moved(json, |orbit| orbit.zoom(if factor.is_finite() { factor } else { 1.0 }))
 }
 
-/// The settings after a shift in CSS pixels, in a picture that is `width` wide.
+/// The settings after a shift of the camera's target in CSS pixels, in a picture `width` CSS pixels wide.
 #[wasm_bindgen]
 pub fn panned(json: &str, right: f32, down: f32, width: f32) -> Result<String, JsValue> {
     moved(json, |orbit| orbit.pan(right, down, width))
@@ -99,25 +102,25 @@ pub fn sunned(json: &str, right: f64, down: f64) -> Result<String, JsValue> {
     Ok(settings.to_json())
 }
 
-/// A map as RGBA bytes.
+/// A BRDF map as RGBA bytes ([`image::map_picture`]); `rgb` has three numbers a pixel.
 #[wasm_bindgen]
 pub fn map_picture(rgb: &[f32], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, JsValue> {
     image::map_picture(pixels(rgb), side, exposure).map_err(thrown)
 }
 
-/// A map as an OpenEXR file.
+/// A BRDF map as an OpenEXR file ([`image::map_exr`]).
 #[wasm_bindgen]
 pub fn map_exr(rgb: &[f32], side: usize) -> Result<Vec<u8>, JsValue> {
     image::map_exr(pixels(rgb), side).map_err(thrown)
 }
 
-/// Three bytes of sRGB for a colour.
+/// Three bytes of sRGB for one linear colour, brightened by `stops` and tone-mapped.
 #[wasm_bindgen]
 pub fn to_srgb(rgb: &[f32], stops: f64) -> Vec<u8> {
     pixels(rgb).first().map_or_else(Vec::new, |pixel| image::shown(*pixel, stops).to_vec())
 }
 
-/// Colours of three numbers each.
+/// Groups numbers into colours of three; a remainder is dropped.
 fn pixels(rgb: &[f32]) -> &[[f32; 3]] {
     rgb.as_chunks::<3>().0
 }

@@ -1,11 +1,12 @@
-//! Errors and progress for JavaScript.
+//! Conversions for JavaScript: errors, progress reports and messages of panics.
 
 use crate::WebError;
 use std::cell::RefCell;
 use sunbeam::table::Progress;
 use wasm_bindgen::{JsCast, JsValue};
 
-/// A JavaScript `Error` with message, kind and missing parameter.
+/// A JavaScript `Error` with the message, the property `kind` ([`WebError::kind`]) and, for a missing scale,
+/// `parameter`.
 pub fn thrown(error: impl Into<WebError>) -> JsValue {
     let error = error.into();
     let made = js_sys::Error::new(&error.to_string());
@@ -22,10 +23,11 @@ pub fn thrown(error: impl Into<WebError>) -> JsValue {
 }
 
 thread_local! {
+    /// The page's listener for progress while a build runs.
     static LISTENER: RefCell<Option<js_sys::Function>> = const { RefCell::new(None) };
 }
 
-/// Clears the listener when it is dropped.
+/// Guard of a registered listener: clears it when dropped.
 pub struct Listening;
 
 impl Drop for Listening {
@@ -34,13 +36,13 @@ impl Drop for Listening {
     }
 }
 
-/// Smallest step of the reported fraction.
+/// Smallest increase of the reported fraction. Chosen: at most 200 calls of JavaScript a build.
 const STEP: f64 = 0.005;
 
-/// A progress that calls `listener`, if it is a function, while the second value lives.
+/// A [`Progress`] that calls `listener`, if it is a function, until the returned guard is dropped.
 ///
-/// A progress may move to other threads, and a JavaScript function may not. The function therefore stays in a variable
-/// of this thread, the only one of the module.
+/// A `Progress` may move to other threads, and a JavaScript function may not. The function therefore stays in a
+/// variable of this thread, the only one of the module.
 pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     let Some(function) = listener.dyn_ref::<js_sys::Function>() else { return (Progress::none(), Listening) };
     LISTENER.with_borrow_mut(|listener| *listener = Some(function.clone()));

@@ -1,4 +1,4 @@
-"""The kinds of figures of a sweep, one file each."""
+"""Kinds of wanted figures of a sweep (``[want.NAME]``), one class and file each; want.py has their base class."""
 
 from __future__ import annotations
 

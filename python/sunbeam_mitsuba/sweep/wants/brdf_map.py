@@ -70,7 +70,7 @@ class BrdfMap(Want):
         weights = rgb_weights("D65", self.lambda_step_nm)
         reflector = question.reflector()
         pixels = np.zeros((self.size, self.size, 3))
-        # Slabs limit the memory, which would else hold all wavelengths of the whole map.
+        # Slabs of directions limit the memory to 2e6 values of f_r at a time. Chosen.
         slab = max(1, 2_000_000 // len(nm))
         parts = [
             weighted(reflector.eval(question.wi(), wo[first : first + slab], nm), weights)

@@ -25,10 +25,11 @@ from .want import Answer, Column, Options, Question, Want, WantError
 
 # Largest angle of view in the plane of incidence, to either side, in degrees.
 _VIEW_MAX_DEG = 85.0
-# Directions averaged over the detector's width.
+# Number of directions that are averaged over the detector's width. Chosen.
 _WITHIN_DETECTOR = 10
-# Luminance, relative to the brightest view, below which a colour is left out of the gamut.
+# Luminance, relative to the brightest view, below which a colour is left out of the gamut. Chosen: it appears black.
 _FLOOR = 0.01
+# Height of the strip of colours in pixels.
 _STRIP_PIXELS = 16
 # Base of the additive recurrence R₃ (Roberts 2018), the root of x⁴ = x + 1: a low-discrepancy sequence in 3D.
 _RECURRENCE = 1.2207440846057596
@@ -109,6 +110,7 @@ class Colour(Want):
         return answer
 
     def _add_gamut(self, answer: Answer, question: Question, nm: Any) -> None:
+        """Adds the gamut, its area and the strip of colours to the answer."""
         count = max(3, round(2 * _VIEW_MAX_DEG / self.detector_deg))
         edges = np.linspace(-_VIEW_MAX_DEG, _VIEW_MAX_DEG, count * _WITHIN_DETECTOR + 1)
         views = np.radians((edges[:-1] + edges[1:]) / 2)
@@ -122,9 +124,9 @@ class Colour(Want):
         seen = f.astype(np.float64).reshape(count, _WITHIN_DETECTOR, len(nm)).mean(axis=1)
         angles = np.degrees(views).reshape(count, _WITHIN_DETECTOR).mean(axis=1)
         xyz = weighted(seen, xyz_weights(self.illuminant, self.lambda_step_nm))
-        aside = np.abs(angles - question.theta_i_deg) > self.mirror_deg
-        brightest = xyz[aside, 1].max(initial=0.0)
-        counted = np.flatnonzero(aside & (xyz[:, 1] > _FLOOR * brightest) & (xyz[:, 1] > 0))
+        off_mirror = np.abs(angles - question.theta_i_deg) > self.mirror_deg
+        brightest = xyz[off_mirror, 1].max(initial=0.0)
+        counted = np.flatnonzero(off_mirror & (xyz[:, 1] > _FLOOR * brightest) & (xyz[:, 1] > 0))
         uv = chromaticities(xyz[counted])
         corners = hull(uv)
         area = polygon_area(uv[corners]) if len(corners) > 2 else 0.0
@@ -135,7 +137,7 @@ class Colour(Want):
             for i in corners
         ]
         rgb = weighted(seen, rgb_weights(self.illuminant, self.lambda_step_nm))
-        exposure = automatic_exposure(rgb[aside]) if aside.any() else 1.0
+        exposure = automatic_exposure(rgb[off_mirror]) if off_mirror.any() else 1.0
         strip = np.repeat(encoded(rgb, exposure)[None], _STRIP_PIXELS, axis=0)
         answer.pictures["strip.png"] = png(strip)
         answer.thumbnails["strip"] = thumbnail(strip)

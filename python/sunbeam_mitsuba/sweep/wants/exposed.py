@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 def exposed(pixels: Doubles, seen: Doubles, exposure: float) -> tuple[Answer, Bytes8]:
-    """Adds the exposure and the mean colour of the pixels ``seen[count, 3]`` to the figures, and encodes the picture.
+    """Encodes a picture at an exposure, with the figures exposure and mean colour of the pixels ``seen[count, 3]``.
 
-    An exposure of 0 stands for the automatic one. Returns 8-bit sRGB. Raises :class:`WantError` where a number is not
-    finite.
+    An exposure of 0 selects the automatic one. Returns the answer with these figures, and the picture in 8-bit sRGB.
+    Raises :class:`WantError` where a number is not finite.
     """
     bad = int(np.count_nonzero(~np.isfinite(pixels)))
     if bad:

@@ -11,6 +11,7 @@ from ..errors import SweepError
 from ..limits import SCENE, shown
 from .want import Answer, Column, Options, Question, Want
 
+# Theories in the order of the table's columns.
 _THEORIES = ("scalar", "rigorous")
 # Parameters of the scalar theory, without meaning for Maxwell's equations.
 _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")

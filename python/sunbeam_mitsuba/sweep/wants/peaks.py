@@ -13,8 +13,10 @@ from ..errors import SweepError
 from ..limits import Numbers, Value, shown
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Search range of the apparent spacing, relative to the expected period. Order 2 has 1/2, order 0 has infinity.
+# Search range of the apparent spacing, relative to the expected period. Chosen so that it excludes order 2, whose
+# apparent spacing is 1/2 of the period, and order 0, whose is infinite.
 _WITHIN = (0.7, 1.4)
+# Largest angle with the normal of the search in degrees.
 _STEEPEST_DEG = 89.0
 # Default periods of presets in µm.
 _PRESET_PERIODS_UM = {"blazed": 2.5, "sinusoidal": 2.5, "lamellar": 2.5}
@@ -74,7 +76,7 @@ class Peaks(Want):
         reflector = question.reflector()
         rows, spacings, errors = [], [], []
         for nm in self.wavelengths_nm:
-            low, high = (float(np.clip(nm / (share * period_nm) - sin_i, -1, 1)) for share in reversed(_WITHIN))
+            low, high = (float(np.clip(nm / (ratio * period_nm) - sin_i, -1, 1)) for ratio in reversed(_WITHIN))
             first, last = np.clip(np.degrees(np.arcsin([low, high])), -_STEEPEST_DEG, _STEEPEST_DEG)
             # Angles are multiples of the step, independent of the search range.
             angles = np.arange(np.ceil(first / self.angle_step_deg), last / self.angle_step_deg) * self.angle_step_deg
@@ -104,6 +106,7 @@ class Peaks(Want):
         return answer
 
     def _period_um(self, parameters: Any) -> float:
+        """The expected period in µm, from the first source that has one. Raises :class:`WantError`."""
         if self.period_um is not None:
             return self.period_um
         given: Value | None = parameters.get("period") or _PRESET_PERIODS_UM.get(str(parameters.get("preset")))

@@ -17,11 +17,11 @@ from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_varia
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# XML element of each type of parameter; other parameters are strings.
-_FLOATS = ("specular_reflectance", "diffuse_reflectance", "eta", "k")
-# Largest number of paths in one pass; a path takes about 1 kB.
+# Parameters with numbers that Mitsuba takes as spectra; other numbers are `float` elements.
+_SPECTRA = ("specular_reflectance", "diffuse_reflectance", "eta", "k")
+# Largest number of paths in one pass, about 4 GB at 1 kB a path. Chosen.
 _PATHS_PER_PASS = 1 << 22
-# Largest number of paths of a render; it takes days on any machine.
+# Largest number of paths of a render. Chosen: more would take days on any machine.
 _PATHS_MAX = 1 << 34
 
 
@@ -113,6 +113,7 @@ class Render(Want):
         return answer
 
     def _rendered(self, question: Question) -> Any:
+        """The picture of the scene with the case's surface, linear sRGB ``[height, width, 3]``, rendered in passes."""
         mi = mitsuba()
         use_variant(self.variant)
         resolver = mi.file_resolver()
@@ -174,7 +175,7 @@ class Render(Want):
             if isinstance(value, bool):
                 kind, written = "boolean", str(value).lower()
             elif isinstance(value, float):
-                kind, written = "spectrum" if name in _FLOATS else "float", repr(value)
+                kind, written = "spectrum" if name in _SPECTRA else "float", repr(value)
             else:
                 kind, written = "string", str(value)
             ElementTree.SubElement(element, kind, {"name": name, "value": written})

@@ -1,4 +1,8 @@
-"""The interface of wanted figures, and the reader of their options."""
+"""The interface of wanted figures, and the reader of their options.
+
+A *want* is a kind of figure with its options (``[want.NAME]`` of a specification). It declares columns of the table and
+answers a *question*, one case, with figures and pictures.
+"""
 
 from __future__ import annotations
 

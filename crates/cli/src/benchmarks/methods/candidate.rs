@@ -9,9 +9,9 @@ use sunbeam::lobe::Surface;
 use sunbeam::methods::Method;
 use sunbeam::table::Model;
 
-/// Name of the method that looks colours up.
+/// Name in the report of the method `table`, which looks up colours in a colour table (docs/tables.md).
 pub(super) const COLOUR_TABLE: &str = "colour-table";
-/// Name of the method that looks spectra up and sums them over wavelengths.
+/// Name in the report of the method that looks up spectra and sums them over wavelengths.
 pub(super) const SPECTRAL_TABLE: &str = "spectral-table";
 
 /// A method with its parameters and its data. The fields in the report are those of [`Entry`].
@@ -29,13 +29,13 @@ pub(super) struct Candidate {
 pub(super) enum Evaluator {
     /// A method of colours, in single precision.
     Colour(Box<dyn Method>),
-    /// The spectral tables, with the wavelengths and weights that sum a spectrum to a colour.
+    /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour.
     Spectral(Arc<Surface>, SpectralToRgb),
 }
 
 impl Candidate {
-    /// Whether a colour costs the same work as with the other candidate: look-ups in colour tables of one size do,
-    /// whatever the tables hold.
+    /// Whether a colour takes the same work as with the other candidate. Look-ups in two colour tables of equal size
+    /// do, whatever data the tables hold.
     pub(super) fn costs_like(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
             || self.method == COLOUR_TABLE && other.method == COLOUR_TABLE && self.bytes == other.bytes
@@ -65,7 +65,7 @@ impl Candidate {
         }
     }
 
-    /// The candidate's entry in the report, with neither front marked.
+    /// The candidate's entry in the report. The marks of the fronts (front.rs) are set later.
     pub(super) fn into_entry(self, errors: Errors, cpu: Timing, gpu: Option<Timing>) -> Entry {
         let Self { method, model, parameters, is_default, bytes, build_seconds, .. } = self;
         Entry {

@@ -1,4 +1,10 @@
 //! The methods and parameter sets that are measured on one surface.
+//!
+//! A *candidate* (candidate.rs) is a method with one set of parameters. Parameters: the step between wavelengths in nm,
+//! the number of terms of the series of the phase screen (Chebyshev or Taylor), the *neighbourhood*, the number of
+//! orders summed along each axis, and the tolerance, from which the library derives the numbers that are not given.
+//! Each method is measured with the library's defaults, with the parameters of Single 2014, and with cheaper or finer
+//! ones.
 
 use super::candidate::{COLOUR_TABLE, Candidate, Evaluator, SPECTRAL_TABLE};
 use crate::benchmarks::BenchError;
@@ -15,7 +21,8 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 
-/// Builds every candidate of a surface, the defaults of FLSS first; `few` restricts each method to a few sets.
+/// Builds every candidate of a surface, FLSS with its defaults first; `few` restricts each method to a few parameter
+/// sets.
 ///
 /// # Errors
 /// A method that cannot be built.
@@ -39,9 +46,10 @@ pub(super) fn build_all(
     Ok(builder.built)
 }
 
-/// The parameters of a published method: its options, and a tolerance in place of the surface's.
+/// Parameters of a published method.
 #[derive(Clone, Default, PartialEq)]
 struct Parameters {
+    /// Tolerance in place of the surface's.
     tolerance: Option<f64>,
     options: MethodOptions,
 }
@@ -49,7 +57,9 @@ struct Parameters {
 /// The candidates of one surface so far.
 struct Builder<'a> {
     field: &'a HeightField,
+    /// Options of the surface.
     options: &'a Options,
+    /// Whether each method is restricted to a few parameter sets.
     few: bool,
     built: Vec<Candidate>,
 }
@@ -106,6 +116,7 @@ impl Builder<'_> {
         Ok(method.counts())
     }
 
+    /// Adds FLSS with its parameter sets.
     fn flss(&mut self) -> Result<(), BenchError> {
         let default = MethodOptions::default();
         let with = |options: MethodOptions| Parameters { tolerance: None, options };
@@ -136,6 +147,7 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Adds NMM with its parameter sets.
     fn nmm(&mut self) -> Result<(), BenchError> {
         let default = MethodOptions::default();
         let unweighted = MethodOptions { weighted: false, ..default.clone() };
@@ -148,8 +160,9 @@ impl Builder<'_> {
         let Options { coherence_length_um, tolerance, .. } = *self.options;
         let mut default_neighbourhood = None;
         for options in sets {
-            let repeats_default = MethodOptions { neighbourhood: default_neighbourhood, ..default.clone() };
-            if default_neighbourhood.is_some() && options == repeats_default {
+            // A set with the default neighbourhood given explicitly would be measured twice.
+            let same_as_default = MethodOptions { neighbourhood: default_neighbourhood, ..default.clone() };
+            if default_neighbourhood.is_some() && options == same_as_default {
                 continue;
             }
             let start = Instant::now();
@@ -162,6 +175,7 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Adds PQ with its parameter sets.
     fn pq(&mut self) -> Result<(), BenchError> {
         let default = MethodOptions::default();
         let steps_nm: &[f64] = if self.few { &[5.0] } else { &[5.0, 1.0, 10.0, 25.0, 50.0] };
@@ -204,6 +218,7 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Adds colour tables of both models, with several resolutions and tolerances.
     fn colour_tables(&mut self) -> Result<(), BenchError> {
         let default = self.options.tolerance;
         let mut sets = vec![(Model::Ensemble, 1.0, default), (Model::Ensemble, 0.5, default)];
@@ -244,6 +259,7 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Adds spectral tables of both models, with several tolerances, summed over several steps between wavelengths.
     fn spectral_tables(&mut self) -> Result<(), BenchError> {
         let default = self.options.tolerance;
         let mut sets = vec![(Model::Ensemble, default)];

@@ -1,4 +1,8 @@
-//! Errors of a candidate against the reference spectra, over all directions.
+//! Errors of a candidate (candidate.rs) against the reference spectra (`Truth`), over all pairs of directions.
+//!
+//! Spectra and colours are those of f_r in 1/sr without the Fresnel factor. The reference's S/λ² is multiplied by the
+//! obliquity and shadowing factor O·M (docs/model.md#the-reflectance). For ΔE₂₀₀₀, colours are exposed and clipped as
+//! on a screen, with one exposure for each direction of incidence.
 
 use super::candidate::Candidate;
 use crate::benchmarks::{BenchError, DirectionPair, INCIDENT_DEG, Truth};
@@ -13,9 +17,9 @@ const SPECTRAL_STEP_NM: f64 = 5.0;
 /// Fraction of the brightest direction below which a direction counts as dark. Chosen: grating orders fall off by many
 /// powers of ten, so the exposure hardly depends on it.
 const DARK: f64 = 1e-4;
-/// Fraction of the lit directions that the exposure clips, chosen so that orders are bright and not all white.
+/// Fraction of the lit directions that the exposure clips. Chosen: orders are bright, and not all of them white.
 const CLIPPED: f64 = 0.1;
-/// ΔE₂₀₀₀ of a colour with a NaN: that of white against black.
+/// ΔE₂₀₀₀ that counts for a colour with a NaN: the difference of white and black.
 const DELTA_E_OF_NAN: f64 = 100.0;
 
 /// Errors over all directions.
@@ -107,6 +111,7 @@ impl<'a> References<'a> {
         }
     }
 
+    /// Relative error of the spectra over all pairs; `None` for methods without spectra.
     fn spectral_rmse(&self, candidate: &Candidate, reference: &Reference) -> Option<f64> {
         let squares = (self.pairs, &self.factors, &reference.spectra).into_par_iter().with_min_len(8).map(
             |(pair, factor, truth)| {

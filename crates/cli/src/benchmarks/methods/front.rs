@@ -1,12 +1,12 @@
-//! The front: the points that no other point beats in both time and error.
+//! The Pareto front of time and errors: the points that no other point beats.
 
-/// Relative difference of time or error below which a point counts as equal; repeated runs differ by as much.
+/// Relative difference of time or error below which two points count as equal; repeated runs differ by as much.
 const FRONT_MARGIN: f64 = 0.05;
 
 /// Smallest ΔE₂₀₀₀ that counts on a front: a twentieth of a just noticeable difference, 1.
 const DELTA_E_MIN: f64 = 0.05;
 
-/// A ΔE₂₀₀₀ as it counts on a front: small ones count alike.
+/// A ΔE₂₀₀₀ as it counts on a front: values below [`DELTA_E_MIN`] count as equal.
 pub(crate) fn noticed(delta_e: f64) -> f64 {
     delta_e.clamp(DELTA_E_MIN, f64::INFINITY)
 }
@@ -18,6 +18,7 @@ pub(crate) fn noticed(delta_e: f64) -> f64 {
 pub(crate) fn front<const ERRORS: usize>(points: &[(f64, [f64; ERRORS])]) -> Vec<bool> {
     let finite_or_infinite = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
     let points: Vec<_> = points.iter().map(|(time, errors)| (*time, errors.map(finite_or_infinite))).collect();
+    // `b` must be below this factor times `a` to count as faster or better.
     let keep = 1.0 - FRONT_MARGIN;
     let is_beaten = |a: &(f64, [f64; ERRORS])| {
         points.iter().any(|b| {

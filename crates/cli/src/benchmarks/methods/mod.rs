@@ -1,6 +1,7 @@
 //! Time against error of every method and parameter set on one surface.
 //!
-//! Colours are those of `f_r` without the Fresnel factor. The published methods are compared with the reference of the
+//! A *candidate* is a method with one set of parameters (candidate.rs); it becomes an [`Entry`] of the report. Colours
+//! are those of `f_r` in 1/sr without the Fresnel factor. The published methods are compared with the reference of the
 //! patch model (one fixed coherence window), tables with the reference of their own model. All candidates of a surface
 //! are in memory at once and timed in turn, so that other load of the machine falls on all of them.
 
@@ -26,7 +27,7 @@ use sunbeam_realtime::Gpu;
 
 /// Largest relative deviation of [`Truth`] from the direct sum that passes as rounding of double-precision sums.
 const ORACLE_LIMIT: f64 = 1e-9;
-/// Directions and wavelengths at which [`Truth`] is compared with the direct sum.
+/// Number of values at which [`Truth`] is compared with the direct sum. Chosen: the direct sum is slow.
 const ORACLE_CHECKS: usize = 12;
 
 /// The size of a run.
@@ -106,17 +107,18 @@ pub(crate) struct Entry {
     pub(crate) gpu: Option<Timing>,
     /// Errors against the reference.
     pub(crate) errors: Errors,
-    /// Whether no other entry beats this one in time on the CPU, mean ΔE and its 99th percentile (see [`front()`]).
-    /// Entries of this method with the other model do not count.
+    /// Whether no other entry beats this one in time on the CPU, mean ΔE₂₀₀₀ and its 99th percentile (see [`front()`]).
+    /// Entries of this method with the other model are not compared.
     pub(crate) on_front: bool,
-    /// Whether no other entry of this method and model beats this one in time, both ΔE and the error of its spectrum.
+    /// Whether no other entry of this method and model beats this one in time, either ΔE₂₀₀₀ and the error of its
+    /// spectrum.
     pub(crate) on_front_of_method: bool,
 }
 
 /// Measures every candidate on `field`, a periodic tile.
 ///
-/// Coherence length, tolerance, obliquity and shadowing are those of `options`; energy is not limited. `progress`
-/// receives the name of each stage when it begins. Without an adapter there are no times of a GPU.
+/// Coherence length, tolerance, obliquity and shadowing are those of `options`; energy conservation is off. `progress`
+/// receives the name of each stage when it begins. Without an adapter there are no GPU times.
 ///
 /// # Errors
 /// A method that cannot be built, or reference spectra that deviate from the direct sum.
@@ -171,7 +173,7 @@ pub(crate) fn measure(
     })
 }
 
-/// Marks the entries on either front.
+/// Sets [`Entry::on_front`] and [`Entry::on_front_of_method`].
 fn mark_fronts(entries: &mut [Entry]) {
     let colour_point =
         |entry: &Entry| (entry.cpu.microseconds, [entry.errors.delta_e_mean, entry.errors.delta_e_p99].map(noticed));
@@ -184,8 +186,8 @@ fn mark_fronts(entries: &mut [Entry]) {
         .map(|entry| {
             // The choice between a method's two models is one of appearance, not of speed.
             let rivals = entries.iter().filter(|other| other.method != entry.method || other.model == entry.model);
-            let kin = entries.iter().filter(|other| other.method == entry.method && other.model == entry.model);
-            (is_on_front(entry, rivals, colour_point), is_on_front(entry, kin, spectral_point))
+            let same_method = entries.iter().filter(|other| other.method == entry.method && other.model == entry.model);
+            (is_on_front(entry, rivals, colour_point), is_on_front(entry, same_method, spectral_point))
         })
         .collect();
     for (entry, mark) in entries.iter_mut().zip(marks) {

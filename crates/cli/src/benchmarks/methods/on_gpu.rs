@@ -1,4 +1,7 @@
-//! Times of the methods' shaders.
+//! Time per colour of the methods' shaders on the GPU.
+//!
+//! A query is a pair of directions, and a run answers an array of queries. As on the CPU (timing.rs), each repetition
+//! times the baseline, the first candidate with a shader, and then the candidate.
 
 use super::candidate::{Candidate, Evaluator};
 use super::{Effort, Timing};
@@ -7,11 +10,11 @@ use sunbeam::methods::Method;
 use sunbeam::scattering::Options;
 use sunbeam_realtime::{Gpu, GpuError, Optics, Query, Shader};
 
-/// Queries of the first run, by which the speed of a shader is estimated.
+/// Number of queries of the first run, from which the speed of a shader is estimated. Chosen small for slow adapters.
 const FIRST_QUERIES: usize = 128;
-/// Largest number of queries of a repetition: enough to fill any GPU.
+/// Largest number of queries of a repetition. Chosen: enough to fill any GPU.
 const QUERIES_MAX: usize = 1 << 20;
-/// Largest factor from one estimate of the number of queries to the next: short runs are mostly start-up time.
+/// Largest ratio of consecutive estimates of the number of queries. Chosen: short runs are mostly start-up time.
 const GROWTH_MAX: f64 = 16.0;
 
 /// A shader, with enough queries to fill a repetition.

@@ -1,6 +1,9 @@
 //! Deep relief: errors of each expansion of the phase screen against the direct sum, as κH grows.
 //!
-//! Symbols: κ = 2π(cosθi + cosθo)/λ is the phase rate, H half the range of heights, S the power spectral density.
+//! Symbols: κ = 2π(cosθi + cosθo)/λ is the phase rate in 1/µm, H half the range of heights in µm, h the height relative
+//! to the middle of the range, and S the power spectral density in µm². The phase screen exp(iκh) is expanded in a
+//! Taylor or Chebyshev series in h/H, whose coefficients depend on κH. Taylor's terms grow like e^κH before they
+//! cancel, so rounding limits the depth. An order's amplitude is one bin of the Fourier transform of the phase screen.
 
 use super::relief::{rough, uniform_direction};
 use super::{largest, percentile_99, table_error};
@@ -16,17 +19,17 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Progress};
 use sunbeam::transform::{Expansion, OrderTransform, Precision, Series, chebyshev_terms, taylor_terms};
 
-/// Values of κH, up to the deepest relief that docs/model.md#hard-cases promises; 13.56 is
-/// a relief of 0.82 µm, as of *Xenopeltis*.
+/// Values of κH, up to the deepest relief that docs/model.md#hard-cases promises. At 13.56 the relief is 0.82 µm deep,
+/// as on the scales of *Xenopeltis*.
 pub const KAPPA_H: [f64; 14] = [1.0, 2.0, 4.0, 7.0, 10.0, 13.56, 17.0, 20.0, 25.0, 30.0, 50.0, 100.0, 150.0, 200.0];
 
 /// Remainder to which either series is cut, small enough that rounding dominates the error.
 const REMAINDER: f64 = 1e-8;
 /// Tolerance of the tables and of the method FLSS.
 const TOLERANCE: f64 = 1e-3;
-/// Pixels of the relief along x and y: two different primes.
+/// Number of pixels of the relief along x and y. Chosen as two different primes, which fast transforms find hardest.
 const PIXELS: (usize, usize) = (17, 13);
-/// Edges of a pixel along x and y in µm.
+/// Edges of a pixel along x and y in µm. Chosen, unequal.
 const PIXEL_UM: (f64, f64) = (0.11, 0.23);
 /// Shortest wavelength of the methods in nm, at which κH is defined.
 const SHORTEST_NM: f64 = 380.0;
@@ -73,6 +76,7 @@ pub fn deep_relief(directions: usize) -> Result<Vec<DeepPoint>, BenchError> {
     KAPPA_H.iter().map(|kappa_h| point(*kappa_h, directions)).collect()
 }
 
+/// Errors at one κH. The height of the relief follows from κH at the shortest wavelength and normal directions.
 fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let kappa_max = 2.0 * TAU / (SHORTEST_NM * 1e-3);
     let field = rough(&mut Random::new(7), PIXELS, PIXEL_UM, 2.0 * kappa_h / kappa_max)?;
@@ -117,7 +121,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     })
 }
 
-/// Largest error of any order's amplitude at one κ in 1/µm.
+/// Largest error of any order's amplitude by a series of `terms` terms, at one κ in 1/µm.
 fn series_error<T: Precision + Into<f64>>(field: &HeightField, series: Series, terms: usize, kappa: f64) -> f64 {
     let expansion = Expansion::<T>::new(field, series, terms);
     let double = |c: Complex<T>| Complex64::new(c.re.into(), c.im.into());

@@ -1,4 +1,7 @@
-//! Incidence up to 89.99°: errors of the tables against the direct sum, reciprocity and albedo.
+//! Grazing incidence, up to 89.99°: errors of the tables against the direct sum, reciprocity and albedo.
+//!
+//! S is the power spectral density in µm². Reciprocity compares f_r(wi, wo) with f_r(wo, wi). A query is a pair of
+//! directions with a wavelength in nm.
 
 use super::relief::{rough, sinusoid, uniform_direction};
 use super::{largest, percentile_99, table_error};
@@ -10,7 +13,7 @@ use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::{Exact, Surface};
 use sunbeam::scattering::{Options, Vec3};
 
-/// Angles of incidence in degrees.
+/// Angles of incidence in degrees; chosen denser towards 90°.
 pub const GRAZING_DEG: [f64; 12] = [0.0, 30.0, 60.0, 75.0, 80.0, 85.0, 88.0, 89.0, 89.5, 89.9, 89.97, 89.99];
 
 /// Wavelengths in nm: both ends of the tables' range, and its middle.
@@ -68,6 +71,7 @@ pub fn grazing(directions: usize) -> Result<Vec<GrazingSurface>, BenchError> {
     .collect()
 }
 
+/// The sweep over all angles of incidence on one surface, with the default options.
 fn sweep(name: &'static str, field: &HeightField, directions: usize) -> Result<GrazingSurface, BenchError> {
     let options = Options::default();
     let surface = Surface::new(field, &options)?;
@@ -100,7 +104,7 @@ fn measure(
         weights.extend(sample.map(|sample| sample.weight));
     }
     let albedo = |surface: &Surface| {
-        // An albedo is an integral over the hemisphere, so only some incidences are computed.
+        // An albedo is an integral over the hemisphere and takes long. Every third query, at most 60, is enough.
         let some = queries.iter().step_by(3).take(60);
         largest(some.filter_map(|(wi, _, nm)| surface.albedo(*wi, *nm)))
     };
@@ -116,10 +120,11 @@ fn measure(
     }
 }
 
-/// Incident and outgoing directions with a wavelength in nm, at least `count`.
+/// At least `count` triples of incident direction, outgoing direction and wavelength in nm.
 ///
-/// The first outgoing directions mirror, return or cross the incident one, or follow the normal or the horizon. The
-/// others are uniform or sampled, in turn.
+/// First come special outgoing directions for each of four azimuths: the mirror direction, the incident direction, the
+/// direction turned by 90° about the normal, the normal, and two directions near the horizon. The others are uniform or
+/// sampled, in turn.
 fn queries(theta_deg: f64, surface: &Surface, count: usize, random: &mut Random) -> Vec<(Vec3, Vec3, f64)> {
     let mut queries = Vec::new();
     for nm in WAVELENGTHS_NM {

@@ -59,9 +59,10 @@ pub fn measure(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Stabil
     Ok(StabilityFigures { deep_relief, grazing, random_queries })
 }
 
-/// The error of a table's S against the direct sum, relative to the scale that a table's tolerance refers to.
+/// Relative error of a table's power spectral density S against the direct sum.
 ///
-/// The scale is the largest of the direct sum's value, the mean over κ at this frequency, and the density floor.
+/// The error is divided by the scale to which a table's tolerance refers: the largest of the direct sum's value, the
+/// mean over κ at the same frequency, and [`DENSITY_FLOOR_UM2`].
 fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
     let um = wavelength_nm * 1e-3;
     let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];

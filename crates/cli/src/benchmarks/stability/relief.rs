@@ -1,4 +1,4 @@
-//! Reliefs and directions for the sweeps.
+//! Reliefs and directions for the sweeps. Sizes are in pixels (nx, ny), edges of pixels (dx, dy) and heights in µm.
 
 use crate::arguments::direction_from_degrees;
 use ndarray::Array2;

@@ -17,26 +17,28 @@ pub(super) struct Columns {
 /// A unit that is not a length, or units for some columns only.
 pub(super) fn columns(text: &str) -> Option<Result<Columns, String>> {
     let mut units: [Option<&str>; 3] = [None; 3];
+    // Unit for all columns, after the word "in".
     let mut common = None;
-    let mut at = None;
+    // Index of the last title found: 0 for x, 1 for y, 2 for z.
+    let mut last = None;
     let mut after_in = false;
     for word in text.split(|c: char| c.is_whitespace() || ",;\"".contains(c)).filter(|word| !word.is_empty()) {
-        let next = at.map_or(0, |at| at + 1);
+        let next = last.map_or(0, |last| last + 1);
         let title = "xyz".get(next..next + 1).unwrap_or_default();
         // A title is the letter, alone or followed by a sign and a unit.
         let rest = word.get(..1).filter(|first| first.eq_ignore_ascii_case(title)).map(|_| &word[1..]);
         match rest.filter(|rest| !rest.starts_with(char::is_alphanumeric)) {
             Some(rest) => {
-                at = Some(next);
+                last = Some(next);
                 units[next] = Some(bare(rest)).filter(|unit| !unit.is_empty());
             }
             None if word.eq_ignore_ascii_case("in") => after_in = true,
-            None if at.is_none() => return None,
+            None if last.is_none() => return None,
             None if after_in => common = Some(bare(word)),
-            None => units[at?] = Some(bare(word)),
+            None => units[last?] = Some(bare(word)),
         }
     }
-    if at != Some(2) {
+    if last != Some(2) {
         return None;
     }
     if common.is_some() {

@@ -1,9 +1,14 @@
 //! Headers of texts: size, unit, orientation and channel of the numbers that follow.
 //!
 //! A line is `key: value`, `key = value`, titles of columns, or words. A line with a unit or a size must be understood,
-//! or the file is refused; other words are ignored. `keys.rs` knows the English keys of many programs. Gwyddion
-//! translates its keys into the user's language; its lines are recognised by order: the second and third are width and
-//! height, the fourth is the unit of the values.
+//! or the file is refused; other words are ignored. [`parse`] takes the lines in three steps:
+//!
+//! 1. Keys that only one program writes identify the [`Program`], whose conventions apply where a property is omitted.
+//! 2. English keys have a [`Role`] (`keys.rs`), which decides how the value is read (`quantity.rs`).
+//! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore recognised by their
+//!    order: channel, width, height, and unit of the values.
+//!
+//! Lengths are in µm; arrays of two are along x and y.
 
 use super::super::raw::FirstRow;
 use super::super::units::micrometres;
@@ -76,6 +81,7 @@ pub(super) struct Header {
 struct Unexplained<'a> {
     /// Number of the line in the file.
     line: usize,
+    /// The whole line.
     text: &'a str,
     /// Text after the key.
     value: String,
@@ -100,6 +106,7 @@ pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
     let program = program(lines);
     let mut unexplained = Vec::new();
     for &(line, text) in lines {
+        // The line without comment signs, quotes and separators around it.
         let bare = text.trim_start_matches(|c: char| c.is_whitespace() || "#%;*!/'\"".contains(c));
         let bare = bare.trim_end_matches(|c: char| c.is_whitespace() || ",;\"".contains(c));
         if let Some(titles) = columns(bare) {
@@ -121,6 +128,7 @@ pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
     if let HeightUnit::Other(reason) = header.height {
         return Err(reason);
     }
+    // All known programs write the top row first.
     header.first = match program {
         Program::Other if header.is_gwyddion() => Some(FirstRow::Top),
         Program::Other => None,
@@ -157,11 +165,11 @@ fn pairs(text: &str) -> Vec<(String, String)> {
     let by_cell = || text.split_once(['\t', ';', ',']);
     // `ncols 48`: the value begins at the number.
     let by_number = || {
-        let at = text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c))?;
-        let starts_word = text[..at].ends_with(char::is_whitespace);
+        let start = text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c))?;
+        let starts_word = text[..start].ends_with(char::is_whitespace);
         // A longer text before the number is prose.
-        let is_key = text[..at].split_whitespace().count() <= KEY_WORDS_MAX;
-        (starts_word && is_key && quantity(&text[at..]).is_some()).then(|| text.split_at(at))
+        let is_key = text[..start].split_whitespace().count() <= KEY_WORDS_MAX;
+        (starts_word && is_key && quantity(&text[start..]).is_some()).then(|| text.split_at(start))
     };
     let Some((key, value)) = by_sign().or_else(by_cell).or_else(by_number) else { return Vec::new() };
     let (key, value) = (key.trim(), value.trim());
@@ -181,7 +189,10 @@ impl Header {
         self.extent_um.iter().all(Option::is_some) && self.counts == [None, None] && self.height != HeightUnit::Unsaid
     }
 
-    /// Stores the property of one pair; returns whether its key is known.
+    /// Stores the property of one pair (`key`, `value`) of a line; returns whether the key is known.
+    ///
+    /// A value of a size is a spacing where its unit is a length for each point, an extent where it is a length, and
+    /// otherwise a number of points.
     ///
     /// # Errors
     /// A value that does not fit its key, and a unit that is not a length.
@@ -232,8 +243,8 @@ impl Header {
                 let found = quantity(value).ok_or_else(refuse)?;
                 let key = key.to_lowercase();
                 let is_length = found.lengths_um().is_some() || (program == Program::Spip && key.contains("length"));
-                let is_of_points = key.contains("pixel") || key.contains("resolution");
-                if let Some(steps) = found.per_point_um().or_else(|| found.lengths_um().filter(|_| is_of_points)) {
+                let is_pixel_size = key.contains("pixel") || key.contains("resolution");
+                if let Some(steps) = found.per_point_um().or_else(|| found.lengths_um().filter(|_| is_pixel_size)) {
                     self.take_steps(along, &steps);
                 } else if is_length {
                     let sizes = lengths(program, &found).ok_or_else(refuse)?;
@@ -296,6 +307,9 @@ impl Header {
     }
 
     /// Interprets lines with keys in another language by their order and units.
+    ///
+    /// # Errors
+    /// A line with a length or a unit that is left over.
     fn take_by_position(&mut self, lines: &[Unexplained]) -> Result<(), String> {
         let length = |entry: &Unexplained| {
             entry
@@ -305,27 +319,30 @@ impl Header {
                 .filter(|found| found.len() == 1)
                 .map(|found| found[0])
         };
+        // Lines that have been interpreted.
         let mut used = vec![false; lines.len()];
-        // Gwyddion's matrices: channel, width, height and unit of the values, in consecutive lines.
-        let neighbours = |at: usize| lines.get(at + 1).is_some_and(|next| next.line == lines[at].line + 1);
-        let pair = (0..lines.len())
-            .find(|&at| neighbours(at) && length(&lines[at]).is_some() && lines.get(at + 1).and_then(length).is_some());
-        if let Some(at) = pair.filter(|_| self.extent_um == [None, None]) {
-            self.extent_um = [length(&lines[at]), length(&lines[at + 1])];
-            used[at] = true;
-            used[at + 1] = true;
-            if at > 0 && lines[at - 1].line + 1 == lines[at].line {
-                self.channel.get_or_insert_with(|| lines[at - 1].value.clone());
-                used[at - 1] = true;
+        // Gwyddion's matrices: channel, width, height and unit of the values, in consecutive lines. Two consecutive
+        // lengths are the width and the height.
+        let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
+        let width = (0..lines.len())
+            .find(|&i| has_next(i) && length(&lines[i]).is_some() && lines.get(i + 1).and_then(length).is_some());
+        if let Some(width) = width.filter(|_| self.extent_um == [None, None]) {
+            let height = width + 1;
+            self.extent_um = [length(&lines[width]), length(&lines[height])];
+            used[width] = true;
+            used[height] = true;
+            if width > 0 && lines[width - 1].line + 1 == lines[width].line {
+                self.channel.get_or_insert_with(|| lines[width - 1].value.clone());
+                used[width - 1] = true;
             }
-            if neighbours(at + 1) && self.height == HeightUnit::Unsaid {
-                self.height = height_unit(&lines[at + 2].value)?;
-                used[at + 2] = true;
+            if has_next(height) && self.height == HeightUnit::Unsaid {
+                self.height = height_unit(&lines[height + 1].value)?;
+                used[height + 1] = true;
             }
         }
         // Gwyddion's points: the unit of x and y, then that of the values.
         let units: Vec<usize> =
-            (0..lines.len()).filter(|&at| !used[at] && micrometres(&lines[at].value).is_ok()).collect();
+            (0..lines.len()).filter(|&i| !used[i] && micrometres(&lines[i].value).is_ok()).collect();
         let are_unsaid = self.lateral_um.is_none() && self.height == HeightUnit::Unsaid;
         if let ([lateral, value], true) = (&units[..], are_unsaid) {
             let (lateral, value) = (*lateral, *value);

@@ -1,4 +1,7 @@
 //! Meaning of the English keys in headers of texts.
+//!
+//! A key is split into words in lower case, which the lists below sort into kinds. [`role`] combines the kinds: `Pixel
+//! width` has words of SIZE and X, and `pixel`, so that it is the distance between points along x.
 
 /// Axis of a property; `Both` where the key names none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,6 +9,10 @@
 //! | Surfer | `DSAA` | numbers of points, range of x and y |
 //! | NanoScope | `\*File list` | numbers of points, size; a title of each column |
 //! | others | `key: value`, `key = value`, titles of columns | all keys of `keys.rs` |
+//!
+//! Steps: decode the bytes (`encoding.rs`), split header and numbers, interpret the header (`header.rs`), read the
+//! numbers (`numbers.rs`), and decide between a matrix and points. Lists, profiles and tables with an index are
+//! refused, since each would pass for a relief. Errors complete "not a usable … height field: ".
 
 mod columns;
 mod header;
@@ -26,16 +30,18 @@ use header::{Header, HeightUnit};
 use ndarray::Array2;
 use numbers::{Line, Table};
 
-/// Fewest columns of a matrix without a header. Fewer are a profile or a list.
+/// Fewest columns of a matrix without a header. Chosen: fewer are a profile or a list.
 const COLUMNS_MIN: usize = 4;
-/// Fewest rows of a matrix without a header.
+/// Fewest rows of a matrix without a header. Chosen: fewer are profiles.
 const ROWS_MIN: usize = 3;
-/// Fewest lines of three numbers that may be points without a title.
+/// Fewest lines of three numbers that may be points without a title. Chosen: a grid of 2 × 2.
 const POINTS_MIN: usize = 4;
-/// Most columns of a list of points with further numbers.
+/// Most columns of a list of points with further numbers. Chosen: more are a matrix.
 const POINT_COLUMNS_MAX: usize = 8;
 /// Fewest numbers in equal steps that are taken for coordinates. Chosen: fewer may be a coincidence.
 const RAMP_MIN: usize = 5;
+/// Largest deviation of a number from equal steps, as a fraction of the step. Chosen: coordinates are rounded.
+const RAMP_TOLERANCE: f64 = 1e-3;
 /// Largest relative difference between a given spacing and the extent divided by the number of points (or of intervals,
 /// as some programs have it). Chosen: both numbers are rounded.
 const SPACING_AGREEMENT: f64 = 1e-2;
@@ -59,6 +65,7 @@ pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     parse_kind(bytes, wanted, Kind::Points)
 }
 
+/// Reads the contents that `kind` allows; the body of [`parse`] and [`parse_points`].
 fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     surfer::refuse_binary(bytes)?;
     let text = encoding::text(bytes)?;
@@ -151,9 +158,9 @@ fn without_comment(text: &str) -> (&str, &str) {
         return ("", text);
     }
     let starts_word =
-        |at: &usize| text[..*at].chars().next_back().is_none_or(|c| c.is_whitespace() || ",;\"".contains(c));
-    let at = text.match_indices('#').map(|(at, _)| at).find(starts_word);
-    at.map_or((text, ""), |at| text.split_at(at))
+        |start: &usize| text[..*start].chars().next_back().is_none_or(|c| c.is_whitespace() || ",;\"".contains(c));
+    let comment = text.match_indices('#').map(|(start, _)| start).find(starts_word);
+    comment.map_or((text, ""), |start| text.split_at(start))
 }
 
 /// Refuses profiles, lists of points with further columns, and matrices with coordinates in the first row or column.
@@ -188,10 +195,10 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
     // The corner of a table with coordinates is arbitrary.
     let row: Vec<f64> = table.values[1..columns].to_vec();
     let column: Vec<f64> = table.values.iter().skip(columns).step_by(columns).copied().collect();
-    let (of_row, of_column) = (ramp(&row), ramp(&column));
+    let (row_ramp, column_ramp) = (ramp(&row), ramp(&column));
     let is_index = |found: Option<(f64, f64)>| found.is_some_and(|found| found == (0.0, 1.0) || found == (1.0, 1.0));
-    let both = of_row.is_some() && of_column.is_some();
-    let which = match (both, is_index(of_row), is_index(of_column)) {
+    let both = row_ramp.is_some() && column_ramp.is_some();
+    let which = match (both, is_index(row_ramp), is_index(column_ramp)) {
         (true, ..) => "row and column",
         (_, true, _) => "row",
         (_, _, true) => "column",
@@ -209,7 +216,8 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
 fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
     let (first, last) = (*numbers.first()?, *numbers.last()?);
     let step = (last - first) / (numbers.len() - 1) as f64;
-    let is_on_line = |(at, value): (usize, &f64)| (value - (first + at as f64 * step)).abs() <= 1e-3 * step.abs();
+    let is_on_line =
+        |(at, value): (usize, &f64)| (value - (first + at as f64 * step)).abs() <= RAMP_TOLERANCE * step.abs();
     let is_ramp =
         numbers.len() >= RAMP_MIN && step != 0.0 && step.is_finite() && numbers.iter().enumerate().all(is_on_line);
     is_ramp.then_some((first, step))

@@ -21,6 +21,9 @@ fn is_header(text: &str) -> bool {
 }
 
 /// Reads the column of the channel `wanted`, or a single matrix, from the bottom row on.
+///
+/// Numbers come in one of two layouts: ny lines of nx numbers, for a single channel, or nx·ny lines with one number for
+/// each channel.
 pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     let header: Vec<&str> =
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
@@ -38,17 +41,17 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     let columns = table.columns()?;
     let total = nx.checked_mul(ny).ok_or("its size is too large")?;
     let pixel = pixel(image, &all, (nx, ny))?;
-    let (at, values) = if columns == nx && table.rows.len() == ny {
+    let (column, values) = if columns == nx && table.rows.len() == ny {
         (0, table.values)
     } else if table.rows.len() == total {
         let channels = channels(titles, columns);
-        let at = if columns == 1 && wanted.is_none() { 0 } else { channel::choose(&channels, wanted)? };
-        (at, table.values.into_iter().skip(at).step_by(columns).collect())
+        let column = if columns == 1 && wanted.is_none() { 0 } else { channel::choose(&channels, wanted)? };
+        (column, table.values.into_iter().skip(column).step_by(columns).collect())
     } else {
         let rows = table.rows.len();
         return Err(format!("its header promises {nx} × {ny} points, but {rows} lines of {columns} numbers follow"));
     };
-    let (name, unit) = title(titles, at);
+    let (name, unit) = title(titles, column);
     let meaning = match micrometres(&unit) {
         Ok(um) => Meaning::in_unit(&unit, um),
         Err(_) if unit.is_empty() => Meaning::Unknown,
@@ -59,10 +62,10 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
 }
 
-/// Name and unit of column `at`, from titles such as `Height_Sensor(nm)`.
-fn title(titles: &str, at: usize) -> (String, String) {
+/// Name and unit of a column by its index, from titles such as `Height_Sensor(nm)`.
+fn title(titles: &str, column: usize) -> (String, String) {
     let cell =
-        titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(at).unwrap_or_default();
+        titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(column).unwrap_or_default();
     let cell = cell.trim_matches('"');
     let Some(start) = cell.find(['(', '[']) else { return (cell.replace('_', " "), String::new()) };
     let unit = bracketed(&cell[start..]).map_or("", |(unit, _)| unit);
@@ -71,9 +74,9 @@ fn title(titles: &str, at: usize) -> (String, String) {
 
 /// One channel for each column, numbered from 1.
 fn channels(titles: &str, columns: usize) -> Vec<Channel> {
-    let channel = |at: usize| {
-        let (title, unit) = title(titles, at);
-        Channel::new(at + 1, title, unit)
+    let channel = |column: usize| {
+        let (title, unit) = title(titles, column);
+        Channel::new(column + 1, title, unit)
     };
     (0..columns).map(channel).collect()
 }

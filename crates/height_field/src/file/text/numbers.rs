@@ -1,6 +1,8 @@
 //! Numbers of a text, with any separator and decimal mark.
 //!
-//! A comma may be a decimal mark or a separator. All lines are searched for evidence; ambiguous texts are refused.
+//! A comma may be a decimal mark (`0,41`) or a separator (`1,2,3`). All lines are searched for evidence ([`Commas`]);
+//! ambiguous texts are refused. A *cell* is the text between separators; it holds one number, or several that blanks
+//! separate. Empty cells are missing points (NaN).
 
 /// Words for a missing point, in lower case. A C library of Windows also prints `#QNAN`, `#IND` and `#INF`.
 const MISSING: [&str; 9] = ["nan", "bad", "na", "n/a", "null", "none", "void", "nodata", "masked"];
@@ -19,6 +21,7 @@ pub(super) type Line<'a> = (usize, &'a str);
 
 /// All numbers of a text, line by line.
 pub(super) struct Table {
+    /// All numbers in the order of the text; NaN at missing points.
     pub values: Vec<f64>,
     /// For each line: its number in the file, and its count of numbers.
     pub rows: Vec<(usize, usize)>,
@@ -86,32 +89,32 @@ struct Commas {
 impl Commas {
     /// Collects the evidence in `lines`.
     fn of(lines: &[Line]) -> Self {
-        let mut seen = Self::default();
+        let mut found = Self::default();
         for &(line, text) in lines {
             let bytes = text.trim().as_bytes();
             for (at, byte) in bytes.iter().enumerate() {
                 let before = at.checked_sub(1).and_then(|at| bytes.get(at));
                 let after = bytes.get(at + 1);
                 let are_both = |is: fn(&u8) -> bool| before.is_some_and(is) && after.is_some_and(is);
-                let place = match byte {
-                    b'.' => &mut seen.point,
-                    b';' => &mut seen.other,
-                    b',' if are_both(u8::is_ascii_digit) => &mut seen.tight,
-                    b',' if after.is_some_and(u8::is_ascii_whitespace) => &mut seen.spaced,
-                    b' ' | b'\t' if are_both(|byte| !b", \t;".contains(byte)) => &mut seen.other,
+                let evidence = match byte {
+                    b'.' => &mut found.point,
+                    b';' => &mut found.other,
+                    b',' if are_both(u8::is_ascii_digit) => &mut found.tight,
+                    b',' if after.is_some_and(u8::is_ascii_whitespace) => &mut found.spaced,
+                    b' ' | b'\t' if are_both(|byte| !b", \t;".contains(byte)) => &mut found.other,
                     _ => continue,
                 };
-                place.get_or_insert(line);
+                evidence.get_or_insert(line);
             }
-            if seen.leading_zero.is_none() {
+            if found.leading_zero.is_none() {
                 let is_odd = |word: &&str| {
                     word.len() > 1 && word.starts_with('0') && word.bytes().all(|byte| byte.is_ascii_digit())
                 };
                 let word = text.split(',').map(str::trim).find(is_odd);
-                seen.leading_zero = word.map(|word| (line, word.to_owned()));
+                found.leading_zero = word.map(|word| (line, word.to_owned()));
             }
         }
-        seen
+        found
     }
 
     /// Whether commas are decimal marks.

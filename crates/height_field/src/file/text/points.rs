@@ -22,11 +22,15 @@ struct Axis {
     first: f64,
     /// Distance between nodes; `None` where all points share one coordinate.
     step: Option<f64>,
+    /// Number of nodes.
     count: usize,
 }
 
 impl Axis {
-    /// The axis on which all `coordinates` lie; `name` appears in messages.
+    /// The axis on which all `coordinates` (µm) lie; `name` appears in messages.
+    ///
+    /// # Errors
+    /// Coordinates that are not at equal steps, or too many steps.
     fn of(name: char, coordinates: &[f64]) -> Result<Self, String> {
         let mut sorted = coordinates.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -81,7 +85,7 @@ pub(super) struct Grid {
 /// # Errors
 /// Points that are not on a regular grid, that coincide, or that fill too few nodes.
 pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
-    let column = |at: usize, um: f64| -> Vec<f64> { points.chunks_exact(3).map(|row| row[at] * um).collect() };
+    let column = |index: usize, um: f64| -> Vec<f64> { points.chunks_exact(3).map(|row| row[index] * um).collect() };
     let (xs, ys, zs) = (column(0, xy_um[0]), column(1, xy_um[1]), column(2, 1.0));
     if let Some(at) = xs.iter().zip(&ys).position(|(x, y)| !(x.is_finite() && y.is_finite())) {
         return Err(format!("point {at} is at x = {}, y = {}; both must be finite", xs[at], ys[at]));
@@ -97,11 +101,11 @@ pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
     let mut values = Array2::from_elem((y.count, x.count), f64::NAN);
     let mut taken = Array2::from_elem((y.count, x.count), false);
     for ((px, py), pz) in xs.iter().zip(&ys).zip(&zs) {
-        let at = [y.index(*py), x.index(*px)];
-        if std::mem::replace(&mut taken[at], true) {
+        let node = [y.index(*py), x.index(*px)];
+        if std::mem::replace(&mut taken[node], true) {
             return Err(format!("two points share the node x = {px}, y = {py}: they are not on a regular grid"));
         }
-        values[at] = *pz;
+        values[node] = *pz;
     }
     // A single row or column has square pixels.
     let pixel_um = match (x.step, y.step) {

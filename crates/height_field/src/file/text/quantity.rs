@@ -28,6 +28,7 @@ impl Quantity {
 
     /// The numbers as counts of points; `None` for fractions, or for a unit other than points.
     pub(super) fn counts(&self) -> Option<Vec<usize>> {
+        /// Units of a number of points.
         const POINTS: [&str; 10] = ["", "px", "pix", "pixel", "pixels", "pt", "pts", "points", "samples", "lines"];
         if !POINTS.contains(&self.unit.to_lowercase().as_str()) {
             return None;

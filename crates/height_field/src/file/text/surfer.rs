@@ -1,6 +1,6 @@
 //! Text grids of Surfer: `DSAA`, the numbers of points, the ranges of x, y and z, and heights from the lowest y on.
 //!
-//! Missing points are 1.70141e38.
+//! Missing points are 1.70141e38, which `holes.rs` recognises by its magnitude.
 
 use super::super::provenance::{Source, Understood};
 use super::super::raw::FirstRow;
@@ -21,7 +21,7 @@ pub(super) fn refuse_binary(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// Reads a grid. The format has no unit; lengths are taken to be in µm.
+/// Reads a grid. Ranges extend from the first node to the last. The format has no unit; lengths are taken to be in µm.
 pub(super) fn parse(lines: &[Line]) -> Parsed {
     let lines: Vec<Line> = lines.iter().copied().filter(|(_, text)| !text.trim().is_empty()).skip(1).collect();
     let mut numbers = table(&lines)?.values.into_iter();
