@@ -63,7 +63,7 @@ impl EfficiencyTable {
     ///
     /// # Errors
     /// An incidence that cannot be solved.
-    pub fn build(
+    pub(super) fn build(
         period_um: f64,
         orders: &impl Orders,
         resolution: TableResolution,
@@ -116,7 +116,7 @@ impl EfficiencyTable {
     ///
     /// # Errors
     /// An incidence that cannot be solved.
-    pub fn error(&self, period_um: f64, orders: &impl Orders, count: usize) -> Result<(f64, f64), GratingError> {
+    pub(super) fn error(&self, period_um: f64, orders: &impl Orders, count: usize) -> Result<(f64, f64), GratingError> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let queries: Vec<[f64; 3]> = (0..count)
             .map(|_| {

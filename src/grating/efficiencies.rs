@@ -73,7 +73,7 @@ impl<N: Numbers> EfficiencyView<N> {
 
     /// [`EfficiencyView::nodes`] with interpolation weights.
     #[inline(always)]
-    pub fn weighted(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> [([N::Index; 2], N::Real); 8] {
+    pub(super) fn weighted(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> [([N::Index; 2], N::Real); 8] {
         let one = N::Real::lit(1.0);
         let (nodes, between) = self.nodes(place, nm, active);
         let [p, q, to_longer] = between.map(|x| [one - x, x]);
@@ -82,7 +82,7 @@ impl<N: Numbers> EfficiencyView<N> {
 
     /// The row of a wave at a wavelength in nm.
     #[inline(always)]
-    pub fn row(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> Row<N> {
+    pub(super) fn row(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> Row<N> {
         let index = N::Index::lit;
         let (nodes, between) = self.nodes(place, nm, active);
         let cell = place.cell.min(index(self.layout.cells - 1));
@@ -97,13 +97,13 @@ impl<N: Numbers> EfficiencyView<N> {
 
     /// Sum of all efficiencies of the row: the entry after the last order's.
     #[inline(always)]
-    pub fn row_total(&self, row: &Row<N>, place: &Place<N>, active: N::Mask) -> N::Real {
+    pub(super) fn row_total(&self, row: &Row<N>, place: &Place<N>, active: N::Mask) -> N::Real {
         self.entry(row, place.cell + N::Index::lit(1), active)
     }
 
     /// Efficiency of an order, by its number among the cell's orders ([`Place::outgoing`]).
     #[inline(always)]
-    pub fn entry(&self, row: &Row<N>, at: N::Index, active: N::Mask) -> N::Real {
+    pub(super) fn entry(&self, row: &Row<N>, at: N::Index, active: N::Mask) -> N::Real {
         let [p, q, to_longer] = row.between;
         let [shorter, longer] = row.begins.map(|corners| {
             let [a, b, c, d] = corners.map(|begin| self.half(begin + at, active));

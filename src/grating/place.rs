@@ -32,7 +32,7 @@ pub(super) struct Place<N: Numbers> {
 impl<N: Numbers> Place<N> {
     /// The place of a wave with these coordinates.
     #[inline(always)]
-    pub fn new(t: N::Double, a: N::Double) -> Self {
+    pub(super) fn new(t: N::Double, a: N::Double) -> Self {
         let zero = N::Double::lit(0.0);
         let sums = [t - a, t + a];
         let propagates = zero.lt(sums[0]) & zero.lt(sums[1]);
@@ -48,7 +48,7 @@ impl<N: Numbers> Place<N> {
 
     /// Number of the order `m` among the cell's orders, and whether it propagates.
     #[inline(always)]
-    pub fn outgoing(&self, m: N::Double) -> (N::Index, N::Mask) {
+    pub(super) fn outgoing(&self, m: N::Double) -> (N::Index, N::Mask) {
         let at = N::widen(N::real(self.incident)) + m;
         let there = N::Double::lit(0.0).le(at) & at.le(N::widen(N::real(self.cell)));
         (N::Index::select(there, N::index_of_double(at.max(N::Double::lit(0.0))), N::Index::lit(0)), there)

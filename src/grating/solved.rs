@@ -47,7 +47,7 @@ impl Meshes {
     ///
     /// # Errors
     /// More nodes than the solver accepts.
-    pub fn new(profile: &Profile, resolution: Resolution) -> Result<Self, GratingError> {
+    pub(super) fn new(profile: &Profile, resolution: Resolution) -> Result<Self, GratingError> {
         let first = Discretisation::new(profile, resolution)?;
         Ok(Self { profile: profile.clone(), resolution, first, finer: [const { OnceLock::new() }; FINER.len()] })
     }
@@ -73,7 +73,7 @@ pub(super) struct Solved<'a> {
 impl<'a> Solved<'a> {
     /// Prepares a profile in air above a medium of this index, or above a perfect conductor (`None`). A metal's
     /// response is tabulated at the given wavelengths in nm.
-    pub fn new(
+    pub(super) fn new(
         meshes: &'a Meshes,
         index: Option<&'a SpectralIndex>,
         wavelengths_nm: &[f64],
@@ -138,7 +138,7 @@ impl<'a> Solved<'a> {
     ///
     /// # Errors
     /// As [`Orders::efficiencies`].
-    pub fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<Shape>>, GratingError> {
+    pub(super) fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<Shape>>, GratingError> {
         self.each_wavelength(t, b, wavelengths_nm, |amplitudes, ky_squared| {
             let orders = amplitudes.orders();
             let pairs = orders.iter().flat_map(|&from| orders.iter().map(move |&out| (out, from)));

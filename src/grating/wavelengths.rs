@@ -30,7 +30,7 @@ impl Spacing {
     ///
     /// # Errors
     /// An incidence that cannot be solved.
-    pub fn choose(period_um: f64, orders: &impl Orders, tolerance: f64) -> Result<Self, GratingError> {
+    pub(super) fn choose(period_um: f64, orders: &impl Orders, tolerance: f64) -> Result<Self, GratingError> {
         let [coarser @ .., finest] = &STEPS_NM;
         let mut step_nm = *finest;
         for &step in coarser {

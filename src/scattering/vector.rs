@@ -21,7 +21,7 @@ pub(crate) struct Scattering<N: Numbers> {
 impl<N: Numbers> Scattering<N> {
     /// Reflection by a bare relief, between two unit vectors above the surface.
     #[inline(always)]
-    pub fn reflection(wi: [N::Real; 3], wo: [N::Real; 3], kind: Obliquity, shadowing: bool) -> Self {
+    pub(crate) fn reflection(wi: [N::Real; 3], wo: [N::Real; 3], kind: Obliquity, shadowing: bool) -> Self {
         let cosines = floored_cosines(wi, wo);
         let q = [wi[0] + wo[0], wi[1] + wo[1], cosines[0] + cosines[1]];
         Self {
@@ -33,7 +33,7 @@ impl<N: Numbers> Scattering<N> {
 
     /// Frequency `f = (u, v)/λ` in cycles/µm and phase rate `κ = 2πw/λ` in rad/µm at a wavelength in nm.
     #[inline(always)]
-    pub fn at(&self, nm: N::Real) -> ([N::Double; 2], N::Real) {
+    pub(crate) fn at(&self, nm: N::Real) -> ([N::Double; 2], N::Real) {
         let wavelength_um = nm * N::Real::lit(1e-3);
         let wavenumber = N::Double::lit(1e3) / N::widen(nm);
         (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / wavelength_um)
