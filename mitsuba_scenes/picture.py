@@ -73,7 +73,7 @@ def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
     """8-bit sRGB of linear pixels times 2^stops, with highlights compressed.
 
     A pixel whose brightest channel p exceeds k = 0.8 is scaled so that p becomes k + 0.2 e/(e + 0.6), e = p − k. The
-    curve tends to 1; both numbers are chosen by eye.
+    curve tends to 1. All three numbers are chosen.
     """
     linear = np.maximum(pixels * 2.0**exposure_stops, 0)
     # One factor for the three channels keeps the hue.

@@ -25,7 +25,7 @@ RESULTS = REPOSITORY / "docs" / "data" / "gpu.json"
 DRY_RESULTS = REPOSITORY / "out" / "bench" / "gpu-dry-run.json"
 # Folder of the card's pictures.
 PICTURES = REPOSITORY / "out" / "bench" / "gpu"
-# Time limit of a whole run in seconds. Chosen: twice the limit fits into a quarter of an hour.
+# Time limit of a whole run in seconds. Chosen: two runs take about a quarter of an hour.
 TIME_S = 480.0
 
 

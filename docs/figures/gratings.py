@@ -71,7 +71,7 @@ PLASMON_PERIOD_UM = 0.8
 PLASMON_NM = 632.8
 # Heights of the silver grating.
 PLASMON_HEIGHTS_UM = (0.01, 0.02, 0.03, 0.04, 0.05, 0.07)
-# Heights of gratings so shallow that the plasmon's angle is that of a flat surface.
+# Heights of two shallow gratings, from whose dips the plasmon's angle at height 0 is extrapolated.
 SHALLOW_UM = (0.002, 0.004)
 # Range in degrees of the fine curve about a plasmon's angle.
 FINE_DEG = 2.0

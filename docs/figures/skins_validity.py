@@ -1,8 +1,8 @@
 """The part `skins-validity`: the model on measured skins against Maxwell's equations.
 
 A crop of a scan, repeated as a tile, is solved by the independent solver of tests/judges/crossed (the *judge*). A
-*form* is the model with one obliquity factor (docs/model.md). *Misplaced* power is the fraction of the power in wrong
-orders.
+*form* is the model with one choice of obliquity factor, energy conservation and shadowing (docs/model.md). *Misplaced*
+power is the fraction of the power in wrong orders.
 """
 
 from __future__ import annotations

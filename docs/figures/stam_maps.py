@@ -18,7 +18,7 @@ PEAKS_SIZE = 401
 # Side of the maps for symmetry in pixels, likewise odd.
 SYMMETRY_SIZE = 101
 CHANNELS = ("red", "green", "blue")
-# Centres of GPU Gems' three bumps, its colours red, green and blue by wavelength.
+# Centres of GPU Gems' three bumps in µm, in the order of CHANNELS.
 GEMS_TOPS_UM = (0.875, 0.75, 0.625)
 # Range of wavelengths of an order in GPU Gems.
 GEMS_RANGE_UM = (0.5, 1.0)

@@ -71,7 +71,7 @@ impl<N: Numbers> ColourView<N> {
         let height_weights = cubic_b_spline_weights(y - row);
         // A turn lies in [−½, 1], so that one addition and at most one subtraction bring the direction into range.
         let wrapped = N::index(column + around - lit(1.0));
-        let mut direction = N::Index::select(directions.le(wrapped), wrapped - directions, wrapped);
+        let mut direction = wrapped - N::Index::select(directions.le(wrapped), directions, index(0));
         let start = offset + N::index(row);
         // [channel][height], so that the four heights fill a vector.
         let mut sums = [[lit(0.0); 4]; 3];

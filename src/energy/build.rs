@@ -87,12 +87,16 @@ pub(super) fn single_wavelength(planes: u32, at: f64) -> Group<1> {
 }
 
 impl<'a, const K: usize> Builder<'a, K> {
-    pub fn new(integral: &'a AlbedoIntegral<'a>, groups: usize, group: &'a (dyn Fn(f64) -> Group<K> + Sync)) -> Self {
+    pub(super) fn new(
+        integral: &'a AlbedoIntegral<'a>,
+        groups: usize,
+        group: &'a (dyn Fn(f64) -> Group<K> + Sync),
+    ) -> Self {
         Self { integral, group, groups, mirrored: integral.is_mirrored(), ridge_cosines: integral.ridge_cosines() }
     }
 
     /// The nodes of a table; `None` where nothing is divided: a dielectric's albedo has no ridges, and none of the coarse grid's exceeds one.
-    pub fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
+    pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
         let coarse_grid = Grid { cells: grid.cells / 2 };
         let coarse_groups = self.groups / 2 + 1;
         let cells = self.gaps() * self.rows(grid) * grid.cells as usize;

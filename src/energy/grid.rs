@@ -48,23 +48,23 @@ pub(super) struct Grid {
 
 impl Grid {
     /// Nodes along a side.
-    pub fn side(self) -> usize {
+    pub(super) fn side(self) -> usize {
         self.cells as usize + 1
     }
 
     /// Nodes of a plane.
-    pub fn in_plane(self) -> usize {
+    pub(super) fn in_plane(self) -> usize {
         self.side() * self.side()
     }
 
     /// The node on the other side of the x axis.
-    pub fn mirrored(self, node: usize) -> usize {
+    pub(super) fn mirrored(self, node: usize) -> usize {
         let row = node / self.side();
         node - row * self.side() + (self.side() - 1 - row) * self.side()
     }
 
     /// The direction at a position in cells, on the horizon if it lies beyond, and its distance from the middle in radii of the disc.
-    pub fn direction(self, at: [f64; 2]) -> (Vec3, f64) {
+    pub(super) fn direction(self, at: [f64; 2]) -> (Vec3, f64) {
         let [x, y] = at.map(|at| 2.0 * at / f64::from(self.cells) - 1.0);
         let radius = x.hypot(y);
         let cos = (1.0 - radius.min(1.0).powi(2)).powi(2).max(RIM_COSINE);
@@ -74,7 +74,7 @@ impl Grid {
     }
 
     /// Whether a node at a distance from the middle, in radii of the disc, touches no cell that overlaps the disc.
-    pub fn is_beyond(self, radius: f64) -> bool {
+    pub(super) fn is_beyond(self, radius: f64) -> bool {
         radius > 1.0 + 8f64.sqrt() / f64::from(self.cells)
     }
 }

@@ -50,13 +50,13 @@ enum Power<'a> {
 
 impl<'a> AlbedoIntegral<'a> {
     /// The accurate integral, which others are judged by; `None` for a table of amplitudes, whose powers do not add.
-    pub fn accurate(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
+    pub(crate) fn accurate(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
         let gaussians = || Power::Gaussians { gaussians: node_gaussians(table), exact_cut: is_limited(table) };
         Self::new(table, options, gaussians, || Power::Table)
     }
 
     /// The integral that tables are built from, good to some thousandths. `None` as in [`AlbedoIntegral::accurate`].
-    pub fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
+    pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
         let gaussians = || Power::Gaussians { gaussians: merged(table), exact_cut: false };
         Self::new(table, options, gaussians, || Power::Grid(PowerGrid::new(table)))
     }
@@ -75,7 +75,7 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Calls `visit` with directions, `V::COUNT` at once, and their parts of `∫ f_r cosθo dωo`. The Fresnel reflectance is left out, the small
     /// slope's factor is included. Lanes left over have parts of zero. With a `ridge`, narrow orders near the horizon lie on it.
-    pub fn visit<V: Values>(
+    pub(crate) fn visit<V: Values>(
         &self,
         wi: Vec3,
         wavelength_nm: f64,
@@ -128,12 +128,12 @@ impl<'a> AlbedoIntegral<'a> {
     }
 
     /// Whether the relief varies along x alone, so that the albedo is mirrored at the x axis.
-    pub fn is_mirrored(&self) -> bool {
+    pub(crate) fn is_mirrored(&self) -> bool {
         self.table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0)
     }
 
     /// Whether all nodes are narrow and few: where one leaves along the surface the albedo has a ridge.
-    pub fn has_ridges(&self) -> bool {
+    pub(crate) fn has_ridges(&self) -> bool {
         match &self.power {
             Power::Gaussians { gaussians, .. } => gaussians.iter().all(|gaussian| !gaussian.merged),
             Power::Table | Power::Grid(_) => false,
@@ -141,14 +141,14 @@ impl<'a> AlbedoIntegral<'a> {
     }
 
     /// Whether the factor is a dielectric's small slope, which vanishes at the horizon instead of having a pole.
-    pub fn is_dielectric(&self) -> bool {
+    pub(crate) fn is_dielectric(&self) -> bool {
         let index = self.options.index.as_ref();
         self.options.obliquity == Obliquity::SmallSlope && index.is_some_and(SpectralIndex::is_dielectric)
     }
 
     /// cosθo at which orders on a ridge are counted: from where a Gaussian about the horizon adds most to where its divisor sets in. None without
     /// ridges.
-    pub fn ridge_cosines(&self) -> Vec<f64> {
+    pub(crate) fn ridge_cosines(&self) -> Vec<f64> {
         if !self.has_ridges() {
             return Vec::new();
         }
@@ -163,7 +163,7 @@ impl<'a> AlbedoIntegral<'a> {
     }
 
     /// Largest number of quadrature nodes among three typical incidences.
-    pub fn points_typical(&self) -> usize {
+    pub(crate) fn points_typical(&self) -> usize {
         let incidences = [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)];
         incidences.map(|(wi, wavelength_um)| self.points(wi, wavelength_um, None).len()).into_iter().fold(1, usize::max)
     }

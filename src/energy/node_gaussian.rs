@@ -93,7 +93,7 @@ impl Ridge {
 impl NodeGaussian<'_> {
     /// Calls `visit` with directions above the horizon, each with a factor and an exponent: `factor·exp(exponent)` is its fraction of the
     /// Gaussian in the plane of direction cosines.
-    pub fn integrate(&self, incidence: &Incidence, mut visit: impl FnMut(Vec3, f64, f64)) {
+    pub(super) fn integrate(&self, incidence: &Incidence, mut visit: impl FnMut(Vec3, f64, f64)) {
         let Incidence { wi, wavelength_um, resolved, phase, exact_cut, ridge } = *incidence;
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
         let widest = sigma[0].max(sigma[1]);

@@ -25,7 +25,7 @@ pub(super) struct PowerGrid {
 }
 
 impl PowerGrid {
-    pub fn new(table: &SpectralTable) -> Self {
+    pub(super) fn new(table: &SpectralTable) -> Self {
         let axes = [&table.lattice().x, &table.lattice().y];
         let sigma = axes.map(|axis| axis.sigma / axis.period_um);
         let per_f = sigma.map(|sigma| 1.0 / (SPACING_SIGMAS * sigma));
@@ -79,7 +79,7 @@ impl PowerGrid {
 
     /// `S(f; κ)` in µm² at a frequency in cycles/µm, brought into the grid, and κ in rad/µm; never negative.
     #[inline]
-    pub fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
+    pub(super) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         let [(ix, tx), (iy, ty)] = [0, 1].map(|c| {
             let at = (f[c] * self.per_f[c] + self.reach[c] as f64).clamp(1.0, (2 * self.reach[c]) as f64 - 1.0 - 1e-6);
             let node = at as usize;

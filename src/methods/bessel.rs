@@ -19,7 +19,7 @@ pub(super) const SMALL_ARGUMENT: f32 = 1e-3;
 /// starts with arbitrary numbers well above x, and `J_0 + 2(J_2 + J_4 + …) = 1` (9.1.46) gives the scale. The start is
 /// `x + 6·∛x + 2`, with the cube root of the largest argument. There J is below 1e-8 for every x up to [`TERMS_MAX`],
 /// and above 1e-30, so nothing overflows. Higher orders are written as zero.
-pub fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]) {
+pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]) {
     let largest = x.into_iter().fold(0.0, f32::max);
     let recurred = x.map(|x| x.max(SMALL_ARGUMENT));
     let above_argument = 6.0 * largest.max(SMALL_ARGUMENT).cbrt() + 2.0;

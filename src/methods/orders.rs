@@ -62,7 +62,7 @@ impl Orders {
     ///
     /// The number of terms and the neighbourhood follow from `tolerance`, a relative error, unless the options give
     /// them. `progress` advances with each pair of terms.
-    pub fn new(
+    pub(super) fn new(
         field: &HeightField,
         coherence_length_um: f64,
         tolerance: f64,
@@ -109,40 +109,40 @@ impl Orders {
     }
 
     /// The terms with the smallest neighbourhood that keeps `tolerance`, and at most the present one.
-    pub fn narrowed(&self, tolerance: f64) -> Self {
+    pub(super) fn narrowed(&self, tolerance: f64) -> Self {
         let needed = self.grid.sharpness.map(|sharpness| orders_needed(sharpness.into(), tolerance) as u32);
         let neighbourhood = self.grid.neighbourhood.min(needed[0].max(needed[1]));
         Self { grid: OrderGrid { neighbourhood, ..self.grid }, ..self.clone() }
     }
 
     /// Numbers of terms and orders that an evaluation sums.
-    pub fn counts(&self) -> OrderCounts {
+    pub(super) fn counts(&self) -> OrderCounts {
         OrderCounts { terms: self.count, neighbourhood: self.grid.neighbourhood as usize }
     }
 
     /// The terms as the shaders read them.
-    pub fn bytes(&self) -> &[u8] {
+    pub(super) fn bytes(&self) -> &[u8] {
         bytemuck::cast_slice(self.terms.as_slice())
     }
 
     /// `p = (u·Lx, v·Ly)/λ`, the position of `q` among the orders.
-    pub fn position(&self, q: [f32; 3], wavelength_um: f32) -> [f32; 2] {
+    pub(super) fn position(&self, q: [f32; 3], wavelength_um: f32) -> [f32; 2] {
         [0, 1].map(|axis| q[axis] / wavelength_um * self.grid.extent_um[axis])
     }
 
     /// The order nearest to a position, and the distance from it.
-    pub fn nearest(position: [f32; 2]) -> ([i32; 2], [f32; 2]) {
+    pub(super) fn nearest(position: [f32; 2]) -> ([i32; 2], [f32; 2]) {
         let order = position.map(|p| floor(p + 0.5));
         (order, [0, 1].map(|axis| position[axis] - order[axis] as f32))
     }
 
     /// Whether an order is held.
-    pub fn holds(&self, order: [i32; 2]) -> bool {
+    pub(super) fn holds(&self, order: [i32; 2]) -> bool {
         (0..2).all(|axis| order[axis].unsigned_abs() <= self.grid.reach[axis].unsigned_abs())
     }
 
     /// `c_j` of an order that is held, as `[re, im]`.
-    pub fn amplitude(&self, order: [i32; 2], weights: &TermWeights) -> [f32; 2] {
+    pub(super) fn amplitude(&self, order: [i32; 2], weights: &TermWeights) -> [f32; 2] {
         let OrderGrid { reach, terms, .. } = self.grid;
         let sign = if order[1] < 0 { -1 } else { 1 };
         let row = (sign * order[1]) * (2 * reach[0] + 1);
@@ -158,7 +158,7 @@ impl Orders {
 
     /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths at which every
     /// order is [`FAINT`] are left out.
-    pub fn densities<T>(
+    pub(super) fn densities<T>(
         &self,
         q: [f32; 3],
         wavelengths_um: impl Iterator<Item = (f32, T)>,
@@ -174,7 +174,7 @@ impl Orders {
     }
 
     /// S in µm² at one wavelength in µm.
-    pub fn density_at(&self, q: [f32; 3], wavelength_um: f32) -> f32 {
+    pub(super) fn density_at(&self, q: [f32; 3], wavelength_um: f32) -> f32 {
         let mut found = 0.0;
         self.densities(q, std::iter::once((wavelength_um, ())), |_, (), density| found = density);
         found

@@ -24,14 +24,14 @@ type Weights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
 impl OrderGrid {
     /// Number of terms to sum at `x = κH`, an even number. Each unit of x below [`OrderGrid::argument_of_terms`] saves
     /// one term.
-    pub fn terms_at(&self, x: f32) -> usize {
+    pub(super) fn terms_at(&self, x: f32) -> usize {
         let spare = (self.argument_of_terms - x).max(0.0) as usize;
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
     /// Computes the coefficients at `w` for several wavelengths, in batches of [`LANES`]. Each wavelength in µm comes
     /// with a value of the caller. `receive` is called with wavelength, value and coefficients.
-    pub fn at_wavelengths<T>(
+    pub(super) fn at_wavelengths<T>(
         &self,
         w: f32,
         mut wavelengths_um: impl Iterator<Item = (f32, T)>,

@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 use wide::{CmpLe, CmpLt, f32x4, f64x4, i32x4, u32x4};
 
 /// Numbers side by side.
-pub const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Four single-precision numbers at a time, over table data that lives for `'a`.
 ///

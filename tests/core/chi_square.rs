@@ -6,7 +6,7 @@ use sunbeam::scattering::Vec3;
 
 /// Smallest accepted probability of the χ² found. Of 10⁴ tests of correct samplers one would fail by chance; seeds are
 /// fixed.
-pub const SIGNIFICANCE: f64 = 1e-4;
+pub(crate) const SIGNIFICANCE: f64 = 1e-4;
 /// Number of samples in a histogram.
 const SAMPLES: usize = 200_000;
 /// Bins that reach beyond this radius are merged with the lost samples: at the horizon the density per area has a pole.
@@ -16,7 +16,7 @@ const POOLED: f64 = 10.0;
 
 /// Bins along one axis, with the density read at `places` points in each.
 #[derive(Clone, Copy)]
-pub struct Bins {
+pub(crate) struct Bins {
     pub count: usize,
     pub low: f64,
     pub width: f64,
@@ -39,7 +39,7 @@ impl Bins {
 ///
 /// # Panics
 /// If the density integrates to more than one.
-pub fn agreement(
+pub(crate) fn agreement(
     [x, y]: [Bins; 2],
     density: impl Fn(Vec3) -> f64 + Sync,
     mut sample: impl FnMut(&mut Random) -> Option<Vec3>,

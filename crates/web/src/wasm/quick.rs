@@ -52,7 +52,7 @@ pub fn share_xml(json: &str, width: u32, height: u32) -> Result<String, JsValue>
     Ok(share::xml(&read(json)?, (width, height)))
 }
 
-/// The entries of the page's lists, as JSON ([`crate::catalogue`]).
+/// The entries of the page's lists, as JSON ([`crate::catalogue()`]).
 #[wasm_bindgen]
 pub fn catalogue() -> String {
     all().to_string()
