@@ -126,7 +126,7 @@ impl Surface {
 /// Value and density of a lobe. `carried` are the wavelengths or the colour space, and `four` turns the lobe's value
 /// into four numbers.
 #[inline(always)]
-fn evaluated<N: Numbers, C, T: Lobe<N, C>>(
+fn evaluated<N: Numbers, C: Copy, T: Lobe<N, C>>(
     lobe: &T,
     part: Part,
     query: Query<N>,
