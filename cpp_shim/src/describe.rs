@@ -7,7 +7,7 @@ use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
 /// The parameters of a surface.
-pub fn config(config: &SurfaceConfig) -> String {
+pub(crate) fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
             let size = |name, given: Option<f64>| given.map(|v| format!(", {name} {v} µm")).unwrap_or_default();
@@ -34,7 +34,7 @@ pub fn config(config: &SurfaceConfig) -> String {
 }
 
 /// The tables of a surface of scalar theory in spectral variants.
-pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
+pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
     let scaled = report.energy.map_or(String::new(), |energy| {
         format!(
@@ -56,7 +56,7 @@ pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
 }
 
 /// The tables of a surface of scalar theory in RGB and mono variants.
-pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
+pub(crate) fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     let report = surface.report();
     let bytes = report.table_bytes + report.sampler_bytes + report.albedo_bytes;
     let included = if surface.reference().is_some() { "included" } else { "applied per sample" };
@@ -72,7 +72,7 @@ pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
 }
 
 /// The tables of a grating of rigorous theory, `bytes` in size.
-pub fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
+pub(crate) fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
     let report = grating.report();
     format!(
         "orders by Maxwell's equations in tables of {:.2} MB, {origin} ({:.2} s to build), {} incidences solved, root \

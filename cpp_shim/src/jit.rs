@@ -9,7 +9,7 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-pub use ffi::*;
+pub(crate) use ffi::*;
 
 #[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam::jit")]
@@ -87,7 +87,7 @@ mod ffi {
 }
 
 /// State of a loop and its operations.
-pub trait Steps {
+pub(crate) trait Steps {
     /// Visits the index of each variable of the state.
     fn read(&self, visit: &mut dyn FnMut(u32));
     /// Replaces the variables of the state.
@@ -99,19 +99,19 @@ pub trait Steps {
 }
 
 /// A loop that C++ records with callbacks to [`Steps`].
-pub struct Loop<'a> {
+pub(crate) struct Loop<'a> {
     steps: &'a mut dyn Steps,
     panic: Option<Box<dyn Any + Send>>,
 }
 
 impl<'a> Loop<'a> {
     /// A loop over `steps`, for [`run_loop`].
-    pub fn new(steps: &'a mut dyn Steps) -> Self {
+    pub(crate) fn new(steps: &'a mut dyn Steps) -> Self {
         Self { steps, panic: None }
     }
 
     /// The payload of a panic that ended the loop.
-    pub fn panicked(self) -> Option<Box<dyn Any + Send>> {
+    pub(crate) fn panicked(self) -> Option<Box<dyn Any + Send>> {
         self.panic
     }
 

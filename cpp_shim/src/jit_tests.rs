@@ -1,6 +1,6 @@
 //! Functions of Dr.Jit that the tests of tracing need beside `jit`.
 
-pub use ffi::*;
+pub(crate) use ffi::*;
 
 #[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam::jit")]

@@ -75,7 +75,7 @@ fn write_warnings() {
 
 /// Runs `build` on another thread, and writes its progress and the library's warnings to Mitsuba's log from this one.
 /// Threads that Mitsuba did not start must not call it.
-pub fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
+pub(crate) fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
     if log::set_logger(&WarningLogger).is_ok() {
         log::set_max_level(LevelFilter::Warn);
     }

@@ -11,7 +11,7 @@ use std::marker::PhantomData;
 
 /// Reason that tracing failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TraceError {
+pub(crate) enum TraceError {
     #[error("Dr.Jit could not trace the surface: {0}")]
     Jit(String),
     #[error("a surface cannot be traced while another is")]
@@ -19,24 +19,24 @@ pub enum TraceError {
 }
 
 /// Ties a handle to the scope that owns its variable: an invariant lifetime, on one thread.
-pub type Brand<'s> = PhantomData<(fn(&'s ()) -> &'s (), *mut ())>;
+pub(crate) type Brand<'s> = PhantomData<(fn(&'s ()) -> &'s (), *mut ())>;
 
 /// An open scope. It owns all variables created while it is open, and releases them when it ends.
 #[derive(Clone, Copy)]
-pub struct Scope<'s>(Brand<'s>);
+pub(crate) struct Scope<'s>(Brand<'s>);
 
 /// A reference to a variable that survives the scope.
 #[derive(Debug)]
-pub struct Owned(u32);
+pub(crate) struct Owned(u32);
 
 impl Owned {
     /// A new reference to a variable.
-    pub fn of(_: Scope<'_>, index: u32) -> Self {
+    pub(crate) fn of(_: Scope<'_>, index: u32) -> Self {
         Self(if index == 0 { 0 } else { jit::retain(index) })
     }
 
     /// Passes the reference on to the caller.
-    pub fn into_index(mut self) -> u32 {
+    pub(crate) fn into_index(mut self) -> u32 {
         std::mem::take(&mut self.0)
     }
 }
@@ -67,7 +67,7 @@ thread_local! {
 ///
 /// # Errors
 /// Dr.Jit's first error message, or a call inside another scope.
-pub fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) -> Result<R, TraceError> {
+pub(crate) fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) -> Result<R, TraceError> {
     struct Close;
     impl Drop for Close {
         fn drop(&mut self) {
@@ -93,12 +93,12 @@ pub fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) -> Resu
 }
 
 /// The open scope's backend, `None` outside of one.
-pub fn backend() -> Option<u32> {
+pub(crate) fn backend() -> Option<u32> {
     OPEN.with_borrow(|open| open.as_ref().map(|open| open.backend))
 }
 
 /// Passes a variable to the open scope; without one, releases it and returns 0.
-pub fn own(index: u32) -> u32 {
+pub(crate) fn own(index: u32) -> u32 {
     if index == 0 {
         return 0;
     }
@@ -115,12 +115,12 @@ pub fn own(index: u32) -> u32 {
 }
 
 /// Number of variables that the open scope owns.
-pub fn owned() -> usize {
+pub(crate) fn owned() -> usize {
     OPEN.with_borrow(|open| open.as_ref().map_or(0, |open| open.owned.len()))
 }
 
 /// Releases the variables at these positions in the scope's list.
-pub fn release(range: std::ops::Range<usize>) {
+pub(crate) fn release(range: std::ops::Range<usize>) {
     OPEN.with_borrow_mut(|open| {
         if let Some(open) = open {
             open.owned.drain(range).for_each(jit::release);

@@ -15,10 +15,10 @@ use sunbeam::numeric::{Index, Mask, Number, Numbers, Real, State};
 
 /// The family of traced numbers of one scope.
 #[derive(Clone, Copy)]
-pub struct Traced<'s>(Brand<'s>);
+pub(crate) struct Traced<'s>(Brand<'s>);
 
 /// A variable whose elements are `T`: `f32`, `f64`, `u32` or `bool`.
-pub struct Var<'s, T> {
+pub(crate) struct Var<'s, T> {
     /// Index of the variable; 0 after an error, which the scope reports at its end.
     index: u32,
     kind: PhantomData<T>,
@@ -27,10 +27,10 @@ pub struct Var<'s, T> {
 
 /// An array of 32-bit table data in the backend's memory.
 #[derive(Clone, Copy)]
-pub struct WordsVar<'s>(u32, Brand<'s>);
+pub(crate) struct WordsVar<'s>(u32, Brand<'s>);
 
 /// Element types of variables.
-pub trait Element: Copy {
+pub(crate) trait Element: Copy {
     /// A new variable with one value.
     fn constant(backend: u32, value: Self) -> u32;
 }
@@ -56,7 +56,7 @@ impl<T> Copy for Var<'_, T> {}
 
 impl<'s, T: Element> Var<'s, T> {
     /// A variable of elements `T` that the caller keeps alive until the scope ends. Index 0 becomes the scope's error.
-    pub fn borrowed(_: Scope<'s>, index: u32) -> Self {
+    pub(crate) fn borrowed(_: Scope<'s>, index: u32) -> Self {
         if index == 0 {
             jit::keep_error("an argument is an empty array");
         }
@@ -64,7 +64,7 @@ impl<'s, T: Element> Var<'s, T> {
     }
 
     /// A reference that survives the scope.
-    pub fn owned(self, scope: Scope<'s>) -> Owned {
+    pub(crate) fn owned(self, scope: Scope<'s>) -> Owned {
         Owned::of(scope, self.index)
     }
 
@@ -81,7 +81,7 @@ impl<'s, T: Element> Var<'s, T> {
 
 impl<'s> WordsVar<'s> {
     /// An array of `u32` that the caller keeps alive until the scope ends. An array that is never read may be 0.
-    pub fn borrowed(_: Scope<'s>, index: u32) -> Self {
+    pub(crate) fn borrowed(_: Scope<'s>, index: u32) -> Self {
         Self(index, PhantomData)
     }
 }
