@@ -9,32 +9,33 @@ use crate::scattering::Vec3;
 use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 
-/// Cells along a side and planes of wavelength, by the largest number of quadrature nodes of an integral. The fewer the nodes, the narrower the orders
-/// and the ridges. Cells are even and planes odd, so that every other node makes a grid.
+/// Cells along a side and planes of wavelength, by the largest number of quadrature nodes of an integral. The fewer the
+/// nodes, the narrower the orders and the ridges. Cells are even and planes odd, so that every other node makes a grid.
 const RESOLUTIONS: [(usize, u32, u32); 4] = [(400, 48, 17), (1000, 32, 11), (4000, 20, 9), (usize::MAX, 16, 7)];
 /// Fewest cells along a side where orders have ridges.
 const CELLS_OF_RIDGES: u32 = 24;
-/// Margin of the divisor, relative to it, for errors of interpolation. Chosen: at 0.015 no albedo found on a grating exceeds one, and their mean is
-/// lower by 0.01.
+/// Margin of the divisor, relative to it, for errors of interpolation. Chosen: at 0.015 no albedo found on a grating
+/// exceeds one, and the means are lower by 0.003 to 0.008.
 const MARGIN: f64 = 0.007;
 /// Cells along a side from which ridges need no larger margin; with fewer it is larger by the ratio.
 const MARGIN_CELLS: f64 = 48.0;
 /// Excess of the divisor over one from which it gets the whole margin.
 const MARGIN_FROM: f64 = 0.05;
-/// Relative increase of the excess at the horizon, falling by e² per cell: `(A − 1)·cos²θ` is concave in the outermost cells. Chosen: 1 leaves albedos
-/// of 1.08 beyond 89°, and light that grazes so carries next to no power.
+/// Relative increase of the excess at the horizon, falling by e² per cell: `(A − 1)·cos²θ` is concave in the outermost
+/// cells. Chosen; light that grazes so carries next to no power.
 const RIM_INCREASE: f64 = 3.0;
-/// Relative increase of the excess of orders with ridges at the horizon, falling as `(1 − cosθ)¹⁶`, to a tenth at 82°: ridges are narrowest there. Chosen: at 0.3 albedos
-/// of a window of 5 µm reach 1.03 beyond 85°.
+/// Relative increase of the excess of orders with ridges at the horizon, falling as `(1 − cosθ)¹⁶`, to a tenth at 82°:
+/// ridges are narrowest there. Chosen: at 0.3 albedos of a window of 5 µm reach 1.03 beyond 85°.
 const GRAZING_INCREASE: f64 = 0.6;
-/// Relative increase of the excess per unit of it: a large divisor changes much within a cell. It acts on reliefs some µm deep.
+/// Relative increase of the excess per unit of it: a large divisor changes much within a cell. It acts on reliefs some
+/// µm deep.
 const LARGE_INCREASE: f64 = 0.007;
-/// Excess over one that is taken for an error of the quadrature.
+/// Excess of t over one that is taken for an error of the quadrature. Chosen.
 const NEGLIGIBLE: f64 = 3e-4;
-/// Iterations for t. Each lowers it and any is a bound; a fifth would change it by less than a thousandth.
+/// Iterations for t. Each lowers it and any of them is a bound, so that more only spare light. Chosen.
 const STEPS: usize = 4;
-/// Half-sides of a node's box ([`Ridge`]) in cells along x and y, and in groups along the wavelength. With 0.6 and 0.5 albedos reach 1.04;
-/// with a whole cell their mean is lower by 0.01.
+/// Half-sides of a node's box ([`Ridge`]) in cells along x and y, and in groups along the wavelength. With 0.6 and 0.5
+/// albedos reach 1.04; with a whole cell their mean is lower by 0.01.
 const BOX: [f64; 2] = [0.7, 0.6];
 
 /// Directions side by side.
@@ -95,7 +96,8 @@ impl<'a, const K: usize> Builder<'a, K> {
         Self { integral, group, groups, mirrored: integral.is_mirrored(), ridge_cosines: integral.ridge_cosines() }
     }
 
-    /// The nodes of a table; `None` where nothing is divided: a dielectric's albedo has no ridges, and none of the coarse grid's exceeds one.
+    /// The nodes of a table; `None` where nothing is divided: a dielectric's albedo has no ridges, and none of the
+    /// coarse grid's exceeds one.
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
         let coarse_grid = Grid { cells: grid.cells / 2 };
         let coarse_groups = self.groups / 2 + 1;
@@ -132,7 +134,8 @@ impl<'a, const K: usize> Builder<'a, K> {
         (self.groups - 1).max(1)
     }
 
-    /// Nodes of every `stride`-th group: a without known divisors, t with them, and with the orders on their ridges in the table's own grid.
+    /// Nodes of every `stride`-th group: a without known divisors, t with them, and with the orders on their ridges in
+    /// the table's own grid.
     fn nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
         let integrals = self.integrals(grid);
         let groups = (self.groups - 1) / stride + 1;
@@ -173,7 +176,8 @@ impl<'a, const K: usize> Builder<'a, K> {
         Nodes { grid, values: values.collect() }
     }
 
-    /// Raises the corners of cells in whose centre the table, linear between nodes, lies below t. Cells with nothing to divide at any corner are left.
+    /// Raises the corners of cells in whose centre the table, linear between nodes, lies below t. Cells with nothing to
+    /// divide at any corner are left.
     fn raise_to_centres(&self, nodes: &mut Nodes<K>, b: Known<K>, steps: &Steps) {
         let grid = nodes.grid;
         let (cells, rows) = (grid.cells as usize, self.rows(grid));

@@ -1,4 +1,5 @@
-//! The divisor of red, green and blue, for renderers that carry colours instead of wavelengths. `methods/albedo.wgsl` is its twin in WGSL.
+//! The divisor of red, green and blue, for renderers that carry colours instead of wavelengths. `methods/albedo.wgsl`
+//! is its twin in WGSL.
 
 use super::build::{Builder, Group};
 use super::grid::{Grid, GridPlace, place};
@@ -12,9 +13,10 @@ use serde::{Deserialize, Serialize};
 
 /// Number of bands: red, green and blue.
 const BANDS: usize = 3;
-/// Wavelengths of an integral over the bands.
+/// Wavelengths of an integral over the bands without ridges. Chosen.
 const WAVELENGTHS: usize = 12;
-/// Wavelengths of an integral over the bands where narrow orders have ridges, which pass within some 10 nm.
+/// Wavelengths of an integral over the bands where narrow orders have ridges. Chosen, so that the test of bands holds
+/// 1.01.
 const WAVELENGTHS_OF_RIDGES: usize = 32;
 /// Cells along a side. Ridges are spread over a band, so the grids of wavelengths would be finer than needed.
 const CELLS: u32 = 16;
@@ -25,8 +27,8 @@ const WORDS: usize = 8;
 
 /// The divisor `max(1, A)` of the reflectance in linear sRGB under D65, with the weights of [`WavelengthWeights`].
 ///
-/// It is an [`AlbedoTable`](super::AlbedoTable) with bands in place of wavelengths. A band's reflectance may be negative for some directions,
-/// out of gamut, and its albedo includes them.
+/// It is an [`AlbedoTable`](super::AlbedoTable) with bands in place of wavelengths. A band's reflectance may be
+/// negative for some directions, out of gamut, and its albedo includes them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ColourAlbedoTable {
     layout: AlbedoLayout,
@@ -59,8 +61,8 @@ impl ColourAlbedoTable {
         Some(Self { layout, words: words.collect() })
     }
 
-    /// Arrangement: `[y][x]`, cells of eight words, two for each band and two of padding. A band's first word holds the corners (x, y) and
-    /// (x + 1, y), its second (x, y + 1) and (x + 1, y + 1).
+    /// Arrangement: `[y][x]`, cells of eight words, two for each band and two of padding. A band's first word holds the
+    /// corners (x, y) and (x + 1, y), its second (x, y + 1) and (x + 1, y + 1).
     pub fn layout(&self) -> &AlbedoLayout {
         &self.layout
     }

@@ -1,14 +1,15 @@
 //! A square grid over the disc of directions.
 //!
-//! `X = x/√((1 + √cosθ)(1 + cosθ))`, and Y alike, lie in the unit disc: `X² + Y² = 1 − √cosθ`. The map needs no trigonometry, is regular at the
-//! normal, and is fine towards the horizon, where albedos change most.
+//! `X = x/√((1 + √cosθ)(1 + cosθ))`, and Y alike, lie in the unit disc: `X² + Y² = 1 − √cosθ`. The map needs no
+//! trigonometry, is regular at the normal, and is fine towards the horizon, where albedos change most.
 
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Vec3;
 
 /// Smallest cosine that is told from the horizon, as in [`crate::scattering::Pair`].
 const COSINE_MIN: f64 = 1e-7;
-/// cosθ at which nodes on the horizon and beyond it are evaluated. Chosen: a thousandth of the outermost cell of the finest grid.
+/// cosθ at which nodes on the horizon and beyond it are evaluated. Chosen: small against 0.007, one cell of the finest
+/// grid inside.
 const RIM_COSINE: f64 = 1e-4;
 
 /// A direction's place in a grid.
@@ -63,7 +64,8 @@ impl Grid {
         node - row * self.side() + (self.side() - 1 - row) * self.side()
     }
 
-    /// The direction at a position in cells, on the horizon if it lies beyond, and its distance from the middle in radii of the disc.
+    /// The direction at a position in cells, on the horizon if it lies beyond, and its distance from the middle in
+    /// radii of the disc.
     pub(super) fn direction(self, at: [f64; 2]) -> (Vec3, f64) {
         let [x, y] = at.map(|at| 2.0 * at / f64::from(self.cells) - 1.0);
         let radius = x.hypot(y);

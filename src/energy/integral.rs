@@ -1,5 +1,6 @@
-//! The albedo by quadrature over the hemisphere, `A(wi, λ) = Σ_m F(wi, wo_m)·P_m`: quadrature nodes in directions wo_m, each with its part of the
-//! power that the table holds and the angular factor F of the two directions (`O·M`, or `Q·M` of a small slope).
+//! The albedo by quadrature over the hemisphere, `A(wi, λ) = Σ_m F(wi, wo_m)·P_m`: quadrature nodes in directions wo_m,
+//! each with its part of the power that the table holds and the angular factor F of the two directions (`O·M`, or `Q·M`
+//! of a small slope).
 //!
 //! Tables of narrow nodes are integrated node by node, tables of wide nodes over the hemisphere.
 
@@ -12,9 +13,10 @@ use crate::table::{NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENG
 use std::collections::BTreeMap;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Width of a panel of 16 quadrature nodes in standard deviations of a table's node. Chosen: two Gaussians side by side fill it.
+/// Width of a panel of 16 quadrature nodes in standard deviations of a table's node. Chosen.
 const PANEL_SIGMAS: f64 = 18.0;
-/// Largest number of panels of an integral over the hemisphere; with more, nodes are integrated one by one, which is then quicker.
+/// Largest number of panels of an integral over the hemisphere; with more, nodes are integrated one by one, which is
+/// then quicker.
 const PANELS_MAX: f64 = 24.0;
 /// Up to this many nodes are integrated separately in fast integrals; beyond it the weaker are merged.
 const SEPARATE_ALL: usize = 640;
@@ -25,11 +27,13 @@ const MERGED_SIDE: f64 = 0.14;
 
 /// Wavelength in µm whose Gaussians place the ridges: the middle of what the eye sees.
 const MIDDLE_UM: f64 = 0.55;
-/// Largest cosθo of a ridge. Measured: to 0.3, albedos of deep sinusoids reach 1.05.
+/// Largest cosθo of a ridge. Measured on a steep sinusoid: 0.3 leaves albedos of 1.05.
 const RIDGE_COSINE_MAX: f64 = 0.45;
-/// Largest ratio of neighbouring cosines of ridges. Measured: 1.9 leaves 1.013 where 1.55 leaves 1.005.
+/// Largest ratio of neighbouring cosines of ridges. Measured on a steep sinusoid: 1.7 leaves albedos of 1.013, 1.55 of
+/// 1.005.
 const RIDGE_RATIO: f64 = 1.55;
-/// Smallest cosθo of a ridge, for Gaussians narrower than those of sunlight (65 µm). Nearer to the horizon the divisor takes a ridge away.
+/// Smallest cosθo of a ridge, for Gaussians narrower than those of sunlight (65 µm). Nearer to the horizon the divisor
+/// takes a ridge away.
 const RIDGE_COSINE_MIN: f64 = 0.07;
 
 /// The integral of one ensemble table, at any incidence and wavelength.
@@ -55,7 +59,8 @@ impl<'a> AlbedoIntegral<'a> {
         Self::new(table, options, gaussians, || Power::Table)
     }
 
-    /// The integral that tables are built from, good to some thousandths. `None` as in [`AlbedoIntegral::accurate`].
+    /// The integral that tables are built from, good to less than a hundredth. `None` as in
+    /// [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
         let gaussians = || Power::Gaussians { gaussians: merged(table), exact_cut: false };
         Self::new(table, options, gaussians, || Power::Grid(PowerGrid::new(table)))
@@ -73,8 +78,9 @@ impl<'a> AlbedoIntegral<'a> {
         })
     }
 
-    /// Calls `visit` with directions, `V::COUNT` at once, and their parts of `∫ f_r cosθo dωo`. The Fresnel reflectance is left out, the small
-    /// slope's factor is included. Lanes left over have parts of zero. With a `ridge`, narrow orders near the horizon lie on it.
+    /// Calls `visit` with directions, `V::COUNT` at once, and their parts of `∫ f_r cosθo dωo`. The Fresnel reflectance
+    /// is left out, the small slope's factor is included. Lanes left over have parts of zero. With a `ridge`, narrow
+    /// orders near the horizon lie on it.
     pub(crate) fn visit<V: Values>(
         &self,
         wi: Vec3,
@@ -134,9 +140,16 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Whether all nodes are narrow and few: where one leaves along the surface the albedo has a ridge.
     pub(crate) fn has_ridges(&self) -> bool {
+        self.separate_orders().is_some_and(|orders| orders <= SEPARATE_ALL)
+    }
+
+    /// Number of narrow nodes; `None` if nodes are merged or wide.
+    fn separate_orders(&self) -> Option<usize> {
         match &self.power {
-            Power::Gaussians { gaussians, .. } => gaussians.iter().all(|gaussian| !gaussian.merged),
-            Power::Table | Power::Grid(_) => false,
+            Power::Gaussians { gaussians, .. } => {
+                gaussians.iter().all(|gaussian| !gaussian.merged).then_some(gaussians.len())
+            }
+            Power::Table | Power::Grid(_) => None,
         }
     }
 
@@ -146,10 +159,10 @@ impl<'a> AlbedoIntegral<'a> {
         self.options.obliquity == Obliquity::SmallSlope && index.is_some_and(SpectralIndex::is_dielectric)
     }
 
-    /// cosθo at which orders on a ridge are counted: from where a Gaussian about the horizon adds most to where its divisor sets in. None without
-    /// ridges.
+    /// cosθo at which orders on a ridge are counted: from where a Gaussian about the horizon adds most to where its
+    /// divisor sets in. One in the middle where orders are many and ridges low; none where nodes are merged or wide.
     pub(crate) fn ridge_cosines(&self) -> Vec<f64> {
-        if !self.has_ridges() {
+        if self.separate_orders().is_none() {
             return Vec::new();
         }
         let sigma = MIDDLE_UM
@@ -158,6 +171,9 @@ impl<'a> AlbedoIntegral<'a> {
                 .into_iter()
                 .fold(0.0, f64::max);
         let first = peak_cosine(sigma).clamp(RIDGE_COSINE_MIN, RIDGE_COSINE_MAX);
+        if !self.has_ridges() {
+            return vec![(first * RIDGE_COSINE_MAX).sqrt()];
+        }
         let count = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
         (0..=count as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / count.max(1.0))).collect()
     }
@@ -260,7 +276,8 @@ fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     .collect()
 }
 
-/// A Gaussian for each of the strongest nodes, and one for all others of each square; for every node where there are few.
+/// A Gaussian for each of the strongest nodes, and one for all others of each square; for every node where there are
+/// few.
 fn merged(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let mut gaussians = node_gaussians(table);
     if gaussians.len() <= SEPARATE_ALL && !is_limited(table) {
@@ -268,7 +285,7 @@ fn merged(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     }
     let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|part| NodeCurve::new(table, part * table.kappa_max()));
     let strength = |node: &NodeGaussian| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
-    // Strengths sum to a few at most; integers sort.
+    // Integers sort.
     gaussians.sort_by_cached_key(|node| std::cmp::Reverse((strength(node) * 1e12) as u64));
     let mut squares: BTreeMap<[i64; 2], Vec<(f64, NodeGaussian<'_>)>> = BTreeMap::new();
     for node in gaussians.split_off(SEPARATE.min(gaussians.len())) {
@@ -279,8 +296,12 @@ fn merged(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     gaussians
 }
 
-/// One Gaussian for several nodes of equal width with their weights: the sum of their records, their centre and their spread.
-fn joined(nodes: Vec<(f64, NodeGaussian<'_>)>) -> NodeGaussian<'_> {
+/// One Gaussian for several nodes of equal width with their weights: the sum of their records, their centre and their
+/// spread.
+fn joined(mut nodes: Vec<(f64, NodeGaussian<'_>)>) -> NodeGaussian<'_> {
+    if nodes.len() == 1 {
+        return nodes.swap_remove(0).1;
+    }
     let total: f64 = nodes.iter().map(|node| node.0).sum();
     let mean =
         |of: &dyn Fn(&NodeGaussian) -> f64| nodes.iter().map(|(weight, node)| weight * of(node)).sum::<f64>() / total;
@@ -307,7 +328,8 @@ mod tests {
         sum
     }
 
-    /// Calls `check` with the fast integral of several reliefs, whether each varies along x alone, and 200 random incidences.
+    /// Calls `check` with the fast integral of several reliefs, whether each varies along x alone, and 200 random
+    /// incidences.
     fn each_incidence(check: impl Fn(&AlbedoIntegral, bool, Vec3, f64)) {
         let mut random = Random::new(5);
         let relief = |random: &mut Random, nx, ny, height_um: f64| {

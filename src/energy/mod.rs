@@ -10,12 +10,14 @@
 //!      the integral over t falls with t, and at t = max(1, A(wi)) it bounds a'
 //! ```
 //!
-//! t is below a where narrow orders leave along the surface: a has a pole there, of light that the divisor of its own direction takes away.
+//! t is below a where narrow orders leave along the surface: a has a pole there, of light that the divisor of its own
+//! direction takes away.
 //!
-//! [`AlbedoTable`] holds A, linear between nodes. Nodes of a grid half as fine get a, and then t with b from these; nodes of the table get t
-//! with b from those, and a margin. t still has ridges, narrower than a cell, where an order passes the horizon. Nodes therefore also get the t of
-//! orders moved onto their ridge, wherever a ridge crosses the box that the node stands for ([`node_gaussian::Ridge`]). Between
-//! nodes an albedo of 1.01 may remain (docs/tables.md, "Energy").
+//! [`AlbedoTable`] holds A, linear between nodes. Nodes of a grid half as fine get a, and then t with b from these;
+//! nodes of the table get t with b from those, and a margin. t still has ridges, narrower than a cell, where an order
+//! passes the horizon. Nodes therefore also get the t of orders moved onto their ridge, wherever a ridge crosses the
+//! box that the node stands for ([`node_gaussian::Ridge`]). Between nodes an albedo of 1.01 may remain (docs/tables.md,
+//! "Energy").
 
 mod build;
 mod colour;
@@ -58,10 +60,10 @@ pub struct AlbedoLayout {
 
 /// The divisor A of a direction and a wavelength as a table.
 ///
-/// A node holds `(A − 1)·cos²θ`: zero where nothing is divided, and finite at the horizon, where A has a pole (of the first order for narrow
-/// orders, of the second for orders wider than cosθ). A cell is a packet of four words, so that one read serves a look-up: the corners
-/// (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of its lower plane of wavelength and then of its upper, as 16-bit floats (bfloat16), rounded
-/// up.
+/// A node holds `(A − 1)·cos²θ`: zero where nothing is divided, and finite at the horizon, where A has a pole (of the
+/// first order for narrow orders, of the second for orders wider than cosθ). A cell is a packet of four words, so that
+/// one read serves a look-up: the corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of its lower plane of
+/// wavelength and then of its upper, as 16-bit floats (bfloat16), rounded up.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
@@ -80,7 +82,8 @@ pub struct AlbedoTable {
 }
 
 impl AlbedoTable {
-    /// The table of an ensemble, with the means before and after division; `None` for a table of amplitudes, whose powers do not add.
+    /// The table of an ensemble, with the means before and after division; `None` for a table of amplitudes, whose
+    /// powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
         let integral = AlbedoIntegral::fast(table, options)?;
         let (cells, planes) = resolution(&integral);
@@ -137,7 +140,8 @@ impl AlbedoTable {
         AlbedoView { layout: self.layout, words: &self.words }
     }
 
-    /// `1/max(1, A(wi), A(wo))` in double precision, of directions of unit length above the surface and a wavelength in nm.
+    /// `1/max(1, A(wi), A(wo))` in double precision, of directions of unit length above the surface and a wavelength in
+    /// nm.
     pub fn factor(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         self.view::<f64>().factor(wi, wo, wavelength_nm, true)
     }

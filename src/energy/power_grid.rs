@@ -1,6 +1,6 @@
 //! The power of a table of wide nodes on a grid of frequencies, for integrals by the thousand.
 
-use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, NodeCurve, SpectralTable};
+use crate::table::{HEADER, NodeCurve, SpectralTable, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 
 /// Spacing of the grid in standard deviations of a node.
@@ -30,7 +30,7 @@ impl PowerGrid {
         let sigma = axes.map(|axis| axis.sigma / axis.period_um);
         let per_f = sigma.map(|sigma| 1.0 / (SPACING_SIGMAS * sigma));
         let reach = [0, 1].map(|c| {
-            let known = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
+            let known = (axes[c].cutoff / axes[c].period_um).min(2e3 / WAVELENGTH_MIN_NM);
             (known * per_f[c]).ceil() as usize + 2
         });
         let steps_per_kappa = (STEPS_A_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
@@ -53,9 +53,9 @@ impl PowerGrid {
         let at = |c: usize, j: i64| j as f64 / axes[c].period_um * per_f[c] + reach[c] as f64;
         let spread = REACH_SIGMAS / SPACING_SIGMAS;
         let near = |c: usize, centre: f64, count: usize| {
-            let (kernel, nodes) = (axes[c].kernel, axes[c].period_um / per_f[c]);
+            let (joining, nodes) = (axes[c].kernel, axes[c].period_um / per_f[c]);
             let (low, high) = ((centre - spread).ceil().max(0.0) as usize, (centre + spread).floor().max(-1.0) as i64);
-            (low..count.min((high + 1) as usize)).map(move |i| (i, kernel.weight((i as f64 - centre) * nodes) as f32))
+            (low..count.min((high + 1) as usize)).map(move |i| (i, joining.weight((i as f64 - centre) * nodes) as f32))
         };
         let mut by_row = vec![Vec::new(); rows];
         for ((jx, jy, _), powers) in kept.iter().zip(&of_nodes) {
@@ -99,8 +99,8 @@ impl PowerGrid {
     }
 }
 
-/// Weights of the four nodes around a place, of which the second lies `t` before it, of the cubic that goes through nodes with the slopes
-/// of their neighbours.
+/// Weights of the four nodes around a place, of which the second lies `t` before it, of the cubic that goes through
+/// nodes with the slopes of their neighbours.
 fn cubic_weights(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-0.5 * t * s * s, 1.0 + t * t * (1.5 * t - 2.5), 1.0 + s * s * (1.5 * s - 2.5), -0.5 * s * t * t]
@@ -118,7 +118,8 @@ mod tests {
     /// The grid stands for the table however nodes are joined, up to the largest κ that directions have.
     #[test]
     fn the_grid_is_the_table() {
-        // A third of a knot from step to step: linear between these it is off by some 10⁻³ of what bends with a period of a few knots.
+        // A third of a knot from step to step: linear between these it is off by some 10⁻³ of what bends with a period
+        // of a few knots.
         const MEAN: f64 = 1e-3;
         const EACH: f64 = 5e-3;
         let mut random = Random::new(3);

@@ -1,14 +1,14 @@
 //! Quadrature rules, and a grid of directions over the hemisphere that is smooth at the horizon.
 //!
-//! With `y = sin α` and `x = cos α sin ψ` a direction has `cosθ = cos α cos ψ` and `cosθ dω = dx dy = cos α · cosθ dα dψ`. The cosine that
-//! the obliquity factor divides by cancels, and nodes crowd towards the horizon.
+//! With `y = sin α` and `x = cos α sin ψ` a direction has `cosθ = cos α cos ψ` and `cosθ dω = dx dy = cos α · cosθ dα
+//! dψ`. The cosine that the obliquity factor divides by cancels, and nodes crowd towards the horizon.
 
 use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Incident cosine below which panels of their own follow the horizon: the obliquity factor divides by `(cosθi + cosθo)²`.
-/// Chosen: 88.3°, from where a panel that starts at the horizon no longer resolves the factor.
+/// Incident cosine below which panels of their own follow the horizon: the obliquity factor divides by `(cosθi +
+/// cosθo)²`. Chosen.
 const GRAZING_COS: f64 = 0.03;
 /// Width of the horizon's panels in incident cosines. Chosen: beyond it the factor has fallen to 1/80.
 const HORIZON_COSINES: f64 = 8.0;
@@ -57,8 +57,8 @@ pub(super) struct Angle {
     pub weight: f64,
 }
 
-/// Calls `visit` with directions and their areas `cosθ dω` over the part of the hemisphere whose direction cosines along x and y lie within
-/// `bounds`. Panels of 16 nodes are at most `widest` radians wide along x and y.
+/// Calls `visit` with directions and their areas `cosθ dω` over the part of the hemisphere whose direction cosines
+/// along x and y lie within `bounds`. Panels of 16 nodes are at most `widest` radians wide along x and y.
 pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mut visit: impl FnMut(Vec3, f64)) {
     let edge = FRAC_PI_2 - if cos_i < GRAZING_COS { HORIZON_COSINES * cos_i } else { 0.0 };
     let [bounds_x, bounds_y] = bounds.map(|[low, high]| [low.max(-1.0), high.min(1.0)]);
@@ -93,7 +93,8 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
     }
 }
 
-/// Quadrature nodes between two angles: `rule` in each of the fewest equal panels no wider than `widest`. None where `high ≤ low`.
+/// Quadrature nodes between two angles: `rule` in each of the fewest equal panels no wider than `widest`. None where
+/// `high ≤ low`.
 pub(super) fn in_panels<const PAIRS: usize>(
     [low, high]: [f64; 2],
     widest: f64,

@@ -8,7 +8,8 @@ use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Incident angle, in degrees, up to which the largest albedo is reported; beyond it the pole at the horizon tells nothing of the surface.
+/// Incident angle, in degrees, up to which the largest albedo is reported; beyond it the pole at the horizon tells
+/// nothing of the surface.
 const LARGEST_BELOW_DEG: f64 = 85.0;
 
 /// Effect of dividing by an [`AlbedoTable`].

@@ -27,12 +27,14 @@ fn incident(random: &mut Random) -> Vec3 {
     }
 }
 
-/// `1/A(wi)`, the factor on the reflectance back into the incident direction: that of a pair is the lesser of its directions'.
+/// `1/A(wi)`, the factor on the reflectance back into the incident direction: that of a pair is the lesser of its
+/// directions'.
 fn factor(surface: &Surface, wi: Vec3, nm: f64) -> f64 {
     surface.albedo_table().map_or(1.0, |table| table.factor(wi, wi, nm))
 }
 
-/// An incident direction and a wavelength from which an order of the tile leaves within 30° of the horizon: on a ridge of the albedo, or beside it.
+/// An incident direction and a wavelength from which an order of the tile leaves within 30° of the horizon: on a ridge
+/// of the albedo, or beside it.
 fn beside_a_ridge(random: &mut Random, field: &HeightField) -> (Vec3, f64) {
     let (nx, ny) = field.size();
     let period_um = [nx as f64 * field.dx_um(), ny as f64 * field.dy_um()];
@@ -73,7 +75,8 @@ fn check_bound(name: &str, field: &HeightField, options: &Options, queries: usiz
     let (most, wi, nm) = largest_albedo(field, &surface, queries, 5);
     let energy = surface.report().energy.unwrap();
     println!(
-        "{name:22} albedo ≤ {most:.5} (at θ {:.2}° φ {:.0}° {nm:.0} nm); over the hemisphere {:.4} → {:.4}, before ≤ {:.3}; {:.2} s",
+        "{name:22} albedo ≤ {most:.5} (at θ {:.2}° φ {:.0}° {nm:.0} nm); over the hemisphere {:.4} → {:.4}, \
+         before ≤ {:.3}; {:.2} s",
         wi[2].acos().to_degrees(),
         wi[1].atan2(wi[0]).to_degrees(),
         energy.albedo_mean_unscaled,
