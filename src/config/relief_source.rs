@@ -72,6 +72,7 @@ relief_source! {
 
 impl ReliefSource {
     /// Names of the fields that also apply to heights from an array.
+    #[cfg(feature = "full")]
     pub(super) const OF_ARRAYS: [&'static str; 3] = ["fill", "level", "tiling"];
 }
 
