@@ -1,4 +1,4 @@
-// What the Rust tests of tracing need beside jit.h. Nothing of the plugin uses it, so it is not linked into one.
+// Helpers of the Rust tests of tracing, beside jit.h. The plugin does not use them, so they are not linked into it.
 #pragma once
 
 #include <cstdint>

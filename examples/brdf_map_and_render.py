@@ -38,7 +38,7 @@ brdf_map[inside] = np.clip(rgb / np.percentile(rgb.max(axis=-1), 99), 0, 1) ** (
 plt.imsave("brdf_map.png", brdf_map)
 
 # %% [markdown]
-# The same material on a ball under sun and sky.
+# A ball of that material under sun and sky.
 
 # %%
 scene = mi.load_dict(

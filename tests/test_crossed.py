@@ -113,7 +113,7 @@ def test_stored_answers_are_the_solvers():
 
 
 def test_small_slopes_are_nearest_to_maxwell():
-    """Of all forms, the small slope misplaces clearly the least on a skin with the slopes of the gentler scan."""
+    """The small slope misplaces clearly the least of all forms on a skin with the slopes of the gentler scan."""
     kept = answers("synthetic")["synthetic"]
     lights = [(answer.light, answer.jx, answer.jy) for answer in kept]
     means = {}

@@ -52,7 +52,7 @@ def test_greyed_pictures_keep_their_lightness():
     linear = np.array([[[0.8, 0.1, 0.0], [0.05, 0.2, 0.6]]])
     before, after = lab(linear), lab(greyed(linear))
     assert after[..., 0] == pytest.approx(before[..., 0], rel=CIE)
-    # Of 100; the white of seven digits leaves some 1e-5.
+    # Relative to a white of 100, whose seven digits leave about 1e-5.
     assert np.abs(after[..., 1:]).max() < CIE
 
 

@@ -6,7 +6,7 @@ from conftest import use_variant
 
 from docs.figures import alignment, hues, stam_maps
 
-# Of a scan.
+# Parameters of a scan.
 PIXEL_UM, PIXELS = 0.065, 100
 PERIOD_UM = 1.1
 

@@ -61,7 +61,7 @@ def test_a_tip_finer_than_a_pixel_sees_the_smooth_relief(radius_um, along_y):
     at = np.arange(pixels) * pixel_um
     order = np.argsort(x_um)
     expected = np.interp(at, x_um[order], expected[order], period=PERIOD_UM)
-    # The same with offsets R/10 apart, along both axes.
+    # The tip's surface at offsets R/10 apart, along both axes.
     curvature = np.hypot(1.0, sine(X_UM)[1]).max() ** 3 / radius_um + 4.0
     missed_um = 2 * curvature * (radius_um / STEPS / 2) ** 2 / 2
     np.testing.assert_allclose(seen, np.tile(expected, (4, 1)), rtol=0, atol=missed_um)

@@ -10,7 +10,7 @@ from tests.judges.gratings.independent import lamellar_modes, sinusoid_rayleigh
 from tests.judges.gratings.profile import Sinusoid, blazed, echelette, lamellar
 from tests.judges.gratings.scalar import STAM, UNIT, Grating, Light, bessel, closed_form, efficiencies, propagating
 
-# What the page says of its solver. At the default resolution the sharpest corners cost a few 1e-4.
+# Error of the solver as the page states it. At the default resolution the sharpest corners cost a few 1e-4.
 SOLVER = 1e-3
 PROFILES = [Sinusoid(1.25, 0.4), blazed(1.25, 0.4), lamellar(1.25, 0.3)]
 LIGHTS = [(550.0, -30.0), (650.0, 75.0)]
@@ -30,7 +30,7 @@ def test_green_function_is_the_sum_of_its_orders():
     found, _ = lattice.gradient(x, z)
     _, back = lattice.gradient(-x, -z)
     np.testing.assert_allclose(back, found, atol=1e-12)
-    # What Kummer's transformation leaves after so many orders is of the order of their count to the power of −3.
+    # The remainder of Kummer's transformation falls with the third power of the number of orders.
     np.testing.assert_allclose(found[0], waves @ (-alpha / (5 * beta)), atol=1e-6)
     np.testing.assert_allclose(found[1], -np.sign(z) / 5 * waves.sum(axis=1), atol=1e-6)
 

@@ -125,7 +125,7 @@ def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparab
 
 
 def in_kind(variants: Pair) -> Callable:
-    """The function (ours, theirs) → (ours, theirs, error's scale) that makes values, (…, channels, n), comparable."""
+    """A function that makes two arrays of values (…, channels, n) comparable, and returns them with the error scale."""
     if variants.checked.endswith("_mono"):
         if variants.reference.endswith("_rgb"):
             # Where channels cancel, the luminance has the absolute error of the channels.

@@ -63,7 +63,7 @@ impl ColourTable {
     /// `reflectance` should be smooth in the cosine. It is sampled at the table's w, of which a flat relief has six.
     ///
     /// # Errors
-    /// As [`ColourTable::build`].
+    /// The errors of [`ColourTable::build`].
     pub fn build_reflecting(
         field: &HeightField,
         options: &ColourTableOptions,

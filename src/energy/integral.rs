@@ -199,7 +199,7 @@ impl QuadraturePoint<'_> {
     const NONE: Self = Self { wo: [0.0, 0.0, 1.0], factor: 0.0, exponent: 0.0, record: &[] };
 }
 
-/// What all quadrature nodes of an incidence have in common.
+/// Quantities that all quadrature nodes of an incidence share.
 struct Integrand<'a, V: Values> {
     integral: &'a AlbedoIntegral<'a>,
     wi: [V::Real; 3],

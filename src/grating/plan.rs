@@ -33,7 +33,7 @@ const SOLUTION_SECONDS: f64 = 1.2e-9;
 /// Meshes of a profile for all wavelengths.
 ///
 /// # Errors
-/// What the solver refuses, and a table whose build would take more than `build_limit` allows.
+/// Profiles and indices that the solver refuses, and a table beyond `build_limit`.
 pub(super) fn meshes(
     profile: &Profile,
     index: Option<&SpectralIndex>,

@@ -63,7 +63,7 @@ impl JonesTable {
     /// shapes of its orders' matrices.
     ///
     /// # Errors
-    /// As [`GratingSurface::new`](super::GratingSurface::new).
+    /// The errors of [`GratingSurface::new`](super::GratingSurface::new).
     pub fn new(
         profile: &Profile,
         index: Option<&SpectralIndex>,

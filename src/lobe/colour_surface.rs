@@ -78,7 +78,7 @@ impl ColourSurface {
     /// Builds the tables of `field`, the interface's factor for `index` included; `None` is a perfect reflector.
     ///
     /// # Errors
-    /// As [`ColourTable::build`].
+    /// The errors of [`ColourTable::build`].
     pub fn new(
         field: &HeightField,
         options: &Options,
@@ -90,7 +90,7 @@ impl ColourSurface {
     /// [`ColourSurface::new`] with reports of its progress.
     ///
     /// # Errors
-    /// As [`ColourTable::build`].
+    /// The errors of [`ColourTable::build`].
     pub fn watched(
         field: &HeightField,
         options: &Options,

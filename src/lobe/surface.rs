@@ -68,7 +68,7 @@ impl Surface {
     /// [`Surface::new`] with reports of its progress.
     ///
     /// # Errors
-    /// As [`Surface::new`].
+    /// The errors of [`Surface::new`].
     pub fn watched(field: &HeightField, options: &Options, progress: &Progress) -> Result<Self, TableError> {
         let start = crate::clock::Instant::now();
         TableError::unless_in("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;

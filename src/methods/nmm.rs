@@ -52,7 +52,7 @@ pub(super) struct NmmUniform {
 /// The method `nmm`: wavelengths at whole orders.
 pub struct Nmm {
     orders: Orders,
-    /// The same orders with the smaller neighbourhood that is enough for colours ([`COLOUR_TOLERANCE`]).
+    /// A copy with the smaller neighbourhood of orders that suffices for colours ([`COLOUR_TOLERANCE`]).
     colour_orders: Orders,
     /// Density of the colour weights over the wavelength.
     colours: Colours,

@@ -336,7 +336,7 @@ mod tests {
             });
             let limit = small_slope_amplitudes(wi, wo, None);
             let mut before = f64::INFINITY;
-            // What is left falls as 1/(|n| cosθ).
+            // The difference falls as 1/(|n| cosθ).
             for size in [1e4, 1e5, 1e6] {
                 let found = small_slope_amplitudes(wi, wo, Some(ComplexIndex { eta: size, k: size }));
                 let off = [found.ss - limit.ss, found.sp - limit.sp, found.ps - limit.ps, found.pp - limit.pp]

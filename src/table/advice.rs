@@ -46,7 +46,7 @@ impl BuildDemand {
         advice
     }
 
-    /// The same relief in pixels of twice the size.
+    /// The relief in pixels of twice the size.
     fn coarser(&self) -> Self {
         let halved = |count: usize, pixel_um: f64| {
             let half = count.div_ceil(2);

@@ -80,7 +80,7 @@ impl Estimate {
     /// allowed.
     ///
     /// # Errors
-    /// As [`BuildDemand::check`].
+    /// The errors of [`BuildDemand::check`].
     pub(crate) fn check(&self, build_limit: f64, advice: impl FnOnce() -> String) -> Result<(), TableError> {
         TableError::unless_in("build_limit", build_limit, BUILD_LIMIT, "1 to 1e6")?;
         if self.limit() <= build_limit {

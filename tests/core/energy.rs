@@ -212,7 +212,7 @@ fn what_makes_no_energy_is_left_alone() {
 
 #[test]
 fn the_factor_of_a_pair_is_the_lesser_of_its_directions() {
-    // What single precision loses in places on the grid, whose values change by up to a tenth of themselves a cell.
+    // Rounding of positions on the grid to single precision; values change by up to a tenth of themselves per cell.
     const SINGLE: f64 = 1e-4;
     const ROUNDING: f64 = 1e-9;
     let surface = build(&preset(Preset::Blazed), &Options::default());
@@ -241,7 +241,7 @@ fn the_factor_of_a_pair_is_the_lesser_of_its_directions() {
 
 #[test]
 fn bands_reflect_at_most_what_falls_on_them() {
-    // What lies between the nodes of the grid, and 32 wavelengths for a band, in which orders leave along the surface.
+    // Interpolation between the grid's nodes, and 32 wavelengths per band, within which orders leave along the surface.
     const EXCESS: f64 = 0.01;
     const SAMPLES: usize = 40_000;
     let plain = Options { conserve_energy: false, ..Options::default() };
@@ -252,7 +252,7 @@ fn bands_reflect_at_most_what_falls_on_them() {
     let mut divided = 0;
     for _ in 0..40 {
         let wi = direction(random.between(0.0, 85.0), random.between(-180.0, 180.0));
-        // Of samples with their band's weight, and its factor.
+        // Sums over samples with their band's weight, and with the band's factor.
         let (mut before, mut sum, mut squares) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         for _ in 0..SAMPLES {
             let nm = random.wavelength_nm();

@@ -52,7 +52,7 @@ fn agreement(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64]) 
     agreement_within(surface, wi, wavelengths, claimed, [0, 1].map(|axis| bins(surface, axis, wi, claimed)))
 }
 
-/// As [`agreement`], with given bins along x and y.
+/// [`agreement`] with given numbers of bins along x and y.
 fn agreement_within(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64], bins: [Bins; 2]) -> f64 {
     let density = |wo: Vec3| surface.pdf(wi, wo, claimed);
     chi_square::agreement(bins, density, |random| surface.sample_direction(wi, wavelengths, random.three())).0

@@ -147,7 +147,7 @@ pub unsafe extern "C" fn sunbeam_surface_eval(
 /// `sunbeam_surface_eval`.
 ///
 /// # Safety
-/// As for `sunbeam_surface_eval`.
+/// The pointers' conditions are those of `sunbeam_surface_eval`.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_pdf(
     surface: *const SurfaceHandle,
@@ -165,7 +165,7 @@ pub unsafe extern "C" fn sunbeam_surface_pdf(
 /// Combines `sunbeam_surface_eval` and `sunbeam_surface_pdf`, at the cost of the latter.
 ///
 /// # Safety
-/// As for `sunbeam_surface_eval`.
+/// The pointers' conditions are those of `sunbeam_surface_eval`.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_eval_pdf(
     surface: *const SurfaceHandle,
@@ -191,7 +191,7 @@ pub unsafe extern "C" fn sunbeam_surface_eval_pdf(
 /// the treatment of bad items are those of `sunbeam_surface_eval`.
 ///
 /// # Safety
-/// As for `sunbeam_surface_eval`.
+/// The pointers' conditions are those of `sunbeam_surface_eval`.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_sample(
     surface: *const SurfaceHandle,

@@ -99,7 +99,7 @@ pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface
 /// magnitude 1e30 or more are missing points; they are an error unless `fill` is `laplace` or `mean`.
 ///
 /// # Safety
-/// As for `sunbeam_surface_new`; and `nx` floats must be readable from the beginning of each row.
+/// The conditions of `sunbeam_surface_new` hold, and `nx` floats must be readable from the beginning of each row.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_from_heights(
     config_json: *const c_char,

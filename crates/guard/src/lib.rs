@@ -22,7 +22,7 @@ pub struct Panic(pub String);
 /// `body` must not leave shared state half changed: callers build new values or only read.
 ///
 /// # Errors
-/// Those of `body`, and a [`Panic`].
+/// The errors of `body`, and a [`Panic`].
 pub fn guard<T, E: From<Panic>>(body: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
     catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| Err(Panic(message(payload.as_ref())).into()))
 }

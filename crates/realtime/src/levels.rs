@@ -126,7 +126,7 @@ mod tests {
             pace.learn(rays, 50.0 + 1e-3 * rays);
         }
         assert!(pace.fits(6e4, PREVIEW_MS) && !pace.fits(1e5, PREVIEW_MS));
-        // The same resolution, but slower.
+        // A frame of equal resolution that takes longer.
         pace.learn(1e6, 1e5);
         assert!(!pace.fits(6e4, PREVIEW_MS));
     }

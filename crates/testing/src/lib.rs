@@ -69,7 +69,7 @@ pub fn data_folder() -> PathBuf {
 /// The path of a file in [`data_folder`]; `None` where it is missing, which is reported by [`skip`].
 ///
 /// # Panics
-/// As [`skip`] does.
+/// The panics of [`skip`].
 pub fn data(file: &str) -> Option<PathBuf> {
     let path = data_folder().join(file);
     if path.exists() {

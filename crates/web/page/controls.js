@@ -33,7 +33,7 @@ export function listenToControls() {
   byId("file").addEventListener("change", () => {
     const [file] = byId("file").files;
     if (file) chooseFile(file);
-    // The same file can be chosen again.
+    // Cleared, so that choosing one file twice is a change.
     byId("file").value = "";
   });
   byId("scale").addEventListener("submit", (event) => {

@@ -37,7 +37,7 @@ export async function chooseFile(file) {
   }
   showProgress(null);
   const { wanted } = page;
-  // The same file, dropped again, is read again: its scale may be asked for once more.
+  // A file dropped a second time is read again, so that its scale can be entered anew.
   page.keys = { ...page.keys, relief: null };
   page.source = { name: file.name, file, sha256 };
   page.example = null;

@@ -138,7 +138,7 @@ def keys(css, *names):
     return press
 
 
-# Of each control: an action, the path and value of the setting after it, and the parts of the page that change.
+# Controls: an action, the path and value of the setting after it, and the parts of the page that change.
 CONTROLS = {
     "preset": (option("#preset", "sinusoidal"), ("surface", "preset"), "sinusoidal", "picture relief map"),
     "period": (text("#period", "1.7"), ("surface", "period"), 1.7, "picture relief map"),

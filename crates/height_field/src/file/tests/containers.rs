@@ -69,7 +69,7 @@ fn deeply_nested_objects_are_skipped() {
     assert!(refusal("g.gwy", &[b"GWYP".to_vec(), container].concat(), &NO_SCALE).contains("GwyDataField"));
 }
 
-/// As ImageJ writes it, with heights calibrated as −0.25 µm + 0.125 µm a step.
+/// A file in ImageJ's form, with heights calibrated as −0.25 µm + 0.125 µm a step.
 const IMAGEJ: &str = "ImageJ=1.54f\nunit=\\u00B5m\nspacing=1.0\ncf=0\nc0=-250\nc1=125\nvunit=nm\n";
 
 #[test]
