@@ -16,8 +16,8 @@ pub enum GratingError {
     #[error("{0}; theory \"scalar\" takes any")]
     Size(sunbeam_rigorous::Error),
     #[error(
-        "with {nodes} nodes the power at t = {t}, b = {b} and {wavelength_nm} nm is off by {balance:.1e}, more than a table of \
-         efficiencies may be; theory \"scalar\" takes any relief"
+        "with {nodes} nodes the power at t = {t}, b = {b} and {wavelength_nm} nm is off by {balance:.1e}, more than a \
+         table of efficiencies may be; theory \"scalar\" takes any relief"
     )]
     Unbalanced { t: f64, b: f64, wavelength_nm: f64, nodes: usize, balance: f64 },
     #[error(transparent)]

@@ -3,7 +3,7 @@
 //! ```text
 //! f = (wi + wo)_xy/λ                    frequency, in cycles/µm
 //! κ = 2πk,  k = (cosθi + cosθo)/λ       phase rate in rad/µm, and k in cycles/µm
-//! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O, at any incidence; 1 for other factors
+//! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O; 1 for other factors
 //! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
 //! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, between the centres of two bands
 //! ```

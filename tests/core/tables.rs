@@ -38,7 +38,8 @@ fn holds(name: &str, field: &HeightField, options: &Options, queries: usize) -> 
     let fine = percentile <= 1.0 && most <= WORST;
     let mark = if fine { "" } else { "  <-- beyond" };
     println!(
-        "{name:34} tolerance {:.0e}: median {median:.1e} 99 % {percentile:.2} max {most:.2} of it, {:.2} s, {:.1} MB{mark}",
+        "{name:34} tolerance {:.0e}: median {median:.1e} 99 % {percentile:.2} max {most:.2} of it, {:.2} s, \
+         {:.1} MB{mark}",
         options.tolerance,
         surface.report().build_seconds,
         surface.report().bytes as f64 / 1e6

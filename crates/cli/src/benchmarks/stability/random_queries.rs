@@ -27,8 +27,8 @@ const METHODS_STRIDE: u64 = 50;
 const ALBEDOS: usize = 110;
 /// Amount by which an albedo may exceed 1, besides the tolerance of its surface's table.
 ///
-/// It covers interpolation between the nodes of the albedo table, and its quadrature of narrow lobes (0.0005).
-const ALBEDO_SLACK: f64 = 1e-3;
+/// It is the excess that the energy limiter accepts between the nodes of its table (docs/tables.md, "Energy").
+const ALBEDO_SLACK: f64 = 1e-2;
 /// Reflectance in 1/sr below which reciprocity is not checked: smaller ones drown in the rounding of the tables.
 const RECIPROCITY_FLOOR: f64 = 1e-12;
 
