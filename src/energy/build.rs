@@ -8,6 +8,7 @@ use crate::numeric::{Lanes, Number, Numbers, Real, VALUES_MAX, Values};
 use crate::scattering::Vec3;
 use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Cells along a side and planes of wavelength, by the largest number of quadrature nodes of an integral. The fewer the
 /// nodes, the narrower the orders and the ridges. Cells are even and planes odd, so that every other node makes a grid.
@@ -37,6 +38,15 @@ const STEPS: usize = 4;
 /// Half-sides of a node's box ([`Ridge`]) in cells along x and y, and in groups along the wavelength. With 0.6 and 0.5
 /// albedos reach 1.04; with a whole cell their mean is lower by 0.01.
 const BOX: [f64; 2] = [0.7, 0.6];
+
+/// Largest change of cosθ across a cell, times the cells along a side: `cosθ = (1 − r²)²` is steepest at `r² = 1/3`.
+const CELL_COSINE: f64 = 3.08;
+/// Most nodes beyond a cell's corners that are raised with them, one for each half turn by which the heights' phase
+/// changes across a cell. Chosen.
+const DEEP_REACH_MAX: usize = 3;
+/// Factor on what a cell of such a deep relief lacks. Chosen: with 1 an albedo of 1.03 remains among 10,000 random ones
+/// of reliefs 0.3 to 12 µm deep, and with 1.5 they are darker by 0.02 to 0.07.
+const DEEP_INCREASE: f32 = 1.5;
 
 /// Directions side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
@@ -115,7 +125,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)).for_each(|(values, least)| {
             values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
         });
-        self.raise_to_centres(&mut nodes, known, &steps);
+        self.raise_cells(&mut nodes, known, &steps);
         Some(nodes)
     }
 
@@ -176,11 +186,14 @@ impl<'a, const K: usize> Builder<'a, K> {
         Nodes { grid, values: values.collect() }
     }
 
-    /// Raises the corners of cells in whose centre the table, linear between nodes, lies below t. Cells with nothing to
-    /// divide at any corner are left.
-    fn raise_to_centres(&self, nodes: &mut Nodes<K>, b: Known<K>, steps: &Steps) {
+    /// Raises the corners of cells where the table, linear between nodes, lies below t: in the centre, and in cells on
+    /// the horizon near it too. The centre is left out where nothing is divided at any corner, unless the relief is
+    /// deep: its t fluctuates within a cell, so all centres are checked and what one lacks is added further about it.
+    fn raise_cells(&self, nodes: &mut Nodes<K>, b: Known<K>, steps: &Steps) {
         let grid = nodes.grid;
         let (cells, rows) = (grid.cells as usize, self.rows(grid));
+        let cell_phase = self.integral.phase_max() * CELL_COSINE / f64::from(grid.cells);
+        let reach = ((cell_phase / PI) as usize).min(DEEP_REACH_MAX);
         let corners = |gap: usize, y: usize, x: usize| {
             let node = move |i: usize| {
                 let group = (gap + (i >> 2)).min(self.groups - 1);
@@ -191,25 +204,43 @@ impl<'a, const K: usize> Builder<'a, K> {
         let lacking = |i: usize| {
             steps.one();
             let [gap, y, x] = [i / cells / rows, i / cells % rows, i % cells];
-            let (wi, radius) = grid.direction([x, y].map(|at| at as f64 + 0.5));
-            let sum = corners(gap, y, x)
-                .fold([0.0; K], |sum, node| std::array::from_fn(|k| sum[k] + f64::from(nodes.values[node][k])));
-            if radius >= 1.0 || sum == [0.0; K] {
-                return [0.0; K];
-            }
             let group_at = if self.groups > 1 { gap as f64 + 0.5 } else { 0.0 };
-            let t = self.least(wi, group_at, &(self.group)(group_at), Some(b), None);
-            let wanted = self.tabulated(t, false, wi, radius, grid);
-            std::array::from_fn(|k| (wanted[k] - sum[k] / 8.0).max(0.0) as f32)
+            let is_divided = corners(gap, y, x).any(|node| nodes.values[node] != [0.0; K]);
+            let centre = (is_divided || reach > 0).then_some([0.5; 2]);
+            let checked = centre.into_iter().chain(grid.on_rim([x, y]));
+            let group = (self.group)(group_at);
+            checked.fold([0.0f32; K], |lacking, [fx, fy]| {
+                let (wi, radius) = grid.direction([x as f64 + fx, y as f64 + fy]);
+                if radius >= 1.0 {
+                    return lacking;
+                }
+                let weight =
+                    |i: usize| 0.5 * if i & 1 > 0 { fx } else { 1.0 - fx } * if i & 2 > 0 { fy } else { 1.0 - fy };
+                let mut table = [0.0; K];
+                for (i, node) in corners(gap, y, x).enumerate() {
+                    (0..K).for_each(|k| table[k] += weight(i) * f64::from(nodes.values[node][k]));
+                }
+                let t = self.least(wi, group_at, &group, Some(b), None);
+                let wanted = self.tabulated(t, false, wi, radius, grid);
+                std::array::from_fn(|k| lacking[k].max((wanted[k] - table[k]) as f32))
+            })
         };
         let lacking: Vec<[f32; K]> = (0..self.gaps() * rows * cells).into_par_iter().map(lacking).collect();
+        let increase = if reach > 0 { DEEP_INCREASE } else { 1.0 };
         let mut raise = vec![[0f32; K]; nodes.values.len()];
         for i in 0..self.gaps() * cells * cells {
             let [gap, y, x] = [i / cells / cells, i / cells % cells, i % cells];
             let row = if self.mirrored { y.min(cells - 1 - y) } else { y };
-            let lacking = lacking[(gap * rows + row) * cells + x];
-            for node in corners(gap, y, x) {
-                raise[node] = std::array::from_fn(|k| raise[node][k].max(lacking[k]));
+            let lacking = lacking[(gap * rows + row) * cells + x].map(|lacking| lacking * increase);
+            if lacking == [0.0; K] {
+                continue;
+            }
+            let about = |at: usize, last: usize| at.saturating_sub(reach)..=(at + 1 + reach).min(last);
+            for group in about(gap, self.groups - 1) {
+                for (y, x) in about(y, cells).flat_map(|y| about(x, cells).map(move |x| (y, x))) {
+                    let node = group * grid.in_plane() + y * grid.side() + x;
+                    raise[node] = std::array::from_fn(|k| raise[node][k].max(lacking[k]));
+                }
             }
         }
         for (values, raise) in nodes.values.iter_mut().zip(raise) {

@@ -138,6 +138,11 @@ impl<'a> AlbedoIntegral<'a> {
         self.table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0)
     }
 
+    /// Phase in radians between the lowest and the highest point per unit of w, at the shortest wavelength.
+    pub(crate) fn phase_max(&self) -> f64 {
+        phase(self.table, 1e-3 * WAVELENGTH_MIN_NM)
+    }
+
     /// Whether all nodes are narrow and few: where one leaves along the surface the albedo has a ridge.
     pub(crate) fn has_ridges(&self) -> bool {
         self.separate_orders().is_some_and(|orders| orders <= SEPARATE_ALL)
