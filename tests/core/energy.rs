@@ -123,7 +123,7 @@ fn large_tiles_reflect_at_most_what_arrives() {
 /// albedos of these reach 1.08, 1.05 and 1.08.
 #[test]
 fn deep_reliefs_reflect_at_most_what_arrives() {
-    for seed in [2, 81, 228] {
+    for seed in [2, 81, 198, 228] {
         let (field, options) = random_surface(seed, [0.3, 12.0]);
         let (most, wi, nm) = largest_albedo(&field, &build(&field, &options), 40, seed);
         assert!(most <= ALBEDO_MAX, "surface {seed}: {most} at {wi:?}, {nm} nm");
