@@ -13,7 +13,7 @@
 //! Every build reads its tables from the [`Cache`] if they are there. The [`Origin`] in the result tells whether they
 //! were. Functions with an argument `index` ignore the configuration's `eta` and `k`; `None` reflects everything.
 
-use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory};
+use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory, contradiction};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
 use crate::grating::{
@@ -263,8 +263,7 @@ impl SurfaceConfig {
         self.validate_for_array()?;
         let is_refused = |name: &&str| !ReliefSource::OF_ARRAYS.contains(name);
         if let Some(parameter) = self.relief_source().given().find(is_refused) {
-            let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");
-            return Err(ConfigError::Contradiction { parameter, other, advice }.into());
+            contradiction(parameter, "heights from an array", "it is about presets and files")?;
         }
         heights.check_size(MAX_LENGTH_UM)?;
         let levelled = heights.levelled(self.level.unwrap_or(Level::Plane));
