@@ -40,9 +40,9 @@ use crate::numeric::Numbers;
 
 /// Value, density and samples of one lobe, over the numbers `N`.
 ///
-/// `C` is the spectral content of a query: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`]. Wavelengths must
-/// lie within the tables' range. Directions are unit vectors in the relief's frame and point away from the surface.
-/// Answers are zero where a direction lies below the surface or the mask is false.
+/// `C` is the spectral content of a query: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`]. Wavelengths
+/// must lie within the tables' range. Directions are unit vectors in the relief's frame and point away from the
+/// surface. Answers are zero where a direction lies below the surface or the mask is false.
 ///
 /// ```
 /// use sunbeam::lobe::Lobe;

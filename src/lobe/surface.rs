@@ -181,7 +181,7 @@ impl Surface {
     }
 
     /// Samples a direction for at least one wavelength from three random numbers in [0, 1), with density and weight.
-    /// `None` where [`Surface::sample_direction`] returns it; such samples count as zero in an estimate.
+    /// `None` without a direction above the horizon ([`Surface::sample_direction`]); such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         super::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
