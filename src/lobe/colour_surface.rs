@@ -136,7 +136,7 @@ impl ColourSurface {
         drop(spectral);
         progress.report(ALBEDO_DONE);
         let view = table.view::<f32>();
-        let is_stam = options.proposed() == Obliquity::Stam;
+        let is_stam = options.sampling_obliquity() == Obliquity::Stam;
         // Directions are sampled in proportion to R0·F, times G (src/sampling/colour.rs) for Stam's obliquity factor.
         let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
             let length_squared = u * u + v * v + w * w;

@@ -87,7 +87,7 @@ impl Sampler {
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM)).product();
         let is_grating = axes.iter().any(|axis| axis.nodes == 1);
         let count_max = if is_grating { GRATING_ORDERS_MAX } else { CROSSED_ORDERS_MAX };
-        let obliquity = options.proposed();
+        let obliquity = options.sampling_obliquity();
         if count <= count_max {
             let (layout, words) = orders::build(table, obliquity);
             Self { layout: SamplerLayout::Orders(layout), words }
