@@ -40,8 +40,8 @@ const HORIZON_REACH: f64 = 5.0;
 ///
 /// With this width the step resembles the Gaussian's integral. It is algebraic because it is evaluated for every order.
 const HORIZON_WIDTH_SQUARED: f64 = 12.0;
-/// Least cos²θ taken for an order's centre, in standard deviations of the order. It is typical of the part above the
-/// horizon of an order whose centre lies below it.
+/// Least cos²θ taken for an order's centre, in standard deviations of the order in direction cosines. It is typical of
+/// the part above the horizon of an order whose centre lies below it.
 const COS_SQUARED_MIN: f64 = 0.25;
 /// Least outgoing cosine that Stam's obliquity factor divides by; keeps weights of grazing orders finite.
 const COS_MIN: f64 = 1e-4;
@@ -316,18 +316,18 @@ impl<N: Numbers> OrdersView<N> {
         // κ_j in intervals.
         let position = w * at.wavenumber * lit(TAU * self.layout.intervals_per_kappa);
         let interval = position.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
-        let row = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
-        let index = row * N::Index::lit(self.layout.intervals) + N::index(interval);
+        let order = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
+        let index = order * N::Index::lit(self.layout.intervals) + N::index(interval);
         let [word] = N::gather::<1>(self.words, index, active);
         let [low, high] = bf16_pair::<N>(word);
         let t = (position - interval).clip(lit(0.0), lit(1.0));
-        let power = (high - low).fma(t, low) * visible;
+        let visible_power = (high - low).fma(t, low) * visible;
         match self.layout.obliquity {
-            Obliquity::Unit | Obliquity::SmallSlope => power,
+            Obliquity::Unit | Obliquity::SmallSlope => visible_power,
             Obliquity::Stam => {
                 let w_squared = w * w;
-                let sum = qx * qx + qy * qy + w_squared;
-                power * sum * sum / (w_squared * cos_o.max(lit(COS_MIN)))
+                let q_squared = qx * qx + qy * qy + w_squared;
+                visible_power * q_squared * q_squared / (w_squared * cos_o.max(lit(COS_MIN)))
             }
         }
     }
@@ -339,6 +339,7 @@ impl<N: Numbers> Incidence<N> {
     #[inline(always)]
     fn near(&self, axes: &[OrdersAxis; 2], position: [(N::Real, N::Real); 2]) -> Self {
         let lit = N::Real::lit;
+        // First index at or after the position plus `offset` orders.
         let edge = |i: usize, offset: f64| {
             let (whole, fraction) = position[i];
             let first = whole + (fraction + lit(offset)).ceil() + lit(f64::from(axes[i].origin));
@@ -346,6 +347,7 @@ impl<N: Numbers> Incidence<N> {
         };
         let low = [0, 1].map(|i| self.low[i].max(edge(i, -DRAWN_REACH * axes[i].sigma)));
         let high = [0, 1].map(|i| self.high[i].min(edge(i, DRAWN_REACH * axes[i].sigma)));
+        // As in `incidence`, no rows are left where there are no columns.
         let high = [high[0], N::Index::select(low[0].lt(high[0]), high[1], low[1])];
         Self { low, high, ..*self }
     }

@@ -9,7 +9,7 @@
 //! φ          azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
 //! ε          squared index (eta + i·k)², with the k of the index
 //! t0, t      normal components in the medium, √(ε − k0²) and √(ε − k²)
-//! s, p       s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
+//! s, p       denominators of the states s and p, s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
 //!
 //! B_ss = −(ε − 1) cosφ/(s s0)          B_sp = (ε − 1) t0 sinφ/(s p0)
 //! B_ps = (ε − 1) t sinφ/(p s0)         B_pp = (ε − 1) (t t0 cosφ − ε k k0)/(p p0)
@@ -182,6 +182,7 @@ mod tests {
     use super::*;
     use crate::height_field::random::Random;
 
+    /// `(eta, k)` of dielectrics, metals, and a medium near the smallest accepted index.
     const INDICES: [(f64, f64); 7] =
         [(1.56, 0.0), (1.02, 0.0), (0.7, 0.0), (1.5, 0.1), (0.2, 3.4), (1.0, 6.9), (1e-3, 1e-3)];
 
