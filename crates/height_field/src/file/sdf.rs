@@ -8,7 +8,7 @@
 use super::bytes::{Bytes, Number, data_length};
 use super::raw::FirstRow;
 use super::{Meaning, Parsed, Raw, channel, encoding};
-use crate::holes::known;
+use crate::holes::known_or_nan;
 use ndarray::Array2;
 use std::collections::HashMap;
 
@@ -61,7 +61,7 @@ impl Header {
             Number::F32 => (f64::from(f32::MIN), BCR_MISSING_MIN.0),
             Number::F64 => (f64::MIN, BCR_MISSING_MIN.1),
         };
-        known(value).is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
+        known_or_nan(value).is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
     }
 
     /// Contents from the stored numbers.

@@ -7,7 +7,7 @@ use super::bytes::{Number, data_length};
 use super::channel::{self, Channel, Holds};
 use super::raw::FirstRow;
 use super::{Meaning, Parsed, Raw, encoding};
-use crate::holes::known;
+use crate::holes::known_or_nan;
 use ndarray::Array2;
 use roxmltree::{Document, Node};
 use std::io::{Cursor, Read};
@@ -160,7 +160,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     // One bit for each point, from the lowest bit of each byte.
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
     let heights =
-        (first..first + points).map(|i| if is_valid(i) { known(stored[i]) * scale_m + offset_m } else { f64::NAN });
+        (first..first + points).map(|i| if is_valid(i) { known_or_nan(stored[i]) * scale_m + offset_m } else { f64::NAN });
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let raw =
         Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
