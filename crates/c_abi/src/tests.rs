@@ -183,13 +183,13 @@ fn null_and_misaligned_pointers_are_errors() {
         assert_eq!(sunbeam_surface_new(c"{}".as_ptr(), null_mut()), Status::BadPointer);
         assert_eq!(sunbeam_surface_describe(surface, null_mut(), 1 << 20, &mut 0), Status::BadPointer);
         assert_eq!(sunbeam_surface_describe(surface, null_mut(), 0, null_mut()), Status::BadPointer);
-        let mut needed = 0;
+        let mut needed = 0_usize;
         let odd_needed = (&raw mut needed).wrapping_byte_add(1);
         assert_eq!(sunbeam_surface_describe(surface, null_mut(), 0, odd_needed), Status::BadPointer);
         assert!(message().contains("`needed` is not aligned to"), "{}", message());
-        let mut result = null_mut();
-        let odd_result = (&raw mut result).wrapping_byte_add(1);
-        assert_eq!(sunbeam_surface_new(c"{}".as_ptr(), odd_result), Status::BadPointer);
+        let mut created: *mut SurfaceHandle = null_mut();
+        let odd_created = (&raw mut created).wrapping_byte_add(1);
+        assert_eq!(sunbeam_surface_new(c"{}".as_ptr(), odd_created), Status::BadPointer);
         assert!(message().contains("`surface` is not aligned to"), "{}", message());
         sunbeam_surface_free(null_mut());
         sunbeam_surface_free(surface);

@@ -10,8 +10,8 @@ const ROUNDING_PIXELS: f64 = 1e-6;
 impl HeightField {
     /// The part of the field in a rectangle of `width_um × height_um` whose lower left corner is at `(x_um, y_um)`.
     ///
-    /// Pixels are kept if their centres lie in the rectangle. The field's own lower left corner is (0, 0): pixel
-    /// `[[0, 0]]` has its centre half a pixel to the right of it and above it.
+    /// Pixels are kept if their centres lie in the rectangle. The field's own lower left corner is (0, 0), so the
+    /// centre of pixel `[[0, 0]]` is at half a pixel along x and along y.
     ///
     /// ```
     /// use sunbeam_height_field::Preset;

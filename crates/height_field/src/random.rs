@@ -50,6 +50,7 @@ impl Random {
                     continue;
                 }
                 let (amplitude, phase) = (self.normal() / f64::from(square).sqrt(), self.between(0.0, TAU));
+                // Sines and cosines of the phase `2πk·i/n + shift` at all n pixels of an axis.
                 let table = |k: i32, n: usize, shift: f64| -> (Vec<f64>, Vec<f64>) {
                     (0..n).map(|i| libm::sincos(TAU * f64::from(k) * i as f64 / n as f64 + shift)).unzip()
                 };

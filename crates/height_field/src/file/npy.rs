@@ -15,7 +15,7 @@ where
         Ok(array) => {
             let size = array.dim();
             // The iteration is row by row, even if the file is in Fortran order.
-            let values = array.into_iter().map(convert).collect();
+            let values: Vec<f64> = array.into_iter().map(convert).collect();
             Some(Array2::from_shape_vec(size, values).map_err(|error| error.to_string()))
         }
         Err(ReadNpyError::WrongDescriptor(_)) => None,

@@ -130,7 +130,7 @@ impl Lattice {
 
     /// Position `(x, y)` in µm of the point at `t` on a finger, `across` finger periods from its axis.
     ///
-    /// The warp is undone approximately: its displacement is taken at the unwarped position.
+    /// The warp is undone approximately: its displacement is read at the lattice position, not at the result.
     fn position_um(&self, layer: i64, finger: i64, t: f64, across: f64) -> (f64, f64) {
         let (dx, dy) = self.step_um();
         let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.shift_of(layer);

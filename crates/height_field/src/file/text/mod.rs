@@ -38,7 +38,7 @@ const ROWS_MIN: usize = 3;
 const POINTS_MIN: usize = 4;
 /// Largest number of columns of a list of points with further numbers. More columns are a matrix.
 const POINT_COLUMNS_MAX: usize = 8;
-/// Smallest number of numbers in equal steps that are taken for coordinates. Fewer may be a coincidence.
+/// Smallest length of a sequence of equal steps that is taken for coordinates. Shorter sequences may be a coincidence.
 const RAMP_MIN: usize = 5;
 /// Largest deviation of a number from equal steps, as a fraction of the step, for the rounding of coordinates.
 const RAMP_TOLERANCE: f64 = 1e-3;
@@ -69,7 +69,7 @@ pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     surfer::refuse_binary(bytes)?;
     let text = encoding::text(bytes)?;
-    let lines = lines(&text);
+    let lines = numbered_lines(&text);
     if nanoscope::is_export(&lines) {
         return nanoscope::parse(&lines, wanted);
     }
@@ -114,7 +114,7 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
 }
 
 /// Lines with their numbers from 1. They end with LF, CR LF or CR; DOS programs may end a file with Ctrl-Z.
-fn lines(text: &str) -> Vec<Line<'_>> {
+fn numbered_lines(text: &str) -> Vec<Line<'_>> {
     let text = text.trim_end_matches('\u{1a}');
     let mut lines: Vec<&str> = text.split('\n').collect();
     if lines.len() == 1 {
