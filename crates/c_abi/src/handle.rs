@@ -45,12 +45,15 @@ impl FileDescription {
 /// The JSON object of `sunbeam_surface_describe`.
 #[derive(Serialize)]
 struct Description<'a> {
+    /// Version of the library.
     version: &'static str,
+    /// Parameters as given.
     config: &'a SurfaceConfig,
     /// Origin of the tables: the cache or a build.
     origin: &'a Origin,
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a FileDescription>,
+    /// Build time, memory and measured error; its keys are keys of this object.
     #[serde(flatten)]
     report: BuiltReport<'a>,
 }
