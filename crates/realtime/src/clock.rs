@@ -64,8 +64,8 @@ impl Clock {
         })
     }
 
-    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does; returns the time in ms. In a
-    /// browser, which does not wait, it is the time of the submission alone.
+    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does; returns the time in ms. In
+    /// a browser, which does not wait, it is the time of the submission alone.
     pub(crate) async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         Ok(self.run_and_read(gpu, encoder, None).await?.0)
     }

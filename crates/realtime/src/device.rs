@@ -130,9 +130,9 @@ impl Gpu {
         })
     }
 
-    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps if the adapter has
-    /// them. The number of storage buffers is limited to WebGPU's default, so that a program that runs on one adapter
-    /// runs on all.
+    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps if the adapter
+    /// has them. The number of storage buffers is limited to WebGPU's default, so that a program that runs on one
+    /// adapter runs on all.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let limits = adapter.limits();
         wgpu::DeviceDescriptor {
@@ -209,8 +209,8 @@ impl Gpu {
     /// Returns the error that the device has reported by a callback, if any.
     ///
     /// # Errors
-    /// [`GpuError::Lost`] in every call after the loss of the device; else [`GpuError::Refused`] for the first validation
-    /// error since the last call.
+    /// [`GpuError::Lost`] in every call after the loss of the device; else [`GpuError::Refused`] for the first
+    /// validation error since the last call.
     pub fn check(&self) -> Result<(), GpuError> {
         let mut faults = lock(&self.faults);
         if let Some(reason) = faults.lost.clone() {

@@ -1,7 +1,8 @@
 //! Resolutions of a picture that becomes finer step by step.
 //!
-//! The first levels have 1/16, 1/8, 1/4, 1/2 and all of the pixels along each side, with one ray for each pixel. If more
-//! rays per pixel are requested, the last level has all pixels with all rays. [`next`] skips levels for fast methods.
+//! The first levels have 1/16, 1/8, 1/4, 1/2 and all of the pixels along each side, with one ray for each pixel. If
+//! more rays per pixel are requested, the last level has all pixels with all rays. [`next`] skips levels for fast
+//! methods.
 
 /// Divisor of the sides of the coarsest picture. A larger divisor shows the first picture of a slow method sooner, with
 /// less detail. With 16, it has 1/256 of the pixels.
@@ -72,8 +73,8 @@ impl Pace {
     /// Updates the estimate with a picture of `rays` rays that was drawn in `ms` milliseconds.
     pub fn learn(&mut self, rays: f64, ms: f64) {
         let ms_per_ray = ms / rays;
-        // A smaller picture overestimates the time per ray more. If its quotient is nevertheless smaller, the method has
-        // become faster since.
+        // A smaller picture overestimates the time per ray more. If its quotient is nevertheless smaller, the method
+        // has become faster since.
         if self.estimate.is_none_or(|before| rays >= before.rays || ms_per_ray < before.ms_per_ray) {
             self.estimate = Some(Estimate { rays, ms_per_ray });
         }

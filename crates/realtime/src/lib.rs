@@ -1,15 +1,15 @@
-//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window. [`snake`] is the mesh that it
-//! draws by default.
+//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window. [`snake`] is the mesh that
+//! it draws by default.
 //!
-//! [`Gpu`] opens an adapter. A [`Shader`] is a method with its data on the GPU. It answers arrays of [`Query`], each with
-//! a pair of directions ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`] into a
-//! [`Target`], with the camera and the sun of a [`View`], in four stages:
+//! [`Gpu`] opens an adapter. A [`Shader`] is a method with its data on the GPU. It answers arrays of [`Query`], each
+//! with a pair of directions ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`]
+//! into a [`Target`], with the camera and the sun of a [`View`], in four stages:
 //!
 //! 1. *raster*: the triangle at each pixel. Nothing is interpolated.
 //! 2. *locate*: the point of the triangle on the pixel's ray, the shading frame there, the directions in the frame, and
 //!    the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and a ray
-//!    through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so that pictures agree
-//!    pixel by pixel.
+//!    through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so that pictures
+//!    agree pixel by pixel.
 //! 3. *shade*: the reflectance by the method, for the lit samples of the mesh only, in submissions of bounded time.
 //! 4. *resolve*: the radiance of these samples with the pigment, added to the mean over the samples of a pixel.
 //!
@@ -20,9 +20,9 @@
 //! Calls that wait for the GPU are futures, because the event loop of a browser must not block. On other platforms most
 //! of them have a blocking form without `_async` in its name.
 //!
-//! `wi` is the direction to the light and `wo` the direction to the viewer, both in the grating's frame: z is the normal,
-//! and x the relief's x axis. Radiance is linear sRGB, not clamped. A white diffuse plane that faces the sun has the
-//! radiance 1.
+//! `wi` is the direction to the light and `wo` the direction to the viewer, both in the grating's frame: z is the
+//! normal, and x the relief's x axis. Radiance is linear sRGB, not clamped. A white diffuse plane that faces the sun
+//! has the radiance 1.
 //!
 //! ```no_run
 //! use sunbeam::Preset;

@@ -120,8 +120,8 @@ impl Mesh {
     /// Refuses a mesh that cannot be drawn.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] for vectors of different lengths, no triangles or more than 10⁹, indices out of range, numbers
-    /// that are not finite, or a normal of length 0.
+    /// [`GpuError::Mesh`] for vectors of different lengths, no triangles or more than 10⁹, indices out of
+    /// range, numbers that are not finite, or a normal of length 0.
     pub fn check(&self) -> Result<(), GpuError> {
         let refuse = |found: String, accepted| Err(GpuError::Mesh { found, accepted });
         let count = self.positions.len();

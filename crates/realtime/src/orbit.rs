@@ -7,8 +7,8 @@ use super::Camera;
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
-/// Rotation of the camera or the sun in degrees per point of a drag: a drag over 500 points turns by about half a circle.
-/// Larger values turn faster; smaller ones are more precise.
+/// Rotation of the camera or the sun in degrees per point of a drag: a drag over 500 points turns by about half a
+/// circle. Larger values turn faster; smaller ones are more precise.
 pub const DEGREES_PER_POINT: f64 = 0.35;
 
 /// A camera that orbits its target; z is up. Drags are in points of the screen.
@@ -32,9 +32,9 @@ impl Orbit {
     /// Accepted distances of the camera from its target in cm.
     pub const DISTANCE_CM: RangeInclusive<f64> = 0.2..=200.0;
 
-    /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. The azimuth
-    /// is counter-clockwise from +x seen from above. Elevation and distance are clamped to their ranges. `fov_deg` is
-    /// the horizontal field of view in degrees.
+    /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. The
+    /// azimuth is counter-clockwise from +x seen from above. Elevation and distance are clamped to their ranges.
+    /// `fov_deg` is the horizontal field of view in degrees.
     pub fn new(target: [f64; 3], azimuth_deg: f64, elevation_deg: f64, distance_cm: f64, fov_deg: f64) -> Self {
         Self {
             target_cm: target.into(),

@@ -91,7 +91,8 @@ pub(super) mod tests {
     use std::path::{Path, PathBuf};
     use std::sync::LazyLock;
 
-    /// The module of a program, parsed and validated as wgpu does; panics with naga's message if the program is invalid.
+    /// The module of a program, parsed and validated as wgpu does; panics with naga's message if the program is
+    /// invalid.
     pub(crate) fn validated(source: &str) -> naga::Module {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())

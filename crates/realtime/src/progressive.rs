@@ -1,7 +1,7 @@
 //! Pictures that begin coarse and become finer while nothing changes, as the window and the page show them.
 //!
-//! A [`Progressive`] holds a scene, a method and a [`Job`], and decides how fine the next picture is. It never waits for
-//! the GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands the frame back:
+//! A [`Progressive`] holds a scene, a method and a [`Job`], and decides how fine the next picture is. It never waits
+//! for the GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands the frame back:
 //!
 //! ```no_run
 //! # use sunbeam_realtime::{Gpu, GpuError, Renderer, progressive::Progressive};
@@ -16,8 +16,8 @@
 //! # Ok(()) }
 //! ```
 //!
-//! A scene, method or job that is set between [`Progressive::frame`] and [`Progressive::finish`] makes the frame stale. A
-//! stale frame may be shown, but the next picture is a first one again.
+//! A scene, method or job that is set between [`Progressive::frame`] and [`Progressive::finish`] makes the frame stale.
+//! A stale frame may be shown, but the next picture is a first one again.
 
 use crate::levels::{self, Level, Pace};
 use crate::{FrameReport, Gpu, GpuError, Optics, Renderer, Scene, Shader, Target, View};
@@ -100,8 +100,8 @@ pub struct Progressive {
 }
 
 impl Progressive {
-    /// A state without scene, method and job. The first picture after each change is the finest one that is estimated to
-    /// take at most `preview_ms` milliseconds, and the coarsest one if there is none.
+    /// A state without scene, method and job. The first picture after each change is the finest one that is estimated
+    /// to take at most `preview_ms` milliseconds, and the coarsest one if there is none.
     pub fn new(preview_ms: f64) -> Self {
         Self {
             scene: None,

@@ -9,8 +9,8 @@ use crate::snake::PigmentTexture;
 /// Number of texels along each side of the sun's depth map. A finer map takes longer to draw; a coarser one leaves more
 /// pixels to rays.
 const SUNLIGHT_SIDE: u32 = 1024;
-/// Number of texels along each side of the sun's depth map of a draft. The map is drawn again for each picture while the
-/// sun moves, so its time matters more than its resolution.
+/// Number of texels along each side of the sun's depth map of a draft. The map is drawn again for each picture while
+/// the sun moves, so its time matters more than its resolution.
 const DRAFT_SUNLIGHT_SIDE: u32 = 256;
 
 /// A mesh and its pigment on the GPU, to be drawn with any camera and sun.
@@ -45,8 +45,8 @@ impl Scene {
         Self::with_sunlight(gpu, data, SUNLIGHT_SIDE)
     }
 
-    /// [`Scene::of`] with a coarser depth map of the sun, for pictures while the sun moves. The map is drawn faster, but
-    /// edges of shadows may be less exact.
+    /// [`Scene::of`] with a coarser depth map of the sun, for pictures while the sun moves. The map is drawn faster,
+    /// but edges of shadows may be less exact.
     ///
     /// # Errors
     /// The errors of [`Scene::of`].

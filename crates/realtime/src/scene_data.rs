@@ -1,7 +1,7 @@
 //! A scene as bytes in the layout of the GPU, which another thread or process can prepare.
 //!
-//! The bytes are a [`Header`] and four parts: vertices (`Vertex` in layout.rs), vertex indices of the triangles (three u32
-//! each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
+//! The bytes are a [`Header`] and four parts: vertices (`Vertex` in layout.rs), vertex indices of the triangles (three
+//! u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
 
 use super::GpuError;
 use super::layout::{Node, Vertex};

@@ -1,8 +1,8 @@
 //! A method on the GPU: answers arrays of queries in submissions of bounded time.
 //!
-//! `shade.wgsl` computes the reflectance `f_r` of the queries (layout.rs) whose indices are listed in a buffer `chosen`.
-//! A submission processes a range of this list. [`Shader`] keeps two numbers that it adapts from submission to
-//! submission:
+//! `shade.wgsl` computes the reflectance `f_r` of the queries (layout.rs) whose indices are listed in a buffer
+//! `chosen`. A submission processes a range of this list. [`Shader`] keeps two numbers that it adapts from submission
+//! to submission:
 //!
 //! - the number of queries in the range, so that a submission takes about [`SUBMISSION_MS`];
 //! - the number of parts of an answer (src/methods/common.wgsl), which doubles when the adapter ends long loops early.
@@ -33,7 +33,8 @@ const PARTS_MAX: u32 = 4096;
 /// answers.
 const BATCH: usize = 1 << 20;
 
-/// Accesses of the bindings 0, 1, … in group 0 of `shade.wgsl`: range, optics, queries, chosen, reflectances, cut_short.
+/// Accesses of the bindings 0, 1, … in group 0 of `shade.wgsl`: range, optics, queries, chosen, reflectances,
+/// cut_short.
 const OWN_GROUP: [Access; 6] =
     [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite];
 
@@ -184,8 +185,8 @@ impl Shader {
         Ok(answers)
     }
 
-    /// Reflectances `f_r` over the hemisphere of `wo` for light from `wi`, linear sRGB in 1/sr. The map has `side`² pixels
-    /// in the layout of [`map_direction`], rows from the top; `None` outside the disc of the hemisphere.
+    /// Reflectances `f_r` over the hemisphere of `wo` for light from `wi`, linear sRGB in 1/sr. The map has `side`²
+    /// pixels in the layout of [`map_direction`], rows from the top; `None` outside the disc of the hemisphere.
     ///
     /// # Errors
     /// The errors of [`Shader::evaluate_async`].

@@ -7,8 +7,8 @@ use std::f64::consts::{PI, TAU};
 use std::str::FromStr;
 use sunbeam::colour::srgb_bytes;
 
-/// Number of cells of the sphere around its axis and from pole to pole. Cells are square at the equator. More cells make
-/// the outline rounder; fewer take less memory.
+/// Number of cells of the sphere around its axis and from pole to pole. Cells are square at the equator. More cells
+/// make the outline rounder; fewer take less memory.
 const SPHERE_CELLS: (u32, u32) = (192, 96);
 
 /// A shape that carries the relief, in view of the default camera. Lengths are in cm; z is up.
@@ -49,8 +49,8 @@ impl Shape {
 
     /// The mesh, and the pigment for its texture coordinates.
     ///
-    /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]). `pigment_size` is
-    /// the size of its texture in pixels along and around the body. The other shapes ignore both.
+    /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]). `pigment_size`
+    /// is the size of its texture in pixels along and around the body. The other shapes ignore both.
     ///
     /// # Errors
     /// The errors of [`SnakeMesh::build`] and [`pigment_texture`].
@@ -96,7 +96,8 @@ fn flat() -> Mesh {
     }
 }
 
-/// The mesh of the sphere: u in [0, 1] around the axis from +x towards +y, v in [0, 1] from the upper to the lower pole.
+/// The mesh of the sphere: u in [0, 1] around the axis from +x towards +y, v in [0, 1] from the upper to the lower
+/// pole.
 fn sphere() -> Mesh {
     let (columns, rows) = SPHERE_CELLS;
     let mut mesh = Mesh::default();

@@ -1,8 +1,8 @@
 //! The sun's depth map: an orthographic depth buffer of the mesh, seen from the sun.
 //!
 //! The map covers a box with one axis towards the sun that contains the mesh's bounding box. shadow.wgsl draws the map,
-//! and locate.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has moved, by
-//! the calls [`Sunlight::begins`], drawing, [`Sunlight::copy`], [`Sunlight::ends`].
+//! and locate.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has moved,
+//! by the calls [`Sunlight::begins`], drawing, [`Sunlight::copy`], [`Sunlight::ends`].
 
 use super::layout::SunlightUniform;
 use super::target::DEPTH_FORMAT;
@@ -99,8 +99,8 @@ impl Sunlight {
         gpu.run(encoder)
     }
 
-    /// The map's box, whose axes are two arbitrary ones orthogonal to the sun's direction, and this direction. Along each
-    /// axis, half the extent of the mesh's box is the dot product of its half diagonal and the absolute axis.
+    /// The map's box, whose axes are two arbitrary ones orthogonal to the sun's direction, and this direction. Along
+    /// each axis, half the extent of the mesh's box is the dot product of its half diagonal and the absolute axis.
     fn frame(&self, to_sun: DVec3) -> SunlightUniform {
         let centre = 0.5 * (self.low + self.high);
         let (right, up) = to_sun.any_orthonormal_pair();

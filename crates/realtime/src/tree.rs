@@ -41,8 +41,8 @@ pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
             Leaf { bounds: Aabb::empty().grow(&point(0)).grow(&point(1)).grow(&point(2)), node: 0 }
         })
         .collect();
-    // The arguments of the closure are the box, the index of the first child, the index after the subtree, and the index
-    // of the leaf, which is `u32::MAX` (`TRACE_NONE`) for an inner node.
+    // The arguments of the closure are the box, the index of the first child, the index after the subtree, and the
+    // index of the leaf, which is `u32::MAX` (`TRACE_NONE`) for an inner node.
     Bvh::build_par(&mut leaves).flatten_custom(&|bounds, _, next, triangle| Node {
         low: bounds.min.into(),
         triangle,

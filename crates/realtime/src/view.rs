@@ -92,11 +92,13 @@ fn toward(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
 /// Blending of the diffraction colour with the pigment below the surface. resolve.wgsl has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Blend {
-    /// Sum of the diffraction colour and the diffuse pigment, which has the weight `(1 − R(θi))·(1 − R(θo))`: the fraction
-    /// of light that passes the surface on the way in and out. R is the Fresnel reflectance of the macroscopic surface.
+    /// Sum of the diffraction colour and the diffuse pigment, which has the weight `(1 − R(θi))·(1 − R(θo))`: the
+    /// fraction of light that passes the surface on the way in and out. R is the Fresnel reflectance of the macroscopic
+    /// surface.
     #[default]
     Physical,
-    /// Weighted mean of the diffraction colour and the pigment, the texture blending of Single 2014 (M. Single's thesis).
+    /// Weighted mean of the diffraction colour and the pigment, the texture blending of Single 2014 (M. Single's
+    /// thesis).
     FixedMix {
         /// Weight of the diffraction colour, in [0, 1].
         share: f32,
@@ -131,10 +133,11 @@ pub struct View {
     pub blend: Blend,
     /// Whether there is a ground: a square of 4 m with the reflectance [`SOIL`] at z = 0.
     pub ground: bool,
-    /// Angle in degrees from the tangent of the mesh along u to the relief's x axis, counter-clockwise seen from outside.
+    /// Angle in degrees from the tangent of the mesh along u to the relief's x axis, counter-clockwise seen from
+    /// outside.
     pub rotation_deg: f64,
-    /// Rays along each side of a pixel, 1 to 64. They pass through the centres of equal squares, and the pixel is the mean
-    /// of their radiances.
+    /// Rays along each side of a pixel, 1 to 64. They pass through the centres of equal squares, and the pixel is the
+    /// mean of their radiances.
     pub supersample: u32,
 }
 
@@ -165,8 +168,8 @@ impl View {
         self.uniform((1, 1), 0).map(|_| ())
     }
 
-    /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the rays of a
-    /// pixel from 0, by rows from the upper left one.
+    /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the rays of
+    /// a pixel from 0, by rows from the upper left one.
     ///
     /// The camera's vectors are those of Mitsuba's `look_at` and `perspective`: rows are stored from the top, and the
     /// field of view is the horizontal one.
