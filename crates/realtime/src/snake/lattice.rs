@@ -1,10 +1,10 @@
 //! The lattice of scales: the corners of each scale, and the curves along which it ends.
 //!
 //! # Lattice
-//! Coordinates (i, j) are in *half scales*: i along the body towards the tail, j around it in the direction of v.
-//! Points with even i + j are the centres of scales; "scale (i, j)" is the scale with this centre. Points with odd i +
-//! j are *nodes*. At a node four scales meet: the tip of the scale towards the head lies between the flanks of its two
-//! neighbours, over the root of the scale towards the tail.
+//! Coordinates (i, j) are in *half scales*: i along the body towards the tail, j around it in the direction of v. If
+//! i + j is even, the point is the centre of a scale; "scale (i, j)" is the scale with this centre. If i + j is odd,
+//! the point is a *node*. At a node four scales meet: the tip of the scale towards the head lies between the flanks of
+//! its two neighbours, over the root of the scale towards the tail.
 //!
 //! ```text
 //!             right flank (i, j + 1)
@@ -143,11 +143,11 @@ struct Corners {
 
 /// The scales of a snake, and some beyond the sides of the sheet.
 pub(super) struct Lattice {
-    /// Traits of scale (i, j) for i and j from −[`TRAITS_MARGIN`] on, j fastest. Entries with odd i + j have no
-    /// meaning.
+    /// Traits of scale (i, j) for i and j from −[`TRAITS_MARGIN`] on, j fastest. Entries with odd i + j belong to no
+    /// scale.
     traits: Vec<Traits>,
-    /// Corners of scale (i, j) for i and j from −[`CORNERS_MARGIN`] on, j fastest. Entries with odd i + j have no
-    /// meaning.
+    /// Corners of scale (i, j) for i and j from −[`CORNERS_MARGIN`] on, j fastest. Entries with odd i + j belong to no
+    /// scale.
     corners: Vec<Corners>,
     /// Length of the sheet along the body, in half scales.
     pub(super) rows_along: i64,
