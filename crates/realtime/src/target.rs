@@ -15,6 +15,7 @@ pub(super) struct ListLengths {
 }
 
 impl ListLengths {
+    /// Size of the struct in bytes.
     pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
 }
 

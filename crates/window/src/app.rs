@@ -68,7 +68,7 @@ pub(crate) struct App {
 }
 
 impl App {
-    /// The window's contents; other threads begin to make the mesh and start the drawer.
+    /// The window's contents. Other threads make the mesh and draw from now on.
     pub(crate) fn new(
         ctx: &egui::Context,
         window: RenderState,

@@ -63,8 +63,8 @@ impl<'a> Patch<'a> {
             Edge::FreeRight if i == rows => mirrored(Edge::RootRight),
             Edge::RootLeft => self.lattice.foot((i - 1, j - 1), Side::Right, t),
             Edge::RootRight => self.lattice.foot((i - 1, j + 1), Side::Left, t),
-            Edge::FreeLeft => self.lattice.lip((i, j), Side::Left, t),
-            Edge::FreeRight => self.lattice.lip((i, j), Side::Right, t),
+            Edge::FreeLeft => self.lattice.free_edge((i, j), Side::Left, t),
+            Edge::FreeRight => self.lattice.free_edge((i, j), Side::Right, t),
         }
     }
 }
