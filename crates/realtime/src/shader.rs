@@ -23,8 +23,9 @@ use sunbeam::scattering::map_direction;
 const SUBMISSION_MS: f64 = 250.0;
 /// Number of queries of the first submission. It is small because the speed of the method is not known yet.
 const FIRST_QUERIES: u32 = 1024;
-/// Largest ratio of the numbers of queries of consecutive submissions. Start-up time dominates small submissions, so
-/// larger ratios may overshoot the intended time; smaller ratios take more submissions to reach it.
+/// Largest ratio of the numbers of queries of consecutive submissions. The time of a small submission predicts that of
+/// a large one badly, so larger ratios may overshoot the intended time. Smaller ratios take more submissions to reach
+/// it.
 const GROWTH_MAX: u32 = 8;
 /// Largest number of parts of an answer; a method that needs more is refused with [`GpuError::CutShort`]. Each part
 /// costs a submission, so such a method would be too slow for pictures.
