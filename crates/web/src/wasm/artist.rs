@@ -242,7 +242,7 @@ impl Artist {
         let (shown, is_finest) = {
             let state = self.state.borrow();
             let supersample = state.progressive.job().map_or(1, |job| job.view.supersample);
-            (state.shown.clone(), level.is_last(supersample))
+            (state.shown.clone(), level.is_finest(supersample))
         };
         let Some(shown) = shown else { return Ok(None) };
         self.show(&shown).await?;
