@@ -240,6 +240,6 @@ impl Reflector {
 }
 
 /// A direction in single precision.
-fn single(direction: Vec3) -> [f32; 3] {
+pub(crate) fn single(direction: Vec3) -> [f32; 3] {
     direction.map(|component| component as f32)
 }
