@@ -103,12 +103,12 @@ struct Report<'a> {
     size: usize,
     wi: Vec3,
     method: &'static str,
-    /// [`Map::wavelengths`].
+    /// Number of wavelengths that a colour sums, as in [`Map`].
     #[serde(skip_serializing_if = "Option::is_none")]
     wavelengths: Option<usize>,
     /// Largest value of each channel in 1/sr, at least 0.
     max: [f64; 3],
-    /// [`Map::seconds`].
+    /// Seconds for all directions, as in [`Map`].
     seconds: f64,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     gpu: Option<GpuReport>,

@@ -160,7 +160,7 @@ impl Reflector {
     /// [`Reflector::try_eval`]: it is zero here.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
-        // `O·M·S/λ²`, except for gratings, whose answer is f_r.
+        // `O·M·S/λ²`, divided by the albedo where energy is conserved. The answer of gratings is f_r itself.
         let relief = match &self.evaluator {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
             Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
@@ -243,7 +243,8 @@ impl Reflector {
         }
     }
 
-    /// Applies `answer` to every item, concurrently where the method allows it; the order is kept.
+    /// Applies `answer` to every item, concurrently where the method allows it; the order is kept. A task takes at
+    /// least eight items, since a look-up is short.
     pub(crate) fn map<T: Sync, A: Send>(&self, items: &[T], answer: impl Fn(&T) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
             items.par_iter().with_min_len(8).map(answer).collect()

@@ -1,6 +1,7 @@
 //! The pairs of directions (wi, wo) at which methods are timed and their errors computed.
 
 use crate::arguments::direction_from_degrees;
+use crate::reflector::single;
 use std::f64::consts::TAU;
 use sunbeam::height_field::random::Random;
 use sunbeam::lobe::Surface;
@@ -11,7 +12,7 @@ use sunbeam::scattering::Vec3;
 pub(crate) const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)];
 
 /// Steps of the additive low-discrepancy sequence R₂ in the unit square (M. Roberts 2018): 1/x and 1/x² for the real
-/// root x of x³ = x + 1.
+/// root of x³ = x + 1.
 const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 /// Range of the wavelengths in nm for which the sampler draws directions. Beyond it wavelengths hardly contribute to a
 /// colour.
@@ -36,7 +37,7 @@ pub(crate) struct DirectionPair {
 impl DirectionPair {
     /// `[wi, wo]` in single precision.
     pub(crate) fn single(&self) -> [[f32; 3]; 2] {
-        [self.wi, self.wo].map(|direction| direction.map(|c| c as f32))
+        [self.wi, self.wo].map(single)
     }
 
     /// `wi + wo` in single precision.

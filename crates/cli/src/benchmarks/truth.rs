@@ -2,11 +2,16 @@
 //!
 //! Symbols:
 //!
-//! - q = wi + wo, λ: the wavelength in µm;
-//! - f = (qx, qy)/λ: the spatial frequency in 1/µm, κ = 2π·qz/λ: the phase rate in 1/µm;
-//! - c_j(κ): the amplitude of order j, one DFT bin of the phase screen, f_j: its frequency;
-//! - h: the height, H: half the range of heights, both in µm;
-//! - s: the standard deviation of the coherence window in µm, g = exp(−2π²s²·|f − f_j|²): its weight of an amplitude.
+//! - q = wi + wo: the scattering vector;
+//! - λ: the wavelength in µm;
+//! - f = (qx, qy)/λ: the spatial frequency in 1/µm;
+//! - κ = 2π·qz/λ: the phase rate in 1/µm;
+//! - c_j(κ): the amplitude of order j, one DFT bin of the phase screen;
+//! - f_j: the frequency of order j in 1/µm;
+//! - h: the height in µm;
+//! - H: half the range of heights in µm;
+//! - s: the standard deviation of the coherence window in µm;
+//! - g = exp(−2π²s²·|f − f_j|²): the weight of c_j by the coherence window.
 //!
 //! The power spectral density S, from which values S/λ² in 1/sr follow, is a sum over the orders around f:
 //!
@@ -62,11 +67,11 @@ pub(crate) struct TruthCheck {
     pub(crate) largest: f64,
 }
 
-/// The orders along one axis, of which g is a factor for each axis.
+/// The orders along one axis. The weight g is the product of a Gaussian along x and one along y.
 struct Axis {
-    /// Number of pixels and of orders.
+    /// Number of pixels, and of orders.
     pixels: i64,
-    /// Factor a of the Gaussian `exp(−a·d²)` along this axis, where d is the distance in orders: `2π²s²/extent²`.
+    /// Factor a of the Gaussian `exp(−a·d²)` along this axis: `2π²s²/extent²`, where d is the distance in orders.
     sharpness: f64,
 }
 

@@ -2,9 +2,12 @@
 //!
 //! Symbols:
 //!
-//! - κ = 2πw/λ: the phase rate in 1/µm, with w = cosθi + cosθo;
-//! - h: the height relative to the middle of the range of heights, H: half the range, both in µm;
-//! - S(f; κ): the power spectral density in µm² at the spatial frequency f = (u, v)/λ in 1/µm; (u, v, w) = wi + wo.
+//! - (u, v, w) = wi + wo: the scattering vector;
+//! - f = (u, v)/λ: the spatial frequency in 1/µm;
+//! - κ = 2πw/λ: the phase rate in 1/µm;
+//! - h: the height in µm, relative to the middle of the range of heights;
+//! - H: half the range of heights in µm;
+//! - S(f; κ): the power spectral density in µm².
 //!
 //! The phase screen exp(iκh) is expanded in a Taylor or Chebyshev series in h/H, whose coefficients depend on κH.
 //! Taylor's terms grow like e^κH before they cancel, so rounding limits the depth. An order's amplitude is one bin of
@@ -33,7 +36,7 @@ pub const KAPPA_H: [f64; 14] = [1.0, 2.0, 4.0, 7.0, 10.0, 13.56, 17.0, 20.0, 25.
 const REMAINDER: f64 = 1e-8;
 /// Tolerance of the tables and of the method FLSS.
 const TOLERANCE: f64 = 1e-3;
-/// Smallest w of the queries of FLSS, of directions near the horizon.
+/// Smallest w of the queries of FLSS. Both directions are then within 1.2° of the horizon.
 const W_MIN: f64 = 0.02;
 /// Largest distance from an order, in orders, of a query near one.
 const NEAR_ORDER: f64 = 0.1;

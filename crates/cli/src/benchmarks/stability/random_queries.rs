@@ -8,6 +8,7 @@
 use super::relief::{rough, sinusoid, step, uniform_direction};
 use crate::arguments::direction_from_degrees;
 use crate::benchmarks::BenchError;
+use crate::reflector::single;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -214,7 +215,7 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
 
 /// Checks the answers of the published methods to one query, a pair of directions `[wi, wo]` and a wavelength.
 fn query_methods(methods: &[Box<dyn Method>], directions: [Vec3; 2], nm: f64, found: &mut RandomQueries) {
-    let [wi, wo] = directions.map(|w| w.map(|c| c as f32));
+    let [wi, wo] = directions.map(single);
     for method in methods {
         // Out-of-gamut colours have negative channels, which are no errors.
         found.not_finite += method.answer_rgb(wi, wo).iter().filter(|value| !value.is_finite()).count() as u64;
