@@ -132,7 +132,7 @@ private:
 template <typename Float, typename Spectrum> size_t register_variant(std::string_view name, PluginRegisterFn fn) {
     using Class = Diffraction<Float, Spectrum>;
     fn(name, Class::Variant, Class::Type, [](void *, const Properties &props) -> ref<Object> {
-        // Checked for each instance, not only at load time, so that every failure reports the reason.
+        // Checked for each instance instead of when the plugin is loaded, so that every attempt reports the reason.
         require_compatible(mitsuba_address);
         return new Class(props);
     });

@@ -20,7 +20,7 @@ const SPECTRA_DELAY_MS = 300;
 
 /** Promises of the last task of each kind; null before the first and after a return to the last good state. */
 const pending = { surface: null, scene: null };
-/** Number of starts by kind; `all` counts those of either kind. `goBack` increments all, which makes every task stale. */
+/** Number of starts by kind; `all` counts those of either. `goBack` increments all three: every task becomes stale. */
 const turns = { surface: 0, scene: 0, all: 0 };
 /** Finished fraction of the scene; null while none is being built. */
 let sceneFraction = null;

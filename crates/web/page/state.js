@@ -15,9 +15,9 @@ export const page = {
   engine: null,
   /** The settings (crates/web/README.md), with all fields. */
   settings: null,
-  /** The file that was dropped or fetched: {name, file, sha256}; null for a preset or while the page waits for a file. */
+  /** The file that was dropped or fetched: {name, file, sha256}; null for a preset and while a file is awaited. */
   source: null,
-  /** The file that the link names and that the visitor has yet to drop: {name, sha256}; null for none. */
+  /** The file that is awaited, because a link names it: {name, sha256}; null for none. */
   wanted: null,
   /** The entries of examples/index.json (crates/web/README.md). */
   examples: [],
