@@ -150,7 +150,7 @@ public:
         return { value & active, dr::select(active, pdf, 0.f) };
     }
 
-    /// Reflectance of the pigment alone, zero without one, for denoisers and other users of an albedo.
+    /// Reflectance of the pigment; zero without one. Mitsuba's integrators for albedos call this function.
     Spectrum eval_diffuse_reflectance(const SurfaceInteraction3f &si, Mask active) const {
         if (!m_diffuse_reflectance)
             return 0.f;

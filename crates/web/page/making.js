@@ -39,6 +39,7 @@ export async function makeMissing() {
   if (isFile() && !page.source) return;
   const keys = currentKeys();
   const surfaceChanged = keys.relief !== page.keys.relief || keys.method !== page.keys.method;
+  // Without a device no pictures are drawn, and no scene is needed.
   const sceneChanged = keys.scene !== page.keys.scene && page.adapter !== null;
   if (!surfaceChanged && !sceneChanged) return;
   page.keys = { ...keys, scene: sceneChanged ? keys.scene : page.keys.scene };
@@ -102,8 +103,7 @@ async function makeScene(keys, stale) {
   const { engine, settings } = page;
   for (const draft of [true, false]) {
     const bytes = await engine.scene(settings, draft, (fraction) => (sceneFraction = fraction));
-    if (draft) sceneFraction = 0;
-    else sceneFraction = null;
+    sceneFraction = draft ? 0 : null;
     await page.opening;
     if (stale() || !page.adapter) return;
     held.scene = keys.scene;
