@@ -179,7 +179,7 @@ pub unsafe extern "C" fn sunbeam_surface_describe(
 ) -> Status {
     call(|| {
         // SAFETY: by the contract above.
-        let (handle, needed) = unsafe { (reference("surface", surface)?, output("needed", needed)?) };
+        let (handle, needed) = unsafe { (reference("surface", surface)?, reference_mut("needed", needed)?) };
         let version = env!("CARGO_PKG_VERSION");
         let description = Description {
             version,
