@@ -43,7 +43,7 @@ impl<N: Numbers> ColourView<N> {
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
         let rings = [-1.0, 0.0, 1.0, 2.0].map(|i| inner + lit(i));
         // [channel][ring].
-        let values = N::each_lane(c"rings of colours", rings, valid, |ring| self.on_ring(ring, turn, w, efolds, valid));
+        let values = N::map_each(c"rings of colours", rings, valid, |ring| self.on_ring(ring, turn, w, efolds, valid));
         array::from_fn(|c| {
             let sum = (0..4).fold(lit(0.0), |sum, i| weights[i].fma(values[c][i], sum));
             N::Real::select(valid, sum, lit(0.0))
