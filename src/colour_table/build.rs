@@ -24,8 +24,8 @@ const COST_MAX: f64 = 1.5e9;
 const LENGTH_STEP: f64 = 0.95;
 
 /// Standard deviation of the Gaussian window that stands for an aperiodic scan's taper, as a fraction of the scan's
-/// longer side. The Gaussian with the taper's spectral peak has 0.23. It is larger, so that rings resolve the taper's
-/// lobes.
+/// longer side. The Gaussian with the taper's spectral peak has 0.23. This value is larger, so that rings resolve the
+/// taper's lobes.
 const TAPER_SIGMA: f64 = 0.35;
 
 /// Wavelength in µm at which [`knee`] is taken: about the middle of the visible range.

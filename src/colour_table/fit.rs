@@ -1,6 +1,6 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
-//! As w → 0, near the horizon, F falls as w², down to a constant from the tails of order zero. For a small relative
+//! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
 //! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
 //! Above `knee` F no longer follows the square law; below `zero` the constant prevails. Both are values of w.
 

@@ -4,8 +4,8 @@
 //! the two directions: `O·M`, or `Q·M` with the small slope (docs/model.md#the-reflectance).
 //!
 //! A table's nodes are *narrow* or *wide*, by the width of their Gaussians over the hemisphere. Narrow nodes are
-//! integrated one by one, or merged in groups (`node_gaussian.rs`). Of wide nodes the sum is integrated, over the
-//! hemisphere (`quadrature.rs`).
+//! integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is integrated
+//! over the hemisphere (`quadrature.rs`).
 
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;

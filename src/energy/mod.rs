@@ -18,15 +18,16 @@
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.
 //!
-//! The divisor is linear between the nodes of the table, which is filled in three steps (`build.rs`):
+//! The divisor is linear between the nodes of the table, which is filled in four steps (`build.rs`):
 //!
-//! 1. Nodes of a grid half as fine get a, and then t with these a as b.
-//! 2. Nodes of the table get t with the values of step 1 as b, and a margin.
-//! 3. Where the table lies below t in the centre of a cell, the cell's corners are raised.
+//! 1. Nodes of a grid half as fine get a.
+//! 2. These nodes get t, with a as b.
+//! 3. Nodes of the table get t with the values of step 2 as b, and a margin.
+//! 4. Where the table lies below t in the centre of a cell, the cell's corners are raised.
 //!
-//! Where an order passes the horizon, t has a ridge narrower than a cell. In step 2 nodes therefore also get the t of
-//! orders moved onto their ridge, wherever a ridge crosses the box that the node stands for ([`node_gaussian::Ridge`]).
-//! Between nodes an albedo of 1.01 may remain (docs/tables.md#energy).
+//! Where an order passes the horizon, t has a ridge narrower than a cell. In step 3 a node therefore gets the largest
+//! of several t: with the orders in place, and with the orders moved onto a ridge that crosses the node's box
+//! ([`node_gaussian::Ridge`]). Between nodes an albedo of 1.01 may remain (docs/tables.md#energy).
 
 mod build;
 mod colour;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 /// Spacing of the grid in standard deviations of a node of the table.
 const SPACING_SIGMAS: f64 = 0.4;
-/// Distance in standard deviations up to which a node of the table adds to the grid, whatever the interpolation kernel.
+/// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
 const REACH_SIGMAS: f64 = 4.0;
 /// Steps in κ for each knot of the table's splines.
 const STEPS_PER_KNOT: f64 = 3.0;
