@@ -1,7 +1,7 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
-//! At one direction φ of a ring of radius r, the wavelength λ reads the spectral table at the radial frequency `ρ =
-//! r/λ`. So its integrand lies on a ray from the origin, and `dλ/λ² = −dρ/r`:
+//! At one direction φ of a ring of radius r, the wavelength λ reads the spectral table at the radial frequency
+//! `ρ = r/λ`. So the integrand lies on a ray from the origin, and `dλ/λ² = −dρ/r`:
 //!
 //! `F(q) = Σ_ρ (Δρ/r)·R·weight(λ)·S(f; κ)` with `f = ρ·(cos φ, sin φ)`, `λ = r/ρ` and `κ = 2πw/λ`.
 //!

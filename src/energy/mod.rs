@@ -12,8 +12,8 @@
 //! | `b(w)` | known lower bound of the divisor: `1 ≤ b ≤ max(1, A)` |
 //! | `t(wi)` | least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t` |
 //!
-//! `A ≥ a` is sufficient for `a' ≤ 1`, and so is `A ≥ t`: with `T = max(1, A(wi))`, the quotient `∫ f min(1, T/b(wo))
-//! cosθo dωo / T` is an upper bound of a'. It falls with T, and is at most 1 from t on.
+//! `A ≥ a` is sufficient for `a' ≤ 1`, and so is `A ≥ t`: with `T = max(1, A(wi))`, the quotient
+//! `∫ f min(1, T/b(wo)) cosθo dωo / T` is an upper bound of a'. It falls with T, and is at most 1 from t on.
 //!
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.

@@ -12,8 +12,9 @@ use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Incident cosine below which the horizon gets separate panels, since the obliquity factor divides by `(cosθi +
-/// cosθo)²` and then changes quickly. A larger value takes more nodes; a smaller one errs at grazing incidence.
+/// Incident cosine below which the horizon gets separate panels, since the obliquity factor divides by
+/// `(cosθi + cosθo)²` and then changes quickly. A larger value takes more nodes; a smaller one errs at grazing
+/// incidence.
 const GRAZING_COS: f64 = 0.03;
 /// Width in radians of the horizon's panels over the incident cosine. At their inner edge `1/(cosθi + cosθo)²` has
 /// fallen to 1/81. Wider panels resolve it less finely; narrower ones leave more of its fall to the others.

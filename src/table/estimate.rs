@@ -4,9 +4,9 @@
 //! numbers of knots and nodes follow from sizes and options. An estimate transforms nothing and allocates at most a few
 //! kB, so that an endless build is refused at once.
 //!
-//! - Time: `BUILDS·((knots + OTHER_KAPPAS)·(TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)) +
-//!   KNOT_NS·nodes·components·knots)`. Here n is the number of points of each transform, `screen` that of the phase
-//!   screen, and `windowed` that of the lattice if a window is applied.
+//! - Time in ns: `BUILDS·((knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·nodes·components·knots)`, with
+//!   `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of points of each
+//!   transform, `screen` that of the phase screen, and `windowed` that of the lattice if a window is applied.
 //! - Peak memory: the values at all knots, and the larger of the transforms in progress and the finished records.
 
 use super::band::Band;

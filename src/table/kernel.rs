@@ -78,8 +78,8 @@ impl InterpolationKernel {
     }
 }
 
-/// Integral over `|d| < r` of a semicircle's weight times an `even` function of `d`. With `d = r·sin φ` it is `2r
-/// ∫₀^{π/2} exp(β(cos φ − 1))·cos φ·even(r·sin φ) dφ`.
+/// Integral over `|d| < r` of a semicircle's weight times an `even` function of `d`. With `d = r·sin φ` it is
+/// `2r ∫₀^{π/2} exp(β(cos φ − 1))·cos φ·even(r·sin φ) dφ`.
 fn semicircle_integral(beta: f64, radius: f64, even: impl Fn(f64) -> f64) -> f64 {
     let step = FRAC_PI_2 / QUADRATURE_NODES as f64;
     let term = |i: usize| {
