@@ -1,4 +1,4 @@
-// A surface's tables in a backend's memory.
+// Table data of a surface in a backend's memory.
 #pragma once
 
 #include <algorithm>
@@ -17,58 +17,66 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// Arrays of `u32` that kernels gather from. Surfaces with the same tables share one copy in all variants of a backend.
+/// Table data of a surface (`Surface::words`) as Dr.Jit arrays of `u32`, from which kernels gather.
+///
+/// Surfaces with the same tables share one copy in all variants of a backend.
 template <typename Float> class Buffers {
 public:
+    /// Number of arrays of a surface. Tables that a surface lacks are empty arrays.
     static constexpr size_t COUNT = 3;
-    using UInt32X                 = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
-    using Words                   = std::array<UInt32X, COUNT>;
 
-    explicit Buffers(const Surface &surface) : m_words(shared(surface)) {}
+    explicit Buffers(const Surface &surface) : m_arrays(shared_arrays(surface)) {}
 
-    /// Dr.Jit indices of the arrays; 0 for an empty table.
+    /// Dr.Jit indices of the arrays; 0 for an empty array.
     std::array<uint32_t, COUNT> indices() const {
         std::array<uint32_t, COUNT> indices;
         for (size_t i = 0; i < COUNT; ++i)
-            indices[i] = (*m_words)[i].index();
+            indices[i] = (*m_arrays)[i].index();
         return indices;
     }
 
-    /// Shows the variables to frozen functions, whose inputs they are.
+    /// Reports the arrays to Dr.Jit as inputs of a frozen function (`dr.freeze`).
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
-        for (const UInt32X &words : *m_words)
-            fn(payload, words.index_combined(), "", "");
+        for (const UInt32X &array : *m_arrays)
+            fn(payload, array.index_combined(), "", "");
     }
-    /// Ignores what comes back: tables are never written, and other threads may be reading these.
+    /// Reports the arrays and ignores the replacements that `fn` returns: kernels never write tables, and other threads
+    /// may be reading the shared arrays.
     void traverse_1_cb_rw(void *payload, dr::detail::traverse_callback_rw fn) const {
-        for (const UInt32X &words : *m_words)
-            fn(payload, words.index_combined(), "", "");
+        for (const UInt32X &array : *m_arrays)
+            fn(payload, array.index_combined(), "", "");
     }
 
 private:
-    /// The copy in use, or a new one.
-    static std::shared_ptr<const Words> shared(const Surface &surface) {
+    using UInt32X = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
+    using Arrays  = std::array<UInt32X, COUNT>;
+
+    /// Largest number of words that one gather reads. Such a gather needs arrays whose length is a multiple of it.
+    static constexpr size_t PACKET_WORDS = 4;
+
+    /// Arrays of the surface's tables: those of another surface with the same tables, or new ones.
+    static std::shared_ptr<const Arrays> shared_arrays(const Surface &surface) {
         static std::mutex mutex;
-        static std::map<uint64_t, std::weak_ptr<const Words>> in_use;
+        static std::map<uint64_t, std::weak_ptr<const Arrays>> by_identity;
         const std::lock_guard lock(mutex);
-        for (auto i = in_use.begin(); i != in_use.end();)
-            i = i->second.expired() ? in_use.erase(i) : std::next(i);
-        auto &entry = in_use[surface.identity()];
-        if (auto words = entry.lock())
-            return words;
-        auto words = std::make_shared<Words>();
+        for (auto i = by_identity.begin(); i != by_identity.end();)
+            i = i->second.expired() ? by_identity.erase(i) : std::next(i);
+        auto &entry = by_identity[surface.identity()];
+        if (auto arrays = entry.lock())
+            return arrays;
+        auto arrays = std::make_shared<Arrays>();
         for (size_t i = 0; i < COUNT; ++i)
-            if (const auto from = surface.words(i); !from.empty()) {
-                // Packet gathers need arrays whose length is a multiple of the packet's four words.
-                std::vector<uint32_t> whole_packets((from.size() + 3) / 4 * 4);
-                std::copy(from.begin(), from.end(), whole_packets.begin());
-                (*words)[i] = dr::load<UInt32X>(whole_packets.data(), whole_packets.size());
+            if (const auto words = surface.words(i); !words.empty()) {
+                const size_t packets = (words.size() + PACKET_WORDS - 1) / PACKET_WORDS;
+                std::vector<uint32_t> padded(packets * PACKET_WORDS);
+                std::copy(words.begin(), words.end(), padded.begin());
+                (*arrays)[i] = dr::load<UInt32X>(padded.data(), padded.size());
             }
-        entry = words;
-        return words;
+        entry = arrays;
+        return arrays;
     }
 
-    std::shared_ptr<const Words> m_words;
+    std::shared_ptr<const Arrays> m_arrays;
 };
 
 } // namespace sunbeam

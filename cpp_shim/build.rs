@@ -16,10 +16,12 @@ fn main() {
 /// A release of Mitsuba whose wheel the plugin can be compiled against. Layouts of Mitsuba's classes change between
 /// releases, so versions are exact.
 struct Release {
+    /// Version of the package `mitsuba`.
     mitsuba: &'static str,
+    /// Version of the package `drjit` that this Mitsuba requires.
     drjit: &'static str,
-    /// Instruction set of the wheel. Dr.Jit turns small arrays into SIMD registers where it allows them, which changes
-    /// layouts and the calling convention: without the wheel's `-march` the plugin loads and renders garbage.
+    /// Instruction set that the wheel was compiled for. With AVX, Dr.Jit's small arrays are SIMD registers, which
+    /// changes layouts and the calling convention. A plugin for another instruction set loads and renders garbage.
     march: &'static str,
     /// Whether the wheel uses the `std::string` of C++11; wheels for manylinux2014 use the older one.
     cxx11_strings: bool,
@@ -33,11 +35,14 @@ const RELEASES: [Release; 4] = [
     Release { mitsuba: "3.7.1", drjit: "1.2.0", march: "ivybridge", cxx11_strings: false },
 ];
 
-/// Version of nanobind. The plugin uses its reference counter alone, which has not changed since 2.0.
+/// Version of nanobind, as in requirements.lock. The plugin uses only its reference counter, which has been the same
+/// since 2.0.
 const NANOBIND: &str = "2.14.0";
 
+/// Python packages whose headers the plugin includes.
 const PACKAGES: [&str; 3] = ["mitsuba", "drjit", "nanobind"];
 
+/// C++ files to compile.
 const SOURCES: [&str; 9] = [
     "checks.cpp",
     "diffraction.cpp",
@@ -53,18 +58,26 @@ const SOURCES: [&str; 9] = [
 /// Rust files with a cxx bridge.
 const BRIDGES: [&str; 4] = ["src/bridge.rs", "src/jit.rs", "src/jit_tests.rs", "src/log.rs"];
 
-const FLAGS: [&str; 4] =
-    ["-fno-strict-aliasing", "-fno-math-errno", "-fvisibility=hidden", "-fvisibility-inlines-hidden"];
+/// Compiler flags, beside the instruction set of the release.
+const FLAGS: [&str; 4] = [
+    // Required by Dr.Jit's headers: its CMake targets set it for everything that includes them.
+    "-fno-strict-aliasing",
+    // Lets square roots compile to one instruction.
+    "-fno-math-errno",
+    // Keep the plugin's symbols out of the process's symbol table, where another library could replace them.
+    "-fvisibility=hidden",
+    "-fvisibility-inlines-hidden",
+];
 
-/// Backends that the wheel was built with; they add members to its classes.
-const BACKENDS: [&str; 4] = ["MI_ENABLE_CUDA", "MI_ENABLE_LLVM", "MI_ENABLE_EMBREE", "MI_ENABLE_AUTODIFF"];
+/// Macros for the options that the wheels were built with. Mitsuba's classes have members that depend on them.
+const OPTIONS: [&str; 4] = ["MI_ENABLE_CUDA", "MI_ENABLE_LLVM", "MI_ENABLE_EMBREE", "MI_ENABLE_AUTODIFF"];
 
 fn build() -> Result<(), String> {
-    // Not the folder: Cargo would take changes of every Rust file in `src/` for changes of the C++.
-    let sources = fs::read_dir(".").map_err(|error| error.to_string())?;
+    // Cargo watches each C++ file, not the folder: otherwise a change of a Rust file in `src/` would recompile the C++.
+    let files = fs::read_dir(".").map_err(|error| error.to_string())?;
     let is_cpp = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "cpp" || extension == "h");
-    for source in sources.flatten().map(|entry| entry.path()).filter(is_cpp) {
-        println!("cargo:rerun-if-changed={}", source.display());
+    for file in files.flatten().map(|entry| entry.path()).filter(is_cpp) {
+        println!("cargo:rerun-if-changed={}", file.display());
     }
     for bridge in BRIDGES {
         println!("cargo:rerun-if-changed={bridge}");
@@ -74,13 +87,13 @@ fn build() -> Result<(), String> {
     if os.as_deref() != Ok("linux") || arch.as_deref() != Ok("x86_64") {
         return Err("the wheel's calling convention is known for Linux on x86-64 only".into());
     }
-    let (release, [mitsuba, drjit, nanobind]) = find_wheels()?;
+    let Wheels { release, mitsuba, drjit, nanobind } = find_wheels()?;
 
     cxx_build::CFG.include_prefix = "sunbeam_mitsuba";
     let mut shim = cxx_build::bridges(BRIDGES);
     shim.std("c++17").opt_level(2).debug(false).warnings(true).define("NDEBUG", None);
     shim.includes(["."]);
-    // System headers, whose warnings the compiler leaves out.
+    // `-isystem` suppresses warnings about these headers.
     for dir in [
         mitsuba.join("include"),
         drjit.join("include"),
@@ -94,10 +107,11 @@ fn build() -> Result<(), String> {
     }
     shim.flag(format!("-march={}", release.march));
     shim.define("_GLIBCXX_USE_CXX11_ABI", if release.cxx11_strings { "1" } else { "0" });
+    // `checks.cpp` compares these two with the headers and the compiler's own macros.
     shim.define("SUNBEAM_MITSUBA", format!("\"{}\"", release.mitsuba).as_str());
     shim.define("SUNBEAM_AVX2", if release.march == "x86-64-v3" { "1" } else { "0" });
-    for backend in BACKENDS {
-        shim.define(backend, "1");
+    for option in OPTIONS {
+        shim.define(option, "1");
     }
     for source in SOURCES {
         shim.file(source);
@@ -110,15 +124,25 @@ fn build() -> Result<(), String> {
     }
     // Mitsuba unloads plugins at exit, when the plugin's threads may still run.
     println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
-    // Another Mitsuba may lack functions. Lazy binding lets the version check report first.
+    // Another release of Mitsuba may lack functions that the plugin calls. Lazy binding looks them up at their first
+    // call, so the plugin loads and its version check reports the mismatch.
     println!("cargo:rustc-cdylib-link-arg=-Wl,-z,lazy");
     Ok(())
 }
 
-/// The release that is installed, and the folders of its packages, their versions checked.
-fn find_wheels() -> Result<(&'static Release, [PathBuf; 3]), String> {
+/// The installed release and the folders of its packages.
+struct Wheels {
+    release: &'static Release,
+    mitsuba: PathBuf,
+    drjit: PathBuf,
+    nanobind: PathBuf,
+}
+
+/// Finds the packages of the interpreter and checks their versions.
+fn find_wheels() -> Result<Wheels, String> {
     let python = find_python();
     println!("cargo:rerun-if-changed={}", python.display());
+    // Prints one line for each package: version, tab, folder. A package that is not installed has the version "none".
     let script = "import importlib.metadata as m, sys\n\
                   for name in sys.argv[1:]:\n\
                   \x20   try:\n\
@@ -135,10 +159,10 @@ fn find_wheels() -> Result<(&'static Release, [PathBuf; 3]), String> {
     }
     let stdout = String::from_utf8_lossy(&output.stdout);
     let found: Vec<(&str, &str)> = stdout.lines().filter_map(|line| line.split_once('\t')).collect();
-    let [(mitsuba, _), (drjit, _), (nanobind, _)] = found[..] else {
+    let [(mitsuba, mitsuba_folder), (drjit, drjit_folder), (nanobind, nanobind_folder)] = found[..] else {
         return Err(format!("{} did not answer", python.display()));
     };
-    let refused = |name: &str, wanted: &str, found: &str| {
+    let mismatch = |name: &str, wanted: &str, found: &str| {
         format!(
             "it needs {name} {wanted} in {}, where there is {found}. Run `make plugin`, which installs \
              requirements.lock into .venv, or name an interpreter that has it in SUNBEAM_PYTHON",
@@ -149,16 +173,16 @@ fn find_wheels() -> Result<(&'static Release, [PathBuf; 3]), String> {
     let release = RELEASES
         .iter()
         .find(|release| release.mitsuba == mitsuba)
-        .ok_or_else(|| refused("mitsuba", &accepted, mitsuba))?;
+        .ok_or_else(|| mismatch("mitsuba", &accepted, mitsuba))?;
     for (name, wanted, found) in [("drjit", release.drjit, drjit), ("nanobind", NANOBIND, nanobind)] {
         if wanted != found {
-            return Err(refused(name, wanted, found));
+            return Err(mismatch(name, wanted, found));
         }
     }
-    for (_, folder) in &found {
+    for folder in [mitsuba_folder, drjit_folder, nanobind_folder] {
         println!("cargo:rerun-if-changed={folder}/__init__.py");
     }
-    Ok((release, [0, 1, 2].map(|package: usize| PathBuf::from(found[package].1))))
+    Ok(Wheels { release, mitsuba: mitsuba_folder.into(), drjit: drjit_folder.into(), nanobind: nanobind_folder.into() })
 }
 
 /// The interpreter that has the packages: `SUNBEAM_PYTHON`, the checkout's `.venv`, or `python3`.

@@ -7,6 +7,7 @@
 #include <link.h>
 #include <mutex>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include <mitsuba/core/properties.h>
@@ -15,8 +16,8 @@
 #include "compat.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
 
-// Dr.Jit's small arrays are SIMD registers if and only if the compiler may use AVX. The wheels were built with AVX, and
-// since 3.9 with AVX2. With other flags the plugin would compile, load and render garbage, so the compiler refuses.
+// Dr.Jit's small arrays are SIMD registers if and only if the compiler may use AVX. The wheels are compiled with AVX,
+// and since Mitsuba 3.9 with AVX2. With other flags the plugin would compile, load and render garbage.
 #if !defined(__AVX__) || !defined(__F16C__)
 #error "compile with the -march of the wheel of Mitsuba"
 #endif
@@ -32,16 +33,20 @@ static_assert(std::string_view(MI_VERSION) == SUNBEAM_MITSUBA, "the headers are 
 namespace sunbeam {
 namespace {
 
-/// Label before the version in the metadata of images that Mitsuba saves.
+/// Start of a string constant such as "Mitsuba version 3.9.1" in Mitsuba's core library. Mitsuba writes it into the
+/// metadata of the images that it saves.
 constexpr std::string_view VERSION_LABEL = "Mitsuba version ";
 
 /// Input and result of `search_library`.
 struct Search {
+    /// Any address inside the library to search.
     uintptr_t address;
+    /// Version found; empty if there is none.
     std::string version;
 };
 
-/// Visitor of loaded libraries: reads the version from the library that contains the address.
+/// Callback of `dl_iterate_phdr`, which calls it for each loaded library. Skips libraries that do not contain the
+/// address (returns 0). Reads the version from the library that does, and ends the iteration (returns 1).
 int search_library(dl_phdr_info *info, size_t, void *payload) {
     auto &search          = *static_cast<Search *>(payload);
     auto for_each_segment = [&](auto &&visit) {
@@ -56,30 +61,39 @@ int search_library(dl_phdr_info *info, size_t, void *payload) {
         return 0;
     for_each_segment([&](uintptr_t start, size_t size) {
         const std::string_view memory(reinterpret_cast<const char *>(start), size);
-        for (size_t at = memory.find(VERSION_LABEL); at != memory.npos && search.version.empty();
-             at        = memory.find(VERSION_LABEL, at + 1)) {
-            size_t end = at += VERSION_LABEL.size();
+        // A label without digits behind it is another string: the search goes on.
+        for (size_t label = memory.find(VERSION_LABEL); label != memory.npos && search.version.empty();
+             label        = memory.find(VERSION_LABEL, label + 1)) {
+            const size_t begin = label + VERSION_LABEL.size();
+            size_t end         = begin;
             while (end < size && (std::isdigit((unsigned char) memory[end]) || memory[end] == '.'))
                 ++end;
-            search.version = memory.substr(at, end - at);
+            search.version = memory.substr(begin, end - begin);
         }
     });
     return 1;
 }
 
-/// Passes small arrays by value to the running library and back, and checks the result.
+/// Version of Mitsuba in the library that contains `address`; empty if none is found.
+std::string library_version(const void *address) {
+    Search search{ reinterpret_cast<uintptr_t>(address), {} };
+    dl_iterate_phdr(search_library, &search);
+    return search.version;
+}
+
+/// Passes small arrays to the running library and back, and checks that the result is plausible. Throws if not.
 void probe_calling_convention() {
     using Array3f = dr::Array<float, 3>;
-    // Coefficients of a smooth reflectance spectrum of a blue. The library takes the colour by reference and returns
-    // the coefficients by value.
+    // Coefficients of the smooth reflectance spectrum that Mitsuba assigns to a blue in linear sRGB. The library takes
+    // the colour by reference and returns the coefficients by value.
     const Array3f coeff = mitsuba::srgb_model_fetch(mitsuba::Color<float, 3>(.1f, .3f, .7f));
     auto reflectance    = [&](float nm) {
         float v = (coeff.x() * nm + coeff.y()) * nm + coeff.z();
         return .5f * v / std::sqrt(1.f + v * v) + .5f;
     };
+    // A blue reflects most at short wavelengths and least at long ones. Comparisons with NaN are false, so NaN fails.
     const float blue = reflectance(450.f), green = reflectance(540.f), red = reflectance(640.f);
     const bool plausible = blue > .4f && blue <= 1.f && green > .1f && green < blue && red >= 0.f && red < green;
-    // Written so that NaN fails.
     if (!plausible)
         throw std::runtime_error(
             "the diffraction plugin and the running Mitsuba " MI_VERSION
@@ -87,7 +101,7 @@ void probe_calling_convention() {
             "PyPI. Use that wheel (pip install mitsuba==" MI_VERSION ").");
 }
 
-/// Throws the reason if the running Mitsuba does not fit.
+/// Checks the CPU, the version and the calling convention of the running Mitsuba. Throws the first mismatch.
 void check(const void *address) {
 #if SUNBEAM_AVX2
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
@@ -98,12 +112,6 @@ void check(const void *address) {
 }
 
 } // namespace
-
-std::string library_version(const void *address) {
-    Search search{ reinterpret_cast<uintptr_t>(address), {} };
-    dl_iterate_phdr(search_library, &search);
-    return search.version;
-}
 
 void require_compatible(const void *address) {
     static std::once_flag once;

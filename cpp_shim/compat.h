@@ -9,11 +9,14 @@
 
 namespace sunbeam {
 
-// Conversions between C++ and Rust strings. cxx's own conversions are compiled separately with the `std::string` of
-// C++11, which older wheels do not use.
+// Conversions between C++ and Rust strings, which replace cxx's own. cxx compiles its own with the `std::string` of
+// C++11, which the wheels of older releases do not use.
+
+/// Borrows the text, which is UTF-8. Throws if it is not.
 inline rust::Str rust_str(std::string_view text) {
     return rust::Str(text.data(), text.size());
 }
+/// Copies a `rust::Str` or `rust::String`.
 template <typename Text> std::string std_string(const Text &text) {
     return std::string(text.data(), text.size());
 }

@@ -10,40 +10,45 @@
  * --------------------  ---------------  ------------------------------------------------------------------------
  * preset                string           blazed, sinusoidal, lamellar, cd, elaphe, xenopeltis, flat
  *                                        (elaphe, where there is no filename either)
- * period, height        float, um        size of blazed, sinusoidal and lamellar along x; height is valley to peak
- *                                        (blazed: 2.5 and 0.25, rising along +x); in (0, 1e3]
- * region_size           float, um        edge of sub-regions of elaphe and xenopeltis, in [3, 33] (none)
- * region_spread         float            relative rise and fall of the frequency in alternate sub-regions, in [0, 0.1];
- *                                        given together with region_size (none)
+ * period, height        float, um        period along x of blazed, sinusoidal and lamellar, and their height from
+ *                                        valley to peak; blazed rises along +x; in (0, 1e3] (2.5 and 0.25; lamellar is
+ *                                        0.125 high)
+ * region_size           float, um        edge of the square sub-regions of elaphe and xenopeltis, in [3, 33] (none)
+ * region_spread         float            fraction by which the period is shorter or longer in alternate sub-regions, in
+ *                                        [0, 0.1]; required with region_size (none)
  * filename              string           height field (.gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz,
  *                                        .txt, .csv, .asc; see docs/height-fields.md), found as Mitsuba finds files
- * pixel_size            float, um        edge of a pixel, where the file does not say; in (0, 1e3]
- * max_height            float, um        height of the largest value, where the file does not say; in (0, 1e3]
- * channel               string           channel of a file of several, by number or title (the first height)
+ * pixel_size            float, um        edge of a pixel, if the file has no scale; in (0, 1e3]
+ * max_height            float, um        height of the largest value, if the file has no unit of height; in (0, 1e3]
+ * channel               string           channel of a file with several, by number or title (first that is a height)
  * fill                  string           none, laplace, mean: heights for the file's holes (none: a file with holes
  *                                        is refused)
  * level                 string           none, mean, plane, quadratic, lines: form subtracted from the heights (plane
  *                                        for files, none for presets)
  * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
- * theory                string           scalar, or rigorous: Maxwell's equations, for reliefs along x alone (scalar)
+ * theory                string           scalar, or rigorous: Maxwell's equations, for reliefs that vary only along x
+ *                                        (scalar)
  * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;
  *                                        a change builds the tables anew
  * model                 string           ensemble, patch (ensemble)
- * obliquity             string           auto, stam, small_slope, unit (auto: small_slope where k is at most a tenth of
- *                                        eta at every wavelength, else stam); small_slope needs numbers or spectra
- * conserve_energy       boolean          keeps the albedo at or below 1 (true for ensemble, false for patch)
+ * obliquity             string           auto, stam, small_slope, unit (auto: small_slope if k is at most a tenth of
+ *                                        eta at every wavelength, else stam); small_slope needs eta and k as numbers
+ *                                        or spectra
+ * conserve_energy       boolean          divides the reflectance so that the albedo is at most 1 (true for ensemble,
+ *                                        false for patch)
  * shadowing             boolean          V-cavity shadowing and masking (false)
  * tolerance             float            relative error that tables are built to, in [1e-6, 0.1] (1e-3)
  * build_limit           float            factor on the limits of a build, 8 GB and two minutes on two cores, in
  *                                        [1, 1e6] (1)
- * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none: perfect reflector (none)
+ * material              string           a measured metal of Mitsuba ("Al", "Au", ...), or none: a perfect reflector
+ *                                        (none)
  * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
  *                       texture          such as keratin (1.56). Beyond its ends a spectrum keeps its end values.
  *                                        Exposed, differentiable
  * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
  *                       texture
- * diffuse_reflectance   spectrum or      pigment under the surface, lit by the light that the surface does not reflect:
- *                       texture          none under a perfect reflector (0). Exposed where given, differentiable
+ * diffuse_reflectance   spectrum or      pigment under the surface, lit by the light that the surface does not reflect;
+ *                       texture          black under a perfect reflector (0). Exposed where given, differentiable
  * rotation              float or         turns the relief counter-clockwise against the tangent, in degrees (0).
  *                       texture          Exposed, differentiable
  *
@@ -51,18 +56,22 @@
  *
  * Model
  * -----
- * With u = wi.x + wo.x, v = wi.y + wo.y, w = cos(theta_i) + cos(theta_o), all in the frame of the relief h:
+ * wi and wo are unit vectors that point away from the surface, in the frame of the relief h(x, y). theta_i and theta_o
+ * are their angles with the normal, and lambda is the wavelength. With u = wi.x + wo.x, v = wi.y + wo.y and
+ * w = cos(theta_i) + cos(theta_o):
  *
  *     f_r(wi, wo, lambda) = R O M S(f; kappa) / lambda^2,     f = (u, v) / lambda,     kappa = 2 pi w / lambda
  *
  * S is the power spectrum of the phase screen exp(i kappa h) under a Gaussian coherence window, R the Fresnel
- * reflectance at the half vector, O the obliquity factor (stam: (1 + wi.wo)^2 / (cos cos w^2), unit: 1), and M the
- * optional V-cavity factor. With small_slope, the factor Q of first-order small-slope theory replaces R O
- * (docs/model.md). The pigment adds
+ * reflectance at the half vector, and O the obliquity factor: (1 + dot(wi, wo))^2 / (cos(theta_i) cos(theta_o) w^2)
+ * for stam, 1 for unit. M is the V-cavity factor, 1 without shadowing. With small_slope, the factor Q of first-order
+ * small-slope theory replaces R O (docs/model.md). The pigment adds
  *
- *     (1 - specular R(theta_i)) (1 - specular R(theta_o)) diffuse / pi.
+ *     (1 - specular R(theta_i)) (1 - specular R(theta_o)) diffuse / pi,
  *
- * Component 0 is the diffracted light (glossy), component 1 the pigment where it is given. In polarised variants the
+ * where specular and diffuse are the two reflectance parameters.
+ *
+ * Component 0 is the diffracted light (glossy). Component 1 is the pigment, if it is given. In polarised variants the
  * diffracted light has the Mueller matrix of Fresnel's amplitudes at the half vector, or of the small-slope amplitudes.
  * Each order of the rigorous theory has a matrix of its own. The pigment depolarises.
  *
@@ -94,11 +103,13 @@
  *     lobe.h             the diffracted lobe, evaluated in Rust
  *     interface.h        Fresnel and small-slope factors, and their Mueller matrices
  *     spectral_ends.h    eta and k beyond the ends of their spectra
- *     parameters.cpp     Mitsuba's properties to the JSON that Rust reads
+ *     parameters.cpp     checks of Mitsuba's properties, and their conversion to the JSON that Rust reads
  *     buffers.h          tables in a backend's memory
  *     fingerprint.h      validity of frozen functions
  *     checks.cpp         compatibility with the running Mitsuba
+ *     compat.h           differences between releases of Mitsuba
  *     jit.cpp            Dr.Jit's operations for Rust's tracing
+ *     jit_tests.cpp      helpers of the tests of tracing, not part of the plugin
  *     progress.cpp       lines for Mitsuba's log
  *     variants_*.cpp     instantiations, one file per backend
  *     src/               the Rust side
@@ -116,7 +127,7 @@ const void *mitsuba_address = nullptr;
 
 namespace {
 
-/// Number of variants in the wheel's list, one per line.
+/// Number of variants in a list such as Mitsuba's MI_VARIANTS: one name per line.
 constexpr size_t count_variants(std::string_view list) {
     size_t count = 0;
     for (char c : list)
@@ -130,6 +141,7 @@ constexpr size_t count_variants(std::string_view list) {
 /// Registers every variant. Rust's `init_plugin`, whose name Mitsuba looks up, calls this function.
 extern "C" void sunbeam_register_variants(std::string_view name, mitsuba::PluginRegisterFn fn) {
     using namespace sunbeam;
+    // Mitsuba's core library defines `fn`.
     mitsuba_address = reinterpret_cast<const void *>(fn);
     const size_t count =
         register_scalar_variants(name, fn) + register_llvm_variants(name, fn) + register_cuda_variants(name, fn);

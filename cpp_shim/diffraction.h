@@ -4,25 +4,30 @@
 #include <algorithm>
 #include <memory>
 
+#include <mitsuba/core/spectrum.h>
+
 #include "checks.h"
 #include "optics.h"
 #include "variants.h"
 
 namespace sunbeam {
 
-/// Optics of an instance, in a base class that is constructed before Mitsuba's BSDF and destroyed after it.
+/// Optics of a BSDF instance, in a base class that is constructed before Mitsuba's BSDF and destroyed after it.
 ///
 /// BSDF's constructor enters the instance in Dr.Jit's registry, and its destructor removes it. A thread that traces a
-/// scene calls every BSDF in the registry, including those of other threads' scenes. Therefore the optics exist at
+/// scene calls every BSDF in the registry, including those of other threads' scenes. Therefore the optics must exist at
 /// least as long as the entry.
 template <typename Float, typename Spectrum> class OpticsHolder {
 protected:
-    using Held = const Optics<Float, Spectrum>;
+    using ConstOptics = const Optics<Float, Spectrum>;
 
-    explicit OpticsHolder(const Properties &props) : m_optics(std::make_shared<Held>(props)) {}
+    explicit OpticsHolder(const Properties &props) : m_optics(std::make_shared<ConstOptics>(props)) {}
 
-    /// The present optics. In variants that trace, the result keeps them if the instance is changed or deleted
-    /// meanwhile. Scalar variants call no instances of other threads, and ask for every ray.
+    /// Current optics.
+    ///
+    /// Variants that trace get a shared pointer, because another thread may change or delete the instance during the
+    /// call. Scalar variants get a plain pointer: a BSDF of another thread's scene is never called there, and counting
+    /// references for every ray would be slow.
     auto optics() const {
         if constexpr (dr::is_jit_v<Float>)
             return std::atomic_load(&m_optics);
@@ -30,11 +35,14 @@ protected:
             return m_optics.get();
     }
 
-    void set_optics(Held optics) { std::atomic_store(&m_optics, std::make_shared<Held>(std::move(optics))); }
+    void set_optics(ConstOptics optics) {
+        std::atomic_store(&m_optics, std::make_shared<ConstOptics>(std::move(optics)));
+    }
 
-    std::shared_ptr<Held> m_optics;
+    std::shared_ptr<ConstOptics> m_optics;
 };
 
+/// The plugin's BSDF: passes Mitsuba's calls on to the current optics.
 template <typename Float, typename Spectrum> class Diffraction final : OpticsHolder<Float, Spectrum>,
                                                                        public BSDF<Float, Spectrum> {
     using Holder = OpticsHolder<Float, Spectrum>;
@@ -45,7 +53,7 @@ public:
     MI_IMPORT_TYPES()
 
     explicit Diffraction(const Properties &props)
-        : Holder(props), Base(props), m_coherence_length(m_optics->coherence_length_um()) {
+        : Holder(props), Base(props), m_coherence_length_um(m_optics->coherence_length_um()) {
         m_components = m_optics->components();
         for (uint32_t component : m_components)
             m_flags = m_flags | component;
@@ -53,21 +61,22 @@ public:
 
     void traverse(TraversalCallback *cb) override {
         m_optics->traverse(cb);
-        cb->put("coherence_length", m_coherence_length, ParamFlags::NonDifferentiable);
+        cb->put("coherence_length", m_coherence_length_um, ParamFlags::NonDifferentiable);
     }
 
+    /// Replaces the optics after Mitsuba has written textures or the coherence length.
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
         if (has_changed("eta") || has_changed("k"))
             set_optics(m_optics->without_index());
-        if (const float built = m_optics->coherence_length_um(); m_coherence_length != built) {
-            const float wanted = m_coherence_length;
-            // A refused length throws and leaves the BSDF unchanged.
-            m_coherence_length = built;
-            set_optics(m_optics->with_coherence_length(wanted));
-            m_coherence_length = wanted;
+        if (const float built_um = m_optics->coherence_length_um(); m_coherence_length_um != built_um) {
+            const float wanted_um = m_coherence_length_um;
+            // `with_coherence_length` throws if it refuses the length. The member then still holds the built one.
+            m_coherence_length_um = built_um;
+            set_optics(m_optics->with_coherence_length(wanted_um));
+            m_coherence_length_um = wanted_um;
         }
-        set_optics(m_optics->with_present_ends());
+        set_optics(m_optics->with_current_ends());
     }
 
     std::pair<BSDFSample3f, Spectrum> sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
@@ -97,6 +106,7 @@ public:
     eval_pdf_sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Float sample1,
                     const Point2f &sample2, Mask active) const override {
         MI_MASKED_FUNCTION(ProfilerPhase::BSDFSample, active);
+        // Taken once, so that all results come from the same optics.
         const auto optics       = this->optics();
         const auto [value, pdf] = optics->template answer<true, true>(ctx, si, wo, active);
         const auto [bs, weight] = optics->sample(ctx, si, sample1, sample2, active);
@@ -112,20 +122,31 @@ public:
     MI_DECLARE_CLASS(Diffraction)
 
 private:
-    float m_coherence_length;
+    /// Exposed parameter `coherence_length`. Mitsuba writes it before it calls `parameters_changed`.
+    float m_coherence_length_um;
 
     MI_TRAVERSE_CB(Base, m_optics)
 };
 
-/// Registers one variant's constructor with Mitsuba. Returns 1, so that sums count the variants.
+/// Registers one variant's constructor with Mitsuba. Returns 1, the number of variants registered.
 template <typename Float, typename Spectrum> size_t register_variant(std::string_view name, PluginRegisterFn fn) {
     using Class = Diffraction<Float, Spectrum>;
     fn(name, Class::Variant, Class::Type, [](void *, const Properties &props) -> ref<Object> {
-        // Checked for each instance, not at load time, so that every attempt reports the reason.
+        // Checked for each instance instead of when the plugin is loaded, so that every attempt reports the reason.
         require_compatible(mitsuba_address);
         return new Class(props);
     });
     return 1;
+}
+
+/// Registers the variants of one of Dr.Jit's backends and returns their number.
+template <typename Float> size_t register_jit_variants(std::string_view name, PluginRegisterFn fn) {
+    using Mono     = mitsuba::Color<Float, 1>;
+    using RGB      = mitsuba::Color<Float, 3>;
+    using Spectral = mitsuba::Spectrum<Float, 4>;
+    return register_variant<Float, Mono>(name, fn) + register_variant<Float, mitsuba::MuellerMatrix<Mono>>(name, fn) +
+           register_variant<Float, RGB>(name, fn) + register_variant<Float, Spectral>(name, fn) +
+           register_variant<Float, mitsuba::MuellerMatrix<Spectral>>(name, fn);
 }
 
 } // namespace sunbeam

@@ -1,4 +1,4 @@
-// Number that lets a frozen function (`dr.freeze`) detect that its kernels no longer fit a BSDF.
+// Fingerprint of traced code, by which a frozen function (`dr.freeze`) notices that its kernels no longer fit a BSDF.
 #pragma once
 
 #include <array>
@@ -10,32 +10,35 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// A number below 2^32 encoded in types that frozen functions compare.
+/// The lower 32 bits of a number, encoded in types that frozen functions compare.
 ///
 /// Sizes and layouts of tables are constants of the traced code, so a kernel fits one set of tables. A frozen function
 /// compares the number of its inputs, their types, and the values of literals. A literal whose value has changed once
-/// becomes an input, and its value is not compared again. Therefore each base-four digit of the number is shown as a
-/// zero literal of one of four types.
+/// becomes an input, and its value is not compared again. Types are always compared. Therefore each base-four digit of
+/// the number is reported as a zero of one of four types.
 template <typename Float> class Fingerprint {
 public:
     explicit Fingerprint(uint64_t number) : m_number(number) {}
 
+    /// Reports the digits to Dr.Jit, the least significant first.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         each_digit([&](uint64_t literal) { fn(payload, literal, "", ""); });
     }
-    /// Ignores what comes back: the literals stay zero.
+    /// Reports the digits and ignores the replacements that `fn` returns: the literals stay zero.
     void traverse_1_cb_rw(void *payload, dr::detail::traverse_callback_rw fn) const {
         each_digit([&](uint64_t literal) { fn(payload, literal, "", ""); });
     }
 
 private:
+    /// Number of base-four digits, two bits each.
     static constexpr size_t DIGITS = 16;
 
+    /// Calls `visit` with the Dr.Jit index of each digit's literal.
     template <typename Visit> void each_digit(const Visit &visit) const {
         const std::array<uint64_t, 4> literals{ m_u32.index_combined(), m_i32.index_combined(), m_u64.index_combined(),
                                                 m_i64.index_combined() };
         for (size_t i = 0; i < DIGITS; ++i)
-            visit(literals[m_number >> 2 * i & 3]);
+            visit(literals[(m_number >> (2 * i)) & 3]);
     }
 
     uint64_t m_number;

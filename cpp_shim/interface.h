@@ -1,5 +1,5 @@
-// The interface's factor between two directions: R (Fresnel) or Q (small slope) of docs/model.md as a number, or as a
-// Mueller matrix in polarised variants.
+// The interface's factor for a pair of directions: R (Fresnel) or Q (small slope) of docs/model.md, as a number for
+// unpolarised light and as a Mueller matrix in polarised variants.
 #pragma once
 
 #include <mitsuba/core/spectrum.h>
@@ -9,12 +9,21 @@
 
 namespace sunbeam {
 
-/// Reflection by an interface of complex index.
+/// Reflection by an interface between air and a medium of complex refractive index.
 ///
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
-/// towards the viewer. Both lie above the surface. Small-slope symbols follow src/scattering/small_slope.rs: `q0` and
-/// `q` are the cosines of `from` and `to`, `w` their sum, `cos` and `sin` those of the azimuth between them, `sines`
-/// the product of the polar sines, and ε the squared index.
+/// towards the viewer. Both lie above the surface.
+///
+/// Small-slope symbols follow src/scattering/small_slope.rs. A suffix 0 marks quantities of `from`.
+///
+/// | symbol | meaning |
+/// | --- | --- |
+/// | `q0`, `q` | cosines of `from` and `to` with the normal |
+/// | `w` | q + q0 |
+/// | `sines` | product of the sines of the two polar angles |
+/// | `cos`, `sin` | cosine and sine of the azimuth from the incident to the outgoing light |
+/// | `epsilon` | ε, the squared index |
+/// | `half` | half the squared length of `from + to`, which is 1 + from·to |
 template <typename Float, typename Spectrum> class Interface {
 public:
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
@@ -23,8 +32,8 @@ public:
     using Vector3f            = mitsuba::Vector<Float, 3>;
     using Mask                = dr::mask_t<Float>;
 
-    /// `small_slope` selects Q instead of R. `perfect` selects the perfect conductor, for which Q has a form of its
-    /// own.
+    /// `index` is eta + ik. `small_slope` selects Q instead of R. `perfect` selects Q of a perfect conductor, which
+    /// does not depend on the index; R of a perfect conductor follows from an index of 0 + i.
     Interface(const Complex &index, bool small_slope, bool perfect)
         : m_index(index), m_epsilon(dr::square(index)), m_small_slope(small_slope), m_perfect(perfect) {}
 
@@ -35,8 +44,8 @@ public:
         return mitsuba::fresnel_conductor(UnpolarizedSpectrum(cos_half(from, to)), m_index);
     }
 
-    /// The Mueller matrix between Mitsuba's frames of reference for light that arrives along `-from` and leaves along
-    /// `to`.
+    /// Mueller matrix of light that arrives along `-from` and leaves along `to`, between the frames of reference that
+    /// Mitsuba assigns to these directions (`stokes_basis`).
     Spectrum mueller(const Vector3f &from, const Vector3f &to) const {
         namespace mueller = mitsuba::mueller;
         Spectrum matrix;
@@ -44,22 +53,24 @@ public:
         if (m_small_slope) {
             const Azimuth azimuth(from, to);
             matrix = small_slope_matrix(from, to, azimuth);
-            s_in   = Vector3f(-azimuth.from.y(), azimuth.from.x(), 0.f);
-            s_out  = Vector3f(-azimuth.to.y(), azimuth.to.x(), 0.f);
+            s_in   = Vector3f(-azimuth.in.y(), azimuth.in.x(), 0.f);
+            s_out  = Vector3f(-azimuth.out.y(), azimuth.out.x(), 0.f);
         } else {
             matrix = mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
-            // The s axis is perpendicular to both directions. Where they coincide, s and p reflect alike and any axis
-            // serves.
+            // The s axis is perpendicular to both directions. If they coincide, s and p reflect alike and any axis
+            // perpendicular to them serves.
             const Vector3f normal = dr::cross(from, to);
             const Float squared   = dr::squared_norm(normal);
-            s_in                  = dr::select(squared > 1e-10f, normal * dr::rsqrt(dr::maximum(squared, 1e-10f)),
-                                               mitsuba::coordinate_system(to).first);
-            s_out                 = s_in;
+            s_in =
+                dr::select(squared > NORMAL_SQUARED_MIN, normal * dr::rsqrt(dr::maximum(squared, NORMAL_SQUARED_MIN)),
+                           mitsuba::coordinate_system(to).first);
+            s_out = s_in;
         }
         return in_stokes_bases(matrix, from, s_in, to, s_out);
     }
 
-    /// Converts a Mueller matrix from frames of reference with the given first axes to Mitsuba's.
+    /// Converts a Mueller matrix to Mitsuba's frames of reference. `first_in` and `first_out` are the first axes of its
+    /// own frames for the incident and the outgoing light: unit vectors perpendicular to `from` and `to`.
     static Spectrum in_stokes_bases(const Spectrum &matrix, const Vector3f &from, const Vector3f &first_in,
                                     const Vector3f &to, const Vector3f &first_out) {
         namespace mueller = mitsuba::mueller;
@@ -68,26 +79,40 @@ public:
     }
 
 private:
-    /// Unit tangential vectors along which the light arrives and leaves. A direction along the normal takes the
-    /// other's.
-    struct Azimuth {
-        Vector2f from, to;
+    /// Smallest squared sine of the angle between the directions for which their cross product gives the s axis.
+    static constexpr float NORMAL_SQUARED_MIN = 1e-10f;
+    /// Smallest squared length of a tangential vector that has an azimuth.
+    static constexpr float TANGENT_SQUARED_MIN = 1e-24f;
+    /// Smallest argument of a square root that is not a divisor: the root has no derivative at zero.
+    static constexpr float ROOT_MIN = 1e-24f;
+    /// Smallest product of sines as a divisor (SINES_MIN of src/scattering/small_slope.rs), and its square.
+    static constexpr float SINES_MIN = 1e-6f, SINES_SQUARED_MIN = 1e-12f;
+    /// Product of sines below which `cos - sines` is computed as written. Above it the difference may cancel, and a
+    /// form without cancellation replaces it.
+    static constexpr float SINES_GRAZING = .5f;
+    /// Smallest squared divisor, with a reciprocal that is finite in single precision (TINY of the same file).
+    static constexpr float DIVISOR_SQUARED_MIN = 1e-18f;
 
-        Azimuth(const Vector3f &wi, const Vector3f &wo) {
-            const Vector2f k0(-wi.x(), -wi.y()), k(wo.x(), wo.y());
+    /// Tangential unit vectors along which the light arrives and leaves. A direction along the normal has none and
+    /// takes that of the other direction; if both are along the normal, x is taken.
+    struct Azimuth {
+        Vector2f in, out;
+
+        Azimuth(const Vector3f &from, const Vector3f &to) {
+            const Vector2f k0(-from.x(), -from.y()), k(to.x(), to.y());
             const Float k0_squared = dr::squared_norm(k0), k_squared = dr::squared_norm(k);
-            const Mask has_k0 = k0_squared > 1e-24f, has_k = k_squared > 1e-24f;
-            const Vector2f k0_unit = k0 * dr::rsqrt(dr::maximum(k0_squared, 1e-24f)),
-                           k_unit  = k * dr::rsqrt(dr::maximum(k_squared, 1e-24f));
-            to                     = dr::select(has_k, k_unit, dr::select(has_k0, k0_unit, Vector2f(1.f, 0.f)));
-            from                   = dr::select(has_k0, k0_unit, to);
+            const Mask has_k0 = k0_squared > TANGENT_SQUARED_MIN, has_k = k_squared > TANGENT_SQUARED_MIN;
+            const Vector2f k0_unit = k0 * dr::rsqrt(dr::maximum(k0_squared, TANGENT_SQUARED_MIN)),
+                           k_unit  = k * dr::rsqrt(dr::maximum(k_squared, TANGENT_SQUARED_MIN));
+            out                    = dr::select(has_k, k_unit, dr::select(has_k0, k0_unit, Vector2f(1.f, 0.f)));
+            in                     = dr::select(has_k0, k0_unit, out);
         }
-        Float cos() const { return dr::dot(from, to); }
-        Float sin() const { return from.x() * to.y() - from.y() * to.x(); }
+        Float cos() const { return dr::dot(in, out); }
+        Float sin() const { return in.x() * out.y() - in.y() * out.x(); }
     };
 
-    /// Terms of one direction with cosine q: the transmitted normal component t = √(ε − 1 + q²), and the denominators
-    /// q + t of s and εq + t of p.
+    /// Terms of one direction with cosine q: `t` is the normal component √(ε − 1 + q²) of the transmitted wave vector,
+    /// `s` the denominator q + t of s polarisation, and `p` the denominator εq + t of p polarisation.
     struct Side {
         Complex t, s, p;
 
@@ -98,73 +123,82 @@ private:
         }
     };
 
-    /// Cosine between either direction and the half vector. Computed from their sum, which is symmetric: a dot product
-    /// with one of them rounds differently for each, by as much as this cosine near the horizon.
+    /// Cosine between either direction and the half vector, computed from the length of their sum. A dot product with
+    /// one direction would round differently for each of the two, near the horizon by as much as the cosine itself.
     static Float cos_half(const Vector3f &from, const Vector3f &to) {
         return dr::minimum(.5f * dr::norm(from + to), 1.f);
     }
 
-    /// Cosine with the normal, at least COSINE_MIN of src/scattering/geometry.rs.
+    /// Cosine with the normal; the lower bound is COSINE_MIN of src/scattering/geometry.rs.
     static Float cosine(const Vector3f &w) { return dr::maximum(w.z(), 1e-7f); }
 
-    /// Q for unpolarised light; twin of `small_slope` in src/scattering/small_slope.rs.
+    /// Q for unpolarised light; twin of `small_slope` in src/scattering/small_slope.rs, which the core evaluates.
     UnpolarizedSpectrum small_slope_power(const Vector3f &from, const Vector3f &to) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
         const Float q_squared = q * q, q0_squared = q0 * q0;
         const Float half = .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
         // Positive, since a square root has no derivative at zero.
-        const Float sines = dr::sqrt(dr::maximum((1.f - q_squared) * (1.f - q0_squared), 1e-12f)),
-                    cos = dr::clip((1.f + product - half) / sines, -1.f, 1.f), cos_squared = cos * cos,
-                    sin_squared = 1.f - cos_squared;
+        const Float sines = dr::sqrt(dr::maximum((1.f - q_squared) * (1.f - q0_squared), SINES_SQUARED_MIN));
+        // The tangential parts of `-from` and `to` have the scalar product q q0 - from·to = 1 + q q0 - half.
+        const Float cos         = dr::clip((1.f + product - half) / sines, -1.f, 1.f);
+        const Float cos_squared = cos * cos, sin_squared = 1.f - cos_squared;
         if (m_perfect) {
-            // cos − sines. At grazing directions the difference cancels; the second form does not.
             const Float grazing    = (q_squared + q0_squared + product - q_squared * q0_squared - half) / sines;
-            const Float difference = dr::select(sines < .5f, cos - sines, grazing);
-            const Float straight   = dr::fmadd(difference, difference, cos_squared * product * product);
-            return UnpolarizedSpectrum(2.f * (straight + sin_squared * (q_squared + q0_squared)) / (product * w * w));
+            const Float difference = dr::select(sines < SINES_GRAZING, cos - sines, grazing);
+            const Float kept       = dr::fmadd(difference, difference, cos_squared * product * product);
+            return UnpolarizedSpectrum(2.f * (kept + sin_squared * (q_squared + q0_squared)) / (product * w * w));
         }
-        const Side o(q, m_epsilon), i(q0, m_epsilon);
-        auto per = [](const Complex &z) { return dr::rcp(dr::maximum(dr::squared_norm(z), 1e-18f)); };
-        const UnpolarizedSpectrum s = per(o.s), s0 = per(i.s), p = per(o.p), p0 = per(i.p);
-        const Complex pp = o.t * i.t * UnpolarizedSpectrum(cos) - m_epsilon * UnpolarizedSpectrum(sines);
-        const UnpolarizedSpectrum straight = cos_squared * s * s0 + dr::squared_norm(pp) * p * p0,
-                                  crossed =
-                                      sin_squared * (dr::squared_norm(o.t) * p * s0 + dr::squared_norm(i.t) * p0 * s);
-        return dr::squared_norm(m_epsilon - 1.f) * (straight + crossed) * (2.f * product / (w * w));
+        const Side out(q, m_epsilon), in(q0, m_epsilon);
+        // Reciprocal squared moduli of the denominators.
+        auto rcp_squared = [](const Complex &z) {
+            return dr::rcp(dr::maximum(dr::squared_norm(z), DIVISOR_SQUARED_MIN));
+        };
+        const UnpolarizedSpectrum s = rcp_squared(out.s), s0 = rcp_squared(in.s), p = rcp_squared(out.p),
+                                  p0 = rcp_squared(in.p);
+        const Complex pp             = out.t * in.t * UnpolarizedSpectrum(cos) - m_epsilon * UnpolarizedSpectrum(sines);
+        // Power that keeps its polarisation (ss and pp), and power that changes it (sp and ps).
+        const UnpolarizedSpectrum kept = cos_squared * s * s0 + dr::squared_norm(pp) * p * p0;
+        const UnpolarizedSpectrum crossed =
+            sin_squared * (dr::squared_norm(out.t) * p * s0 + dr::squared_norm(in.t) * p0 * s);
+        return dr::squared_norm(m_epsilon - 1.f) * (kept + crossed) * (2.f * product / (w * w));
     }
 
-    /// Mueller matrix of the amplitudes, between frames of reference along s; twin of `small_slope_amplitudes` in
-    /// src/scattering/small_slope.rs. Instantiated in polarised variants alone.
+    /// Mueller matrix of the small-slope amplitudes; twin of `small_slope_amplitudes` in src/scattering/small_slope.rs.
+    /// The first axes of its frames of reference are the s axes z × `azimuth.in` and z × `azimuth.out`. Instantiated
+    /// only in polarised variants.
     Spectrum small_slope_matrix(const Vector3f &from, const Vector3f &to, const Azimuth &azimuth) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
-        const UnpolarizedSpectrum g(4.f * product / (w * w));
+        // Square of the common factor 2 √(q q0) / w of the amplitudes.
+        const UnpolarizedSpectrum scale(4.f * product / (w * w));
         const UnpolarizedSpectrum cos(azimuth.cos()), sin(azimuth.sin());
-        // Positive, as in small_slope_power.
-        const Float squares = (dr::square(from.x()) + dr::square(from.y())) * (dr::square(to.x()) + dr::square(to.y()));
-        const UnpolarizedSpectrum sines(dr::sqrt(dr::maximum(squares, 1e-24f)));
+        const Float sines_squared =
+            (dr::square(from.x()) + dr::square(from.y())) * (dr::square(to.x()) + dr::square(to.y()));
+        const UnpolarizedSpectrum sines(dr::sqrt(dr::maximum(sines_squared, ROOT_MIN)));
         if (m_perfect) {
-            // cos − sines without cancellation, as in small_slope_power.
             const Float half = .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
-            const Float difference =
-                (q * q + q0 * q0 + product - product * product - half) / dr::maximum(Float(sines[0]), 1e-6f);
+            const Float grazing =
+                (q * q + q0 * q0 + product - product * product - half) / dr::maximum(Float(sines[0]), SINES_MIN);
             const UnpolarizedSpectrum pp =
-                dr::select(sines > .5f, UnpolarizedSpectrum(difference), cos - sines) / product;
-            return g * jones_to_mueller(Complex(-cos), Complex(sin / q0), Complex(sin / q), Complex(pp));
+                dr::select(sines > SINES_GRAZING, UnpolarizedSpectrum(grazing), cos - sines) / product;
+            return scale * jones_to_mueller(Complex(-cos), Complex(sin / q0), Complex(sin / q), Complex(pp));
         }
-        const Side o(q, m_epsilon), i(q0, m_epsilon);
+        const Side out(q, m_epsilon), in(q0, m_epsilon);
         const Complex contrast = m_epsilon - 1.f;
-        return g * jones_to_mueller(-contrast * cos / (o.s * i.s), contrast * i.t * sin / (o.s * i.p),
-                                    contrast * o.t * sin / (o.p * i.s),
-                                    contrast * (o.t * i.t * cos - m_epsilon * sines) / (o.p * i.p));
+        return scale * jones_to_mueller(-contrast * cos / (out.s * in.s), contrast * in.t * sin / (out.s * in.p),
+                                        contrast * out.t * sin / (out.p * in.s),
+                                        contrast * (out.t * in.t * cos - m_epsilon * sines) / (out.p * in.p));
     }
 
-    /// Mueller matrix of a Jones matrix; the first letter is the outgoing state, and states are right-handed with the
-    /// light's direction. With the time dependence exp(−iωt), Mitsuba's fourth Stokes component is 2 Im(x y*).
+    /// Mueller matrix of a Jones matrix with the elements [[xx, xy], [yx, yy]]: the first letter is the outgoing state,
+    /// the second the incident state. In either frame x, y and the direction of travel are right-handed.
+    ///
+    /// With the time dependence exp(−iωt), Mitsuba's Stokes vector is |x|² + |y|², |x|² − |y|², 2 Re(x y*), 2 Im(x y*).
     static Spectrum jones_to_mueller(const Complex &xx, const Complex &xy, const Complex &yx, const Complex &yy) {
         auto power                  = [](const Complex &z) { return dr::squared_norm(z); };
         const UnpolarizedSpectrum a = power(xx), b = power(xy), c = power(yx), d = power(yy);
-        const Complex x = xx * dr::conj(xy), y = yx * dr::conj(yy); // of one state out
-        const Complex u = xx * dr::conj(yx), v = xy * dr::conj(yy); // of one state in
+        // Products of two elements with the same outgoing state, with the same incident state, and with neither.
+        const Complex x = xx * dr::conj(xy), y = yx * dr::conj(yy);
+        const Complex u = xx * dr::conj(yx), v = xy * dr::conj(yy);
         const Complex f = xx * dr::conj(yy), g = xy * dr::conj(yx);
         auto re = [](const Complex &z) { return dr::real(z); };
         auto im = [](const Complex &z) { return dr::imag(z); };
@@ -174,6 +208,7 @@ private:
                         im(u + v), im(u - v), im(f + g), re(f - g));
     }
 
+    /// Complex index eta + ik, and its square ε.
     Complex m_index, m_epsilon;
     bool m_small_slope, m_perfect;
 };

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <string_view>
 
 #include <drjit-core/jit.h>
 #include <drjit-core/nanostl.h>
@@ -12,26 +13,30 @@
 namespace sunbeam::jit {
 namespace {
 
-/// Message of the first error. Of fixed size, since no memory may be left when it is written.
+/// Message of this thread's first error, ended by a zero; empty if there is none. The buffer has a fixed size, because
+/// the error may be that no memory is left. Longer messages are cut.
 thread_local char first_error[1024] = "";
 
-/// Keeps a message unless one is kept.
-void keep(const char *message) {
-    if (!*first_error)
-        std::snprintf(first_error, sizeof first_error, "%s", *message ? message : "an error without a message");
+/// Stores a message unless one is stored.
+void keep(std::string_view message) {
+    if (*first_error)
+        return;
+    if (message.empty())
+        message = "an error without a message";
+    std::snprintf(first_error, sizeof first_error, "%.*s", int(message.size()), message.data());
 }
 
-/// Unwinds Dr.Jit's frames after a loop's callback has failed in Rust, which has kept the reason.
+/// Exception that unwinds Dr.Jit's frames after a callback of a loop has failed. Rust has stored the reason.
 struct Abandoned : std::exception {
     const char *what() const noexcept override { return "a loop's body failed"; }
 };
 
-/// Runs `call`; returns `failed` if it throws.
+/// Result of `call`; `failed` if it throws.
 template <typename T, typename Call> T guarded(T failed, const Call &call) noexcept {
     try {
         return call();
     } catch (const Abandoned &) {
-        // Rust has kept the reason, or resumes its panic.
+        // Rust reports the reason: it has called `keep_error`, or resumes its panic.
     } catch (const std::exception &error) {
         keep(error.what());
     } catch (...) {
@@ -40,7 +45,7 @@ template <typename T, typename Call> T guarded(T failed, const Call &call) noexc
     return failed;
 }
 
-/// Result of a Dr.Jit function of variables; 0 if it throws or an index is 0.
+/// Result of a function of Dr.Jit, applied to variables; 0 if it throws or an index is 0.
 template <typename Function, typename... Index> uint32_t traced(Function function, Index... indices) noexcept {
     if (((indices == 0) || ...)) {
         keep("an operand is no variable");
@@ -49,14 +54,14 @@ template <typename Function, typename... Index> uint32_t traced(Function functio
     return guarded(0u, [&] { return function(indices...); });
 }
 
-/// Conversion of values, or with `bits` of their representation.
-uint32_t cast(uint32_t index, VarType type, bool bits) noexcept {
-    return traced([&](uint32_t i) { return jit_var_cast(i, type, bits); }, index);
+/// Converts values to a type; with `reinterpret` their bits are kept instead.
+uint32_t cast(uint32_t index, VarType type, bool reinterpret) noexcept {
+    return traced([&](uint32_t i) { return jit_var_cast(i, type, reinterpret); }, index);
 }
 
-/// Abandons a loop whose callback has failed.
-void proceed(bool done) {
-    if (!done || *first_error)
+/// Abandons a loop if its last callback has failed or an error is stored.
+void abandon_unless(bool succeeded) {
+    if (!succeeded || *first_error)
         throw Abandoned();
 }
 
@@ -116,27 +121,35 @@ uint32_t f32_from_bits(uint32_t a) noexcept {
 void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept {
     for (uint32_t &index : indices)
         index = 0;
-    if (indices.size() == 1)
+    if (indices.size() == 1) {
         indices[0] = traced(jit_var_gather, source, at, mask);
-    else
-        traced(
-            [&](uint32_t source, uint32_t at, uint32_t mask) {
-                jit_var_gather_packet(indices.size(), source, at, mask, indices.data());
-                return 0u;
-            },
-            source, at, mask);
+        return;
+    }
+    // The results go to `indices`; the number that `traced` returns has no meaning.
+    traced(
+        [&](uint32_t source, uint32_t at, uint32_t mask) {
+            jit_var_gather_packet(indices.size(), source, at, mask, indices.data());
+            return 0u;
+        },
+        source, at, mask);
 }
 
 bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
-    // Not differentiable, so that Dr.Jit does not keep `loop` beyond this call.
+    // Dr.Jit decides by its flags whether the loop is symbolic, and whether an evaluated loop drops finished lanes.
+    constexpr int SYMBOLIC = -1, COMPRESS = -1;
+    // 0: no limit is known.
+    constexpr long long MAX_ITERATIONS = 0;
+    // Without differentiation Dr.Jit does not keep `loop` beyond this call.
     constexpr bool DIFFERENTIABLE = false;
-    const auto read               = [](void *payload, drjit::vector<uint64_t> &indices) {
+
+    // Callbacks of Dr.Jit. The payload is `loop`.
+    const auto read = [](void *payload, drjit::vector<uint64_t> &indices) {
         rust::Vec<uint32_t> state;
         static_cast<Loop *>(payload)->read(state);
         for (uint32_t index : state)
             indices.push_back(index);
     };
-    // Does not throw: Dr.Jit also calls it while it unwinds.
+    // Does not throw, because Dr.Jit also calls it while it unwinds. The unused parameter tells of a restarted loop.
     const auto write = [](void *payload, const drjit::vector<uint64_t> &indices, bool) {
         rust::Vec<uint32_t> state;
         for (size_t i = 0; i < indices.size(); ++i)
@@ -145,21 +158,23 @@ bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
     };
     const auto condition = [](void *payload) {
         const uint32_t index = static_cast<Loop *>(payload)->condition();
-        proceed(index != 0);
+        abandon_unless(index != 0);
         return index;
     };
-    const auto body = [](void *payload) { proceed(static_cast<Loop *>(payload)->body()); };
+    const auto body = [](void *payload) { abandon_unless(static_cast<Loop *>(payload)->body()); };
+    // The caller owns `loop`.
+    const auto destroy = [](void *) {};
     return guarded(false, [&] {
-        proceed(true);
-        ad_loop(
-            JitBackend(backend), -1, -1, 0, name, &loop, read, write, condition, body, [](void *) {}, DIFFERENTIABLE);
+        // An earlier error may have left invalid variables in the state.
+        abandon_unless(true);
+        ad_loop(JitBackend(backend), SYMBOLIC, COMPRESS, MAX_ITERATIONS, name, &loop, read, write, condition, body,
+                destroy, DIFFERENTIABLE);
         return true;
     });
 }
 
 void keep_error(rust::Str message) noexcept {
-    if (!*first_error)
-        std::snprintf(first_error, sizeof first_error, "%.*s", int(message.size()), message.data());
+    keep({ message.data(), message.size() });
 }
 
 rust::String take_error() noexcept {

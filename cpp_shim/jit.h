@@ -1,11 +1,11 @@
-// Dr.Jit's functions for tracing from Rust (src/jit.rs), in a form that crosses the boundary.
+// Dr.Jit's functions for tracing from Rust (src/jit.rs), with arguments that can cross the boundary of languages.
 //
-// A variable is an index. Arguments are borrowed; results belong to the caller. Index 0 is no variable: an operation on
-// it returns 0, as does one that fails, so that a failure propagates. The first failure's message is kept for
-// `take_error`. Nothing here throws.
+// A variable is named by its Dr.Jit index. Functions borrow the variables of their arguments, and the caller owns a
+// reference to each result. Index 0 stands for no variable. An operation that fails, or has the operand 0, returns 0,
+// so a failure propagates. The first error message is kept for `take_error`. Nothing here throws.
 //
-// Names, numbers and signatures of Dr.Jit come from the wheel's headers, and Rust knows none of them. Only functions
-// common to releases 1.2 to 1.5 are used.
+// Names, enumerators and signatures of Dr.Jit come from the wheel's headers; Rust uses only the functions below. They
+// call functions that are common to Dr.Jit 1.2 to 1.5.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,22 @@
 
 namespace sunbeam::jit {
 
-/// A loop being traced; src/jit.rs defines it.
+/// State, condition and body of a loop that is being traced; defined in src/jit.rs.
 struct Loop;
 
 /// Takes a new reference to a variable and returns its index.
 uint32_t retain(uint32_t index) noexcept;
-/// Gives a reference back.
+/// Releases a reference to a variable.
 void release(uint32_t index) noexcept;
 
-/// Constants of a backend, which is a `JitBackend`.
+/// Variables with one constant element. `backend` is a `JitBackend`.
 uint32_t constant_f32(uint32_t backend, float value) noexcept;
 uint32_t constant_f64(uint32_t backend, double value) noexcept;
 uint32_t constant_u32(uint32_t backend, uint32_t value) noexcept;
 uint32_t constant_bool(uint32_t backend, bool value) noexcept;
 
-/// Operations on variables, with Dr.Jit's function for each. Arguments of one operation have one type; `fma(a, b, c)`
-/// is `a·b + c`, `select(mask, yes, no)` takes a mask first.
+/// List of the operations on variables: name here, and Dr.Jit's function. The operands of one operation have the same
+/// type, except that `select(mask, yes, no)` starts with a mask. `fma(a, b, c)` is `a·b + c`.
 #define SUNBEAM_JIT_OPERATIONS(UNARY, BINARY, TERNARY)                                                                 \
     BINARY(add, jit_var_add)                                                                                           \
     BINARY(sub, jit_var_sub)                                                                                           \
@@ -54,6 +54,7 @@ uint32_t constant_bool(uint32_t backend, bool value) noexcept;
     BINARY(shr, jit_var_shr)                                                                                           \
     TERNARY(select, jit_var_select)
 
+// Declares each operation of the list.
 #define UNARY(name, function) uint32_t name(uint32_t a) noexcept;
 #define BINARY(name, function) uint32_t name(uint32_t a, uint32_t b) noexcept;
 #define TERNARY(name, function) uint32_t name(uint32_t a, uint32_t b, uint32_t c) noexcept;
@@ -62,22 +63,25 @@ SUNBEAM_JIT_OPERATIONS(UNARY, BINARY, TERNARY)
 #undef BINARY
 #undef TERNARY
 
-/// Conversions of values. To an integer: towards zero; numbers out of range differ between backends.
+/// Conversions of values. `to_u32` rounds towards zero; its result for numbers outside [0, 2^32) depends on the
+/// backend.
 uint32_t to_f32(uint32_t a) noexcept;
 uint32_t to_f64(uint32_t a) noexcept;
 uint32_t to_u32(uint32_t a) noexcept;
-/// Reinterprets 32 bits as a number of single precision.
+/// Reinterprets the bits of a 32-bit integer as a number of single precision.
 uint32_t f32_from_bits(uint32_t a) noexcept;
 
-/// Reads `W = indices.size()` elements (1, 2 or 4) of `source` from `W·at` on; zeros where the mask is false.
+/// Reads `W = indices.size()` elements of the array `source`, from element `W·at` on, where `W` is 1, 2 or 4. Writes
+/// one variable for each element to `indices`. Elements are zero where the mask is false.
 void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept;
 
-/// Runs a loop, symbolically or evaluated as Dr.Jit's flags say. Returns false if it failed or was abandoned.
+/// Runs a loop. Dr.Jit's flags decide whether it is recorded (symbolic) or executed step by step (evaluated). Dr.Jit
+/// keeps the pointer `name`, a label. Returns false if Dr.Jit or a callback of `loop` failed.
 bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept;
 
-/// Keeps a message unless one is kept.
+/// Stores an error message of this thread unless one is stored.
 void keep_error(rust::Str message) noexcept;
-/// The first message since the last call; empty if there is none.
+/// Returns this thread's stored message and clears it; empty if there is none.
 rust::String take_error() noexcept;
 
 } // namespace sunbeam::jit

@@ -7,6 +7,7 @@
 namespace sunbeam::jit {
 namespace {
 
+/// Result of `call`; `failed` if it throws.
 template <typename T, typename Call> T attempt(T failed, const Call &call) noexcept {
     try {
         return call();

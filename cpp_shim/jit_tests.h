@@ -1,4 +1,5 @@
-// Helpers of the Rust tests of tracing, beside jit.h. The plugin does not use them, so they are not linked into it.
+// Functions that the Rust tests of tracing (src/traced/tests.rs) need beside those of jit.h. The plugin does not use
+// them, so they are not linked into it.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +8,18 @@
 
 namespace sunbeam::jit {
 
-/// The backend without a GPU, 0 where it does not work.
+/// Initialises Dr.Jit and returns its LLVM backend as a `JitBackend`; 0 if the backend is not available.
 uint32_t llvm_backend() noexcept;
-/// An array of words of that backend, 0 if there is no memory for it.
+/// New array of the LLVM backend that holds `words`. Returns its index, or 0 if that failed.
 uint32_t upload(uint32_t backend, rust::Slice<const uint32_t> words) noexcept;
-/// Computes a variable of 32-bit elements and copies them out; a single element is repeated. False if that failed.
+/// Evaluates a variable of 32-bit elements and copies its first `words.size()` elements to `words`. If the variable has
+/// one element, it is repeated. Returns false if that failed.
 bool download(uint32_t index, rust::Slice<uint32_t> words) noexcept;
+/// Switches between symbolic loops (true) and evaluated loops.
 void set_symbolic_loops(bool on) noexcept;
-/// References to a variable, 0 if there is none of this index.
+/// Number of references to a variable; 0 if there is no variable with this index.
 uint32_t references(uint32_t index) noexcept;
-/// A table of all variables; empty lines apart, as many rows as variables.
+/// Dr.Jit's listing of all variables. Its number of lines grows by one with each variable.
 rust::String all_variables() noexcept;
 
 } // namespace sunbeam::jit

@@ -1,5 +1,5 @@
-// The diffracted lobe, evaluated in Rust (src/lobe/ and src/grating/): by value in scalar variants, traced into the
-// kernel in `llvm_*` and `cuda_*` variants.
+// The diffracted lobe, evaluated in Rust (cpp_shim/src/bridge.rs): by value in scalar variants, traced into the kernel
+// in `llvm_*` and `cuda_*` variants.
 #pragma once
 
 #include <algorithm>
@@ -15,41 +15,47 @@ namespace sunbeam {
 
 /// Value, density and samples of the diffracted light.
 ///
-/// Directions are unit vectors in the relief's frame and point away from the surface. Wavelengths are in nm in spectral
-/// variants and empty in RGB and mono variants. Values contain cosθo. Spectral values leave out the interface's factor
-/// (interface.h); RGB and mono values include it if the surface was made with an index. Everything is zero where
-/// `active` is false or a direction lies below the surface.
+/// - Directions are unit vectors in the relief's frame (z is the normal, x the relief's x) and point away from the
+///   surface.
+/// - Wavelengths are in nm in spectral variants, and empty in RGB and mono variants.
+/// - Values are the BSDF in 1/sr times cosθo. In spectral variants they leave out the interface's factor (interface.h).
+///   In RGB and mono variants they include it if the surface was built with a known index. Rigorous surfaces always
+///   include the material's reflectance.
+/// - All results are zero where `active` is false or a direction lies below the surface.
 template <typename Float, typename Spectrum> class DiffractionLobe {
 public:
-    using UnpolarizedSpectrum    = mitsuba::unpolarized_spectrum_t<Spectrum>;
-    using Wavelength             = mitsuba::wavelength_t<Spectrum>;
-    using Vector3f               = mitsuba::Vector<Float, 3>;
-    using Point2f                = mitsuba::Point<Float, 2>;
-    using Mask                   = dr::mask_t<Float>;
+    using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
+    using Wavelength          = mitsuba::wavelength_t<Spectrum>;
+    using Vector3f            = mitsuba::Vector<Float, 3>;
+    using Point2f             = mitsuba::Point<Float, 2>;
+    using Mask                = dr::mask_t<Float>;
+    /// Whether calls are recorded by Dr.Jit, and whether the variant carries wavelengths.
     static constexpr bool Traces = dr::is_jit_v<Float>, IsSpectral = mitsuba::is_spectral_v<Spectrum>;
 
     explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_buffers(*m_surface) {}
 
-    /// Value times cosθo, differentiable by both directions.
+    /// Value, differentiable by both directions.
     UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                              const Mask &active) const {
-        return value(evaluate(Part::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
+        return value(evaluate(Part::Value, wi, wo, wavelengths, active), wo) +
+               zero_with_derivatives(wi, wo, wavelengths, active);
     }
 
     /// Density of `sample` in 1/sr. Not differentiable, since it is no part of the integrand.
     Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
-        return evaluate(Part::Density, wi, wo, wavelengths, active)[4];
+        return evaluate(Part::Density, wi, wo, wavelengths, active)[DENSITY];
     }
 
+    /// Results of `eval` and `pdf`.
     std::pair<UnpolarizedSpectrum, Float> eval_pdf(const Vector3f &wi, const Vector3f &wo,
                                                    const Wavelength &wavelengths, const Mask &active) const {
         const Answer answer = evaluate(Part::ValueAndDensity, wi, wo, wavelengths, active);
-        return { value(answer, wo) + first_order(wi, wo, wavelengths, active), answer[4] };
+        return { value(answer, wo) + zero_with_derivatives(wi, wo, wavelengths, active), answer[DENSITY] };
     }
 
-    /// Mueller matrix of a rigorous surface in a polarised variant, for light from `from` to `to`, without cosθo. Its
-    /// frames of reference have the grooves' direction, made transverse to the light, as first axis. Not
-    /// differentiable.
+    /// Mueller matrix in 1/sr of a rigorous surface in a polarised variant, without cosθo. Light comes from the
+    /// direction `from` and leaves towards `to`. The first axis of each frame of reference is the grooves' direction
+    /// (y) without its component along the light. Not differentiable.
     Spectrum matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths, const Mask &active) const {
         const auto elements = evaluate_matrix(from, to, wavelengths, active);
         Spectrum matrix;
@@ -59,7 +65,7 @@ public:
         return matrix;
     }
 
-    /// A direction from three uniform variates; the zero vector where the draw falls below the horizon.
+    /// Direction wo from three uniform variates in [0, 1); the zero vector where the draw falls below the horizon.
     Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
                     const Mask &active) const {
         const Vector3f variates(sample1, sample2.x(), sample2.y());
@@ -73,7 +79,7 @@ public:
 
     const Surface &surface() const { return *m_surface; }
 
-    /// Shows the tables to frozen functions.
+    /// Reports the tables to Dr.Jit as inputs of a frozen function.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         dr::traverse_1_fn_ro(m_buffers, payload, fn);
     }
@@ -82,19 +88,23 @@ public:
     }
 
 private:
-    /// Values at four wavelengths, or red, green, blue and luminance; then the density in 1/sr.
+    /// BSDF in 1/sr at four wavelengths, or as red, green, blue and luminance; then the density in 1/sr.
     using Answer = std::array<Float, 5>;
+    /// Positions of the luminance and the density in an `Answer`.
+    static constexpr size_t LUMINANCE = 3, DENSITY = 4;
 
+    /// Value of an answer: the variant's channels times cosθo, not differentiable.
     static UnpolarizedSpectrum value(const Answer &answer, const Vector3f &wo) {
         const Float cos_theta_o = dr::detach(wo.z());
         if constexpr (IsSpectral)
             return UnpolarizedSpectrum(answer[0], answer[1], answer[2], answer[3]) * cos_theta_o;
         else if constexpr (UnpolarizedSpectrum::Size == 1)
-            return UnpolarizedSpectrum(answer[3]) * cos_theta_o;
+            return UnpolarizedSpectrum(answer[LUMINANCE]) * cos_theta_o;
         else
             return UnpolarizedSpectrum(answer[0], answer[1], answer[2]) * cos_theta_o;
     }
 
+    /// Arguments of a call by value; the bridge ignores the wavelengths in RGB variants.
     static std::array<float, 3> by_value(const Vector3f &w) { return { w.x(), w.y(), w.z() }; }
 
     static std::array<float, 4> by_value([[maybe_unused]] const Wavelength &wavelengths) {
@@ -104,7 +114,7 @@ private:
             return {};
     }
 
-    /// Dr.Jit variables of a traced call, but for its second vector.
+    /// Dr.Jit variables of a traced call, except those of its second vector (wo or variates). Borrows the arguments.
     TracedQuery query(const Vector3f &wi, [[maybe_unused]] const Wavelength &wavelengths, const Mask &active) const {
         TracedQuery query{};
         query.backend = uint32_t(dr::backend_v<Float>);
@@ -129,7 +139,7 @@ private:
             return m_surface->evaluate(part, by_value(wi), by_value(wo), by_value(wavelengths));
     }
 
-    /// Matrix elements in the bridge's order: the four wavelengths of an element lie side by side.
+    /// Matrix elements: number `4 (4 row + column) + wavelength`. In mono variants the four wavelengths are equal.
     auto evaluate_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
                          [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
@@ -145,6 +155,7 @@ private:
         return answer;
     }
 
+    /// Element `i = 4 row + column` of `evaluate_matrix`.
     template <size_t N> static UnpolarizedSpectrum element(const std::array<Float, N> &elements, size_t i) {
         if constexpr (IsSpectral)
             return UnpolarizedSpectrum(elements[4 * i], elements[4 * i + 1], elements[4 * i + 2], elements[4 * i + 3]);
@@ -152,50 +163,56 @@ private:
             return UnpolarizedSpectrum(elements[4 * i]);
     }
 
-    /// Zero, with the derivatives of the value by the components of both directions, from central differences.
+    /// Zero, with the derivatives of the value by the six components of wi and wo, from central differences.
     ///
-    /// Reverse mode cannot differentiate the look-ups, whose loops have a number of steps that depends on the
-    /// directions.
-    UnpolarizedSpectrum first_order(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
-                                    const Mask &active) const {
+    /// Dr.Jit's reverse mode cannot differentiate the look-ups themselves: their loops have a number of steps that
+    /// depends on the directions.
+    UnpolarizedSpectrum zero_with_derivatives(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
+                                              const Mask &active) const {
         UnpolarizedSpectrum change(0.f);
         if constexpr (dr::is_diff_v<Float>) {
             if (!dr::grad_enabled(wi) && !dr::grad_enabled(wo))
                 return change;
-            using UInt32           = dr::uint32_array_t<Float>;
-            using Slopes           = dr::Array<UnpolarizedSpectrum, 6>;
-            const Steps steps      = m_surface->steps();
-            const Vector3f from[2] = { dr::detach(wi), dr::detach(wo) };
+            using UInt32      = dr::uint32_array_t<Float>;
+            using Slopes      = dr::Array<UnpolarizedSpectrum, 6>;
+            const Steps steps = m_surface->steps();
+            // Component c = 0 … 5 is `[c / 3][c % 3]`: x, y and z of wi, then of wo.
+            const Vector3f centre[2] = { dr::detach(wi), dr::detach(wo) };
             UInt32 i(0);
             Slopes slopes(UnpolarizedSpectrum(0.f));
+            // A loop of 12 evaluations keeps the kernel small. Iteration i moves component i / 2, forwards if i is even
+            // and backwards if it is odd.
             dr::tie(i, slopes) = dr::while_loop(
                 dr::make_tuple(i, slopes), [&](const UInt32 &i, const Slopes &) { return active && i < 12u; },
                 [&](UInt32 &i, Slopes &slopes) {
-                    const Float sign = dr::select((i & 1u) == 0u, Float(1.f), Float(-1.f));
-                    Vector3f to[2]   = { from[0], from[1] };
+                    const Float sign  = dr::select((i & 1u) == 0u, Float(1.f), Float(-1.f));
+                    Vector3f moved[2] = { centre[0], centre[1] };
                     Float distance(0.f);
                     for (uint32_t c = 0; c < 6; ++c) {
-                        const Float here = from[c / 3][c % 3];
-                        // A quarter of the cosine at most, so that the step does not cross the horizon.
+                        const Float position = centre[c / 3][c % 3];
+                        // At most a quarter of the cosine along the normal, so that the step does not cross the
+                        // horizon.
                         const Float step =
-                            c % 3 < 2 ? Float(steps.tangential[c % 3]) : dr::minimum(steps.normal, .25f * here);
-                        const auto moves = (i >> 1) == c;
-                        to[c / 3][c % 3] += dr::select(moves, sign * step, 0.f);
-                        // The difference of the two positions as rounded to single precision.
-                        distance = dr::select(moves, (here + step) - (here - step), distance);
+                            c % 3 < 2 ? Float(steps.tangential[c % 3]) : dr::minimum(steps.normal, .25f * position);
+                        const auto is_moved = (i >> 1) == c;
+                        moved[c / 3][c % 3] += dr::select(is_moved, sign * step, 0.f);
+                        // Distance of the two positions as rounded to single precision, not 2 · step.
+                        distance = dr::select(is_moved, (position + step) - (position - step), distance);
                     }
-                    const auto there = value(evaluate(Part::Value, to[0], to[1], wavelengths, active), to[1]);
+                    const auto there = value(evaluate(Part::Value, moved[0], moved[1], wavelengths, active), moved[1]);
                     for (uint32_t c = 0; c < 6; ++c)
                         slopes[c] += dr::select((i >> 1) == c, there * (sign / distance), 0.f);
                     i += 1;
                 },
                 "slopes");
+            // The differences are zero, and their derivatives are those of the components.
             for (uint32_t c = 0; c < 6; ++c)
-                change += slopes[c] * ((c < 3 ? wi[c % 3] : wo[c % 3]) - from[c / 3][c % 3]);
+                change += slopes[c] * ((c < 3 ? wi[c % 3] : wo[c % 3]) - centre[c / 3][c % 3]);
         }
         return change;
     }
 
+    /// Empty stand-in for scalar variants, which read the tables in Rust.
     struct NoBuffers {
         explicit NoBuffers(const Surface &) {}
     };

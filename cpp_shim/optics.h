@@ -1,4 +1,4 @@
-// Optics of one BSDF instance: its textures and tables, and the answers computed from them.
+// Optics of one BSDF instance: its textures and tables, and the values, densities and samples computed from them.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +27,12 @@ namespace sunbeam {
 
 using namespace mitsuba;
 
-/// Textures and tables of one instance. Objects are never modified, so a thread can go on tracing one while another
-/// thread changes or deletes the instance. Mitsuba alone changes values inside the textures.
+/// Textures and tables of one instance.
+///
+/// Objects are never modified after construction: a change makes a copy. So one thread can trace an object while
+/// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
+///
+/// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
 public:
     MI_IMPORT_TYPES(Texture)
@@ -48,7 +52,7 @@ public:
         }
     }
 
-    /// A copy with tables for another coherence length in µm.
+    /// A copy with tables for another coherence length in µm. Throws if the length is refused.
     Optics with_coherence_length(float coherence_length_um) const {
         auto surface = checked([&] { return m_lobe->surface().with_coherence_length(coherence_length_um); });
         Optics optics(*this);
@@ -56,7 +60,8 @@ public:
         return optics;
     }
 
-    /// A copy whose reflectance follows the textures `eta` and `k`, instead of an index that the tables include.
+    /// A copy for changed `eta` and `k`: the interface's factor follows these textures for each query. Its tables
+    /// include no factor. Throws for the rigorous theory, whose tables always include the material.
     Optics without_index() const {
         Optics optics(*this);
         optics.m_perfect            = false;
@@ -66,22 +71,22 @@ public:
         return optics;
     }
 
-    /// A copy that continues the spectra of `eta` and `k` from their present ends.
-    Optics with_present_ends() const {
+    /// A copy that reads the wavelength ranges of `eta` and `k` anew, after their spectra may have changed.
+    Optics with_current_ends() const {
         Optics optics(*this);
         optics.m_eta_ends.update(*optics.m_eta);
         optics.m_k_ends.update(*optics.m_k);
-        optics.m_fingerprint = FrozenAs(optics.code());
+        optics.m_fingerprint = CodeFingerprint(optics.code());
         return optics;
     }
 
-    /// The flags of each component.
+    /// `BSDFFlags` of each component: the diffracted light, then the pigment if there is one.
     const std::vector<uint32_t> &components() const { return m_components; }
 
-    /// The coherence length in µm.
+    /// Coherence length in µm.
     float coherence_length_um() const { return m_lobe->surface().coherence_length_um(); }
 
-    /// Shows Mitsuba the parameters that can change.
+    /// Exposes the textures to Mitsuba as parameters that can change.
     void traverse(TraversalCallback *cb) const {
         auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
         put("eta", m_eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);
@@ -92,7 +97,8 @@ public:
         put("rotation", m_rotation, ParamFlags::Differentiable | ParamFlags::Discontinuous);
     }
 
-    /// Shows frozen functions the variables of textures and tables, and a fingerprint of the traced code.
+    /// Reports the inputs of a frozen function to Dr.Jit: the variables of textures and tables, and the fingerprint of
+    /// the traced code.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         each_traversable([&](auto part) { dr::traverse_1_fn_ro(part, payload, fn); });
     }
@@ -100,6 +106,8 @@ public:
         each_traversable([&](auto part) { dr::traverse_1_fn_rw(part, payload, fn); });
     }
 
+    /// A direction, and its value times cosθo over its density. `sample1` chooses the component, then serves as the
+    /// first of three variates in the diffracted lobe.
     std::pair<BSDFSample3f, Spectrum> sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
         BSDFSample3f bs = dr::zeros<BSDFSample3f>();
@@ -110,15 +118,16 @@ public:
 
         const Local local      = localise(si, lobes, active);
         const Mask pick_glossy = sample1 < local.prob_diffraction;
+        // Uniform in [0, 1) again, given that the diffracted lobe is picked.
         const Float sample_lobe =
             dr::select(pick_glossy, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
-        const Vector3f wo_glossy = local.to_shading(m_lobe->sample(dr::detach(local.to_grating(si.wi)), si.wavelengths,
+        const Vector3f wo_glossy = local.to_shading(m_lobe->sample(dr::detach(local.to_relief(si.wi)), si.wavelengths,
                                                                    sample_lobe, sample2, active && pick_glossy));
 
         // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
         bs.wo  = dr::detach(dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2)));
         bs.eta = 1.f;
-        bs.sampled_component = dr::select(pick_glossy, UInt32(0), UInt32(1));
+        bs.sampled_component = dr::select(pick_glossy, UInt32(DIFFRACTION), UInt32(PIGMENT));
         bs.sampled_type =
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
         active &= Frame3f::cos_theta(bs.wo) > 0.f;
@@ -129,7 +138,8 @@ public:
         return { bs, (dr::select(active, dr::rcp(pdf), 0.f) * value) & active };
     }
 
-    /// Value times cosθo, density in 1/sr, or both. Zero where a direction lies below the surface.
+    /// BSDF times cosθo and density in 1/sr of `sample`, over the enabled components. A part whose template argument is
+    /// false is not computed. Zero where a direction lies below the surface.
     template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
@@ -140,6 +150,7 @@ public:
         return { value & active, dr::select(active, pdf, 0.f) };
     }
 
+    /// Reflectance of the pigment; zero without one. Mitsuba's integrators for albedos call this function.
     Spectrum eval_diffuse_reflectance(const SurfaceInteraction3f &si, Mask active) const {
         if (!m_diffuse_reflectance)
             return 0.f;
@@ -160,51 +171,60 @@ public:
     }
 
 private:
+    /// Numbers of the components.
+    static constexpr uint32_t DIFFRACTION = 0, PIGMENT = 1;
+
     /// Empty stand-in for scalar variants, which trace no code.
     struct NoFingerprint {
         explicit NoFingerprint(uint64_t) {}
     };
-    using FrozenAs = std::conditional_t<dr::is_jit_v<Float>, Fingerprint<Float>, NoFingerprint>;
+    using CodeFingerprint = std::conditional_t<dr::is_jit_v<Float>, Fingerprint<Float>, NoFingerprint>;
 
-    /// Components that the caller's context enables.
+    /// Whether each component exists and is enabled by the caller's context.
     struct Lobes {
         bool diffraction, diffuse;
 
         Lobes(const Optics &optics, const BSDFContext &ctx)
-            : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, 0)),
-              diffuse(optics.m_diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, 1)) {}
+            : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, DIFFRACTION)),
+              diffuse(optics.m_diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)) {}
         bool none() const { return !diffraction && !diffuse; }
     };
 
-    /// Parameters at one point of the surface, and quantities that depend on them and `wi` alone.
+    /// Parameters at one point of the surface, and quantities that depend only on them and `wi`.
     struct Local {
+        /// Refractive index eta + ik.
         dr::Complex<UnpolarizedSpectrum> ior;
+        /// Values of `specular_reflectance` and `diffuse_reflectance`.
         UnpolarizedSpectrum specular, diffuse;
+        /// Sine and cosine of the relief's rotation about the normal, counter-clockwise from the tangent.
         Float sin_rotation, cos_rotation;
         /// Probability that `sample` picks the diffracted lobe.
         Float prob_diffraction;
 
-        Vector3f to_grating(const Vector3f &w) const {
+        /// Direction `w` of the shading frame, in the relief's frame.
+        Vector3f to_relief(const Vector3f &w) const {
             return { dr::fmadd(cos_rotation, w.x(), sin_rotation * w.y()),
                      dr::fmadd(cos_rotation, w.y(), -sin_rotation * w.x()), w.z() };
         }
 
+        /// Direction `w` of the relief's frame, in the shading frame.
         Vector3f to_shading(const Vector3f &w) const {
             return { dr::fmadd(cos_rotation, w.x(), -sin_rotation * w.y()),
                      dr::fmadd(cos_rotation, w.y(), sin_rotation * w.x()), w.z() };
         }
 
-        /// Fresnel reflectance of a facet at this cosine, times `specular_reflectance`.
+        /// Fresnel reflectance at an angle of incidence with this cosine, times `specular_reflectance`.
         UnpolarizedSpectrum reflectance(const Float &cos_theta) const {
             return specular * fresnel_conductor(UnpolarizedSpectrum(cos_theta), ior);
         }
 
-        /// Fraction of the light that passes the facet to the pigment below.
+        /// Fraction of the light that passes the surface to or from the pigment below.
         UnpolarizedSpectrum remainder(const Float &cos_theta) const {
             return dr::maximum(1.f - reflectance(cos_theta), 0.f);
         }
     };
 
+    /// Evaluates the textures at a point.
     Local localise(const SurfaceInteraction3f &si, const Lobes &lobes, Mask active) const {
         Local local;
         local.ior      = { m_eta_ends.eval(*m_eta, si, active), m_k_ends.eval(*m_k, si, active) };
@@ -215,42 +235,45 @@ private:
         local.prob_diffraction = lobes.diffraction ? 1.f : 0.f;
         if (lobes.diffraction && lobes.diffuse) {
             const Float cos_theta_i = Frame3f::cos_theta(si.wi);
-            // Detached: the choice of a lobe is no part of the integrand. Between 0.1 and 0.9, so that each lobe is
-            // sampled wherever it contributes, with a weight of at most ten times its own.
-            const Float glossy     = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
-                        rest       = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
-            local.prob_diffraction = dr::select(glossy + rest > 0.f, dr::clip(glossy / (glossy + rest), .1f, .9f), .5f);
+            // In proportion to estimates of both albedos. Detached: the choice of a lobe is no part of the integrand.
+            // Between 0.1 and 0.9, so that a sample's weight is at most ten times that of sampling its lobe alone.
+            const Float diffracted = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
+                        pigment    = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
+            const Float both       = diffracted + pigment;
+            local.prob_diffraction = dr::select(both > 0.f, dr::clip(diffracted / both, .1f, .9f), .5f);
         }
         return local;
     }
 
-    /// Value times cosθo, density, or both, summed over the enabled components. eval, pdf and sample all call it.
+    /// BSDF times cosθo, and density, summed over the enabled components. A part whose template argument is false is
+    /// not computed. Both directions are above the surface where `active` is true.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> evaluate(const Local &local, const Lobes &lobes, const BSDFContext &ctx,
                                         const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         Spectrum value(0.f);
         Float pdf(0.f);
         if (lobes.diffraction) {
-            const Vector3f wi_grating = local.to_grating(si.wi), wo_grating = local.to_grating(wo);
-            UnpolarizedSpectrum relief(0.f);
-            const bool orders_polarise = is_polarized_v<Spectrum> && m_lobe->surface().is_rigorous();
-            if (orders_polarise) {
+            const Vector3f wi_relief = local.to_relief(si.wi), wo_relief = local.to_relief(wo);
+            if (is_polarized_v<Spectrum> && m_lobe->surface().is_rigorous()) {
                 if constexpr (Value)
                     value = polarised_orders(local, ctx, si, wo, active);
                 if constexpr (Density)
-                    pdf = m_lobe->pdf(wi_grating, wo_grating, si.wavelengths, active);
-            } else if constexpr (Value && Density)
-                std::tie(relief, pdf) = m_lobe->eval_pdf(wi_grating, wo_grating, si.wavelengths, active);
-            else if constexpr (Value)
-                relief = m_lobe->eval(wi_grating, wo_grating, si.wavelengths, active);
-            else
-                pdf = m_lobe->pdf(wi_grating, wo_grating, si.wavelengths, active);
-            if constexpr (Value)
-                if (!orders_polarise)
+                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, active);
+            } else {
+                UnpolarizedSpectrum relief(0.f);
+                if constexpr (Value && Density)
+                    std::tie(relief, pdf) = m_lobe->eval_pdf(wi_relief, wo_relief, si.wavelengths, active);
+                else if constexpr (Value)
+                    relief = m_lobe->eval(wi_relief, wo_relief, si.wavelengths, active);
+                else
+                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, active);
+                if constexpr (Value)
                     value = reflected(local, relief * local.specular, ctx, si.wi, wo);
+            }
             pdf *= local.prob_diffraction;
         }
         if (lobes.diffuse) {
+            // cosθo / π: the density of the pigment's samples, and the value of a white pigment.
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
             if constexpr (Value)
                 value += depolarizer<Spectrum>(local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
@@ -260,16 +283,19 @@ private:
         return { value, pdf };
     }
 
-    /// Mueller matrix of the rigorous theory's orders, times cosθo. Zero in unpolarised variants.
+    /// Mueller matrix of a rigorous surface, whose orders each have their own, times cosθo and between Mitsuba's frames
+    /// of reference. Zero in unpolarised variants.
     Spectrum polarised_orders([[maybe_unused]] const Local &local, [[maybe_unused]] const BSDFContext &ctx,
                               [[maybe_unused]] const SurfaceInteraction3f &si, [[maybe_unused]] const Vector3f &wo,
                               [[maybe_unused]] const Mask &active) const {
         if constexpr (is_polarized_v<Spectrum>) {
+            // Paths that carry radiance are traced from the camera, against the light.
             const bool radiance  = ctx.mode == TransportMode::Radiance;
             const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
-            const Spectrum matrix =
-                m_lobe->matrix(local.to_grating(from), local.to_grating(to), si.wavelengths, active) *
-                dr::detach(Frame3f::cos_theta(wo));
+            const Spectrum matrix = m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) *
+                                    dr::detach(Frame3f::cos_theta(wo));
+            // First axis of the matrix's frames (`DiffractionLobe::matrix`). The bound keeps it finite along the
+            // grooves.
             const Vector3f grooves = local.to_shading({ 0.f, 1.f, 0.f });
             auto transverse        = [&](const Vector3f &w) {
                 const Vector3f axis = dr::fnmadd(w, dr::dot(grooves, w), grooves);
@@ -281,10 +307,11 @@ private:
         return Spectrum(0.f);
     }
 
-    /// The relief's answer times the interface's factor or Mueller matrix. One matrix applies to all diffracted light,
-    /// so nothing is depolarised.
+    /// The lobe's value times the interface's factor, or in polarised variants times its Mueller matrix. One matrix
+    /// applies to all diffracted light, so nothing is depolarised.
     Spectrum reflected(const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
                        const Vector3f &wi, const Vector3f &wo) const {
+        // Only unpolarised variants get here with a rigorous surface. Its values include the material.
         if (m_lobe->surface().is_rigorous())
             return depolarizer<Spectrum>(relief);
         const Interface<Float, Spectrum> interface(local.ior, m_lobe->surface().is_small_slope(), m_perfect);
@@ -293,6 +320,7 @@ private:
             const Spectrum matrix = interface.mueller(radiance ? wo : wi, radiance ? wi : wo);
             if (!m_interface_included)
                 return relief * matrix;
+            // The lobe's value includes the factor for unpolarised light, which is the first element.
             const UnpolarizedSpectrum power = matrix(0, 0);
             return dr::select(power > 0.f, relief / power, 0.f) * matrix;
         } else {
@@ -300,14 +328,15 @@ private:
         }
     }
 
-    /// Sets the textures and builds the surface. Parameters are checked before the tables are built, which takes
-    /// seconds.
+    /// Sets the members for textures and the interface, then builds the tables. All parameters are checked first, since
+    /// building takes seconds. Throws if a parameter is refused.
     rust::Box<Surface> new_lobe_surface(const Properties &props) {
         const std::string json = surface_json(props);
         check_optics(props);
         const std::string material               = material_name(props);
         const std::optional<IndexSpectrum> index = index_spectrum(props, material);
-        m_perfect                                = index && index->eta.empty();
+        // An index without values stands for a perfect reflector.
+        m_perfect = index && index->eta.empty();
         if (material != "none") {
             std::tie(m_eta, m_k) = complex_ior_from_file<Spectrum, Texture>(material);
         } else {
@@ -316,36 +345,34 @@ private:
             m_eta                 = props.get_unbounded_texture<Texture>("eta", 0.f);
             m_k                   = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
         }
-        const IndexSpectrum known = index.value_or(IndexSpectrum());
+        const IndexSpectrum given = index.value_or(IndexSpectrum());
         const auto source         = [&](const std::string &part) {
             return material == "none" ? "parameter \"" + part + "\"" : part + " of material \"" + material + "\"";
         };
-        m_eta_ends.begin(m_eta, source("eta"), known.eta_nm, known.eta);
-        m_k_ends.begin(m_k, source("k"), known.k_nm, known.k);
+        m_eta_ends.initialise(m_eta, source("eta"), given.eta_nm, given.eta);
+        m_k_ends.initialise(m_k, source("k"), given.k_nm, given.k);
         m_specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
         m_rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
         if (props.has_property("diffuse_reflectance"))
             m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
         refuse_unknown(props);
+        auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
+            for (double value : from)
+                to.push_back(value);
+        };
         IndexSamples samples;
         samples.known = index.has_value();
-        if (index) {
-            auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
-                for (double value : from)
-                    to.push_back(value);
-            };
-            copy(index->eta_nm, samples.eta_nm);
-            copy(index->eta, samples.eta);
-            copy(index->k_nm, samples.k_nm);
-            copy(index->k, samples.k);
-        }
+        copy(given.eta_nm, samples.eta_nm);
+        copy(given.eta, samples.eta);
+        copy(given.k_nm, samples.k_nm);
+        copy(given.k, samples.k);
         return checked([&] {
             constexpr bool polarised   = is_polarized_v<Spectrum>;
             rust::Box<Surface> surface = is_spectral_v<Spectrum>
                                              ? new_surface(rust_str(json), samples, polarised)
                                              : new_colour_surface(rust_str(json), samples, polarised);
-            // Colour tables include the factor of an index. A perfect conductor has none, so its small-slope factor is
-            // computed here.
+            // Colour tables include the factor of a known index. A perfect conductor has no index: its R is 1, but its
+            // small-slope factor has to be computed here.
             m_interface_included = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
                                                               !(m_perfect && surface->is_small_slope()));
             return surface;
@@ -361,12 +388,13 @@ private:
         }
     }
 
+    /// Replaces the lobe of a copy that is being made.
     void set_lobe(std::shared_ptr<const Lobe> lobe) {
         m_lobe        = std::move(lobe);
-        m_fingerprint = FrozenAs(code());
+        m_fingerprint = CodeFingerprint(code());
     }
 
-    /// Hash of all choices that change the traced code.
+    /// Number that identifies the traced code: it combines the tables and all choices that change the code.
     uint64_t code() const {
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();
@@ -376,6 +404,7 @@ private:
         return code;
     }
 
+    /// Calls `visit` with each member that holds variables of Dr.Jit.
     template <typename Visit> void each_traversable(const Visit &visit) const {
         visit(m_eta);
         visit(m_k);
@@ -394,11 +423,11 @@ private:
     /// Whether the lobe's values include the interface's factor. True in RGB and mono variants while `eta` and `k` are
     /// the spectra that the tables were built with, and for the rigorous theory.
     bool m_interface_included = false;
-    /// Whether the surface is a perfect reflector; false once `eta` or `k` change.
+    /// Whether the surface is a perfect reflector; false after `eta` or `k` have changed.
     bool m_perfect = false;
-    // Declared after the textures: `new_lobe_surface` sets these while it initialises `m_lobe`.
+    // Declared after all members above, because `new_lobe_surface` sets them during the initialisation of `m_lobe`.
     std::shared_ptr<const Lobe> m_lobe;
-    FrozenAs m_fingerprint{ code() };
+    CodeFingerprint m_fingerprint{ code() };
 };
 
 } // namespace sunbeam

@@ -19,44 +19,47 @@ using mitsuba::Properties;
 namespace sunbeam {
 namespace {
 
-// Parameters that Rust reads, by type. src/config/ decides for all interfaces which values are accepted.
+// Parameters that go to Rust, by type: strings, numbers and booleans. src/config/ decides which values are accepted.
 constexpr const char *CHOICES[]  = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
 constexpr const char *NUMBERS[]  = { "period",     "height",           "region_size", "region_spread", "pixel_size",
                                      "max_height", "coherence_length", "tolerance",   "build_limit" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
+// All parameters of the plugin, for messages. Those up to build_limit go to Rust.
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
     "tiling, theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, build_limit, "
-    "material, eta, k, "
-    "specular_reflectance, diffuse_reflectance, rotation";
+    "material, eta, k, specular_reflectance, diffuse_reflectance, rotation";
 
-/// A JSON string literal.
+/// JSON string literal of a text in UTF-8.
 std::string json_string(std::string_view text) {
     std::string result = "\"";
     for (unsigned char c : text) {
-        char escape[8];
-        if (c == '"' || c == '\\')
-            (result += '\\') += (char) c;
-        else if (c < 0x20)
-            result += (std::snprintf(escape, sizeof escape, "\\u%04x", c), escape);
-        else
+        if (c == '"' || c == '\\') {
+            result += '\\';
             result += (char) c;
+        } else if (c < 0x20) {
+            char escape[8];
+            std::snprintf(escape, sizeof escape, "\\u%04x", c);
+            result += escape;
+        } else {
+            result += (char) c;
+        }
     }
     return result + '"';
 }
 
-/// A finite number as JSON.
-std::string number(const Properties &props, const char *name) {
+/// JSON number of a parameter. Refuses infinities and NaN.
+std::string json_number(const Properties &props, const char *name) {
     const double value = props.get<double>(name);
     if (!std::isfinite(value))
         Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
-    // The shortest form that reads back as the same number. printf's decimal point would depend on the locale.
+    // The shortest form that reads back as the same number. Unlike printf's, it does not depend on the locale.
     char text[32];
     return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
-/// Absolute path of the file that the file resolver finds for `filename`.
+/// Absolute path of the file that Mitsuba's file resolver finds for `filename`. Refuses a missing file.
 std::string resolved_file(const Properties &props) {
     namespace fs           = mitsuba::fs;
     const std::string name = props.get<std::string>("filename");
@@ -66,7 +69,8 @@ std::string resolved_file(const Properties &props) {
     return fs::absolute(path).string();
 }
 
-/// Numbers of a property: one, a colour's three, or a spectrum's values. Empty for a texture.
+/// Numbers of a parameter: one number, the three channels of a colour, or the values of a spectrum. Empty for a
+/// texture.
 std::vector<double> plain_values(const Properties &props, const char *name) {
     switch (props.type(name)) {
         case Properties::Type::Float:
@@ -83,16 +87,17 @@ std::vector<double> plain_values(const Properties &props, const char *name) {
     }
 }
 
-/// Refuses numbers of a property outside [low, high], and NaN; `accepted` completes the message "must be …".
+/// Refuses numbers of a parameter outside [low, high], infinities and NaN. `accepted` completes the message "but must
+/// be …".
 void check_range(const Properties &props, const char *name, double low, double high, const char *accepted) {
     if (!props.has_property(name))
         return;
     for (double value : plain_values(props, name))
-        if (!(std::isfinite(value) && value >= low && value <= high)) // refuses NaN, too
+        if (!(std::isfinite(value) && value >= low && value <= high))
             Throw("parameter \"%s\" is %f, but must be %s", name, value, accepted);
 }
 
-/// Names of the measured materials that come with Mitsuba.
+/// "none" and the sorted names of the measured materials that come with Mitsuba, joined by commas.
 std::string known_materials() {
     std::vector<std::string> names;
     const auto folder             = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior"));
@@ -123,11 +128,12 @@ std::string surface_json(const Properties &props) {
             append(name, json_string(props.get<std::string>(name)));
     for (const char *name : NUMBERS)
         if (props.has_property(name))
-            append(name, number(props, name));
+            append(name, json_number(props, name));
     for (const char *name : SWITCHES)
         if (props.has_property(name))
             append(name, props.get<bool>(name) ? "true" : "false");
-    if (props.has_property("channel")) // by number or title
+    // A channel is given by its number or by its title.
+    if (props.has_property("channel"))
         append("channel", props.type("channel") == Properties::Type::Integer
                               ? std::to_string(props.get<int64_t>("channel"))
                               : json_string(props.get<std::string>("channel")));
@@ -145,6 +151,7 @@ std::string material_name(const Properties &props) {
         Throw("parameter \"k\" needs \"eta\": give both, or \"eta\" alone for a dielectric");
     if (material == "none")
         return material;
+    // A name with a slash could lead to a file elsewhere.
     const auto file = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior/" + material + ".eta.spd"));
     if (material.find('/') != material.npos || !mitsuba::fs::is_regular_file(file))
         Throw("parameter \"material\" is \"%s\", but must be one of %s", material, known_materials());
@@ -164,7 +171,8 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
     }
     if (!props.has_property("eta"))
         return index;
-    auto known = [&](const char *name, std::vector<double> &nm, std::vector<double> &values) {
+    // Reads one part of the index. Returns false for a colour or a texture.
+    auto read = [&](const char *name, std::vector<double> &nm, std::vector<double> &values) {
         switch (props.type(name)) {
             case Properties::Type::Float:
             case Properties::Type::Integer:
@@ -181,7 +189,7 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
         }
     };
     index.k = { 0.0 };
-    if (!known("eta", index.eta_nm, index.eta) || (props.has_property("k") && !known("k", index.k_nm, index.k)))
+    if (!read("eta", index.eta_nm, index.eta) || (props.has_property("k") && !read("k", index.k_nm, index.k)))
         return {};
     return index;
 }
@@ -195,7 +203,7 @@ WavelengthRange range_of(const std::vector<double> &nm) {
     return range;
 }
 
-void tell_ends(const std::string &source, const WavelengthRange &range) {
+void check_range_of(const std::string &source, const WavelengthRange &range) {
     if (range.is_complete())
         return;
     if (range.low > range.high)

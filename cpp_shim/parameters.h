@@ -1,4 +1,5 @@
-// Translates Mitsuba's properties into the configuration that the Rust core understands. Independent of the variant.
+// Checks and converts Mitsuba's properties, independently of the variant. Functions throw Mitsuba's exceptions, whose
+// messages name the parameter.
 #pragma once
 
 #include <optional>
@@ -10,45 +11,49 @@
 
 namespace sunbeam {
 
-/// The given parameters of the surface as a JSON object for `new_surface`. The file name is made absolute; a missing
-/// file is an error.
+/// Parameters of the surface that are given, as a JSON object for the bridge's `new_surface`. `filename` becomes an
+/// absolute path. Refuses a missing file and numbers that are not finite.
 std::string surface_json(const mitsuba::Properties &props);
 
-/// The name of the material, or "none". Refuses unknown ones, `material` beside `eta` or `k`, and `k` without `eta`.
+/// Name of the material, or "none". Refuses unknown materials, `material` together with `eta` or `k`, and `k` without
+/// `eta`.
 std::string material_name(const mitsuba::Properties &props);
 
-/// Complex index by wavelength in nm. A part has samples at wavelengths of its own, or one value for all wavelengths.
-/// No values: a perfect reflector.
+/// Complex refractive index eta + ik. Each part has either values at rising wavelengths in nm, or one value and no
+/// wavelengths: a constant. Without any values it stands for a perfect reflector.
 struct IndexSpectrum {
     std::vector<double> eta_nm, eta, k_nm, k;
 };
 
-/// Index of a material or of `eta` and `k`, after `material_name` has checked them. Empty for a colour or a texture,
-/// which have no wavelengths.
+/// Index of `material`, or of `eta` and `k` if it is "none". `material` comes from `material_name`. Returns nothing if
+/// `eta` or `k` is a colour or a texture, which have no wavelengths.
 std::optional<IndexSpectrum> index_spectrum(const mitsuba::Properties &props, const std::string &material);
 
-/// Wavelengths in nm that a spectrum is given for, within Mitsuba's range of 360 to 830 nm.
+/// Range of wavelengths in nm for which a spectrum has values, cut to Mitsuba's range of 360 to 830 nm. Empty if `low`
+/// exceeds `high`.
 struct WavelengthRange {
     double low = MI_CIE_MIN, high = MI_CIE_MAX;
 
+    /// Whether the range is Mitsuba's whole range.
     bool is_complete() const { return low <= MI_CIE_MIN && high >= MI_CIE_MAX; }
     bool operator==(const WavelengthRange &other) const { return low == other.low && high == other.high; }
 };
 
-/// Range of samples at rising wavelengths in nm; the complete range without samples.
+/// Range of a spectrum with values at these wavelengths, rising and in nm. The complete range if there are none.
 WavelengthRange range_of(const std::vector<double> &nm);
 
-/// Warns that the spectrum of `source` ends early and is continued by its end values. Refuses a spectrum without any
-/// value in Mitsuba's range.
-void tell_ends(const std::string &source, const WavelengthRange &range);
+/// Warns if the range of a spectrum is not complete: the spectrum is continued by its end values. Refuses an empty
+/// range. `source` names the spectrum in messages.
+void check_range_of(const std::string &source, const WavelengthRange &range);
 
-/// A spectrum of samples as a property, continued by its end values to Mitsuba's whole range.
+/// Spectrum with `values` at rising wavelengths in nm, continued by its end values to Mitsuba's whole range. Has at
+/// least one value.
 mitsuba::Properties::Spectrum continued(std::vector<double> nm, std::vector<double> values);
 
-/// Refuses optical constants and reflectances out of range. Textures are not checked.
+/// Refuses values of `eta`, `k`, the reflectances and `rotation` that are out of range. Textures are not checked.
 void check_optics(const mitsuba::Properties &props);
 
-/// Refuses parameters that no one has read: misspelt names and unexpected nested objects.
+/// Refuses parameters that nothing has read: misspelt names and unexpected nested objects. Call it last.
 void refuse_unknown(const mitsuba::Properties &props);
 
 } // namespace sunbeam

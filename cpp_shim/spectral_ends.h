@@ -1,5 +1,5 @@
-// Continuation of eta and k beyond the ends of their spectra. Mitsuba returns zero there, and an index of zero would
-// reflect everything. Here the end values continue, and a warning says so.
+// Continuation of eta and k beyond the ends of their spectra by the end values, with a warning. Mitsuba would return
+// zero there, and an index of zero would reflect everything.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,9 @@
 
 namespace sunbeam {
 
-/// Wavelengths in nm common to all spectra of a texture and of the textures nested in it.
+/// Range of wavelengths in nm for which a texture and all textures nested in it have values.
+///
+/// Nested textures are found by `Texture::traverse`, which calls `put_object` for each of them.
 template <typename Texture> class SpectralRange final : public mitsuba::TraversalCallback {
 public:
     explicit SpectralRange(Texture &texture) { add(texture); }
@@ -25,6 +27,7 @@ public:
     WavelengthRange range;
 
 private:
+    /// Intersects the range with that of a texture and of the textures nested in it.
     void add(Texture &texture) {
         const auto given = texture.wavelength_range();
         range.low        = std::max(range.low, (double) given.x());
@@ -39,59 +42,64 @@ private:
     }
 };
 
-/// Evaluates a texture of eta or k with wavelengths clipped to the texture's range.
+/// Evaluates the texture of eta or k, in spectral variants at wavelengths clipped to the texture's range.
+///
+/// RGB and mono variants evaluate without wavelengths, so `initialise` replaces the texture instead.
 template <typename Float, typename Spectrum> class SpectralEnds {
 public:
     using Texture             = mitsuba::Texture<Float, Spectrum>;
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
     using SurfaceInteraction  = mitsuba::SurfaceInteraction<Float, Spectrum>;
 
-    /// Sets up a texture made of samples at rising wavelengths in nm; no samples if it was made of something else.
-    /// RGB and mono variants replace the texture of a spectrum that ends early. `source` names the texture in warnings
-    /// and errors.
-    void begin(mitsuba::ref<Texture> &texture, const std::string &source, const std::vector<double> &nm,
-               const std::vector<double> &values) {
+    /// Reads the range of a texture. RGB and mono variants replace the texture of a spectrum that ends early.
+    ///
+    /// If the texture was made of a spectrum, `nm` has its rising wavelengths and `values` its values; otherwise `nm`
+    /// is empty. `source` names the texture in warnings and errors. Throws if no wavelength has a value.
+    void initialise(mitsuba::ref<Texture> &texture, const std::string &source, const std::vector<double> &nm,
+                    const std::vector<double> &values) {
         m_source = source;
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             update(*texture);
         } else if (const WavelengthRange range = range_of(nm); !range.is_complete()) {
-            tell_ends(source, range);
+            check_range_of(source, range);
             mitsuba::Properties props;
             props.set("spectrum", continued(nm, values));
             texture = props.get_unbounded_texture<Texture>("spectrum");
         }
     }
 
-    /// Reads the present range of the texture and warns if it is new.
+    /// Reads the range of the texture again. If it has changed and is not complete, warns or throws as `initialise`
+    /// does.
     void update(Texture &texture) {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             const WavelengthRange range = SpectralRange<Texture>(texture).range;
             if (range == m_range)
                 return;
-            tell_ends(m_source, range);
+            check_range_of(m_source, range);
             m_range = range;
-            // Opaque: the ends are inputs of the kernel, so one kernel serves every range.
+            // Opaque variables are inputs of the kernel, not literals in it, so one kernel serves every range.
             m_low  = dr::opaque<Float>((dr::scalar_t<Float>) range.low);
             m_high = dr::opaque<Float>((dr::scalar_t<Float>) range.high);
         }
     }
 
-    /// Whether wavelengths are clipped. A complete range traces no clipping.
+    /// Whether wavelengths are clipped: not if the range is complete.
     bool are_clipped() const { return mitsuba::is_spectral_v<Spectrum> && !m_range.is_complete(); }
 
-    /// Shows frozen functions the ends, which are their inputs.
+    /// Reports the ends to Dr.Jit as inputs of a frozen function.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         if constexpr (dr::is_jit_v<Float>)
             for (const Float *end : { &m_low, &m_high })
                 fn(payload, end->index_combined(), "", "");
     }
-    /// Ignores what comes back: the ends are never written by a kernel.
+    /// Reports the ends and ignores the replacements that `fn` returns: kernels never write them.
     void traverse_1_cb_rw(void *payload, dr::detail::traverse_callback_rw fn) const {
         if constexpr (dr::is_jit_v<Float>)
             for (const Float *end : { &m_low, &m_high })
                 fn(payload, end->index_combined(), "", "");
     }
 
+    /// Value of the texture at a point and its wavelengths, without units.
     UnpolarizedSpectrum eval(const Texture &texture, const SurfaceInteraction &si, dr::mask_t<Float> active) const {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             if (are_clipped()) {
@@ -105,7 +113,9 @@ public:
 
 private:
     std::string m_source;
+    /// Range of the texture when it was last read.
     WavelengthRange m_range;
+    /// Ends of the range in nm as variables, for clipping.
     Float m_low = 0.f, m_high = 0.f;
 };
 

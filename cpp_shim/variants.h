@@ -1,4 +1,4 @@
-// Registration of the plugin's variants. Each backend is a translation unit of its own and compiles in parallel.
+// Registration of the plugin's variants. Each backend has a source file of its own, so that they compile in parallel.
 #pragma once
 
 #include <string_view>
@@ -7,12 +7,13 @@
 
 namespace sunbeam {
 
-/// Registers the variants of one backend and returns their number.
+/// Register the plugin `name` with Mitsuba's function `fn` for all variants of one backend. Return their number.
 size_t register_scalar_variants(std::string_view name, mitsuba::PluginRegisterFn fn);
 size_t register_llvm_variants(std::string_view name, mitsuba::PluginRegisterFn fn);
 size_t register_cuda_variants(std::string_view name, mitsuba::PluginRegisterFn fn);
 
-/// Address of a function in the running Mitsuba's core library; set before any instance is made.
+/// Address of a function in the running Mitsuba's core library, for `require_compatible`. Set when Mitsuba loads the
+/// plugin, before any instance is made.
 extern const void *mitsuba_address;
 
 } // namespace sunbeam

@@ -1,16 +1,11 @@
+// Variants of the CUDA backend: mono and spectral, with and without polarisation, and RGB.
 #include "diffraction.h"
 #include "variants.h"
 
 namespace sunbeam {
 
 size_t register_cuda_variants(std::string_view name, mitsuba::PluginRegisterFn fn) {
-    using Float    = mitsuba::dr::DiffArray<JitBackend::CUDA, float>;
-    using Mono     = mitsuba::Color<Float, 1>;
-    using RGB      = mitsuba::Color<Float, 3>;
-    using Spectral = mitsuba::Spectrum<Float, 4>;
-    return register_variant<Float, Mono>(name, fn) + register_variant<Float, mitsuba::MuellerMatrix<Mono>>(name, fn) +
-           register_variant<Float, RGB>(name, fn) + register_variant<Float, Spectral>(name, fn) +
-           register_variant<Float, mitsuba::MuellerMatrix<Spectral>>(name, fn);
+    return register_jit_variants<mitsuba::dr::DiffArray<JitBackend::CUDA, float>>(name, fn);
 }
 
 } // namespace sunbeam

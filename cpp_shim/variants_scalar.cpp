@@ -1,3 +1,4 @@
+// Variants without a backend: RGB, and spectral with and without polarisation.
 #include "diffraction.h"
 #include "variants.h"
 

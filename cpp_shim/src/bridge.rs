@@ -1,13 +1,16 @@
 //! The functions that C++ calls on a surface: construction, values, densities, samples and Mueller matrices.
 //!
-//! - *By value*: with plain numbers, for scalar variants. *Traced*: with indices of Dr.Jit variables (lib.rs).
-//! - *Spectral* surfaces answer at four wavelengths in nm; surfaces *in colours* answer with red, green, blue and
-//!   luminance, for RGB and mono variants.
+//! - A call *by value* passes plain numbers and serves scalar variants. A *traced* call passes indices of Dr.Jit
+//!   variables (lib.rs).
+//! - *Spectral* surfaces have values at four wavelengths in nm. Surfaces *in colours*, for RGB and mono variants, have
+//!   red, green, blue and luminance in linear sRGB.
 //! - The *interface's factor* is the Fresnel reflectance or the small-slope factor (docs/model.md#the-reflectance).
-//! - `wi` and `wo` are unit vectors in the local frame with the normal along +z; the relief's x is +x.
+//! - `wi`, `wo`, `from` and `to` are unit vectors that point away from the surface, in the relief's frame: z is the
+//!   normal, x the relief's x.
+//! - Values are `f_r` in 1/sr, without the cosine. They are zero if a direction is below the surface.
 //!
-//! Each runs inside [`guard()`]: an error or a panic becomes an `Err`, which cxx throws as a C++ exception and the
-//! plugin rethrows as Mitsuba's.
+//! Every function that can fail runs inside [`guard()`]. An error or a panic becomes an `Err`, which cxx throws as a
+//! C++ exception and the plugin rethrows as Mitsuba's.
 
 mod answer;
 mod index;
@@ -28,41 +31,42 @@ use surface::{Recipe, Surface, Tables};
 #[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
-    /// Part of an evaluation to compute; the other part is zero.
+    /// Part of an evaluation to compute; parts that are not computed are zero.
     enum Part {
         /// `f_r` in 1/sr at each of four wavelengths, or as red, green, blue and luminance.
         Value,
-        /// Density of samples in 1/sr, the mean over the wavelengths carried.
+        /// Density of samples in 1/sr, the mean over the ray's wavelengths.
         Density,
         /// Both.
         ValueAndDensity,
     }
 
-    /// Indices of borrowed Dr.Jit variables for a traced call. Vectors and wavelengths are of `f32`.
+    /// Arguments of a traced call: indices of Dr.Jit variables, which the call borrows. Vectors and wavelengths are
+    /// variables of `f32`.
     struct TracedQuery {
         /// A `JitBackend`.
         backend: u32,
         wi: [u32; 3],
-        /// In nm; not read for surfaces in colours.
+        /// Wavelengths in nm; not read for surfaces in colours.
         wavelengths_nm: [u32; 4],
         /// Mask of the lanes to compute.
         active: u32,
-        /// Arrays of `u32`: the surface's table data in the backend's memory.
+        /// Arrays of `u32`: the table data of [`Surface::words`] in the backend's memory.
         words: [u32; 3],
     }
 
-    /// Steps of difference quotients, a small part of the scale on which values change.
+    /// Steps of difference quotients in direction cosines. They are a small part of the scale on which values change.
     struct Steps {
-        /// Steps of the direction cosines along x and y.
+        /// Steps of the components along x and y.
         tangential: [f32; 2],
-        /// Step of the cosine with the normal.
+        /// Step of the component along the normal.
         normal: f32,
     }
 
-    /// Complex index by wavelength in nm. A part has samples at wavelengths of its own, or one value for all. No
-    /// values: a perfect reflector.
+    /// Complex refractive index eta + ik. Each part has either values at rising wavelengths in nm, or one value and no
+    /// wavelengths: a constant. Without any values it stands for a perfect reflector.
     struct IndexSamples {
-        /// False for a texture or a colour, which have no wavelengths.
+        /// False if `eta` or `k` is a texture or a colour, which have no wavelengths. The lists are then empty.
         known: bool,
         eta_nm: Vec<f64>,
         eta: Vec<f64>,
@@ -74,35 +78,37 @@ mod ffi {
         /// A surface with its tables.
         type Surface;
 
-        /// Builds a surface for variants that carry wavelengths, from a JSON object of the plugin's parameters.
-        /// `polarised` is set for variants that carry Stokes vectors.
+        /// Builds a spectral surface from a JSON object of the plugin's parameters. `polarised` is set for variants
+        /// that carry Stokes vectors.
         fn new_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
-        /// Builds a surface for RGB and mono variants. Its colours include the interface's factor if the index is known
-        /// and has samples.
+        /// Builds a surface in colours. Its colours include the interface's factor if the index is known and has
+        /// values.
         fn new_colour_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
-        /// A copy with another coherence length in µm.
+        /// A copy with another coherence length in µm, whose tables are built anew.
         fn with_coherence_length(self: &Surface, coherence_length_um: f32) -> Result<Box<Surface>>;
-        /// A copy whose colours leave out the interface's factor.
+        /// A copy whose colours leave out the interface's factor. Fails for a rigorous surface.
         fn without_index(self: &Surface) -> Result<Box<Surface>>;
 
-        /// Whether orders have efficiencies by Maxwell's equations, which include the material's reflectance.
+        /// Whether the theory is rigorous: Maxwell's equations give the power of each diffraction order, which includes
+        /// the material's reflectance.
         fn is_rigorous(self: &Surface) -> bool;
         /// Whether the interface's factor is the small-slope factor instead of the Fresnel reflectance.
         fn is_small_slope(self: &Surface) -> bool;
-        /// The coherence length in µm.
+        /// Coherence length in µm.
         fn coherence_length_um(self: &Surface) -> f32;
         /// One line on the surface, its tables and their error, for `str(bsdf)`.
         fn describe(self: &Surface) -> Result<String>;
 
         /// A number that identifies the tables within this process; copies that share tables share it.
         fn identity(self: &Surface) -> u64;
-        /// Table data number `which`, below three: spectrum, sampler, albedo; or efficiencies, colours, Jones matrices.
-        /// May be empty.
+        /// Table data number `which`, below three. Scalar theory: spectrum (or colours), sampler, albedo. Rigorous
+        /// theory: efficiencies, colours, Jones matrices. Empty where the surface lacks the table.
         fn words(self: &Surface, which: usize) -> &[u32];
-        /// Steps for derivatives by directions.
+        /// Steps of difference quotients for derivatives by the components of directions.
         fn steps(self: &Surface) -> Steps;
 
-        /// Value and density by value: four values, then the density. Surfaces in colours ignore the wavelengths.
+        /// Evaluates by value: the value at four wavelengths or as red, green, blue and luminance, then the density of
+        /// samples. Surfaces in colours ignore the wavelengths.
         fn evaluate(
             self: &Surface,
             part: Part,
@@ -110,12 +116,13 @@ mod ffi {
             wo: &[f32; 3],
             wavelengths_nm: &[f32; 4],
         ) -> Result<[f32; 5]>;
-        /// A direction from three random numbers in [0, 1), by value; the zero vector where it falls below the horizon.
+        /// Samples by value: the direction `wo` for three random numbers in [0, 1). The zero vector if it falls below
+        /// the horizon.
         fn sample(self: &Surface, wi: &[f32; 3], u: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 3]>;
-        /// Mueller matrices in 1/sr of light from `from` to `to`, by value. The first axis of either frame of reference
-        /// is the grooves' direction made orthogonal to the ray. The 16 elements are row by row, each at four
-        /// wavelengths; for surfaces in colours the four are equal and hold the luminance. Fails unless the surface is
-        /// rigorous and was built with `polarised`.
+        /// Mueller matrices in 1/sr, by value, of light that comes from the direction `from` and leaves towards `to`.
+        /// Element (row, column) at wavelength `l` is number `4 (4 row + column) + l`. For surfaces in colours the four
+        /// are equal and hold the luminance. The first axis of each frame of reference is the grooves' direction made
+        /// orthogonal to the ray. Fails unless the surface is rigorous and was built with `polarised`.
         fn evaluate_matrix(
             self: &Surface,
             from: &[f32; 3],
@@ -123,21 +130,23 @@ mod ffi {
             wavelengths_nm: &[f32; 4],
         ) -> Result<[f32; 64]>;
 
-        /// Traces [`Surface::evaluate`]; the caller owns the variables returned.
+        /// Traces [`Surface::evaluate`]. The caller owns the variables returned, here and below.
         fn trace_evaluate(self: &Surface, part: Part, query: &TracedQuery, wo: &[u32; 3]) -> Result<[u32; 5]>;
         /// Traces [`Surface::sample`].
         fn trace_sample(self: &Surface, query: &TracedQuery, u: &[u32; 3]) -> Result<[u32; 3]>;
         /// Traces [`Surface::evaluate_matrix`], with `from` as the query's `wi`.
         fn trace_matrix(self: &Surface, query: &TracedQuery, to: &[u32; 3]) -> Result<[u32; 64]>;
 
-        /// Refuses a running Mitsuba (`running`, empty if unknown) other than the version compiled against.
+        /// Fails unless the version of the running Mitsuba (`running`, empty if unknown) is the one that the plugin was
+        /// compiled against.
         fn check_version(compiled: &str, running: &str) -> Result<()>;
     }
 }
 
-/// Reason that a call across the boundary failed.
+/// Reason that a call from C++ failed.
 #[derive(Debug, thiserror::Error)]
 enum PluginError {
+    /// Parameters that the configuration refuses, or a failed build.
     #[error(transparent)]
     Build(#[from] BuildError),
     #[error(
@@ -145,8 +154,10 @@ enum PluginError {
          layouts differ, so it would render garbage. Install mitsuba=={compiled}, or rebuild with `make plugin`"
     )]
     Version { compiled: String, running: String },
+    /// An index that is out of range or whose wavelengths do not rise.
     #[error("parameters \"eta\" and \"k\": {0}")]
     Index(#[from] SpectralIndexError),
+    /// A value of a parameter that needs the index at each wavelength; the value `other` does not.
     #[error(
         "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or \
          colours, and not changed later; {other:?} does not"
@@ -160,11 +171,12 @@ enum PluginError {
     Panic(#[from] Panic),
 }
 
-/// Step of difference quotients, as a fraction of an order's width and of the distance between knots of the tables.
-/// Chosen: the tables are smooth on this scale, and the quotient deviates by 4e-4 of the slope.
+/// Step of difference quotients, as a fraction of an order's width and of the distance between knots of the tables. The
+/// error of a quotient is 4e-4 of the slope. Larger steps increase it; smaller ones amplify rounding in single
+/// precision.
 const STEP_FRACTION: f64 = 0.05;
 
-// The functions of the bridge, which the module `ffi` documents.
+// Functions that the module `ffi` declares and documents.
 impl Surface {
     fn is_rigorous(&self) -> bool {
         self.recipe.config.theory == Theory::Rigorous
@@ -180,8 +192,8 @@ impl Surface {
 
     fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
         guard(|| {
-            // The user wrote a decimal number, which C++ rounded to single precision. The shortest decimal with this
-            // rounding recovers it.
+            // Mitsuba rounded the user's decimal number to single precision. The shortest decimal that rounds to the
+            // same single recovers it.
             let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
             let mut recipe = self.recipe.clone();
             recipe.config.coherence_length = coherence_length;
@@ -211,14 +223,15 @@ impl Surface {
 
     fn describe(&self) -> Result<String, PluginError> {
         guard(|| {
+            let jones_bytes = size_of_val(self.jones_words());
             let tables = match &self.tables {
                 Tables::Spectral(tables) => describe::tables(tables.0.report(), &tables.1),
                 Tables::Colours(tables) => describe::colours(&tables.0, &tables.1),
                 Tables::Grating(tables) => {
-                    describe::grating(&tables.0, tables.0.report().bytes + 4 * self.jones_words().len(), &tables.1)
+                    describe::grating(&tables.0, tables.0.report().bytes + jones_bytes, &tables.1)
                 }
                 Tables::GratingColours(tables) => {
-                    describe::grating(tables.0.grating(), tables.0.bytes() + 4 * self.jones_words().len(), &tables.1)
+                    describe::grating(tables.0.grating(), tables.0.bytes() + jones_bytes, &tables.1)
                 }
             };
             Ok(format!("{}; {tables}", describe::config(&self.recipe.config)))
@@ -234,25 +247,27 @@ impl Surface {
     }
 
     fn steps(&self) -> ffi::Steps {
+        // At the shortest wavelength, where orders are narrowest and knots densest in direction cosines.
         let shortest_um = WAVELENGTH_MIN_NM * 1e-3;
-        // Width of an order in direction cosines, and distance of knots in a cosine.
-        let (order, knot) = match &self.tables {
+        // Standard deviation of an order in direction cosines x and y, and distance of the tables' knots in the cosine
+        // with the normal. Tables of gratings have no knots in it.
+        let (order_sigma, knot_step) = match &self.tables {
             Tables::Spectral(tables) => {
                 let layout = &tables.0.layout().table;
-                let order = [0, 1].map(|axis| shortest_um * layout.sigma[axis] / layout.period_um[axis]);
-                (order, shortest_um * layout.kappa_step / TAU)
+                let order_sigma = [0, 1].map(|axis| shortest_um * layout.sigma[axis] / layout.period_um[axis]);
+                (order_sigma, shortest_um * layout.kappa_step / TAU)
             }
             Tables::Colours(tables) => {
                 let table = tables.0.table();
-                let knots = table.rings().map(|ring| f64::from(ring.knots_per_w)).fold(1.0, f64::max);
-                ([shortest_um * table.report().order_sigma_per_um; 2], 1.0 / knots)
+                let most_knots = table.rings().map(|ring| f64::from(ring.knots_per_w)).fold(1.0, f64::max);
+                ([shortest_um * table.report().order_sigma_per_um; 2], 1.0 / most_knots)
             }
             Tables::Grating(tables) => ([shortest_um * tables.0.layout().sigma_per_um; 2], 1.0),
             Tables::GratingColours(tables) => ([shortest_um * tables.0.grating().layout().sigma_per_um; 2], 1.0),
         };
         ffi::Steps {
-            tangential: order.map(|width| (STEP_FRACTION * width) as f32),
-            normal: (STEP_FRACTION * knot.min(1.0)) as f32,
+            tangential: order_sigma.map(|sigma| (STEP_FRACTION * sigma) as f32),
+            normal: (STEP_FRACTION * knot_step.min(1.0)) as f32,
         }
     }
 
@@ -296,7 +311,7 @@ impl Surface {
     }
 }
 
-/// Traces `body` for a backend and hands its variables to the caller.
+/// Traces `body` for a backend (a `JitBackend`) and returns the indices of its variables, which the caller owns.
 fn traced<const K: usize>(
     backend: u32,
     body: impl for<'s> FnOnce(Scope<'s>) -> [Var<'s, f32>; K],
@@ -307,8 +322,8 @@ fn traced<const K: usize>(
     })
 }
 
-/// Runs `body`, compiled for AVX2 where the processor has it. Rounding to whole numbers is then one instruction instead
-/// of a function call.
+/// Runs `body`, compiled for AVX2 if the processor has it. Rounding to whole numbers is then one instruction instead of
+/// a function call.
 #[inline(always)]
 fn with_avx2<R>(body: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]

@@ -1,5 +1,5 @@
-//! One-line descriptions of a surface for `str(bsdf)`: its parameters, then its tables with their size, origin (built
-//! or read from the cache), build time and error.
+//! Parts of the line that describes a surface in `str(bsdf)`: its parameters, and its tables with their size, origin
+//! (built or read from the cache), build time and error.
 
 use sunbeam::cache::Origin;
 use sunbeam::config::{Source, SurfaceConfig, Theory};
@@ -10,15 +10,15 @@ use sunbeam::lobe::{ColourSurface, SurfaceReport};
 pub(crate) fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
-            let size = |name, given: Option<f64>| given.map(|v| format!(", {name} {v} µm")).unwrap_or_default();
-            format!("{}{}{}", preset.name(), size("period", config.period), size("height", config.height))
+            let length = |name, um: Option<f64>| um.map(|um| format!(", {name} {um} µm")).unwrap_or_default();
+            format!("{}{}{}", preset.name(), length("period", config.period), length("height", config.height))
         }
         Source::File(path) => path.display().to_string(),
     };
     if config.theory == Theory::Rigorous {
         return format!("{source}; theory rigorous, over {} µm, level {}", config.coherence_length, config.level());
     }
-    // Parameters' values as users write them.
+    // The value of a parameter as users write it.
     let name = |choice: &dyn std::fmt::Debug| format!("{choice:?}").to_lowercase();
     format!(
         "{source}; {} over {} µm, {} tiling, {} obliquity, level {}, conserve_energy {}, shadowing {}, tolerance {:e}",
@@ -36,6 +36,8 @@ pub(crate) fn config(config: &SurfaceConfig) -> String {
 /// The tables of a surface of scalar theory in spectral variants.
 pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
+    let (taps_x, taps_y) = table.taps;
+    // Empty if energy is not conserved.
     let scaled = report.energy.map_or(String::new(), |energy| {
         format!(
             ", mean albedo {:.4} scaled from {:.4} to conserve energy",
@@ -47,8 +49,8 @@ pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
          {:.1e}{scaled}",
         report.bytes as f64 / 1e6,
         report.build_seconds,
-        table.taps.0,
-        table.taps.1,
+        taps_x,
+        taps_y,
         table.nodes,
         table.kappa_knots,
         table.relative_error
@@ -59,10 +61,10 @@ pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
 pub(crate) fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     let report = surface.report();
     let bytes = report.table_bytes + report.sampler_bytes + report.albedo_bytes;
-    let included = if surface.reference().is_some() { "included" } else { "applied per sample" };
+    let fresnel = if surface.reference().is_some() { "included" } else { "applied per sample" };
     format!(
         "tables of colours of {:.2} MB, {origin} ({:.2} s to build), {} rings over {} µm of coherence, relative error \
-         {:.1e} of the spectra, Fresnel reflectance {included}",
+         {:.1e} of the spectra, Fresnel reflectance {fresnel}",
         bytes as f64 / 1e6,
         report.build_seconds,
         surface.table().report().rings,
@@ -71,7 +73,8 @@ pub(crate) fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     )
 }
 
-/// The tables of a grating of rigorous theory, `bytes` in size.
+/// The tables of a grating of rigorous theory. `bytes` is their size, with the colours and Jones matrices that the
+/// surface has.
 pub(crate) fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
     let report = grating.report();
     format!(

@@ -1,10 +1,11 @@
-//! Dr.Jit's functions for tracing (`cpp_shim/jit.h`). Arguments and results are indices of variables.
+//! Dr.Jit's functions for tracing, declared for C++ in `cpp_shim/jit.h`. Arguments and results are indices of
+//! variables.
 //!
-//! Each function records one operation and returns a new reference to its result, or 0 after an error. The first error
-//! message is kept for [`take_error`]; nothing throws.
+//! Each operation borrows its operands, records one operation of Dr.Jit, and returns a new reference to the result, or
+//! 0 after an error. The first error message of a thread is kept for [`take_error`]; nothing throws.
 //!
-//! cxx checks these declarations against the header when it compiles. Loops call back into [`Steps`]; a panic there
-//! does not enter C++, but waits in [`Loop::panicked`] until C++ has returned.
+//! cxx checks these declarations against the header when it compiles. [`run_loop`] calls back into a [`Loop`]. A panic
+//! there does not unwind through C++: the loop stores it, and [`Loop::panicked`] returns it after C++ has returned.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -17,17 +18,17 @@ mod ffi {
     unsafe extern "C++" {
         include!("jit.h");
 
-        // References: a new one to a variable, and the end of one.
+        // `retain` adds a reference to a variable and returns its index; `release` removes a reference.
         fn retain(index: u32) -> u32;
         fn release(index: u32);
 
-        // Constants.
+        // Variables with one constant element.
         fn constant_f32(backend: u32, value: f32) -> u32;
         fn constant_f64(backend: u32, value: f64) -> u32;
         fn constant_u32(backend: u32, value: u32) -> u32;
         fn constant_bool(backend: u32, value: bool) -> u32;
 
-        // Arithmetic, element by element; the type is that of the operands.
+        // Arithmetic, element by element; operands and result have the same type. `fma` is `a·b + c`.
         fn add(a: u32, b: u32) -> u32;
         fn sub(a: u32, b: u32) -> u32;
         fn mul(a: u32, b: u32) -> u32;
@@ -43,7 +44,7 @@ mod ffi {
         fn exp2(a: u32) -> u32;
         fn log2(a: u32) -> u32;
 
-        // Comparisons, which give masks, and operations on masks and unsigned integers.
+        // Comparisons with a mask as result, operations on masks and unsigned integers, and selection by a mask.
         fn lt(a: u32, b: u32) -> u32;
         fn le(a: u32, b: u32) -> u32;
         fn bit_and(a: u32, b: u32) -> u32;
@@ -53,91 +54,95 @@ mod ffi {
         fn shr(a: u32, by: u32) -> u32;
         fn select(mask: u32, yes: u32, no: u32) -> u32;
 
-        // Conversions.
+        // Conversions of values, and the number whose bits are an integer (`f32_from_bits`).
         fn to_f32(a: u32) -> u32;
         fn to_f64(a: u32) -> u32;
         fn to_u32(a: u32) -> u32;
         fn f32_from_bits(a: u32) -> u32;
 
-        /// Reads `indices.len()` consecutive `u32` of the array `source` from position `at × indices.len()` on, where
-        /// the mask is set, and writes the indices of the resulting variables.
+        /// Reads `W` = `indices.len()` elements (1, 2 or 4) of the array `source` from element `W·at` on, zeros where
+        /// the mask is false. Writes the index of one variable for each element to `indices`.
         fn gather(source: u32, at: u32, mask: u32, indices: &mut [u32]);
 
+        /// Records a loop, or runs it step by step if Dr.Jit's symbolic loops are off. `name` labels it. Returns false
+        /// if Dr.Jit failed or a callback panicked.
+        ///
         /// # Safety
         /// `name` ends with a zero and is never freed: kernels keep it.
-        unsafe fn run_loop<'a>(backend: u32, name: *const c_char, steps: &mut Loop<'a>) -> bool;
+        unsafe fn run_loop<'a>(backend: u32, name: *const c_char, traced_loop: &mut Loop<'a>) -> bool;
 
-        /// Stores an error message unless there is one already.
+        /// Stores an error message unless one is stored.
         fn keep_error(message: &str);
         /// Returns the stored message and clears it; empty if there is none.
         fn take_error() -> String;
     }
 
+    // The methods are `unsafe` because cxx requires it for functions with lifetimes; calling them has no conditions.
     extern "Rust" {
         type Loop<'a>;
         /// Appends a new reference to each variable of the state.
         unsafe fn read<'a>(self: &Loop<'a>, indices: &mut Vec<u32>);
-        /// Replaces the state's variables by borrowed ones.
+        /// Replaces the state's variables by the given ones, which the call borrows.
         unsafe fn write<'a>(self: &mut Loop<'a>, indices: &[u32]);
-        /// The borrowed mask of lanes that take another step; 0 on failure.
+        /// Mask of the lanes that take another step, borrowed from the loop; 0 after a panic or an error.
         unsafe fn condition<'a>(self: &mut Loop<'a>) -> u32;
-        /// Takes a step; false on failure.
+        /// Computes the next state; false after a panic.
         unsafe fn body<'a>(self: &mut Loop<'a>) -> bool;
     }
 }
 
-/// State of a loop and its operations.
-pub(crate) trait Steps {
+/// State, condition and body of a loop.
+pub(crate) trait LoopParts {
     /// Visits the index of each variable of the state.
     fn read(&self, visit: &mut dyn FnMut(u32));
-    /// Replaces the variables of the state.
+    /// Replaces the variables of the state, in the order of [`LoopParts::read`].
     fn write(&mut self, indices: &[u32]);
     /// Index of the mask of lanes that take another step.
     fn condition(&mut self) -> u32;
-    /// Takes one step.
-    fn step(&mut self);
+    /// Computes the next state.
+    fn body(&mut self);
 }
 
-/// A loop that C++ records with callbacks to [`Steps`].
+/// A loop as C++ sees it: forwards the callbacks to [`LoopParts`] and catches panics.
 pub(crate) struct Loop<'a> {
-    steps: &'a mut dyn Steps,
+    parts: &'a mut dyn LoopParts,
     panic: Option<Box<dyn Any + Send>>,
 }
 
 impl<'a> Loop<'a> {
-    /// A loop over `steps`, for [`run_loop`].
-    pub(crate) fn new(steps: &'a mut dyn Steps) -> Self {
-        Self { steps, panic: None }
+    /// A loop for [`run_loop`].
+    pub(crate) fn new(parts: &'a mut dyn LoopParts) -> Self {
+        Self { parts, panic: None }
     }
 
-    /// The payload of a panic that ended the loop.
+    /// Payload of the panic that ended the loop, if there was one.
     pub(crate) fn panicked(self) -> Option<Box<dyn Any + Send>> {
         self.panic
     }
 
     fn read(&self, indices: &mut Vec<u32>) {
-        self.steps.read(&mut |index| indices.push(retain(index)));
+        self.parts.read(&mut |index| indices.push(retain(index)));
     }
 
     fn write(&mut self, indices: &[u32]) {
-        self.steps.write(indices);
+        self.parts.write(indices);
     }
 
     fn condition(&mut self) -> u32 {
-        self.caught(0, |steps| steps.condition())
+        self.caught(0, |parts| parts.condition())
     }
 
     fn body(&mut self) -> bool {
-        self.caught(false, |steps| {
-            steps.step();
+        self.caught(false, |parts| {
+            parts.body();
             true
         })
     }
 
-    /// The result of `call`, or `failed` where it panics; the panic is stored.
-    fn caught<T>(&mut self, failed: T, call: impl FnOnce(&mut dyn Steps) -> T) -> T {
-        // After a panic the loop ends and the state is not used again, so it may be inconsistent.
-        catch_unwind(AssertUnwindSafe(|| call(self.steps))).unwrap_or_else(|payload| {
+    /// Result of `call`. If it panics, stores the panic and returns `failed`.
+    fn caught<T>(&mut self, failed: T, call: impl FnOnce(&mut dyn LoopParts) -> T) -> T {
+        // Unwind safe: after a panic the loop ends and its state is not used again.
+        catch_unwind(AssertUnwindSafe(|| call(self.parts))).unwrap_or_else(|payload| {
             self.panic = Some(payload);
             failed
         })

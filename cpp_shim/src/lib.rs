@@ -1,11 +1,12 @@
-//! The Rust side of the Mitsuba plugin; the C++ side lies beside this folder.
+//! The Rust side of the Mitsuba plugin; the C++ side is in the parent folder, `cpp_shim/`.
 //!
-//! A *variant* is a compilation of Mitsuba for one kind of numbers. [`bridge`] has the functions that C++ calls. Scalar
-//! variants call them with plain numbers, ray by ray. In `llvm_*` and `cuda_*` variants a call records the same
-//! evaluators as operations on variables of Dr.Jit, Mitsuba's compiler; this is *tracing* ([`traced`], through the
-//! functions of [`jit`], within a [`scope`]). Neither exceptions nor panics cross the boundary: cxx turns an `Err` into
-//! an exception, and what Dr.Jit throws is caught in `cpp_shim/jit.cpp`. Only [`init_plugin`] is meant for others to
-//! call.
+//! - A *variant* is a compilation of Mitsuba for one kind of numbers and of spectra.
+//! - [`bridge`] has the functions that C++ calls. Scalar variants call them with plain numbers, ray by ray.
+//! - *Tracing* serves the variants `llvm_*` and `cuda_*`: a call runs the same evaluators once over variables of
+//!   Dr.Jit, Mitsuba's compiler, which records their operations for its kernel. [`traced`] has these numbers, [`jit`]
+//!   the functions of Dr.Jit, and [`scope`] the ownership of variables.
+//! - Panics do not reach C++, and C++ exceptions do not reach Rust. cxx turns an `Err` into an exception, and `jit.cpp`
+//!   catches those of Dr.Jit. Only [`init_plugin`] lets C++ exceptions pass.
 
 mod bridge;
 mod describe;
@@ -16,7 +17,7 @@ mod log;
 mod scope;
 mod traced;
 
-// The plugin also exports the C interface, which the Python package (python/) calls with NumPy arrays.
+// Links the C interface into the plugin. The Python package (python/) calls it with NumPy arrays.
 use sunbeam_c as _;
 
 use std::ffi::{c_char, c_void};
@@ -27,9 +28,9 @@ unsafe extern "C-unwind" {
     fn sunbeam_register_variants(name_len: usize, name: *const c_char, register: *const c_void);
 }
 
-/// The symbol that Mitsuba looks up in a plugin: `void init_plugin(std::string_view, PluginRegisterFn)`.
+/// Entry point of the plugin, which Mitsuba looks up by name: `void init_plugin(std::string_view, PluginRegisterFn)`.
 ///
-/// It is here and not in C++ because Cargo exports only Rust symbols from a `cdylib`. C++ exceptions pass through.
+/// It is not in C++ because Cargo exports only Rust symbols from a `cdylib`. C++ exceptions pass through.
 ///
 /// # Safety
 /// Only for Mitsuba's plugin manager, with arguments as in `mitsuba/core/object.h`.

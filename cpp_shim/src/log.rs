@@ -1,8 +1,8 @@
 //! Messages for Mitsuba's log: progress while tables are built, and the library's warnings.
 //!
-//! Only threads that Mitsuba knows may write to its log. The tables are therefore built on a new thread, while the
-//! calling thread writes the progress. Warnings may come from any thread; they wait in [`WARNINGS`] until the calling
-//! thread writes them.
+//! Only threads that Mitsuba knows may write to its log. Therefore tables are built on a new thread, while the calling
+//! thread writes the progress. Warnings may come from any thread. They wait in [`WARNINGS`] until the build has ended
+//! and the calling thread writes them.
 
 use ffi::{log_info, log_warn};
 use log::{LevelFilter, Log, Metadata, Record};
@@ -29,18 +29,19 @@ mod ffi {
     }
 }
 
-/// Time between two progress lines, and before the first. Chosen: quick builds write nothing.
+/// Time before the first progress line, and between two. A shorter interval also reports quick builds; a longer one
+/// leaves slow builds silent.
 const LOG_INTERVAL: Duration = Duration::from_secs(2);
 
-/// Warnings of the library. Each is written once.
+/// Warnings of the library. Each different one is written once.
 struct Warnings {
     /// Warnings that wait for a thread that may call Mitsuba.
     waiting: Vec<String>,
-    /// Every warning so far; `None` before the first.
+    /// Every warning so far. `None` before the first, since a static cannot hold a new `HashSet`.
     seen: Option<HashSet<String>>,
 }
 
-/// The warnings of this process.
+/// Warnings of this process.
 static WARNINGS: Mutex<Warnings> = Mutex::new(Warnings { waiting: Vec::new(), seen: None });
 
 /// Logger that stores the library's warnings in [`WARNINGS`].
@@ -68,14 +69,15 @@ impl Log for WarningLogger {
 fn write_warnings() {
     let waiting = std::mem::take(&mut WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).waiting);
     for line in waiting {
-        // Building goes on if the logger refuses a line.
+        // A line that the logger refuses is dropped.
         let _ = log_warn(&line);
     }
 }
 
-/// Runs `build` on another thread, and writes its progress and the library's warnings to Mitsuba's log from this one.
-/// Threads that Mitsuba did not start must not call it.
+/// Runs `build` on a new thread, and writes its progress and the library's warnings to Mitsuba's log. A panic of
+/// `build` continues on this thread. Only threads on which Mitsuba has called the plugin may call it.
 pub(crate) fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
+    // Fails on all calls but the first, and if the process has another logger.
     if log::set_logger(&WarningLogger).is_ok() {
         log::set_max_level(LevelFilter::Warn);
     }
@@ -84,16 +86,16 @@ pub(crate) fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
     built
 }
 
-/// Runs `build` on another thread and writes its progress from this one.
+/// Runs `build` on a new thread and writes its progress from this one.
 fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
-    // Bits of the fraction done. Non-negative floats have the order of their bits, so an integer maximum works.
-    let fraction = Arc::new(AtomicU64::new(0));
-    let reported = fraction.clone();
-    let progress = Progress::new(move |done| {
-        reported.fetch_max(done.max(0.0).to_bits(), Ordering::Relaxed);
+    // Largest fraction reported, as bits of an `f64`. Non-negative floats have the same order as their bits.
+    let fraction_bits = Arc::new(AtomicU64::new(0));
+    let reported = fraction_bits.clone();
+    let progress = Progress::new(move |fraction| {
+        reported.fetch_max(fraction.max(0.0).to_bits(), Ordering::Relaxed);
     });
     thread::scope(|scope| {
-        // Nothing is sent: dropping `alive` ends the wait of the receiver.
+        // Nothing is sent. The sender is dropped when the build ends or panics, which ends the loop below.
         let (alive, ended) = mpsc::channel::<()>();
         let builder = scope.spawn(move || {
             let built = build(&progress);
@@ -101,8 +103,8 @@ fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
             built
         });
         while ended.recv_timeout(LOG_INTERVAL) == Err(RecvTimeoutError::Timeout) {
-            let percent = 100.0 * f64::from_bits(fraction.load(Ordering::Relaxed));
-            // Building goes on if the logger refuses a line.
+            let percent = 100.0 * f64::from_bits(fraction_bits.load(Ordering::Relaxed));
+            // A line that the logger refuses is dropped.
             let _ = log_info(&format!("diffraction: building tables, {percent:.0} %"));
         }
         builder.join().unwrap_or_else(|panic| resume_unwind(panic))

@@ -1,41 +1,44 @@
 //! Ownership of the variables that tracing creates.
 //!
-//! Dr.Jit counts references to variables and identifies a variable by a `u32` index; 0 is no variable. Evaluators copy
-//! indices freely, so single handles own nothing. A [`Scope`] owns one reference to each variable created while it is
-//! open and releases all of them at its end; [`Owned`] is a reference that outlives it. A thread has at most one open
-//! scope.
+//! Dr.Jit counts references to variables and identifies a variable by a `u32` index; 0 stands for no variable.
+//! Evaluators copy handles freely, so a handle owns nothing. A [`Scope`] owns one reference to each variable created
+//! while it is open, and releases all of them at its end. [`Owned`] is a reference that outlives the scope. A thread
+//! has at most one open scope.
 
 use super::jit;
 use std::cell::RefCell;
 use std::marker::PhantomData;
 
-/// Reason that tracing failed.
+/// Reason for which tracing failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum TraceError {
+    /// First error message of Dr.Jit.
     #[error("Dr.Jit could not trace the surface: {0}")]
     Jit(String),
+    /// The thread has an open scope.
     #[error("a surface cannot be traced while another is")]
     Nested,
 }
 
-/// Ties a handle to the scope that owns its variable: an invariant lifetime, on one thread.
+/// Marker that ties a handle to the scope that owns its variable. The function type makes the lifetime invariant, so
+/// handles of two scopes cannot mix. The pointer keeps handles on their thread.
 pub(crate) type Brand<'s> = PhantomData<(fn(&'s ()) -> &'s (), *mut ())>;
 
-/// An open scope. It owns all variables created while it is open, and releases them when it ends.
+/// Proof that a scope is open on this thread, which [`trace`] passes to its body. The scope's data are in [`OPEN`].
 #[derive(Clone, Copy)]
 pub(crate) struct Scope<'s>(Brand<'s>);
 
-/// A reference to a variable that survives the scope.
+/// A reference to a variable that outlives the scope. Its index is 0 after an error.
 #[derive(Debug)]
 pub(crate) struct Owned(u32);
 
 impl Owned {
-    /// A new reference to a variable.
+    /// Adds a reference to the variable `index`.
     pub(crate) fn of(_: Scope<'_>, index: u32) -> Self {
         Self(if index == 0 { 0 } else { jit::retain(index) })
     }
 
-    /// Passes the reference on to the caller.
+    /// Gives the reference to the caller as an index.
     pub(crate) fn into_index(mut self) -> u32 {
         std::mem::take(&mut self.0)
     }
@@ -49,25 +52,27 @@ impl Drop for Owned {
     }
 }
 
-/// Data of the thread's open scope.
+/// Data of an open scope.
 struct Open {
-    /// A `JitBackend`: LLVM or CUDA.
+    /// Number of a `JitBackend`: LLVM or CUDA.
     backend: u32,
     /// Indices of the variables whose references the scope owns, in the order of their creation.
     owned: Vec<u32>,
 }
 
 thread_local! {
-    // Thread-local, since `sunbeam::numeric::Real::lit` makes constants without a scope argument.
+    /// The thread's open scope. Thread-local, because `sunbeam::numeric::Real::lit` makes constants without a scope
+    /// argument.
     static OPEN: RefCell<Option<Open>> = const { RefCell::new(None) };
 }
 
-/// Runs `body` in a scope for a backend (a `JitBackend`). Handles cannot leave the scope, because `R` cannot name its
-/// lifetime. A panic in `body` continues after the variables are released.
+/// Runs `body` in a new scope for a backend (a `JitBackend`) and releases the scope's variables. Handles cannot leave
+/// the scope, because `R` cannot name its lifetime. A panic in `body` continues after the variables are released.
 ///
 /// # Errors
 /// Dr.Jit's first error message, or a call inside another scope.
 pub(crate) fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) -> Result<R, TraceError> {
+    /// Closes the scope when it is dropped.
     struct Close;
     impl Drop for Close {
         fn drop(&mut self) {
@@ -79,12 +84,12 @@ pub(crate) fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) 
     OPEN.with_borrow_mut(|open| match open {
         Some(_) => Err(TraceError::Nested),
         None => {
-            *open = Some(Open { backend, owned: Vec::with_capacity(1024) });
+            *open = Some(Open { backend, owned: Vec::new() });
             Ok(())
         }
     })?;
     let close = Close;
-    // Clears an error that an abandoned scope left.
+    // Clears an error of a scope that a panic ended.
     jit::take_error();
     let result = body(Scope(PhantomData));
     drop(close);
@@ -92,12 +97,13 @@ pub(crate) fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) 
     if message.is_empty() { Ok(result) } else { Err(TraceError::Jit(message)) }
 }
 
-/// The open scope's backend, `None` outside of one.
+/// Backend of the open scope; `None` outside a scope.
 pub(crate) fn backend() -> Option<u32> {
     OPEN.with_borrow(|open| open.as_ref().map(|open| open.backend))
 }
 
-/// Passes a variable to the open scope; without one, releases it and returns 0.
+/// Gives a reference to the open scope and returns its index. Outside a scope, releases it and returns 0. Ignores index
+/// 0.
 pub(crate) fn own(index: u32) -> u32 {
     if index == 0 {
         return 0;
@@ -119,7 +125,7 @@ pub(crate) fn owned() -> usize {
     OPEN.with_borrow(|open| open.as_ref().map_or(0, |open| open.owned.len()))
 }
 
-/// Releases the variables at these positions in the scope's list.
+/// Releases the variables that the open scope took over as number `range.start` to `range.end - 1`.
 pub(crate) fn release(range: std::ops::Range<usize>) {
     OPEN.with_borrow_mut(|open| {
         if let Some(open) = open {

@@ -1,9 +1,9 @@
-//! Traced numbers: arithmetic on [`Var`] is recorded by Dr.Jit, so evaluators generic over [`Numbers`] become part of a
-//! kernel.
+//! Traced numbers: Dr.Jit records each operation on a [`Var`]. An evaluator that is generic over [`Numbers`], called
+//! with [`Traced`], thus becomes part of a kernel.
 //!
-//! A [`Var`] is the index of a Dr.Jit variable and can be copied; the [`Scope`] that created the variable owns it
-//! (scope.rs). The lifetime `'s` ties a handle to its scope. The functions of jit.rs record one operation each. Nothing
-//! is differentiable.
+//! A [`Var`] is a handle that can be copied: the index of a Dr.Jit variable. The variable belongs to the open scope
+//! (scope.rs), and the lifetime `'s` ties the handle to this scope. Each operator below calls the function of jit.rs
+//! that records it. After an error the index is 0, and operations on it give 0 again. Nothing is differentiable.
 
 use super::jit;
 use super::scope::{self, Brand, Owned, Scope};
@@ -13,39 +13,47 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 use std::panic::resume_unwind;
 use sunbeam::numeric::{Index, Mask, Number, Numbers, Real, State};
 
-/// The family of traced numbers of one scope.
+/// Family of traced numbers in the scope `'s`.
 #[derive(Clone, Copy)]
 pub(crate) struct Traced<'s>(Brand<'s>);
 
-/// A variable whose elements are `T`: `f32`, `f64`, `u32` or `bool`.
+/// A variable whose elements are of the type `T`: `f32`, `f64`, `u32` or `bool`. Its elements are the lanes of the
+/// kernel.
 pub(crate) struct Var<'s, T> {
-    /// Index of the variable; 0 after an error, which the scope reports at its end.
+    /// Index of the variable; 0 after an error, which [`scope::trace`] reports.
     index: u32,
     kind: PhantomData<T>,
     brand: Brand<'s>,
 }
 
-/// An array of 32-bit table data in the backend's memory.
+/// Table data: an array of `u32` in the backend's memory, by its index.
 #[derive(Clone, Copy)]
 pub(crate) struct WordsVar<'s>(u32, Brand<'s>);
 
 /// Element types of variables.
 pub(crate) trait Element: Copy {
-    /// A new variable with one value.
+    /// Index of a new variable with one element, for a backend (a `JitBackend`).
     fn constant(backend: u32, value: Self) -> u32;
 }
 
+/// Implements [`Element`] for a type by a function of jit.rs.
 macro_rules! elements {
-    ($($t:ident $constant:ident)+) => {$(
-        impl Element for $t {
+    ($($element:ident => $constant:ident,)+) => {$(
+        impl Element for $element {
             fn constant(backend: u32, value: Self) -> u32 {
                 jit::$constant(backend, value)
             }
         }
     )+};
 }
-elements! { f32 constant_f32 f64 constant_f64 u32 constant_u32 bool constant_bool }
+elements! {
+    f32 => constant_f32,
+    f64 => constant_f64,
+    u32 => constant_u32,
+    bool => constant_bool,
+}
 
+// Not derived: a derived implementation would require `T: Clone` and `T: Copy`.
 impl<T> Clone for Var<'_, T> {
     fn clone(&self) -> Self {
         *self
@@ -55,7 +63,8 @@ impl<T> Clone for Var<'_, T> {
 impl<T> Copy for Var<'_, T> {}
 
 impl<'s, T: Element> Var<'s, T> {
-    /// A variable of elements `T` that the caller keeps alive until the scope ends. Index 0 becomes the scope's error.
+    /// Handle of a variable that the caller keeps alive until the scope ends. Its elements must be of the type `T`.
+    /// Index 0, an empty array, is an error.
     pub(crate) fn borrowed(_: Scope<'s>, index: u32) -> Self {
         if index == 0 {
             jit::keep_error("an argument is an empty array");
@@ -63,24 +72,25 @@ impl<'s, T: Element> Var<'s, T> {
         Self { index, kind: PhantomData, brand: PhantomData }
     }
 
-    /// A reference that survives the scope.
+    /// A new reference, which outlives the scope.
     pub(crate) fn owned(self, scope: Scope<'s>) -> Owned {
         Owned::of(scope, self.index)
     }
 
-    /// The handle of a new variable, which the open scope takes over.
+    /// Handle of the result of an operation, whose reference the open scope takes over.
     fn own(index: u32) -> Self {
         Self { index: scope::own(index), kind: PhantomData, brand: PhantomData }
     }
 
-    /// A constant for the backend of the open scope.
+    /// A constant for the open scope's backend.
     fn constant(value: T) -> Self {
         Self::own(scope::backend().map_or(0, |backend| T::constant(backend, value)))
     }
 }
 
 impl<'s> WordsVar<'s> {
-    /// An array of `u32` that the caller keeps alive until the scope ends. An array that is never read may be 0.
+    /// Handle of an array that the caller keeps alive until the scope ends. The index may be 0 if the array is never
+    /// read.
     pub(crate) fn borrowed(_: Scope<'s>, index: u32) -> Self {
         Self(index, PhantomData)
     }
@@ -96,35 +106,39 @@ impl<T: Element> State for Var<'_, T> {
 
 impl Mask for Var<'_, bool> {}
 
-macro_rules! binary {
-    ($($t:ident: $trait:ident $method:ident $function:ident;)+) => {$(
-        impl $trait for Var<'_, $t> {
+/// Implements a binary operator for some element types: `Trait::method => function of jit.rs, for types;`.
+macro_rules! binary_operators {
+    ($($trait:ident::$method:ident => $function:ident, for $($element:ident)+;)+) => {$($(
+        impl $trait for Var<'_, $element> {
             type Output = Self;
             fn $method(self, other: Self) -> Self {
                 Self::own(jit::$function(self.index, other.index))
             }
         }
-    )+};
+    )+)+};
 }
-binary! {
-    f32: Add add add; f32: Sub sub sub; f32: Mul mul mul; f32: Div div div;
-    f64: Add add add; f64: Sub sub sub; f64: Mul mul mul; f64: Div div div;
-    u32: Add add add; u32: Sub sub sub; u32: Mul mul mul;
-    u32: BitAnd bitand bit_and; u32: BitOr bitor bit_or;
-    bool: BitAnd bitand bit_and; bool: BitOr bitor bit_or;
+binary_operators! {
+    Add::add => add, for f32 f64 u32;
+    Sub::sub => sub, for f32 f64 u32;
+    Mul::mul => mul, for f32 f64 u32;
+    Div::div => div, for f32 f64;
+    BitAnd::bitand => bit_and, for u32 bool;
+    BitOr::bitor => bit_or, for u32 bool;
 }
 
-macro_rules! shifts {
-    ($($trait:ident $method:ident $function:ident)+) => {$(
-        impl $trait<u32> for Var<'_, u32> {
-            type Output = Self;
-            fn $method(self, by: u32) -> Self {
-                Self::own(jit::$function(self.index, Self::constant(by).index))
-            }
-        }
-    )+};
+impl Shl<u32> for Var<'_, u32> {
+    type Output = Self;
+    fn shl(self, by: u32) -> Self {
+        Self::own(jit::shl(self.index, Self::constant(by).index))
+    }
 }
-shifts! { Shl shl shl Shr shr shr }
+
+impl Shr<u32> for Var<'_, u32> {
+    type Output = Self;
+    fn shr(self, by: u32) -> Self {
+        Self::own(jit::shr(self.index, Self::constant(by).index))
+    }
+}
 
 impl Not for Var<'_, bool> {
     type Output = Self;
@@ -156,28 +170,31 @@ where
     }
 }
 
+/// Defines methods without arguments by the functions of jit.rs with the same names.
+macro_rules! unary_methods {
+    ($($function:ident)+) => {$(
+        fn $function(self) -> Self {
+            Self::own(jit::$function(self.index))
+        }
+    )+};
+}
+
+/// Implements [`Real`] for variables of a type of floating-point numbers.
 macro_rules! reals {
-    ($($t:ident)+) => {$(
-        impl Neg for Var<'_, $t> {
+    ($($element:ident)+) => {$(
+        impl Neg for Var<'_, $element> {
             type Output = Self;
-            fn neg(self) -> Self {
-                Self::own(jit::neg(self.index))
-            }
+            unary_methods! { neg }
         }
 
-        impl Real for Var<'_, $t> {
+        impl Real for Var<'_, $element> {
             fn lit(value: f64) -> Self {
-                Self::constant(value as $t)
+                Self::constant(value as $element)
             }
             fn fma(self, b: Self, c: Self) -> Self {
                 Self::own(jit::fma(self.index, b.index, c.index))
             }
-            reals! { @unary abs sqrt floor ceil exp2 log2 }
-        }
-    )+};
-    (@unary $($function:ident)+) => {$(
-        fn $function(self) -> Self {
-            Self::own(jit::$function(self.index))
+            unary_methods! { abs sqrt floor ceil exp2 log2 }
         }
     )+};
 }
@@ -223,26 +240,28 @@ impl<'s> Numbers for Traced<'s> {
         Var::own(jit::to_u32(x.index))
     }
 
-    // C++ records the loop once. It calls back into `Run` for the condition and one step, on placeholder variables.
+    // Dr.Jit calls back into `RecordedLoop` for the condition and a step. A symbolic loop does so once, with
+    // placeholder variables as state; an evaluated loop does so for each step.
     fn while_loop<S: State>(
         name: &'static CStr,
         state: S,
         go_on: impl Fn(S) -> Self::Mask,
         step: impl Fn(S) -> S,
     ) -> S {
-        let mut run = Run { state, go_on, step, first: scope::owned() };
-        let mut steps = jit::Loop::new(&mut run);
+        let mut recorded = RecordedLoop { state, go_on, step, owned_before: scope::owned() };
+        let mut callbacks = jit::Loop::new(&mut recorded);
         // SAFETY: the name is static and ends with a zero.
-        let done = unsafe { jit::run_loop(scope::backend().unwrap_or(0), name.as_ptr(), &mut steps) };
-        if let Some(payload) = steps.panicked() {
+        let succeeded = unsafe { jit::run_loop(scope::backend().unwrap_or(0), name.as_ptr(), &mut callbacks) };
+        if let Some(payload) = callbacks.panicked() {
             resume_unwind(payload);
         }
-        if !done {
-            run.state.each(&mut |index| *index = 0);
+        if !succeeded {
+            recorded.state.each(&mut |index| *index = 0);
         }
-        run.state
+        recorded.state
     }
 
+    // Not tabulated: the kernel computes the function where it needs it.
     fn tabulated(_: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real {
         function
     }
@@ -254,62 +273,64 @@ impl<'s> Numbers for Traced<'s> {
         active: Self::Mask,
         function: impl Fn(Self::Real) -> [Self::Real; R],
     ) -> [[Self::Real; L]; R] {
-        let index = <Self::Index as Index>::lit;
+        let int = <Self::Index as Index>::lit;
+        let zero = Self::Real::lit(0.0);
         if L == 1 {
-            let zero = Self::Real::lit(0.0);
             return function(inputs[0]).map(|value| [Self::Real::select(active, value, zero); L]);
         }
-        // Equality of unsigned integers.
-        let equals = |k: Self::Index, i: usize| k.le(index(i as u32)) & index(i as u32).le(k);
-        let zeros = [[Self::Real::lit(0.0); L]; R];
+        // Equality, which `Number` lacks.
+        let equals = |k: Self::Index, i: usize| k.le(int(i as u32)) & int(i as u32).le(k);
         let (_, results) = Self::while_loop(
             name,
-            (index(0), zeros),
-            |(k, _)| active & k.lt(index(L as u32)),
+            (int(0), [[zero; L]; R]),
+            |(k, _)| active & k.lt(int(L as u32)),
             |(k, mut results)| {
+                // Reads and writes position k of arrays by selection, because k is a variable.
                 let input = (1..L).fold(inputs[0], |input, i| Self::Real::select(equals(k, i), inputs[i], input));
                 for (result, value) in results.iter_mut().zip(function(input)) {
                     for (i, entry) in result.iter_mut().enumerate() {
                         *entry = Self::Real::select(equals(k, i), value, *entry);
                     }
                 }
-                (k + index(1), results)
+                (k + int(1), results)
             },
         );
         results
     }
 }
 
-/// A loop that is being recorded.
-struct Run<S, C, B> {
+/// A loop that Dr.Jit is recording or running.
+struct RecordedLoop<S, C, B> {
     state: S,
-    /// The mask of lanes that take another step.
+    /// Gives the mask of lanes that take another step.
     go_on: C,
-    /// The next state.
+    /// Gives the next state.
     step: B,
-    /// Number of variables that the scope owned before the loop. Later ones belong to the last step and are released
-    /// when the state is replaced.
-    first: usize,
+    /// Number of variables that the scope owned before the loop. Later ones belong to the latest step. They are
+    /// released when the state is replaced.
+    owned_before: usize,
 }
 
-impl<'s, S: State, C: Fn(S) -> Var<'s, bool>, B: Fn(S) -> S> jit::Steps for Run<S, C, B> {
+impl<'s, S: State, C: Fn(S) -> Var<'s, bool>, B: Fn(S) -> S> jit::LoopParts for RecordedLoop<S, C, B> {
     fn read(&self, visit: &mut dyn FnMut(u32)) {
+        // A copy, because `each` takes a mutable reference.
         let mut state = self.state;
         state.each(&mut |index| visit(*index));
     }
 
     fn write(&mut self, indices: &[u32]) {
-        let last = scope::owned();
-        let mut new = indices.iter();
-        self.state.each(&mut |index| *index = new.next().map_or(0, |&i| scope::own(jit::retain(i))));
-        scope::release(self.first..last);
+        let owned_by_step = self.owned_before..scope::owned();
+        let mut new_indices = indices.iter();
+        // Dr.Jit lends the new variables, so the scope takes a reference of its own.
+        self.state.each(&mut |index| *index = new_indices.next().map_or(0, |&new| scope::own(jit::retain(new))));
+        scope::release(owned_by_step);
     }
 
     fn condition(&mut self) -> u32 {
         (self.go_on)(self.state).index
     }
 
-    fn step(&mut self) {
+    fn body(&mut self) {
         self.state = (self.step)(self.state);
     }
 }

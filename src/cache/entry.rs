@@ -14,16 +14,17 @@ use crate::scattering::{Options, SpectralIndex};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// First bytes of an entry, with the version of this layout.
+/// First bytes of an entry. The digit is the version of the layout above.
 const MAGIC: &[u8; 16] = b"sunbeam tables 1";
-/// Bytes of a BLAKE3 hash.
-const HASH: usize = blake3::OUT_LEN;
-/// Bytes before the contents.
-const HEADER: usize = MAGIC.len() + 2 * HASH;
-/// Extension of an entry's file name; the digits before it are the key in hexadecimal.
+/// Bytes of a BLAKE3 hash, 32.
+const HASH_BYTES: usize = blake3::OUT_LEN;
+/// Bytes before the contents: magic, key and hash.
+const HEADER_BYTES: usize = MAGIC.len() + 2 * HASH_BYTES;
+/// Extension of an entry's file name. The digits before it are the key in hexadecimal.
 const EXTENSION: &str = ".tables";
 
-/// Hash of the code that builds tables (`build.rs`), so that entries of another version are not found.
+/// Hash of the source code that builds tables, set by the build script (`build.rs`). As a part of every key it hides
+/// entries that other versions of the code wrote.
 const CODE: &str = env!("SUNBEAM_TABLES_CODE");
 
 /// Hash of everything that an entry's tables depend on.
@@ -31,17 +32,19 @@ const CODE: &str = env!("SUNBEAM_TABLES_CODE");
 pub(super) struct Key(blake3::Hash);
 
 impl Key {
-    /// Key of a [`Surface`](crate::lobe::Surface): tables for all wavelengths.
+    /// Key of a [`Surface`](crate::lobe::Surface), whose tables serve all wavelengths.
     pub(super) fn of_surface(field: &HeightField, options: &Options) -> Self {
         Self::new("surface", field, options)
     }
 
-    /// Key of a [`ColourSurface`](crate::lobe::ColourSurface), whose Fresnel factor is that of `index`.
+    /// Key of a [`ColourSurface`](crate::lobe::ColourSurface). `index` is the index of its Fresnel factor; `None` for a
+    /// perfect reflector.
     pub(super) fn of_colours(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Self {
         Self::new(&format!("colours {index:?}"), field, options)
     }
 
-    /// Key of a grating's tables; `kind` names the kind of tables, so that entries of several kinds differ.
+    /// Key of a grating's tables, which do not depend on the coherence length. `kind` separates the several kinds of
+    /// tables of one grating. `index` is `None` for a perfect conductor.
     #[cfg(feature = "rigorous")]
     pub(super) fn of_grating(kind: &str, profile: &Profile, index: Option<&SpectralIndex>) -> Self {
         let mut hasher = blake3::Hasher::new();
@@ -51,7 +54,7 @@ impl Key {
         Self(hasher.finalize())
     }
 
-    /// Key of tables of a height field: hash of `kind`, the code, the heights and the options.
+    /// Key of a height field's tables. `kind` separates the several kinds of tables of one height field.
     fn new(kind: &str, field: &HeightField, options: &Options) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&(kind.len() as u64).to_le_bytes());
@@ -75,34 +78,37 @@ impl Key {
         Self(hasher.finalize())
     }
 
-    /// File name of the entry.
+    /// File name of the entry, without folder.
     pub(super) fn file_name(&self) -> String {
         format!("{}{EXTENSION}", self.0.to_hex())
     }
 }
 
-/// Whether a file name is that of some entry.
+/// Whether a file name has the form of [`Key::file_name`].
 pub(super) fn is_file_name(name: &str) -> bool {
     let digits = name.strip_suffix(EXTENSION);
-    digits.is_some_and(|digits| digits.len() == 2 * HASH && digits.bytes().all(|b| b.is_ascii_hexdigit()))
+    digits.is_some_and(|digits| digits.len() == 2 * HASH_BYTES && digits.bytes().all(|b| b.is_ascii_hexdigit()))
 }
 
-/// Bytes of the entry of `key` with these tables.
+/// Bytes of the entry that stores `tables` under `key`.
 pub(super) fn encode<T: Serialize>(key: &Key, tables: &T) -> Result<Vec<u8>, postcard::Error> {
-    let mut bytes = vec![0; HEADER];
+    let mut bytes = vec![0; HEADER_BYTES];
     bytes[..MAGIC.len()].copy_from_slice(MAGIC);
-    bytes[MAGIC.len()..][..HASH].copy_from_slice(key.0.as_bytes());
+    bytes[MAGIC.len()..][..HASH_BYTES].copy_from_slice(key.0.as_bytes());
     bytes = postcard::to_extend(tables, bytes)?;
-    let contents = blake3::hash(&bytes[HEADER..]);
-    bytes[MAGIC.len() + HASH..HEADER].copy_from_slice(contents.as_bytes());
+    let contents_hash = blake3::hash(&bytes[HEADER_BYTES..]);
+    bytes[MAGIC.len() + HASH_BYTES..HEADER_BYTES].copy_from_slice(contents_hash.as_bytes());
     Ok(bytes)
 }
 
-/// Tables in an entry's bytes; `None` unless magic, key and hash of the contents agree and the contents can be decoded.
+/// Tables in an entry's bytes. `None` unless the magic, the key and the hash of the contents agree and the contents can
+/// be decoded.
 pub(super) fn decode<T: DeserializeOwned>(key: &Key, bytes: &[u8]) -> Option<T> {
-    let (header, contents) = bytes.split_at_checked(HEADER)?;
+    let (header, contents) = bytes.split_at_checked(HEADER_BYTES)?;
     let (magic, hashes) = header.split_at(MAGIC.len());
-    let (own_key, own_hash) = hashes.split_at(HASH);
-    let genuine = magic == MAGIC && own_key == key.0.as_bytes() && own_hash == blake3::hash(contents).as_bytes();
-    genuine.then(|| postcard::from_bytes(contents).ok())?
+    let (stored_key, stored_hash) = hashes.split_at(HASH_BYTES);
+    if magic != MAGIC || stored_key != key.0.as_bytes() || stored_hash != blake3::hash(contents).as_bytes() {
+        return None;
+    }
+    postcard::from_bytes(contents).ok()
 }

@@ -2,10 +2,13 @@
 //!
 //! - One file, an *entry*, holds the tables of one surface. Its name is a hash of everything the tables depend on: the
 //!   heights, the options, and the code that builds tables.
-//! - An entry is written under a temporary name and then renamed, so readers find all of it or nothing.
+//! - An entry is written under a temporary name and then renamed, so readers find a complete entry or none.
 //! - An entry holds a hash of its contents and is ignored unless the hash agrees.
-//! - Whatever is wrong with the folder or an entry, the tables are built instead: the cache can be slow, never wrong.
+//! - An unusable folder or entry is no error: the tables are built instead.
 //! - When the folder exceeds its size limit, the least recently used entries are removed.
+//!
+//! Independently of the disk, the `shared_…` functions return tables that this process already holds, once for all
+//! their users ([`Shared`]).
 //!
 //! ```
 //! # let folder = tempfile::tempdir()?;
@@ -50,7 +53,7 @@ pub const SWITCH: &str = "SUNBEAM_CACHE";
 pub const FOLDER: &str = "SUNBEAM_CACHE_DIR";
 /// Environment variable with the largest size of the folder, in MB (10⁶ bytes).
 pub const LIMIT: &str = "SUNBEAM_CACHE_LIMIT_MB";
-/// Largest size of the folder in MB where [`LIMIT`] is not set. Chosen: some hundred entries of skins, 20 MB each.
+/// Largest size of the folder in MB where [`LIMIT`] is not set. It holds about a hundred skins of 20 MB each.
 pub const DEFAULT_LIMIT_MB: u64 = 2000;
 
 /// An environment variable whose value is not accepted.
@@ -68,7 +71,7 @@ pub struct CacheError {
 pub struct Cache {
     /// The folder; `None` where the cache is off.
     folder: Option<PathBuf>,
-    /// Largest size of all entries together, in bytes.
+    /// Largest size of all entries together, in bytes; 0 where the cache is off.
     limit_bytes: u64,
 }
 
@@ -124,8 +127,8 @@ impl Cache {
         Self::from_variables(|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
     }
 
-    /// [`Cache::from_env`] with `get` in place of the environment: the value of a variable by its name. Empty values
-    /// count as not set.
+    /// [`Cache::from_env`] with `get` in place of the environment. `get` takes the name of a variable and returns its
+    /// value, or `None` where it is not set. Empty values count as not set.
     fn from_variables(get: impl Fn(&str) -> Option<String>) -> Result<Self, CacheError> {
         let given = |name| get(name).filter(|value| !value.is_empty());
         let limit_mb = match given(LIMIT) {
@@ -154,7 +157,7 @@ impl Cache {
 
     /// The surface of `field`, read from the cache, or else built and written to it.
     ///
-    /// `progress` follows a build; reading does not advance it.
+    /// Only a build advances `progress`.
     ///
     /// # Errors
     /// The errors of [`Surface::new`]. A failed write to the cache is no error; [`Origin::NotKept`] gives its reason.
@@ -167,7 +170,8 @@ impl Cache {
         self.read_or_build(|| Key::of_surface(field, options), || Surface::watched(field, options, progress))
     }
 
-    /// [`Cache::surface`], or an equal surface that this process already holds.
+    /// [`Cache::surface`], or the equal surface that this process already holds. Its [`Origin`] is that of the first
+    /// call.
     ///
     /// # Errors
     /// The errors of [`Cache::surface`].
@@ -181,9 +185,10 @@ impl Cache {
         IN_USE.get(Key::of_surface(field, options), || self.surface(field, options, progress))
     }
 
-    /// The surface of `field` in colours; shared as by [`Cache::shared_surface`].
+    /// The surface of `field` in linear sRGB; shared as by [`Cache::shared_surface`].
     ///
-    /// With an `index` the colours include the Fresnel factor of a medium of that index.
+    /// With an `index` the colours include the interface's factor of a medium of that index; `None` is a perfect
+    /// reflector.
     ///
     /// # Errors
     /// The errors of [`ColourSurface::new`].
@@ -200,8 +205,10 @@ impl Cache {
         IN_USE.get(key, || self.read_or_build(|| key, build))
     }
 
-    /// The grating of a profile above a medium of `index`, or above a perfect conductor; shared as by
-    /// [`Cache::shared_surface`].
+    /// The grating of a profile by Maxwell's equations; shared as by [`Cache::shared_surface`].
+    ///
+    /// `index` is the index of the medium below the profile; `None` is a perfect conductor. `build_limit` multiplies
+    /// the limits of memory and time of a build.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
@@ -224,7 +231,7 @@ impl Cache {
         })
     }
 
-    /// The grating of [`Cache::shared_grating`] in colours.
+    /// [`Cache::shared_grating`] in linear sRGB.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
@@ -249,7 +256,7 @@ impl Cache {
         })
     }
 
-    /// Jones matrices of the orders of [`Cache::shared_grating`].
+    /// Jones matrices of the orders of [`Cache::shared_grating`], for every coherence length.
     ///
     /// # Errors
     /// The errors of [`JonesTable::new`].
@@ -266,8 +273,8 @@ impl Cache {
         IN_USE.get(key, || self.read_or_build(|| key, || JonesTable::new(profile, index, build_limit, progress)))
     }
 
-    /// The tables of `key`, read from the cache, or else built and written to it. `key` is computed only where the
-    /// cache is on: it hashes all heights.
+    /// The tables of `key`, read from the cache, or else built and written to it. `key` is a function because computing
+    /// a key hashes all heights, which is skipped where the cache is off.
     fn read_or_build<T: Serialize + DeserializeOwned, E>(
         &self,
         key: impl FnOnce() -> Key,

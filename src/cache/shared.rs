@@ -1,4 +1,4 @@
-//! Values in use by key: a value that this process already holds is neither built nor stored twice.
+//! Values shared within this process: a value that is in use is neither built nor stored twice.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -15,9 +15,13 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 /// let second = SQUARES.get(7, || Err(())).unwrap();
 /// assert!(std::sync::Arc::ptr_eq(&first, &second));
 /// ```
-pub struct Shared<K, T>(Mutex<Option<HashMap<K, Slot<T>>>>);
+pub struct Shared<K, T> {
+    /// `None` until the first call, because an empty map is no constant.
+    slots: Mutex<Option<HashMap<K, Slot<T>>>>,
+}
 
-/// Value of one key, locked while it is made; dangling once its last user has dropped it.
+/// Value of one key. The mutex is locked while the value is made; the reference dangles once the last user has dropped
+/// the value.
 type Slot<T> = Arc<Mutex<Weak<T>>>;
 
 impl<K: Eq + Hash, T> Default for Shared<K, T> {
@@ -29,29 +33,29 @@ impl<K: Eq + Hash, T> Default for Shared<K, T> {
 impl<K: Eq + Hash, T> Shared<K, T> {
     /// An empty map.
     pub const fn new() -> Self {
-        Self(Mutex::new(None))
+        Self { slots: Mutex::new(None) }
     }
 
-    /// The value of `key` that is in use, or else the one that `make` returns. Concurrent calls with one key wait for
-    /// the first of them.
+    /// The value of `key` that is in use, or else a new one from `make`. Concurrent calls with one key wait for the
+    /// first of them; calls with other keys do not.
     ///
     /// # Errors
     /// The errors of `make`.
     pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
-        // A panic of `make` changes neither map nor slot, so a poisoned lock is still consistent.
+        // A panic of `make` changes neither map nor slot, so the contents of a poisoned lock are consistent.
         let slot = {
-            let mut slots = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
             let slots = slots.get_or_insert_with(HashMap::new);
-            // Drops the slots whose value has no user and that no other call waits for.
+            // Keeps the slots that another call holds and those whose value has a user.
             slots.retain(|_, slot| Arc::strong_count(slot) > 1 || slot.try_lock().is_ok_and(|s| s.strong_count() > 0));
             Arc::clone(slots.entry(key).or_default())
         };
-        let mut held = slot.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(value) = held.upgrade() {
+        let mut weak = slot.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(value) = weak.upgrade() {
             return Ok(value);
         }
         let value = Arc::new(make()?);
-        *held = Arc::downgrade(&value);
+        *weak = Arc::downgrade(&value);
         Ok(value)
     }
 }
@@ -68,7 +72,7 @@ mod tests {
         let (a, b, c) = (get(1), get(1), get(2));
         assert!(Arc::ptr_eq(&a, &b) && !Arc::ptr_eq(&a, &c));
         assert_eq!(*c, "made for 2");
-        let kept = || shared.0.lock().unwrap().as_ref().map_or(0, HashMap::len);
+        let kept = || shared.slots.lock().unwrap().as_ref().map_or(0, HashMap::len);
         assert_eq!(kept(), 2);
         drop((a, b));
         assert_eq!(shared.get(2, || Err("not called")).unwrap().as_str(), "made for 2");

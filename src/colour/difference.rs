@@ -4,18 +4,18 @@ use palette::{Lab, Xyz, color_difference::Ciede2000, convert::FromColorUnclamped
 
 use super::linear_srgb_to_xyz;
 
-/// CIELAB `[L*, a*, b*]` of a relative XYZ colour against the D65 white (Y = 1, L* = 100).
+/// CIELAB `[L*, a*, b*]` of a relative XYZ colour, with the D65 white (Y = 1) as the reference white of L* = 100.
 pub fn xyz_to_lab(xyz: [f64; 3]) -> [f64; 3] {
     Lab::<D65, f64>::from_color_unclamped(Xyz::<D65, f64>::from(xyz)).into()
 }
 
-/// CIELAB `[L*, a*, b*]` of a linear sRGB colour; (1, 1, 1) is the white.
+/// CIELAB `[L*, a*, b*]` of a linear sRGB colour; (1, 1, 1) is the reference white.
 pub fn linear_srgb_to_lab(rgb: [f64; 3]) -> [f64; 3] {
     xyz_to_lab(linear_srgb_to_xyz(rgb))
 }
 
-/// CIEDE2000 difference ΔE₀₀ of two CIELAB colours `[L*, a*, b*]` with kL = kC = kH = 1. A difference of 1 is just
-/// noticeable.
+/// CIEDE2000 difference ΔE₀₀ of two CIELAB colours `[L*, a*, b*]`, with kL = kC = kH = 1. A difference of about 1 is
+/// just noticeable.
 ///
 /// ```
 /// use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
@@ -36,7 +36,7 @@ mod tests {
 
     #[test]
     fn white_and_black_in_lab() {
-        // Seven digits in the matrix against five in the white point.
+        // The matrix of linear sRGB has seven digits, the white point of CIELAB five.
         let white = linear_srgb_to_lab([1.0; 3]);
         assert!((white[0] - 100.0).abs() < 1e-3 && white[1].abs() < 1e-2 && white[2].abs() < 1e-2);
         assert_eq!(linear_srgb_to_lab([0.0; 3])[0], 0.0);
@@ -49,8 +49,8 @@ mod tests {
 
     #[test]
     fn ciede2000_matches_the_published_pairs() {
-        // Pairs from table 1 of the paper, chosen for the formula's traps: the hue rotation in blue,
-        // the mean of hues across 0°, hues exactly opposite, near-grey pairs and ordinary colours.
+        // Pairs from table 1 of Sharma, Wu and Dalal that exercise every branch of the formula: the hue rotation in
+        // blue, the mean of hues across 0°, opposite hues, near-grey pairs and ordinary colours.
         let pairs = [
             ([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485], 2.0425),
             ([50.0, 3.1571, -77.2803], [50.0, 0.0, -82.7485], 2.8615),
@@ -69,7 +69,7 @@ mod tests {
         ];
         for (first, second, expected) in pairs {
             let found = ciede2000(first, second);
-            // The paper prints four decimals.
+            // The table prints four decimals.
             assert!((found - expected).abs() < 1e-4, "{first:?} {second:?}: {found}");
             assert!((ciede2000(second, first) - found).abs() < 1e-9);
         }

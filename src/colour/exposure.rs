@@ -1,9 +1,10 @@
 //! Automatic exposure of a picture.
 
-/// Fraction of the lit pixels that may clip. Chosen.
-const CLIPPED: f64 = 0.01;
+/// Fraction of the lit pixels that may clip. Larger values brighten pictures; smaller ones keep more highlights.
+const CLIPPED_FRACTION: f64 = 0.01;
 
-/// The exposure factor at which 1 % of the lit pixels exceed 1 in some channel of linear sRGB; 1 for a black picture.
+/// Factor on a picture in linear sRGB that leaves at most 1 % of the lit pixels above 1 in any channel, and the
+/// brightest of the others at 1. A pixel is lit if a channel is positive. The factor of a black picture is 1.
 ///
 /// ```
 /// // One bright pixel in two hundred may clip.
@@ -11,10 +12,12 @@ const CLIPPED: f64 = 0.01;
 /// assert_eq!(sunbeam::colour::automatic_exposure(pixels), 2.0);
 /// ```
 pub fn automatic_exposure(pixels: impl Iterator<Item = [f64; 3]>) -> f64 {
-    let mut largest: Vec<f64> = pixels.map(|rgb| rgb[0].max(rgb[1]).max(rgb[2])).filter(|v| *v > 0.0).collect();
-    largest.sort_by(f64::total_cmp);
-    let at = ((1.0 - CLIPPED) * largest.len() as f64) as usize;
-    largest.get(at).map_or(1.0, |value| 1.0 / value)
+    let peak = |[r, g, b]: [f64; 3]| r.max(g).max(b);
+    let mut peaks: Vec<f64> = pixels.map(peak).filter(|peak| *peak > 0.0).collect();
+    peaks.sort_by(f64::total_cmp);
+    // Only the peaks after this one clip.
+    let brightest_kept = ((1.0 - CLIPPED_FRACTION) * peaks.len() as f64) as usize;
+    peaks.get(brightest_kept).map_or(1.0, |peak| 1.0 / peak)
 }
 
 #[cfg(test)]
@@ -22,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_pixel_in_a_hundred_is_clipped() {
+    fn at_most_one_pixel_in_a_hundred_is_clipped() {
         let factor = automatic_exposure((1..=1000).map(|i| [0.0, f64::from(i), -1.0]));
         assert_eq!(factor, 1.0 / 991.0);
         assert_eq!(automatic_exposure(std::iter::once([0.0; 3])), 1.0);

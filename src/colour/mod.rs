@@ -1,12 +1,13 @@
 //! Colour: spectra to sRGB, tone mapping, and colour differences.
 //!
 //! - [`cie_xyz`], [`d65`]: the CIE 1931 2° observer and the daylight D65, by wavelength in nm.
-//! - [`SpectralToRgb`]: weights from samples of a reflectance at chosen wavelengths to linear sRGB under D65; a
-//!   reflectance of 1 is the white (1, 1, 1).
-//! - [`WavelengthWeights`]: such weights, and luminance, at each nm of the tables' range.
+//! - [`SpectralToRgb`]: weights from samples of a reflectance on any uniform grid of wavelengths to linear sRGB under
+//!   D65. A reflectance of 1 gives the white (1, 1, 1).
+//! - [`WavelengthWeights`]: weights to linear sRGB and luminance on a fixed grid, every nm at which surfaces are
+//!   tabulated (360 to 830 nm).
 //! - [`xyz_to_linear_srgb`], [`linear_srgb_to_xyz`], [`srgb_encode`], [`srgb_bytes`], [`srgb_decode`]: sRGB, linear and
 //!   encoded.
-//! - [`tone_map`], [`automatic_exposure`]: radiance to displayable colours.
+//! - [`tone_map`], [`automatic_exposure`]: linear sRGB of any brightness to displayable colours.
 //! - [`xyz_to_lab`], [`linear_srgb_to_lab`], [`ciede2000`]: CIELAB and colour differences.
 //!
 //! XYZ is relative throughout: the D65 white has Y = 1.

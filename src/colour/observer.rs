@@ -5,7 +5,8 @@ use super::cie::{D65, OBSERVER_1931, RANGE_NM};
 /// First and last wavelength of the CIE's tables, in nm. Beyond them the matching functions are 0 and D65 is constant.
 pub const OBSERVER_RANGE_NM: (f64, f64) = (RANGE_NM.0 as f64, RANGE_NM.1 as f64);
 
-/// Index of the entry at or below the wavelength and the fraction towards the next one.
+/// Index of the table entry at or below a wavelength and the fraction in [0, 1] towards the next entry. Wavelengths
+/// outside the tables are clamped to them.
 fn locate(wavelength_nm: f64) -> (usize, f64) {
     let position = (wavelength_nm - OBSERVER_RANGE_NM.0).clamp(0.0, (D65.len() - 1) as f64);
     let index = (position as usize).min(D65.len() - 2);
@@ -20,9 +21,9 @@ pub fn cie_xyz(wavelength_nm: f64) -> [f64; 3] {
     if !(OBSERVER_RANGE_NM.0..=OBSERVER_RANGE_NM.1).contains(&wavelength_nm) {
         return [0.0; 3];
     }
-    let (index, t) = locate(wavelength_nm);
+    let (index, fraction) = locate(wavelength_nm);
     let (below, above) = (OBSERVER_1931[index], OBSERVER_1931[index + 1]);
-    std::array::from_fn(|c| below[c] + t * (above[c] - below[c]))
+    std::array::from_fn(|c| below[c] + fraction * (above[c] - below[c]))
 }
 
 /// Relative spectral power of the CIE standard illuminant D65 at a wavelength in nm, 100 at 560 nm.
@@ -30,16 +31,16 @@ pub fn cie_xyz(wavelength_nm: f64) -> [f64; 3] {
 /// Constant outside [`OBSERVER_RANGE_NM`], where the observer's response is 0. (The published curve falls by 7 % from
 /// 380 to 360 nm.)
 pub fn d65(wavelength_nm: f64) -> f64 {
-    let (index, t) = locate(wavelength_nm);
+    let (index, fraction) = locate(wavelength_nm);
     let (below, above) = (D65[index], D65[index + 1]);
-    below + t * (above - below)
+    below + fraction * (above - below)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// CIE 15 prints the functions with at most seven significant digits.
+    /// CIE 15 prints the matching functions with six decimals.
     const TABLE_TOLERANCE: f64 = 1e-6;
 
     #[test]
@@ -60,7 +61,7 @@ mod tests {
 
     #[test]
     fn observer_integrals_are_equal() {
-        // Equal-energy white: ∫x̄ = ∫ȳ = ∫z̄ = 106.86 nm over 360 to 830 nm.
+        // Published for equal-energy white: ∫x̄ = ∫ȳ = ∫z̄ = 106.86 nm over 360 to 830 nm.
         let mut sum = [0.0; 3];
         for nm in 360..=830 {
             for (total, value) in sum.iter_mut().zip(cie_xyz(f64::from(nm))) {
@@ -74,7 +75,7 @@ mod tests {
 
     #[test]
     fn d65_has_the_published_values_and_white() {
-        // CIE 15, S(λ) of D65.
+        // CIE 15, relative spectral power of D65.
         for (nm, expected) in [(380.0, 49.9755), (400.0, 82.7549), (560.0, 100.0), (700.0, 71.6091)] {
             assert!((d65(nm) - expected).abs() < 1e-3, "{nm} nm: {}", d65(nm));
         }

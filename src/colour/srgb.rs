@@ -18,8 +18,7 @@ pub fn linear_srgb_to_xyz(rgb: [f64; 3]) -> [f64; 3] {
     Xyz::<D65, f64>::from_color_unclamped(LinSrgb::from(rgb)).into()
 }
 
-/// The sRGB transfer function per component: linear in, encoded out, both clamped to [0, 1].
-/// NaN becomes 0.
+/// The sRGB transfer function of each channel: linear in, encoded out. Inputs are clamped to [0, 1]; NaN becomes 0.
 ///
 /// ```
 /// use sunbeam::colour::{srgb_decode, srgb_encode};
@@ -32,12 +31,12 @@ pub fn srgb_encode(linear: [f64; 3]) -> [f64; 3] {
     linear.map(|value| Srgb::from_linear(unit(value)))
 }
 
-/// [`srgb_encode`] as bytes, from a piecewise linear table: within 0.6 of a step.
+/// [`srgb_encode`] as bytes, within 0.6 of `255·srgb_encode`: `palette` interpolates in a table of the encoding.
 pub fn srgb_bytes(linear: [f64; 3]) -> [u8; 3] {
     linear.map(|value| Srgb::from_linear(unit(value)))
 }
 
-/// The inverse of [`srgb_encode`]: encoded in, linear out, both clamped to [0, 1].
+/// The inverse of [`srgb_encode`]: encoded in, linear out. Inputs are clamped to [0, 1]; NaN becomes 0.
 pub fn srgb_decode(encoded: [f64; 3]) -> [f64; 3] {
     encoded.map(|value| Srgb::into_linear(unit(value)))
 }
@@ -51,12 +50,12 @@ fn unit(value: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Seven digits in the matrices, entries of up to 3.2.
+    /// Rounding of the matrices, which have seven digits and entries of up to 3.2.
     const MATRIX_TOLERANCE: f64 = 1e-6;
 
     #[test]
-    fn the_matrix_is_the_standard_s() {
-        // IEC 61966-2-1 prints four digits: XYZ of the red primary and of white.
+    fn primary_and_white_are_those_of_the_standard() {
+        // IEC 61966-2-1 prints XYZ of the red primary and of white with four digits.
         let red = linear_srgb_to_xyz([1.0, 0.0, 0.0]);
         let white = linear_srgb_to_xyz([1.0; 3]);
         for (found, expected) in red.iter().zip([0.4124, 0.2126, 0.0193]) {
@@ -68,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn there_and_back_even_out_of_gamut() {
+    fn colours_round_trip_through_xyz_even_out_of_gamut() {
         for rgb in [[0.2, 0.5, 0.9], [-0.3, 1.7, 0.0], [4.0, -1.0, 12.0]] {
             let back = xyz_to_linear_srgb(linear_srgb_to_xyz(rgb));
             for c in 0..3 {
@@ -90,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_are_the_nearest_steps_or_the_next() {
+    fn bytes_are_within_0_6_of_the_encoding() {
         for i in 0..=100_000 {
             let linear = [f64::from(i) / 1e5; 3];
             let (byte, exact) = (f64::from(srgb_bytes(linear)[0]), 255.0 * srgb_encode(linear)[0]);

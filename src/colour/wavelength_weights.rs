@@ -1,12 +1,14 @@
-//! Weights that integrate a spectrum over the tables' wavelengths to a colour.
+//! Weights that integrate a spectrum over the wavelengths of a surface's tables to a colour.
+//!
+//! They differ from [`super::SpectralToRgb`] in the grid, which is fixed, and in the fourth channel, luminance.
 
 use super::{cie_xyz, d65, xyz_to_linear_srgb};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::sync::LazyLock;
 
-/// Weights of a reflectance per nm: red, green and blue (linear sRGB) and luminance, under D65 and the CIE 1931
-/// observer. Each of the four sums to 1 over the whole nm of the tables' range, so a reflectance of 1 is white.
+/// Weights of a reflectance at each nm, `[red, green, blue, luminance]`: linear sRGB under D65 and the CIE 1931 2°
+/// observer. Each of the four sums to 1 over all wavelengths, so a reflectance of 1 is white.
 ///
 /// ```
 /// use sunbeam::colour::WavelengthWeights;
@@ -19,7 +21,7 @@ pub struct WavelengthWeights;
 /// Weights `[nm − WAVELENGTH_MIN_NM][red, green, blue, luminance]`.
 static WEIGHTS: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
     let count = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) as usize + 1;
-    let raw: Vec<[f64; 4]> = (0..count)
+    let unscaled: Vec<[f64; 4]> = (0..count)
         .map(|i| {
             let nm = WAVELENGTH_MIN_NM + i as f64;
             let xyz = cie_xyz(nm).map(|value| value * d65(nm));
@@ -27,8 +29,8 @@ static WEIGHTS: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
             [r, g, b, xyz[1]]
         })
         .collect();
-    let total: [f64; 4] = array::from_fn(|c| raw.iter().map(|w| w[c]).sum());
-    raw.iter().map(|w| array::from_fn(|c| (w[c] / total[c]) as f32)).collect()
+    let total: [f64; 4] = array::from_fn(|c| unscaled.iter().map(|w| w[c]).sum());
+    unscaled.iter().map(|w| array::from_fn(|c| (w[c] / total[c]) as f32)).collect()
 });
 
 impl WavelengthWeights {
@@ -37,11 +39,12 @@ impl WavelengthWeights {
         &WEIGHTS
     }
 
-    /// Weights at a wavelength in the tables' range, linearly interpolated between whole nm.
+    /// Weights at a wavelength, still per nm, linearly interpolated between whole nm. Wavelengths outside
+    /// [`WAVELENGTH_MIN_NM`] to [`WAVELENGTH_MAX_NM`] are clamped to that range.
     pub(crate) fn at(wavelength_nm: f64) -> [f64; 4] {
-        let t = (wavelength_nm - WAVELENGTH_MIN_NM).clamp(0.0, (WEIGHTS.len() - 1) as f64);
-        let i = (t as usize).min(WEIGHTS.len() - 2);
-        let fraction = t - i as f64;
-        array::from_fn(|c| (1.0 - fraction) * WEIGHTS[i][c] as f64 + fraction * WEIGHTS[i + 1][c] as f64)
+        let position = (wavelength_nm - WAVELENGTH_MIN_NM).clamp(0.0, (WEIGHTS.len() - 1) as f64);
+        let below = (position as usize).min(WEIGHTS.len() - 2);
+        let fraction = position - below as f64;
+        array::from_fn(|c| (1.0 - fraction) * WEIGHTS[below][c] as f64 + fraction * WEIGHTS[below + 1][c] as f64)
     }
 }

@@ -1,8 +1,7 @@
-//! Weights from samples over wavelength to linear sRGB.
-
-use thiserror::Error;
+//! Weights that turn samples of a reflectance on a uniform grid of wavelengths into linear sRGB.
 
 use super::{OBSERVER_RANGE_NM, cie_xyz, d65, xyz_to_linear_srgb};
+use thiserror::Error;
 
 /// Reason that a wavelength grid was refused.
 #[derive(Debug, Error, PartialEq)]
@@ -17,7 +16,15 @@ pub enum ColourError {
         /// The refused step.
         step_nm: f64,
     },
-    /// A grid on which some channel of white vanishes.
+    /// A step of [`SpectralToRgb::visible`] that divides the visible range too finely.
+    #[error("a step of {step_nm} nm makes {count} wavelengths, more than {COUNT_MAX}")]
+    TooFine {
+        /// The refused step.
+        step_nm: f64,
+        /// The number of wavelengths.
+        count: usize,
+    },
+    /// A grid of too few visible wavelengths: white, the sum of all weights, lacks a channel.
     #[error(
         "the {count} wavelengths from {first_nm} nm in steps of {step_nm} nm cannot make white; cover 380 to \
          780 nm in steps of at most 100 nm"
@@ -32,10 +39,11 @@ pub enum ColourError {
     },
 }
 
-/// Least sum of weights of a channel, relative to the largest channel's, at which a grid is accepted. Chosen; a grid
-/// that covers the visible range has sums of about 1.
+/// Least sum of a channel's weights before scaling, as a fraction of the largest channel's, at which a grid is
+/// accepted. On a grid that covers the visible range the sums are about equal. Smaller values accept grids whose
+/// colours are far off.
 const WHITE_MIN: f64 = 0.05;
-/// Most wavelengths of [`SpectralToRgb::visible`]. Chosen to bound the memory.
+/// Most wavelengths of [`SpectralToRgb::visible`], 24 MiB of weights.
 const COUNT_MAX: usize = 1 << 20;
 
 /// Weights that turn samples of a reflectance `f(λ_i)`, lit by D65 and seen by the CIE 1931 2° observer, into linear
@@ -82,7 +90,7 @@ impl SpectralToRgb {
                 *total += value;
             }
         }
-        let largest = white.iter().fold(0.0_f64, |a, b| a.max(*b));
+        let largest = white[0].max(white[1]).max(white[2]).max(0.0);
         if !white.iter().all(|&total| total > WHITE_MIN * largest) {
             return Err(ColourError::NoWhite { first_nm, step_nm, count });
         }
@@ -94,16 +102,18 @@ impl SpectralToRgb {
         Ok(Self { first_nm, step_nm, weights })
     }
 
-    /// Weights for [`OBSERVER_RANGE_NM`] in the given step; Single 2014 uses 5 nm.
+    /// Weights for [`OBSERVER_RANGE_NM`] in steps of `step_nm`. The default and M. Single's thesis of 2014 use 5 nm.
     ///
     /// # Errors
-    /// The errors of [`SpectralToRgb::new`]; [`ColourError::Grid`] for more than 2²⁰ wavelengths.
+    /// The errors of [`SpectralToRgb::new`]; [`ColourError::TooFine`] for more than 2²⁰ wavelengths.
     pub fn visible(step_nm: f64) -> Result<Self, ColourError> {
         let (first_nm, last_nm) = OBSERVER_RANGE_NM;
-        // The tolerance keeps the last wavelength where the quotient is rounded down.
-        let count = if step_nm > 0.0 { ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize + 1 } else { 0 };
+        // The small summand keeps the last wavelength where the quotient is rounded down.
+        let steps = ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize;
+        // Steps that are not positive are left to `new` to refuse.
+        let count = if step_nm > 0.0 { steps.saturating_add(1) } else { 0 };
         if count > COUNT_MAX {
-            return Err(ColourError::Grid { first_nm, step_nm });
+            return Err(ColourError::TooFine { step_nm, count });
         }
         Self::new(first_nm, step_nm, count)
     }
@@ -118,7 +128,7 @@ impl SpectralToRgb {
         self.step_nm
     }
 
-    /// One linear-sRGB weight per wavelength; they sum to (1, 1, 1). Components can be negative.
+    /// One weight `[red, green, blue]` per wavelength; they sum to (1, 1, 1). Components can be negative.
     pub fn weights(&self) -> &[[f64; 3]] {
         &self.weights
     }
@@ -128,28 +138,27 @@ impl SpectralToRgb {
     pub fn density(&self, wavelength_nm: f64) -> [f64; 3] {
         let position = (wavelength_nm - self.first_nm) / self.step_nm;
         let below = position.floor();
+        // Weights at a whole position; zeros outside the grid.
         let at = |i: f64| if i >= 0.0 { self.weights.get(i as usize).copied() } else { None }.unwrap_or_default();
-        let (a, b) = (at(below), at(below + 1.0));
-        std::array::from_fn(|c| (a[c] + (position - below) * (b[c] - a[c])) / self.step_nm)
+        let (low, high) = (at(below), at(below + 1.0));
+        std::array::from_fn(|c| (low[c] + (position - below) * (high[c] - low[c])) / self.step_nm)
     }
 
     /// Linear sRGB of samples at [`SpectralToRgb::wavelengths_nm`]. Missing samples count as 0; surplus samples are
     /// ignored.
     pub fn rgb(&self, samples: &[f64]) -> [f64; 3] {
-        let mut rgb = [0.0; 3];
-        for (sample, weight) in samples.iter().zip(&self.weights) {
-            for (total, value) in rgb.iter_mut().zip(weight) {
-                *total += sample * value;
-            }
-        }
-        rgb
+        self.weighted_sum(samples.iter().copied())
     }
 
     /// [`SpectralToRgb::rgb`] of a function of the wavelength in nm.
-    pub fn rgb_of(&self, mut function: impl FnMut(f64) -> f64) -> [f64; 3] {
+    pub fn rgb_of(&self, function: impl FnMut(f64) -> f64) -> [f64; 3] {
+        self.weighted_sum(self.wavelengths_nm().map(function))
+    }
+
+    /// Sum of samples times the weights at their wavelengths.
+    fn weighted_sum(&self, samples: impl Iterator<Item = f64>) -> [f64; 3] {
         let mut rgb = [0.0; 3];
-        for (nm, weight) in self.wavelengths_nm().zip(&self.weights) {
-            let sample = function(nm);
+        for (sample, weight) in samples.zip(&self.weights) {
             for (total, value) in rgb.iter_mut().zip(weight) {
                 *total += sample * value;
             }
@@ -161,7 +170,7 @@ impl SpectralToRgb {
 impl Default for SpectralToRgb {
     /// 81 wavelengths from 380 to 780 nm in steps of 5 nm.
     fn default() -> Self {
-        // The built-in grid makes white; the empty grid is unreachable and would give black.
+        // A step of 5 nm is never refused. The empty grid only replaces a panic.
         Self::visible(5.0).unwrap_or(Self { first_nm: OBSERVER_RANGE_NM.0, step_nm: 5.0, weights: Vec::new() })
     }
 }
@@ -184,8 +193,8 @@ mod tests {
     }
 
     #[test]
-    fn the_white_scaling_is_small() {
-        // Without it, XYZ of the 5 nm sums with Y = 1 would already be white to the promised 0.2 %.
+    fn scaling_to_white_changes_little() {
+        // The unscaled sums over steps of 5 nm, divided by Y, are white to the promised 0.2 %.
         let mut xyz = [0.0; 3];
         for nm in SpectralToRgb::default().wavelengths_nm() {
             for (total, value) in xyz.iter_mut().zip(cie_xyz(nm)) {
@@ -203,7 +212,7 @@ mod tests {
         for centre in [430.0, 500.0, 550.0, 610.0, 680.0] {
             let lobe = |nm: f64| (-((nm - centre) / 40.0_f64).powi(2)).exp();
             let difference = ciede2000(linear_srgb_to_lab(coarse.rgb_of(lobe)), linear_srgb_to_lab(fine.rgb_of(lobe)));
-            // A fifth of what an eye notices.
+            // A fifth of a just noticeable difference.
             assert!(difference < 0.2, "lobe at {centre} nm: {difference}");
         }
     }
@@ -229,7 +238,9 @@ mod tests {
     fn bad_grids_are_refused() {
         assert!(matches!(SpectralToRgb::new(380.0, 0.0, 3), Err(ColourError::Grid { .. })));
         assert!(matches!(SpectralToRgb::new(f64::NAN, 5.0, 3), Err(ColourError::Grid { .. })));
-        assert!(matches!(SpectralToRgb::visible(1e-9), Err(ColourError::Grid { .. })));
+        for step in [1e-9, f64::MIN_POSITIVE] {
+            assert!(matches!(SpectralToRgb::visible(step), Err(ColourError::TooFine { .. })));
+        }
         assert!(matches!(SpectralToRgb::new(900.0, 5.0, 81), Err(ColourError::NoWhite { .. })));
         assert!(matches!(SpectralToRgb::visible(300.0), Err(ColourError::NoWhite { .. })));
         assert!(matches!(SpectralToRgb::visible(f64::NAN), Err(ColourError::Grid { .. })));

@@ -1,6 +1,19 @@
 //! Builds height fields, surfaces and gratings from a configuration.
+//!
+//! | result | function | shared in this process |
+//! | --- | --- | --- |
+//! | heights | [`SurfaceConfig::height_field`], [`SurfaceConfig::raw_height_field`] | no |
+//! | scalar surface at wavelengths | [`SurfaceConfig::build`] | no |
+//! | scalar surface at wavelengths, in linear sRGB | [`SurfaceConfig::build_shared`], `…_colours` | yes |
+//! | grating at wavelengths, in linear sRGB | [`SurfaceConfig::build_shared_grating`], `…_colours` | yes |
+//! | Jones matrices of a grating | [`SurfaceConfig::build_shared_jones`] | yes |
+//! | surface by the configuration's theory | [`SurfaceConfig::build_by_theory`] | gratings only |
+//! | the same, of heights from an array | [`SurfaceConfig::build_of`] | gratings only |
+//!
+//! Every build reads its tables from the [`Cache`] if they are there. The [`Origin`] in the result tells whether they
+//! were. Functions with an argument `index` ignore the configuration's `eta` and `k`; `None` reflects everything.
 
-use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory};
+use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory, contradiction};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
 use crate::grating::{
@@ -45,7 +58,7 @@ impl SurfaceConfig {
     }
 
     /// The height field that the configuration names, filled but not levelled, with the interpretation of its file.
-    /// Doubts about the file are also warnings in the log.
+    /// Doubts about a file are also logged as warnings.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`].
@@ -53,8 +66,8 @@ impl SurfaceConfig {
         self.raw_height_field_of(None)
     }
 
-    /// [`SurfaceConfig::raw_height_field`] of the contents of the file that the configuration names; nothing is read
-    /// from disk. For a preset, `contents` are ignored.
+    /// [`SurfaceConfig::raw_height_field`] with `contents` in place of the bytes of the file that the configuration
+    /// names. `None` reads the file from disk. Presets ignore `contents`.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`].
@@ -62,6 +75,7 @@ impl SurfaceConfig {
         self.validate()?;
         let read = match self.source() {
             Source::Preset(preset) => {
+                // A valid configuration has both parameters of regions or none.
                 let field = match (self.region_size, self.region_spread) {
                     (Some(size_um), Some(spread)) => preset.build_in_regions(Regions::new(size_um, spread)?)?,
                     _ => preset.build(self.period, self.height)?,
@@ -87,12 +101,13 @@ impl SurfaceConfig {
         Ok(read)
     }
 
-    /// The model's options. Defaults that depend on source, model and index are resolved.
+    /// Options of the scalar model with the configuration's index. Defaults that depend on source, model and index are
+    /// resolved.
     pub fn options(&self) -> Options {
         self.options_for(self.index().map(SpectralIndex::Constant).as_ref())
     }
 
-    /// [`SurfaceConfig::options`] with another refractive index; a surface without an index reflects everything.
+    /// [`SurfaceConfig::options`] with `index` in place of the configuration's; `None` reflects everything.
     pub fn options_for(&self, index: Option<&SpectralIndex>) -> Options {
         let obliquity = self.obliquity.resolved(index);
         Options {
@@ -100,6 +115,7 @@ impl SurfaceConfig {
             model: self.model,
             tiling: self.tiling(),
             obliquity,
+            // Only the small-slope factor reads it. Without it, surfaces of different indices share their tables.
             index: index.filter(|_| obliquity == Obliquity::SmallSlope).cloned(),
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,
@@ -108,7 +124,7 @@ impl SurfaceConfig {
         }
     }
 
-    /// The surface: reads the heights, and reads the tables from `cache` or builds them.
+    /// The surface at wavelengths by scalar theory, whatever `theory` says.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`], and tables beyond the build limit.
@@ -116,7 +132,7 @@ impl SurfaceConfig {
         self.build_watched(cache, &Progress::none())
     }
 
-    /// [`SurfaceConfig::build`], reporting the fraction of the work done to `progress`.
+    /// [`SurfaceConfig::build`] with reports to `progress`.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
@@ -124,8 +140,8 @@ impl SurfaceConfig {
         Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 
-    /// [`SurfaceConfig::build`] with the index of [`SurfaceConfig::options_for`]. Equal surfaces of this process are
-    /// shared.
+    /// [`SurfaceConfig::build_watched`] with the options of [`SurfaceConfig::options_for`]. Equal surfaces of this
+    /// process are shared.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
@@ -138,8 +154,8 @@ impl SurfaceConfig {
         Ok(cache.shared_surface(&self.height_field()?, &self.options_for(index), progress)?)
     }
 
-    /// [`SurfaceConfig::build_shared`] for renderers that carry colours. The colours include the Fresnel factor of the
-    /// index `fresnel`, and none for `None`.
+    /// [`SurfaceConfig::build_shared`] in linear sRGB. The colours include the interface's factor of the index
+    /// `fresnel`; `None` includes none.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
@@ -159,6 +175,7 @@ impl SurfaceConfig {
     /// The errors of [`SurfaceConfig::height_field`], and a relief that varies along y or has an unsupported profile.
     pub fn profile(&self) -> Result<Profile, BuildError> {
         self.validate()?;
+        // Presets of gratings have an exact profile. Other levels than these change its shape.
         if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
             if let Some(profile) = preset_profile(preset, self.period, self.height)? {
                 return Ok(profile);
@@ -167,7 +184,8 @@ impl SurfaceConfig {
         Ok(profile_of(&self.height_field()?, self.tolerance)?)
     }
 
-    /// [`SurfaceConfig::build_shared`] by Maxwell's equations, whatever `theory` says.
+    /// The grating at wavelengths by Maxwell's equations, whatever `theory` says. Equal gratings of this process are
+    /// shared.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::profile`], errors of the solver, and a build beyond the build limit.
@@ -177,11 +195,10 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
-        let coherence_um = self.coherence_length;
-        Ok(cache.shared_grating(&self.profile()?, index, coherence_um, self.build_limit, progress)?)
+        Ok(cache.shared_grating(&self.profile()?, index, self.coherence_length, self.build_limit, progress)?)
     }
 
-    /// [`SurfaceConfig::build_shared_grating`] for renderers that carry colours.
+    /// [`SurfaceConfig::build_shared_grating`] in linear sRGB.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build_shared_grating`].
@@ -191,8 +208,7 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingColourSurface, Origin)>, BuildError> {
-        let coherence_um = self.coherence_length;
-        Ok(cache.shared_grating_colours(&self.profile()?, index, coherence_um, self.build_limit, progress)?)
+        Ok(cache.shared_grating_colours(&self.profile()?, index, self.coherence_length, self.build_limit, progress)?)
     }
 
     /// Jones matrices of the orders of [`SurfaceConfig::build_shared_grating`].
@@ -208,7 +224,7 @@ impl SurfaceConfig {
         Ok(cache.shared_jones(&self.profile()?, index, self.build_limit, progress)?)
     }
 
-    /// The surface by the configuration's theory and index.
+    /// The surface at wavelengths by the configuration's theory and index.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`] and [`SurfaceConfig::build_shared_grating`].
@@ -218,12 +234,12 @@ impl SurfaceConfig {
                 let (surface, origin) = self.build_watched(cache, progress)?;
                 Ok((BuiltSurface::scalar(surface, self.index()), origin))
             }
-            Theory::Rigorous => self.built_grating(&self.profile()?, cache, progress),
+            Theory::Rigorous => self.build_profile(&self.profile()?, cache, progress),
         }
     }
 
     /// The grating of a profile by Maxwell's equations, with the configuration's own index.
-    fn built_grating(
+    fn build_profile(
         &self,
         profile: &Profile,
         cache: &Cache,
@@ -235,33 +251,29 @@ impl SurfaceConfig {
         Ok((BuiltSurface::Rigorous(built), origin))
     }
 
-    /// The surface of heights from an array instead of a preset or a file: levels them and builds the tables.
+    /// [`SurfaceConfig::build_by_theory`] with heights from an array instead of a preset or a file.
     ///
-    /// `level` and `tiling` default to those of a file. `fill` is not applied; [`HeightField::with_holes`] does so.
+    /// `level` and `tiling` have the defaults of a file. `fill` is not applied, since `heights` has no missing points
+    /// ([`HeightField::with_holes`] fills them).
     ///
     /// # Errors
-    /// A configuration with parameters of presets or files, heights or pixels beyond a millimetre, or tables beyond the
-    /// build limit.
+    /// A configuration with parameters of presets or files, a range of heights or pixels beyond a millimetre, and the
+    /// errors of the build.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate_for_array()?;
         let is_refused = |name: &&str| !ReliefSource::OF_ARRAYS.contains(name);
         if let Some(parameter) = self.relief_source().given().find(is_refused) {
-            let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");
-            return Err(ConfigError::Contradiction { parameter, other, advice }.into());
+            contradiction(parameter, "heights from an array", "it is about presets and files")?;
         }
         heights.check_size(MAX_LENGTH_UM)?;
-        let resolved = Self {
-            level: self.level.or(Some(Level::Plane)),
-            tiling: self.tiling.or((self.theory == Theory::Scalar).then_some(Tiling::Aperiodic)),
-            ..self.clone()
-        };
-        let levelled = heights.levelled(resolved.level());
+        let levelled = heights.levelled(self.level.unwrap_or(Level::Plane));
         match self.theory {
             Theory::Scalar => {
-                let (surface, origin) = cache.surface(&levelled, &resolved.options(), &Progress::none())?;
+                let options = Options { tiling: self.tiling.unwrap_or(Tiling::Aperiodic), ..self.options() };
+                let (surface, origin) = cache.surface(&levelled, &options, &Progress::none())?;
                 Ok((BuiltSurface::scalar(surface, self.index()), origin))
             }
-            Theory::Rigorous => self.built_grating(&profile_of(&levelled, self.tolerance)?, cache, &Progress::none()),
+            Theory::Rigorous => self.build_profile(&profile_of(&levelled, self.tolerance)?, cache, &Progress::none()),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The surface that a configuration builds, by either theory, Fresnel factor included.
+//! The surface that a configuration builds, by either theory, with the interface's factor included in its values.
 
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
@@ -7,7 +7,7 @@ use crate::scattering::{ComplexIndex, Pair, Vec3};
 use serde::Serialize;
 use std::sync::Arc;
 
-/// A surface by one of the theories, with the configuration's Fresnel factor.
+/// A surface at wavelengths by one of the theories, with the material's reflectance.
 ///
 /// ```
 /// use sunbeam::table::Progress;
@@ -21,13 +21,14 @@ use std::sync::Arc;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub enum BuiltSurface {
-    /// A phase screen, with the index of the material; `None` reflects everything.
+    /// A phase screen, whose values leave the interface's factor out, and the index of the material for that factor.
+    /// `None` reflects everything.
     Scalar(Box<Surface>, Option<ComplexIndex>),
-    /// A grating by Maxwell's equations.
+    /// A grating by Maxwell's equations, whose values include the material. This process shares it among its users.
     Rigorous(Arc<(GratingSurface, Origin)>),
 }
 
-/// Build time, memory and measured error, by theory.
+/// Build time, memory and measured error, by theory. Serialises as the report alone.
 #[derive(Serialize)]
 #[serde(untagged)]
 #[allow(missing_docs, reason = "the reports document the fields")]
@@ -37,7 +38,7 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
-    /// A phase screen with an index; `None` reflects everything.
+    /// [`BuiltSurface::Scalar`] of an unboxed surface.
     pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>) -> Self {
         Self::Scalar(Box::new(surface), index)
     }
@@ -50,7 +51,8 @@ impl BuiltSurface {
         }
     }
 
-    /// The Fresnel factor between two directions; 1 where the values include it.
+    /// The interface's factor between two directions ([`Pair::interface`]); 0 unless both lie above the surface. For
+    /// gratings, whose values include the material, it is always 1.
     fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
         match self {
             Self::Scalar(surface, index) => {
@@ -60,8 +62,9 @@ impl BuiltSurface {
         }
     }
 
-    /// Calls `each` with the index of a wavelength in nm and `f_r` in 1/sr there, without the cosine. `f_r` is 0 unless
-    /// both directions lie above the surface.
+    /// Calls `each(k, f_r)` for every wavelength in turn. `k` is its position in `wavelengths_nm`; `f_r` is in 1/sr and
+    /// leaves out the cosine. `f_r` is 0 unless both directions lie above the surface and the wavelength within the
+    /// tables' range.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
         let interface = self.interface(wi, wo);
         for (k, &nm) in wavelengths_nm.iter().enumerate() {
@@ -73,8 +76,8 @@ impl BuiltSurface {
         }
     }
 
-    /// [`BuiltSurface::eval`]; also returns the density of [`BuiltSurface::sample_direction`] per solid angle, its mean
-    /// over the wavelengths.
+    /// [`BuiltSurface::eval`]; also returns the density of [`BuiltSurface::sample_direction`] in 1/sr, the mean over
+    /// the wavelengths.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) -> f64 {
         let interface = self.interface(wi, wo);
         let mut density = 0.0;
@@ -89,8 +92,8 @@ impl BuiltSurface {
         density / wavelengths_nm.len().max(1) as f64
     }
 
-    /// Draws a unit vector for the wavelengths carried (at least one, in nm) from three random numbers in [0, 1).
-    /// `None` where `wi` or the drawn direction lies below the horizon.
+    /// Draws a unit vector for the wavelengths carried from three random numbers in [0, 1). `None` where `wi` or the
+    /// drawn direction lies below the horizon, and without a wavelength.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         match self {
             Self::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),

@@ -1,8 +1,9 @@
-//! The parameter `channel`, which chooses one of several height fields in a file: a title, or a number from 0 on.
+//! JSON form of the parameter `channel`, which chooses one of several height fields in a file by its title or by the
+//! number that it has in the file.
 
 use serde::{Deserialize, Deserializer};
 
-/// A channel in JSON.
+/// A channel in JSON. `expecting` is the error message for any other value.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a channel's title or its number, which is whole and not negative")]
 enum Channel {
@@ -10,7 +11,8 @@ enum Channel {
     Title(String),
 }
 
-/// Deserialises a JSON number or string; numbers become their decimal digits.
+/// Deserialises a number, a string or null. A number becomes its decimal digits, the form in which command lines and
+/// scene files give it.
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
     Ok(Option::<Channel>::deserialize(deserializer)?.map(|channel| match channel {
         Channel::Number(number) => number.to_string(),

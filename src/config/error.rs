@@ -5,7 +5,8 @@ use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 use std::fmt;
 
-/// Reason why a configuration is refused. Each message names the parameter, its value and the accepted values.
+/// Reason why a configuration is refused. Messages name the parameter, the value found, and the accepted values or the
+/// parameter that it contradicts.
 ///
 /// ```
 /// use sunbeam::config::{ConfigError, SurfaceConfig};
@@ -33,10 +34,10 @@ pub enum ConfigError {
     Syntax(String),
 }
 
-/// The accepted values of a number, for messages.
+/// Kind of a number with its accepted range, for messages.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Accepted {
-    /// A length in µm in (0, 1e3].
+    /// A length in µm, positive and at most [`MAX_LENGTH_UM`].
     Length,
     /// A coherence length in µm, [`COHERENCE_LENGTH_UM`].
     CoherenceLength,
@@ -48,7 +49,7 @@ pub enum Accepted {
     Tolerance,
     /// A factor on the memory and time of a build, [`BUILD_LIMIT`].
     BuildLimit,
-    /// The edge of a sub-region of a skin, [`REGION_SIZE_UM`].
+    /// The edge of a sub-region of a skin in µm, [`REGION_SIZE_UM`].
     RegionSize,
     /// The relative spread of the period between sub-regions, [`REGION_SPREAD`].
     RegionSpread,

@@ -8,7 +8,7 @@ use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use std::sync::Arc;
 
-/// A grating that this process shares among all its users.
+/// The method of a grating that this process shares among its users.
 struct SharedGrating(Arc<(GratingColourSurface, Origin)>);
 
 impl Method for SharedGrating {
@@ -30,14 +30,16 @@ impl Method for SharedGrating {
 }
 
 impl SurfaceConfig {
-    /// A realtime method by the configuration's theory: [`methods::build`] of the heights, or a grating by Maxwell's
-    /// equations, which [`MethodKind::Table`] alone supports.
+    /// A realtime method by the configuration's theory. The scalar theory has all kinds ([`methods::build`]), which are
+    /// built anew. The rigorous theory has [`MethodKind::Table`] only, which reads its tables from `cache`.
     ///
-    /// `index` is the material's; `None` reflects everything. The values of a grating include the material's
-    /// reflectance; [`Method::answers`] tells it of the others.
+    /// `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
+    /// Maxwell's equations include the material's reflectance in their answers. [`Method::answers`] tells whether
+    /// other methods do.
     ///
     /// # Errors
-    /// The errors of [`methods::build`] and [`SurfaceConfig::build_shared_grating_colours`].
+    /// A kind that the theory does not have, and the errors of [`methods::build`] and
+    /// [`SurfaceConfig::build_shared_grating_colours`].
     pub fn build_method(
         &self,
         kind: MethodKind,
@@ -47,7 +49,10 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<Box<dyn Method>, BuildError> {
         match (self.theory, kind) {
-            (Theory::Scalar, _) => Ok(methods::build(kind, &self.height_field()?, &self.options_for(index), options)?),
+            (Theory::Scalar, _) => {
+                let (field, surface) = (self.height_field()?, self.options_for(index));
+                Ok(methods::build_watched(kind, &field, &surface, options, progress)?)
+            }
             (Theory::Rigorous, MethodKind::Table) => {
                 Ok(Box::new(SharedGrating(self.build_shared_grating_colours(index, cache, progress)?)))
             }
@@ -76,7 +81,7 @@ mod tests {
             let refused = build(&config, kind, None).err().unwrap().to_string();
             assert_eq!(refused, format!("the method {kind} does not know theory = rigorous, only scalar"));
         }
-        // The method's colours are those of the surface, the material's reflectance included.
+        // The method returns the colours of the surface, with the material's reflectance.
         let aluminium = SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.9 });
         let (wi, wo) = ([0.3, 0.0, 0.91f32.sqrt()], [-0.3, 0.002, (0.91f32 - 4e-6).sqrt()]);
         let method = build(&config, MethodKind::Table, Some(&aluminium)).unwrap();

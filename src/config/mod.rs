@@ -1,6 +1,6 @@
-//! The description of a surface, with one set of parameter names for all interfaces.
+//! Parameters of a surface, under the names that all interfaces share: scene files, JSON, the command line, Python.
 //!
-//! A [`SurfaceConfig`] holds the *given* parameters. A missing one is `None` where its default depends on another
+//! A [`SurfaceConfig`] holds the parameters as given. A missing one is `None` where its default depends on another
 //! parameter; methods such as [`SurfaceConfig::level`] resolve it. Lengths are in µm.
 //!
 //! ```
@@ -34,18 +34,17 @@ pub use obliquity::ObliquityChoice;
 pub use relief_source::ReliefSource;
 pub use theory::Theory;
 
+use crate::height_field::{Fill, Level, MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
+use crate::scattering::{ComplexIndex, Options};
+use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
+use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use crate::height_field::{Fill, Level, MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
-use crate::scattering::ComplexIndex;
-use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
-use serde::{Deserialize, Serialize};
-
-/// Accepted real parts of a refractive index. Chosen: wider than those of all materials, with squares that neither
-/// overflow nor vanish in single precision.
+/// Accepted real parts of a refractive index. They include all materials, and their squares neither overflow nor vanish
+/// in single precision.
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
-/// Accepted imaginary parts of a refractive index. Chosen like [`ETA`].
+/// Accepted imaginary parts of a refractive index. The upper bound is that of [`ETA`].
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
 /// The source of the heights: a preset or a file.
@@ -58,17 +57,19 @@ pub const K: RangeInclusive<f64> = 0.0..=1e3;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source<'a> {
-    /// A built-in surface.
+    /// A built-in relief.
     Preset(Preset),
-    /// A file, whose extension tells the format.
+    /// Path of a file, whose extension tells the format.
     File(&'a PathBuf),
 }
 
 /// Parameters of a surface. The names of the fields are those of the users' interfaces.
+///
+/// [`SurfaceConfig::validate`] checks ranges and combinations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SurfaceConfig {
-    /// The built-in surface (default: `elaphe` when there is no `filename` either).
+    /// The built-in relief (default: `elaphe` where `filename` is missing, too).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
     /// Period along x in µm of the presets `blazed`, `sinusoidal`, `lamellar` (default: the preset's).
@@ -96,7 +97,7 @@ pub struct SurfaceConfig {
     /// The channel of a file that holds several, by number or title (default: the first that is a height).
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "channel::deserialize")]
     pub channel: Option<String>,
-    /// Replacement for points of the file or array without a height (default: `none`, such a relief is refused).
+    /// Replacement for missing points of the file or array (default: `none`, which refuses a relief with such points).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
     /// Surface subtracted from the heights (default: `plane` for files, `none` for presets).
@@ -128,7 +129,7 @@ pub struct SurfaceConfig {
     pub k: Option<f64>,
     /// Relative error of the tables (default: 1e-3).
     pub tolerance: f64,
-    /// Factor on the limit of a build, 8 GB and two minutes on two cores (default: 1).
+    /// Factor on the limits of a build, 8 GB and two minutes on two cores (default: 1).
     #[serde(skip_serializing_if = "is_one")]
     pub build_limit: f64,
 }
@@ -144,7 +145,9 @@ fn is_scalar(theory: &Theory) -> bool {
 }
 
 impl Default for SurfaceConfig {
+    /// The default preset with the parameters of [`Options::default`].
     fn default() -> Self {
+        let options = Options::default();
         Self {
             preset: None,
             period: None,
@@ -159,17 +162,22 @@ impl Default for SurfaceConfig {
             level: None,
             tiling: None,
             theory: Theory::default(),
-            coherence_length: 65.0,
-            model: Model::default(),
+            coherence_length: options.coherence_length_um,
+            model: options.model,
             obliquity: ObliquityChoice::default(),
             conserve_energy: None,
-            shadowing: false,
+            shadowing: options.shadowing,
             eta: None,
             k: None,
-            tolerance: 1e-3,
-            build_limit: 1.0,
+            tolerance: options.tolerance,
+            build_limit: options.build_limit,
         }
     }
+}
+
+/// The error that `parameter` contradicts `other`, with advice for the user.
+fn contradiction(parameter: &'static str, other: impl Into<String>, advice: &'static str) -> Result<(), ConfigError> {
+    Err(ConfigError::Contradiction { parameter, other: other.into(), advice })
 }
 
 impl SurfaceConfig {
@@ -193,12 +201,13 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// Reads a JSON object without validating it.
+    /// Reads a JSON object. Checks names and types of the parameters, but neither ranges nor combinations.
     fn parse(json: &str) -> Result<Self, ConfigError> {
         let mut reader = serde_json::Deserializer::from_str(json);
         let config: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
             let parameter = error.path().to_string();
             let cause = error.into_inner();
+            // The path "." is the object itself.
             if cause.is_data() && parameter != "." {
                 ConfigError::Malformed { parameter, reason: without_position(&cause.to_string()) }
             } else {
@@ -240,6 +249,7 @@ impl SurfaceConfig {
                 _ => {}
             }
         }
+        // Parameter, value if given, accepted range, and the range for messages.
         let ranges = [
             ("coherence_length", Some(self.coherence_length), COHERENCE_LENGTH_UM, Accepted::CoherenceLength),
             ("eta", self.eta, ETA, Accepted::Eta),
@@ -255,18 +265,15 @@ impl SurfaceConfig {
             }
         }
         if self.k.is_some() && self.eta.is_none() {
-            let other = "the absence of \"eta\"".to_owned();
-            return Err(ConfigError::Contradiction { parameter: "k", other, advice: "give both, or eta alone" });
+            return contradiction("k", "the absence of \"eta\"", "give both, or eta alone");
         }
         self.validate_source()?;
+        self.validate_regions()?;
         self.validate_theory()
     }
 
     /// Refuses parameters that contradict the source of the heights.
     fn validate_source(&self) -> Result<(), ConfigError> {
-        let contradiction = |parameter, other: &str, advice| {
-            Err(ConfigError::Contradiction { parameter, other: other.to_owned(), advice })
-        };
         if self.preset.is_some() && self.filename.is_some() {
             return contradiction("preset", "\"filename\"", "give one of the two");
         }
@@ -279,27 +286,12 @@ impl SurfaceConfig {
                 (Some(_), Source::Preset(preset)) if preset.defaults_um().is_none() => {
                     let other = format!("preset {:?}", preset.name());
                     let advice = "it needs preset \"blazed\", \"sinusoidal\" or \"lamellar\"";
-                    return contradiction(parameter, &other, advice);
+                    return contradiction(parameter, other, advice);
                 }
                 _ => {}
             }
         }
-        let regions = (self.region_size.is_some(), self.region_spread.is_some());
-        if regions != (false, false) {
-            let (parameter, other) =
-                if regions.0 { ("region_size", "region_spread") } else { ("region_spread", "region_size") };
-            match self.source() {
-                Source::File(_) => return contradiction(parameter, "\"filename\"", "it shapes presets only"),
-                Source::Preset(preset) if !preset.is_skin() => {
-                    let other = format!("preset {:?}", preset.name());
-                    return contradiction(parameter, &other, "it needs preset \"elaphe\" or \"xenopeltis\"");
-                }
-                Source::Preset(_) if regions != (true, true) => {
-                    return contradiction(parameter, &format!("the absence of {other:?}"), "give both");
-                }
-                Source::Preset(_) => {}
-            }
-        }
+        // Parameter, whether it is given, and advice.
         let of_files = [
             ("pixel_size", self.pixel_size.is_some(), "it gives the scale of a file"),
             ("max_height", self.max_height.is_some(), "it gives the scale of a file"),
@@ -314,11 +306,32 @@ impl SurfaceConfig {
         Ok(())
     }
 
+    /// Refuses sub-regions of a relief that is no skin, and one of their two parameters without the other.
+    fn validate_regions(&self) -> Result<(), ConfigError> {
+        let (parameter, missing) = match (self.region_size, self.region_spread) {
+            (None, None) => return Ok(()),
+            (Some(_), None) => ("region_size", Some("region_spread")),
+            (None, Some(_)) => ("region_spread", Some("region_size")),
+            (Some(_), Some(_)) => ("region_size", None),
+        };
+        match (self.source(), missing) {
+            (Source::File(_), _) => contradiction(parameter, "\"filename\"", "it shapes presets only"),
+            (Source::Preset(preset), _) if !preset.is_skin() => {
+                let other = format!("preset {:?}", preset.name());
+                contradiction(parameter, other, "it needs preset \"elaphe\" or \"xenopeltis\"")
+            }
+            (Source::Preset(_), Some(missing)) => {
+                contradiction(parameter, format!("the absence of {missing:?}"), "give both")
+            }
+            (Source::Preset(_), None) => Ok(()),
+        }
+    }
+
     /// The source of the heights.
     pub fn source(&self) -> Source<'_> {
-        match (&self.filename, self.preset) {
-            (Some(path), _) => Source::File(path),
-            (None, preset) => Source::Preset(preset.unwrap_or(Preset::Elaphe)),
+        match &self.filename {
+            Some(path) => Source::File(path),
+            None => Source::Preset(self.preset.unwrap_or(Preset::Elaphe)),
         }
     }
 
@@ -327,10 +340,10 @@ impl SurfaceConfig {
         self.level.unwrap_or(if self.filename.is_some() { Level::Plane } else { Level::None })
     }
 
-    /// `tiling`, or its default.
+    /// `tiling`, or its default. The rigorous theory takes a file as one period of a grating.
     pub fn tiling(&self) -> Tiling {
-        let stands_alone = self.filename.is_some() && self.theory == Theory::Scalar;
-        self.tiling.unwrap_or(if stands_alone { Tiling::Aperiodic } else { Tiling::Periodic })
+        let is_scan = self.filename.is_some() && self.theory == Theory::Scalar;
+        self.tiling.unwrap_or(if is_scan { Tiling::Aperiodic } else { Tiling::Periodic })
     }
 
     /// The refractive index, `None` for a surface that reflects everything.
@@ -344,7 +357,7 @@ impl SurfaceConfig {
     }
 }
 
-/// The message without serde_json's " at line 1 column 23": users did not write the JSON.
+/// A message of serde_json without its end " at line 1 column 23". The name of the parameter replaces the position.
 fn without_position(message: &str) -> String {
     message.rsplit_once(" at line ").map_or(message, |(head, _)| head).to_owned()
 }

@@ -31,7 +31,7 @@ macro_rules! relief_source {
         }
 
         impl ReliefSource {
-            /// Names of all fields, those of the users' interfaces.
+            /// Names of all fields, which are those of the users' interfaces.
             pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),+];
 
             /// Names of the fields that are given.
@@ -47,7 +47,7 @@ macro_rules! relief_source {
                 ReliefSource { $($name: self.$name.clone()),+ }
             }
 
-            /// Replaces the relief's parameters, also those that the new source leaves out.
+            /// Replaces all of the relief's parameters. Those that `source` leaves out become `None`.
             pub fn set_relief_source(&mut self, source: ReliefSource) {
                 $(self.$name = source.$name;)+
             }
@@ -71,7 +71,7 @@ relief_source! {
 }
 
 impl ReliefSource {
-    /// Names of the fields that also apply to heights from an array.
+    /// Names of the fields that also apply to heights from an array ([`SurfaceConfig::build_of`]).
     #[cfg(feature = "full")]
     pub(super) const OF_ARRAYS: [&'static str; 3] = ["fill", "level", "tiling"];
 }

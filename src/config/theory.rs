@@ -1,6 +1,6 @@
-//! The parameter `theory`.
+//! The parameter `theory`, and the parameters that the rigorous theory refuses.
 
-use super::{ConfigError, Source, SurfaceConfig};
+use super::{ConfigError, ObliquityChoice, Source, SurfaceConfig, contradiction};
 use crate::height_field::Preset;
 use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
@@ -43,24 +43,25 @@ impl SurfaceConfig {
         if self.theory == Theory::Scalar {
             return Ok(());
         }
-        let scalar = "theory \"scalar\" has it";
-        let wrong = [
-            ("model", self.model == Model::Patch, scalar),
+        let other = "theory \"rigorous\"";
+        let scalar_only = "theory \"scalar\" has it";
+        // Parameter, whether it contradicts the theory, and advice.
+        let checks = [
+            ("model", self.model == Model::Patch, scalar_only),
             ("shadowing", self.shadowing, "orders contain what the relief shadows"),
             ("conserve_energy", self.conserve_energy == Some(false), "orders keep energy by themselves"),
             ("tiling", self.tiling == Some(Tiling::Aperiodic), "a grating is one period, repeated"),
-            ("obliquity", self.obliquity != super::ObliquityChoice::Auto, scalar),
+            ("obliquity", self.obliquity != ObliquityChoice::Auto, scalar_only),
         ];
-        let contradiction = |parameter, advice| {
-            let other = "theory \"rigorous\"".to_owned();
-            Err(ConfigError::Contradiction { parameter, other, advice })
-        };
-        if let Some((parameter, _, advice)) = wrong.into_iter().find(|(_, wrong, _)| *wrong) {
-            return contradiction(parameter, advice);
+        for (parameter, is_contradiction, advice) in checks {
+            if is_contradiction {
+                return contradiction(parameter, other, advice);
+            }
         }
         match self.source() {
             Source::Preset(Preset::Cd | Preset::Elaphe | Preset::Xenopeltis) => contradiction(
                 "preset",
+                other,
                 "it takes reliefs that vary along x alone: \"blazed\", \"sinusoidal\", \"lamellar\", \"flat\", or a \
                  file of one",
             ),

@@ -12,6 +12,10 @@ use crate::scattering::{COSINE_MIN, Vec3};
 /// the rim of the finest grid.
 const RIM_COSINE: f64 = 1e-4;
 
+/// cosθ at which cells on the horizon are checked: 89.94° and 89.83°. Wide orders have a pole of the albedo at the
+/// horizon that is confined to the last tenths of a degree.
+const RIM_COSINES: [f64; 2] = [1e-3, 3e-3];
+
 /// Place of a direction in a grid.
 pub(crate) struct GridPlace<N: Numbers> {
     /// Index of its cell in a plane, `[y][x]`.
@@ -75,6 +79,19 @@ impl Grid {
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let scale = if radius > 0.0 { sin / radius } else { 0.0 };
         ([x * scale, y * scale, cos], radius)
+    }
+
+    /// Check points of a cell near the horizon, `[x, y]` in cells from its first corner: those points of the ray from the
+    /// centre of the disc through the cell's centre that have [`RIM_COSINES`] and lie in the cell.
+    pub(super) fn on_rim(self, cell: [usize; 2]) -> impl Iterator<Item = [f64; 2]> {
+        let half = 0.5 * f64::from(self.cells);
+        let centre = cell.map(|at| at as f64 + 0.5 - half);
+        let length = centre[0].hypot(centre[1]);
+        RIM_COSINES.into_iter().filter_map(move |cos| {
+            let radius = half * (1.0 - cos.sqrt()).sqrt();
+            let place = [0, 1].map(|axis| centre[axis] * radius / length + half - cell[axis] as f64);
+            place.iter().all(|at| (0.0..=1.0).contains(at)).then_some(place)
+        })
     }
 
     /// Whether a node at `radius` from the centre of the disc belongs to no cell that overlaps the disc: its distance

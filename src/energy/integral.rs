@@ -147,6 +147,11 @@ impl<'a> AlbedoIntegral<'a> {
         self.table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0)
     }
 
+    /// Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
+    pub(crate) fn phase_max(&self) -> f64 {
+        phase(self.table, 1e-3 * WAVELENGTH_MIN_NM)
+    }
+
     /// Whether the table has narrow nodes, and few enough for high ridges of the albedo where one of them leaves along
     /// the surface.
     pub(crate) fn has_ridges(&self) -> bool {

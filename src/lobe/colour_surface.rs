@@ -1,9 +1,9 @@
 //! A surface in linear sRGB: its tables and their build.
 //!
-//! The interface's reflectance depends on the wavelength, so that it belongs into the integral of the colours: gold
-//! times a rainbow is not the product of two colours. The table holds it relative to that of one index, the reference,
-//! which the lobe multiplies in exactly. A constant index then costs no accuracy, and the ratio of another is smooth up
-//! to grazing incidence.
+//! The reflectance R of the material depends on the wavelength, so it belongs into the integral over wavelength: the
+//! colour of a rainbow on gold is not the product of two colours. The table integrates the ratio R/R0, where R0 is the
+//! reflectance of one index for all wavelengths, the *reference*. The lobe multiplies by R0 exactly
+//! (`colour_lobe.rs`). The ratio is 1 for a constant index, and smooth up to grazing incidence for others.
 
 use super::colour_lobe::{ColourFactors, ColourLobe};
 use super::{Gamut, LinearSrgb, Lobe};
@@ -19,16 +19,17 @@ use crate::scattering::{
 use crate::table::{Model, Progress};
 use serde::{Deserialize, Serialize};
 
-/// Fraction of a build's progress at the end of the colour table. Measured roughly; progress is for display only.
+/// Progress of a build at the end of the colour table: roughly the table's fraction of the build time. Progress is for
+/// display only.
 const TABLE_DONE: f64 = 0.8;
-/// Fraction of a build's progress at the end of the albedos.
+/// Progress of a build at the end of the albedos.
 const ALBEDO_DONE: f64 = 0.95;
-/// Fraction of the albedos' progress that a patch's ensemble table takes.
+/// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch.
 const ENSEMBLE_FRACTION: f64 = 0.5;
-/// Wavelengths in nm among which the reference is chosen: first and last.
-const VISIBLE_NM: (u32, u32) = (400, 700);
-/// Step in nm between these wavelengths.
-const STEP_NM: usize = 10;
+/// First and last of the wavelengths in nm whose index may become the reference.
+const REFERENCE_NM: (u32, u32) = (400, 700);
+/// Step between these wavelengths in nm. Indices vary little over it.
+const REFERENCE_STEP_NM: usize = 10;
 
 /// A diffracting surface in linear sRGB, from tables.
 ///
@@ -48,11 +49,11 @@ const STEP_NM: usize = 10;
 #[derive(Serialize, Deserialize)]
 pub struct ColourSurface {
     options: Options,
-    /// Index whose reflectance the lobe multiplies in; `None` for a perfect reflector.
+    /// Index of the reference; `None` leaves the interface's factor out.
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
-    /// Albedos that the reflectance is divided by; `None` where it is not limited.
+    /// Albedos by which the reflectance is divided; `None` where nothing is divided.
     albedo: Option<ColourAlbedoTable>,
     report: ColourSurfaceReport,
 }
@@ -64,18 +65,18 @@ pub struct ColourSurfaceReport {
     pub table_bytes: usize,
     /// Bytes of the sampler.
     pub sampler_bytes: usize,
-    /// Bytes of the albedos; zero where the reflectance is not limited.
+    /// Bytes of the albedos; zero where nothing is divided.
     pub albedo_bytes: usize,
     /// Coherence length of the table in µm; see [`crate::colour_table::ColourTableReport`].
     pub coherence_length_um: f64,
-    /// Build time in seconds of the colour table, with the spectral table that it is integrated from.
+    /// Build time of the colour table in seconds, with the spectral table that it is integrated from.
     pub table_seconds: f64,
-    /// Build time in seconds.
+    /// Build time of the whole surface in seconds.
     pub build_seconds: f64,
 }
 
 impl ColourSurface {
-    /// Builds the tables of `field`, the interface's factor for `index` included; `None` is a perfect reflector.
+    /// Builds the tables of `field`. Values include the interface's factor for `index`; `None` leaves it out.
     ///
     /// # Errors
     /// The errors of [`ColourTable::build`].
@@ -87,7 +88,7 @@ impl ColourSurface {
         Self::watched(field, options, index, &Progress::none())
     }
 
-    /// [`ColourSurface::new`] with reports of its progress.
+    /// [`ColourSurface::new`] with reports to `progress`.
     ///
     /// # Errors
     /// The errors of [`ColourTable::build`].
@@ -99,7 +100,7 @@ impl ColourSurface {
     ) -> Result<Self, ColourTableError> {
         let start = Instant::now();
         options.demand(field).check(options.build_limit)?;
-        let reference = index.map(reference);
+        let reference = index.map(reference_index);
         let table_options = ColourTableOptions {
             coherence_length_um: options.coherence_length_um,
             model: options.model,
@@ -108,37 +109,39 @@ impl ColourSurface {
             resolution: 1.0,
             build_limit: options.build_limit,
         };
-        let relative = |nm: f64, cos: f64| match (index, reference) {
+        // R/R0 at a wavelength in nm and the cosine at the half vector.
+        let ratio = |nm: f64, cos: f64| match (index, reference) {
             (Some(index @ SpectralIndex::Sampled(_)), Some(reference)) => {
-                let reflected = fresnel_unpolarised(cos, reference);
+                let r0 = fresnel_unpolarised(cos, reference);
                 // Where the reference reflects nothing, no wavelength reflects.
-                if reflected > 0.0 { fresnel_unpolarised(cos, index.at(nm)) / reflected } else { 1.0 }
+                if r0 > 0.0 { fresnel_unpolarised(cos, index.at(nm)) / r0 } else { 1.0 }
             }
             _ => 1.0,
         };
         let (table, spectral) =
-            ColourTable::build_reflecting(field, &table_options, &relative, &progress.part(0.0, TABLE_DONE))?;
+            ColourTable::build_reflecting(field, &table_options, &ratio, &progress.part(0.0, TABLE_DONE))?;
         let table_seconds = start.elapsed().as_secs_f64();
-        let rest = progress.part(TABLE_DONE, ALBEDO_DONE);
+        let albedo_progress = progress.part(TABLE_DONE, ALBEDO_DONE);
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
-            (true, Model::Ensemble) => ColourAlbedoTable::build(&spectral, options, &rest),
+            (true, Model::Ensemble) => ColourAlbedoTable::build(&spectral, options, &albedo_progress),
             (true, Model::Patch) => {
                 // A patch is one member of the ensemble, and takes the ensemble's albedo.
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                let mean = build_table(field, &ensemble, &rest.part(0.0, ENSEMBLE_FRACTION))?.table;
-                ColourAlbedoTable::build(&mean, options, &rest.part(ENSEMBLE_FRACTION, 1.0))
+                let mean = build_table(field, &ensemble, &albedo_progress.part(0.0, ENSEMBLE_FRACTION))?.table;
+                ColourAlbedoTable::build(&mean, options, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
             }
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());
         drop(spectral);
         progress.report(ALBEDO_DONE);
         let view = table.view::<f32>();
-        let is_stam = options.proposed() == Obliquity::Stam;
+        let is_stam = options.sampling_obliquity() == Obliquity::Stam;
+        // Directions are sampled in proportion to R0·F, times G (src/sampling/colour.rs) for Stam's obliquity factor.
         let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
             let length_squared = u * u + v * v + w * w;
-            let reflected = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
-            let factor = if is_stam { reflected * (length_squared / w).powi(2) } else { reflected };
+            let r0 = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
+            let factor = if is_stam { r0 * (length_squared / w).powi(2) } else { r0 };
             view.relief_rgb(u, v, w, true).map(|channel| channel * factor)
         });
         let report = ColourSurfaceReport {
@@ -158,12 +161,12 @@ impl ColourSurface {
         &self.options
     }
 
-    /// Index whose reflectance the lobe multiplies in; `None` for a perfect reflector.
+    /// Index of the reference; `None` leaves the interface's factor out.
     pub fn reference(&self) -> Option<ComplexIndex> {
         self.reference
     }
 
-    /// Table of colours, relative to the reference.
+    /// Table of colours over the scattering vector, relative to the reference.
     pub fn table(&self) -> &ColourTable {
         &self.table
     }
@@ -173,17 +176,17 @@ impl ColourSurface {
         &self.sampler
     }
 
-    /// Albedos that the reflectance is divided by; `None` where it is not limited.
+    /// Albedos by which the reflectance is divided; `None` where nothing is divided.
     pub fn albedo(&self) -> Option<&ColourAlbedoTable> {
         self.albedo.as_ref()
     }
 
-    /// Size and build time of a colour surface.
+    /// Size and build time of the tables.
     pub fn report(&self) -> &ColourSurfaceReport {
         &self.report
     }
 
-    /// Table data: colours, sampler, albedos.
+    /// Table data: colours, sampler, albedos. The last is empty where nothing is divided.
     pub fn words(&self) -> [&[u32]; 3] {
         let albedo = self.albedo.as_ref().map_or(&[] as &[u32], ColourAlbedoTable::words);
         [self.table.words(), self.sampler.words(), albedo]
@@ -197,7 +200,7 @@ impl ColourSurface {
         self.lobe_over(self.words())
     }
 
-    /// The lobe over [`ColourSurface::words`] of one family of numbers.
+    /// The lobe over a family of numbers, with [`ColourSurface::words`] as the family holds them.
     pub fn lobe_over<N: Numbers>(&self, [table, sampler, albedo]: [N::Words; 3]) -> ColourLobe<N> {
         ColourLobe {
             factors: self.factors(),
@@ -207,25 +210,27 @@ impl ColourSurface {
         }
     }
 
-    /// Factors of the lobe.
+    /// Factors of the lobe, which keeps negative channels.
     pub fn factors(&self) -> ColourFactors {
         let Options { obliquity, shadowing, .. } = self.options;
         ColourFactors { reference: self.reference, obliquity, shadowing, gamut: Gamut::Keep }
     }
 
-    /// `f_r` in 1/sr as linear sRGB, the interface's factor included. Otherwise as
-    /// [`Surface::eval`](super::Surface::eval).
+    /// `f_r` in 1/sr as linear sRGB, divided by the albedo where energy is conserved, without the cosine. Includes the
+    /// interface's factor if the surface was built with an index. Zero unless both directions lie above the surface.
+    /// Colours outside sRGB have negative channels.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }
 }
 
-/// Index at the visible wavelength with the largest reflectance at normal incidence.
-fn reference(index: &SpectralIndex) -> ComplexIndex {
-    let normal = |index: &ComplexIndex| fresnel_unpolarised(1.0, *index);
-    let first = index.at(f64::from(VISIBLE_NM.0));
-    (VISIBLE_NM.0..=VISIBLE_NM.1)
-        .step_by(STEP_NM)
+/// The reference: the index at the visible wavelength that reflects most at normal incidence. Ratios of reflectances
+/// to the reference's are then at most 1 there.
+fn reference_index(index: &SpectralIndex) -> ComplexIndex {
+    let at_normal = |index: &ComplexIndex| fresnel_unpolarised(1.0, *index);
+    let first = index.at(f64::from(REFERENCE_NM.0));
+    (REFERENCE_NM.0..=REFERENCE_NM.1)
+        .step_by(REFERENCE_STEP_NM)
         .map(|nm| index.at(f64::from(nm)))
-        .fold(first, |best, index| if normal(&index) > normal(&best) { index } else { best })
+        .fold(first, |best, index| if at_normal(&index) > at_normal(&best) { index } else { best })
 }

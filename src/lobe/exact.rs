@@ -1,17 +1,27 @@
 //! Reference evaluation of the reflectance: direct double-precision sums, without tables.
 //!
-//! Symbols: h the height, κ the phase rate (rad/µm), f the spatial frequency (1/µm), S(f; κ) the power density (µm²),
-//! s a quarter of the coherence length, c_j the amplitude of order j of a periodic tile, f_j its frequency, p the pixel
-//! area, t the taper of a scan (a Tukey window), x the position of a pixel, r a lag of the autocorrelation A.
+//! | symbol | meaning |
+//! | --- | --- |
+//! | h | height in µm |
+//! | κ | phase rate in rad/µm |
+//! | f | spatial frequency in cycles/µm |
+//! | S(f; κ) | power density in µm² |
+//! | s | standard deviation of the coherence window in µm, a quarter of the coherence length |
+//! | c_j, f_j | amplitude and frequency of order j of a periodic tile |
+//! | p | pixel area in µm² |
+//! | t | taper of an aperiodic scan (a Tukey window) |
+//! | x | position of a pixel in µm, from the middle of the scan |
+//! | A(r) | autocorrelation of `t exp(iκh)` at the lag r in µm |
 //!
 //! S for each model and tiling:
 //!
 //! - ensemble, periodic: `4πs² Σ_j |c_j|² exp(−4π²s²|f − f_j|²)`;
 //! - patch, periodic: `4πs² |Σ_j c_j exp(−2π²s²|f − f_j|²)|²`;
-//! - ensemble, aperiodic: `p Σ_r A(r)/A(0) exp(−|r|²/(4s²)) exp(2πi f·r)`, with the autocorrelation A of `t exp(iκh)`;
+//! - ensemble, aperiodic: `p Σ_r A(r)/A(0) exp(−|r|²/(4s²)) exp(2πi f·r)`;
 //! - patch, aperiodic: `p |Σ_x t g exp(iκh) exp(2πi f·x)|² / Σ_x (t g)²`, with `g = exp(−|x|²/(2s²))`.
 //!
-//! Each weight is the product of a factor along x and a factor along y.
+//! Every sum is over *summands*, which depend on κ only, times *weights*, which depend on f. Each weight is the product
+//! of a factor along x and a factor along y.
 
 use crate::energy::AlbedoTable;
 use crate::height_field::HeightField;
@@ -22,11 +32,10 @@ use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Reflectance by the direct sum of docs/model.md#the-reflectance, without tables and without a truncated window.
+/// Reflectance by the direct sum of docs/model.md#the-reflectance, without tables. No Gaussian is truncated.
 ///
-/// A periodic tile is summed over all its orders with their Gaussians. An aperiodic scan is summed over the lags of its
-/// autocorrelation (ensemble) or over its pixels (patch). One evaluation costs a transform of the tile and a pass over
-/// it.
+/// A periodic tile is summed over all its orders. An aperiodic scan is summed over the lags of its autocorrelation
+/// (ensemble) or over its pixels (patch). One evaluation costs a transform of the tile and a pass over it.
 ///
 /// ```
 /// use sunbeam::lobe::Exact;
@@ -41,7 +50,9 @@ use sunbeam_fourier::num_complex::Complex64;
 pub struct Exact {
     transform: OrderTransform,
     options: Options,
+    /// Extent of the tile along x and y.
     extent_um: (f64, f64),
+    /// Size of a pixel along x and y.
     pixel_um: (f64, f64),
     /// Taper t along x and y of an aperiodic scan; `None` for a periodic tile.
     tapers: Option<(Vec<f64>, Vec<f64>)>,
@@ -51,8 +62,8 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// The reference evaluation of `field`. `albedo` divides the reflectance to conserve energy; `None` leaves it
-    /// undivided.
+    /// The reference evaluation of `field`. The reflectance is divided by `albedo` to conserve energy; `None` leaves it
+    /// undivided, whatever `options` say.
     pub fn new(field: &HeightField, options: &Options, albedo: Option<Arc<AlbedoTable>>) -> Self {
         let (nx, ny) = field.size();
         Self {
@@ -72,78 +83,85 @@ impl Exact {
         let Some(pair) = Pair::new(wi, wo).filter(|_| wavelength_nm > 0.0) else { return 0.0 };
         let wavelength_um = wavelength_nm * 1e-3;
         let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-        let s = self.power_density(f, pair.kappa(wavelength_um));
+        let density = self.power_density(f, pair.kappa(wavelength_um));
         let factor = self.albedo.as_ref().map_or(1.0, |albedo| albedo.factor(wi, wo, wavelength_nm));
-        self.options.angular_factor(&pair) * factor * s / (wavelength_um * wavelength_um)
+        self.options.angular_factor(&pair) * factor * density / (wavelength_um * wavelength_um)
     }
 
-    /// `S(f; κ)` in µm², `f` in cycles/µm, `kappa` in rad/µm.
+    /// `S(f; κ)` in µm², with `f` in cycles/µm and `kappa` in rad/µm.
     pub fn power_density(&self, f: [f64; 2], kappa: f64) -> f64 {
         let s = CoherenceWindow::new(self.options.coherence_length_um).sigma_um();
         let (nx, ny) = self.transform.size();
-        // The sums over pixels are periodic in f. Above the Nyquist frequency S is defined as 0.
-        let beyond = 2.0 * f[0].abs() * self.pixel_um.0 > 1.0 || 2.0 * f[1].abs() * self.pixel_um.1 > 1.0;
-        if self.tapers.is_some() && beyond {
+        let (dx_um, dy_um) = self.pixel_um;
+        // Sums over pixels and lags are periodic in f. Above the Nyquist frequency S is defined as 0.
+        let is_above_nyquist = 2.0 * f[0].abs() * dx_um > 1.0 || 2.0 * f[1].abs() * dy_um > 1.0;
+        if self.tapers.is_some() && is_above_nyquist {
             return 0.0;
         }
         let summands = self.summands(kappa);
         let density = match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {
                 let gaussian = |df: f64| (-4.0 * PI * PI * s * s * df * df).exp();
-                let ex = order_weights(nx, self.extent_um.0, f[0], 0.5, gaussian);
-                let ey = order_weights(ny, self.extent_um.1, f[1], 0.5, gaussian);
-                4.0 * PI * s * s * separable_sum(&summands, &ex, &ey).re
+                let weights_x = order_weights(nx, self.extent_um.0, f[0], 0.5, gaussian);
+                let weights_y = order_weights(ny, self.extent_um.1, f[1], 0.5, gaussian);
+                4.0 * PI * s * s * separable_sum(&summands, &weights_x, &weights_y).re
             }
             (Model::Patch, None) => {
                 let gaussian = |df: f64| (-2.0 * PI * PI * s * s * df * df).exp();
-                // Amplitudes have the square root of the power's weight.
-                let ex = order_weights(nx, self.extent_um.0, f[0], 0.5f64.sqrt(), gaussian);
-                let ey = order_weights(ny, self.extent_um.1, f[1], 0.5f64.sqrt(), gaussian);
-                4.0 * PI * s * s * separable_sum(&summands, &ex, &ey).norm_sqr()
+                // Half of the Nyquist bin's power is a factor √½ on its amplitude.
+                let weights_x = order_weights(nx, self.extent_um.0, f[0], 0.5f64.sqrt(), gaussian);
+                let weights_y = order_weights(ny, self.extent_um.1, f[1], 0.5f64.sqrt(), gaussian);
+                4.0 * PI * s * s * separable_sum(&summands, &weights_x, &weights_y).norm_sqr()
             }
             (Model::Ensemble, Some(_)) => {
-                let (gx, gy) = lag_grid(nx, ny);
-                let lag_weights = |n: usize, pixel: f64, f: f64| -> Vec<Complex64> {
+                let (lags_x, lags_y) = lag_grid(nx, ny);
+                let lag_weights = |n: usize, pixel_um: f64, f: f64| -> Vec<Complex64> {
                     // Lags in FFT order: the upper half of the grid holds the negative ones.
-                    let lag = |i: usize| if 2 * i > n { i as f64 - n as f64 } else { i as f64 } * pixel;
+                    let lag_um = |i: usize| if 2 * i > n { i as f64 - n as f64 } else { i as f64 } * pixel_um;
                     (0..n)
-                        .map(|i| Complex64::from_polar((-lag(i).powi(2) / (4.0 * s * s)).exp(), TAU * f * lag(i)))
+                        .map(|i| Complex64::from_polar((-lag_um(i).powi(2) / (4.0 * s * s)).exp(), TAU * f * lag_um(i)))
                         .collect()
                 };
-                let (ex, ey) = (lag_weights(gx, self.pixel_um.0, f[0]), lag_weights(gy, self.pixel_um.1, f[1]));
-                self.pixel_um.0 * self.pixel_um.1 * separable_sum(&summands, &ex, &ey).re / summands[0].re
+                let (weights_x, weights_y) = (lag_weights(lags_x, dx_um, f[0]), lag_weights(lags_y, dy_um, f[1]));
+                dx_um * dy_um * separable_sum(&summands, &weights_x, &weights_y).re / summands[0].re
             }
-            (Model::Patch, Some((tx, ty))) => {
-                let pixel_weights = |taper: &[f64], pixel: f64, f: f64| {
-                    let x = |i: usize| (i as f64 - (taper.len() / 2) as f64) * pixel;
-                    let window = |i: usize| taper[i] * (-x(i).powi(2) / (2.0 * s * s)).exp();
-                    let terms: Vec<_> =
-                        (0..taper.len()).map(|i| Complex64::from_polar(window(i), TAU * f * x(i))).collect();
+            (Model::Patch, Some((taper_x, taper_y))) => {
+                // Weights `t g exp(2πi f·x)` along one axis, and the sum of `(t g)²`.
+                let pixel_weights = |taper: &[f64], pixel_um: f64, f: f64| {
+                    let x_um = |i: usize| (i as f64 - (taper.len() / 2) as f64) * pixel_um;
+                    let window = |i: usize| taper[i] * (-x_um(i).powi(2) / (2.0 * s * s)).exp();
+                    let weights: Vec<_> =
+                        (0..taper.len()).map(|i| Complex64::from_polar(window(i), TAU * f * x_um(i))).collect();
                     let power: f64 = (0..taper.len()).map(|i| window(i).powi(2)).sum();
-                    (terms, power)
+                    (weights, power)
                 };
-                let (ex, power_x) = pixel_weights(tx, self.pixel_um.0, f[0]);
-                let (ey, power_y) = pixel_weights(ty, self.pixel_um.1, f[1]);
-                self.pixel_um.0 * self.pixel_um.1 * separable_sum(&summands, &ex, &ey).norm_sqr() / (power_x * power_y)
+                let (weights_x, power_x) = pixel_weights(taper_x, dx_um, f[0]);
+                let (weights_y, power_y) = pixel_weights(taper_y, dy_um, f[1]);
+                dx_um * dy_um * separable_sum(&summands, &weights_x, &weights_y).norm_sqr() / (power_x * power_y)
             }
         };
+        // Rounding may leave the real parts of the ensemble just below zero.
         density.max(0.0)
     }
 
-    /// Summands at one κ before their weights, row-major: `|c_j|²`, `c_j`, `A(r)` or `exp(iκh)` in the table's order.
+    /// Summands at one κ: `|c_j|²`, `c_j`, `A(r)` times a constant, or `exp(iκh)`, in the order of the list of S at the
+    /// head of this file. Row-major, the first two and A in FFT order.
     fn summands(&self, kappa: f64) -> Arc<Vec<Complex64>> {
-        // The cached pair is consistent even if another query panicked with the lock held.
+        // The remembered pair is consistent even if another query panicked with the lock held.
         let lock = || self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some((_, summands)) = lock().as_ref().filter(|(last_kappa, _)| *last_kappa == kappa) {
             return summands.clone();
         }
-        // Unlocked during the transform: rayon's waiting threads may run other queries.
+        // Not locked during the transform. A thread of rayon that waits in it may run another query, which would then
+        // wait for its own lock.
         let summands = Arc::new(match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {
                 self.transform.amplitudes(kappa).into_iter().map(|c| c.norm_sqr().into()).collect()
             }
             (Model::Patch, None) => self.transform.amplitudes(kappa),
-            (Model::Ensemble, Some((tx, ty))) => autocorrelation(&self.transform.screen(kappa), tx, ty),
+            (Model::Ensemble, Some((taper_x, taper_y))) => {
+                autocorrelation(&self.transform.screen(kappa), taper_x, taper_y)
+            }
             (Model::Patch, Some(_)) => self.transform.screen(kappa),
         });
         *lock() = Some((kappa, summands.clone()));
@@ -151,10 +169,10 @@ impl Exact {
     }
 }
 
-/// Gaussian weights of all `n` orders along one axis at the frequency `f` (1/µm), in FFT order. `gaussian` takes the
-/// distance from f to the order's frequency in 1/µm.
+/// Gaussian weights of all `n` orders along one axis at the frequency `f` in cycles/µm, in FFT order. `gaussian` takes
+/// the distance from f to the order's frequency in cycles/µm.
 ///
-/// The Nyquist bin of an even `n` stands for the orders n/2 and −n/2, each with the weight `nyquist`.
+/// The Nyquist bin of an even `n` stands for the orders n/2 and −n/2, each with the factor `nyquist`.
 fn order_weights(n: usize, extent_um: f64, f: f64, nyquist: f64, gaussian: impl Fn(f64) -> f64) -> Vec<Complex64> {
     (0..n as i64)
         .map(|i| {
@@ -170,28 +188,28 @@ fn order_weights(n: usize, extent_um: f64, f: f64, nyquist: f64, gaussian: impl 
         .collect()
 }
 
-/// `Σ summands[iy][ix] · ex[ix] · ey[iy]`.
-fn separable_sum(summands: &[Complex64], ex: &[Complex64], ey: &[Complex64]) -> Complex64 {
+/// `Σ summands[iy][ix] · weights_x[ix] · weights_y[iy]`.
+fn separable_sum(summands: &[Complex64], weights_x: &[Complex64], weights_y: &[Complex64]) -> Complex64 {
     summands
-        .chunks(ex.len())
-        .zip(ey)
-        .map(|(row, ey)| ey * row.iter().zip(ex).map(|(d, e)| d * e).sum::<Complex64>())
+        .chunks(weights_x.len())
+        .zip(weights_y)
+        .map(|(row, weight_y)| weight_y * row.iter().zip(weights_x).map(|(d, w)| d * w).sum::<Complex64>())
         .sum()
 }
 
-/// Autocorrelation A of the tapered screen `t exp(iκh)` (Wiener–Khinchin: the inverse transform of its power), times
-/// the number of grid points. The grid is padded with zeros so that lags do not wrap.
-fn autocorrelation(screen: &[Complex64], tx: &[f64], ty: &[f64]) -> Vec<Complex64> {
-    let (gx, gy) = lag_grid(tx.len(), ty.len());
-    let mut grid = vec![Complex64::new(0.0, 0.0); gx * gy];
-    for ((row, from), ty) in grid.chunks_mut(gx).zip(screen.chunks(tx.len())).zip(ty) {
-        for ((to, from), tx) in row.iter_mut().zip(from).zip(tx) {
+/// Autocorrelation A of the tapered screen `t exp(iκh)`, times the number of grid points: the inverse transform of its
+/// power (Wiener–Khinchin), unnormalised. The grid is padded with zeros so that lags do not wrap.
+fn autocorrelation(screen: &[Complex64], taper_x: &[f64], taper_y: &[f64]) -> Vec<Complex64> {
+    let (lags_x, lags_y) = lag_grid(taper_x.len(), taper_y.len());
+    let mut grid = vec![Complex64::new(0.0, 0.0); lags_x * lags_y];
+    for ((to_row, from_row), ty) in grid.chunks_mut(lags_x).zip(screen.chunks(taper_x.len())).zip(taper_y) {
+        for ((to, from), tx) in to_row.iter_mut().zip(from_row).zip(taper_x) {
             *to = from * (tx * ty);
         }
     }
     let mut scratch = Vec::new();
-    Fft2::new(gx, gy, Direction::Positive).process(&mut grid, &mut scratch);
+    Fft2::new(lags_x, lags_y, Direction::Positive).process(&mut grid, &mut scratch);
     grid.iter_mut().for_each(|c| *c = c.norm_sqr().into());
-    Fft2::new(gx, gy, Direction::Negative).process(&mut grid, &mut scratch);
+    Fft2::new(lags_x, lags_y, Direction::Negative).process(&mut grid, &mut scratch);
     grid
 }

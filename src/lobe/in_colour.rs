@@ -1,4 +1,4 @@
-//! Lobes that answer in linear sRGB: gamut and defensive mixture, written once.
+//! Lobes that answer in linear sRGB: treatment of the gamut and the defensive mixture, written once for all of them.
 
 use super::{LinearSrgb, Lobe, are_above, mixture_density, sample_mixture};
 use crate::numeric::{Numbers, Real};
@@ -8,13 +8,15 @@ pub(crate) trait InColour<N: Numbers> {
     /// Treatment of negative channels.
     fn gamut(&self) -> Gamut;
 
-    /// `f_r` in 1/sr as linear sRGB, before the gamut's treatment. Zero unless both directions lie above the surface.
+    /// `f_r` in 1/sr as linear sRGB, before the gamut's treatment. Zero unless the mask is true and both directions lie
+    /// above the surface.
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 
-    /// Density of [`InColour::draw`] in 1/sr.
+    /// Density of [`InColour::draw`] in 1/sr; ignored where the mask is false. The mask is true only where both
+    /// directions lie above the surface.
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real;
 
-    /// A direction from three random numbers in [0, 1), the zero vector where it falls below the horizon. Samplers that
+    /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
     /// need two random numbers ignore the first.
     fn draw(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
@@ -49,24 +51,25 @@ pub enum Gamut {
     /// Negative channels are returned. Sums of such colours are the colours of the summed spectra.
     Keep,
     /// Grey of equal luminance is mixed in until no channel is negative, for renderers that reject negative channels.
-    /// Cutting channels off at zero would add light: a sixth of red on a grating.
+    /// Clamping negative channels to zero would add light, on a grating a sixth of its red.
     Desaturate,
 }
 
-/// A colour in linear sRGB, mixed with grey of its luminance until no channel is negative.
+/// A colour in linear sRGB, mixed with grey of its luminance until no channel is negative. Luminance is kept; black if
+/// it is negative.
 #[inline(always)]
 fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
     let zero = R::lit(0.0);
     let grey = luminance(colour).max(zero);
     let least = colour[0].min(colour[1]).min(colour[2]);
     let is_outside = least.lt(zero);
+    // Takes the least channel to zero: grey + saturation·(least − grey) = 0.
     let saturation = grey / (grey - least);
     // Rounding may leave a channel just below zero.
     colour.map(|channel| R::select(is_outside, (channel - grey).fma(saturation, grey).max(zero), channel))
 }
 
-/// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC
-/// 61966-2-1.
+/// Luminance Y of a colour in linear sRGB: the second row of the matrix to XYZ of IEC 61966-2-1, with seven digits.
 #[inline(always)]
 pub fn luminance<R: Real>([r, g, b]: [R; 3]) -> R {
     r.fma(R::lit(0.212_672_9), g.fma(R::lit(0.715_152_2), b * R::lit(0.072_175)))

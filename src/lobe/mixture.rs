@@ -1,27 +1,34 @@
-//! The defensive mixture of every lobe: a small uniform part over the hemisphere beside the lobe's own sampler.
+//! The defensive mixture of every lobe: its own sampler with a small uniform part over the hemisphere.
+//!
+//! The first random number of a sample serves several decisions. Below [`UNIFORM_FRACTION`] the direction is uniform.
+//! The rest of [0, 1) is divided equally among the wavelengths. The lobe's own sampler gets the position within a
+//! wavelength's part, rescaled to [0, 1).
 
 use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Real};
 use std::array;
 
-/// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). It bounds the weight where the
-/// lobe's own density is far below the reflectance.
+/// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). They bound the sample weight
+/// where the lobe's own density is far below the reflectance. Larger fractions lower the bound but waste more samples.
 pub const UNIFORM_FRACTION: f64 = 0.02;
 
-/// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried.
+/// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried. Zero where the
+/// mask is false.
 #[inline(always)]
 pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], active: N::Mask) -> N::Real {
     let lit = N::Real::lit;
     let sum = own.into_iter().fold(lit(0.0), |sum, density| sum + density);
+    // (1 − UNIFORM_FRACTION)·mean + UNIFORM_FRACTION·SQUARE_PDF
     let density = sum.fma(lit((1.0 - UNIFORM_FRACTION) / L as f64), lit(UNIFORM_FRACTION * SQUARE_PDF));
     N::Real::select(active, density, lit(0.0))
 }
 
-/// A direction from the mixture, for `L` wavelengths.
+/// A direction from the mixture, for `L` wavelengths and three random numbers `u` in [0, 1). The zero vector where the
+/// draw falls below the horizon, where `wi` lies there, and where the mask is false.
 ///
-/// `draw(k, u, active)` is the lobe's own sampler: `k` is the number of the chosen wavelength as a real in `[0, L)`,
-/// rounded down by the callee's comparisons, and `u` are three fresh random numbers in [0, 1). Returns the zero vector
-/// where nothing is drawn.
+/// `draw(choice, u, active)` is the lobe's own sampler. The whole part of `choice` is the index of the chosen
+/// wavelength. The `u` are three random numbers in [0, 1), independent of the choice. By rounding `choice` may be L,
+/// which stands for the last wavelength, and the first of the `u` may be 1.
 #[inline(always)]
 pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     wi: [N::Real; 3],
@@ -32,13 +39,13 @@ pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     let lit = N::Real::lit;
     let active = active & is_above::<N>(wi);
     let is_uniform = u[0].lt(lit(UNIFORM_FRACTION));
-    let rest = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
-    let fresh = rest - rest.floor().min(lit(L as f64 - 1.0));
-    let drawn = draw(rest, [fresh, u[1], u[2]], active & !is_uniform);
-    let (uniform, is_inside) = square_to_hemisphere::<N>([u[1], u[2]]);
+    let choice = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
+    let fraction = choice - choice.floor().min(lit(L as f64 - 1.0));
+    let drawn = draw(choice, [fraction, u[1], u[2]], active & !is_uniform);
+    let (uniform, is_direction) = square_to_hemisphere::<N>([u[1], u[2]]);
     let zero = lit(0.0);
     array::from_fn(|c| {
-        let wo = N::Real::select(is_uniform, N::Real::select(is_inside, uniform[c], zero), drawn[c]);
+        let wo = N::Real::select(is_uniform, N::Real::select(is_direction, uniform[c], zero), drawn[c]);
         N::Real::select(active, wo, zero)
     })
 }

@@ -1,7 +1,7 @@
 //! Lobes: the diffracted light's reflectance `f_r` between two directions, its sampling density, and samples.
 //!
-//! `f_r = R·O·M·S/λ²` (docs/model.md#the-reflectance) is in 1/sr and leaves out the cosine. Four lobes implement
-//! [`Lobe`]:
+//! `f_r = R·O·M·S/λ²` (docs/model.md#the-reflectance) is in 1/sr and leaves out the cosine. It is divided by the albedo
+//! where energy is conserved. Four lobes implement [`Lobe`]:
 //!
 //! | lobe | surface that builds it | carries |
 //! | --- | --- | --- |
@@ -10,8 +10,8 @@
 //! | `GratingLobe` (src/grating/) | `GratingSurface` | wavelengths in nm |
 //! | `GratingColourLobe` (src/grating/) | `GratingColourSurface` | linear sRGB |
 //!
-//! Each is written once for all families of numbers ([`crate::numeric`]). [`Exact`] judges them by the direct
-//! double-precision sum.
+//! Each is written once for all families of numbers ([`crate::numeric`]). [`Exact`] is the reference for the first two:
+//! the direct sum in double precision.
 
 mod by_value;
 mod colour_lobe;
@@ -40,9 +40,9 @@ use crate::numeric::Numbers;
 
 /// Value, density and samples of one lobe, over the numbers `N`.
 ///
-/// `C` is what a query carries: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`]. Directions are unit
-/// vectors in the relief's frame and point away from the surface. Where one of them lies below the surface, or the mask
-/// is false, answers are zero.
+/// `C` is the spectral content of a query: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`]. Wavelengths
+/// must lie within the tables' range. Directions are unit vectors in the relief's frame and point away from the
+/// surface. Answers are zero where a direction lies below the surface or the mask is false.
 ///
 /// ```
 /// use sunbeam::lobe::Lobe;
@@ -64,24 +64,24 @@ pub trait Lobe<N: Numbers, C: Copy> {
     /// Reflectance in 1/sr: `[N::Real; L]` at the wavelengths, or the three channels of linear sRGB.
     type Value;
 
-    /// `f_r` in 1/sr between two directions, without the cosine. Lobes at wavelengths of scalar theory also leave out
-    /// the interface's factor ([`Pair::interface`](crate::scattering::Pair::interface)).
+    /// `f_r` in 1/sr between two directions, without the cosine. [`SpectralLobe`] also leaves out the interface's
+    /// factor ([`Pair::interface`](crate::scattering::Pair::interface)).
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> Self::Value;
 
-    /// Density of [`Lobe::sample`] per solid angle, in 1/sr: the mean over the wavelengths carried.
+    /// Density of [`Lobe::sample`] over solid angle, in 1/sr: the mean over the wavelengths carried.
     fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> N::Real;
 
-    /// [`Lobe::eval`] and [`Lobe::pdf`]. Lobes at wavelengths share their loop.
+    /// [`Lobe::eval`] and [`Lobe::pdf`]. Lobes at wavelengths compute both in one loop.
     #[inline(always)]
     fn eval_pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> (Self::Value, N::Real) {
         (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
     }
 
-    /// A direction `wo` from three random numbers in [0, 1). The first chooses between the uniform part and the
-    /// wavelengths, then, for gratings, the order. The zero vector where the draw falls below the horizon.
+    /// A direction `wo` from three random numbers in [0, 1); the zero vector where the draw falls below the horizon.
+    /// The first number chooses the uniform part or a wavelength and, for gratings, the order.
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
-/// Marks queries that carry colours in linear sRGB instead of wavelengths.
+/// Spectral content of a query in linear sRGB, instead of wavelengths.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearSrgb;

@@ -1,9 +1,13 @@
-//! Lobes that answer wavelength by wavelength: the loop over the wavelengths carried, written once.
+//! Lobes that answer wavelength by wavelength: the loop over the wavelengths carried and the defensive mixture, written
+//! once for all of them.
 
 use super::{Lobe, are_above, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
 
-/// A lobe's answers at one wavelength. Implementing it makes a type a [`Lobe`] for any number of wavelengths.
+/// A lobe's answers at one wavelength `nm`, in nm. Implementing it makes a type a [`Lobe`] for any number of
+/// wavelengths.
+///
+/// Masks of `value` and `density` are true only where both directions lie above the surface.
 pub(crate) trait PerWavelength<N: Numbers> {
     /// Quantities of a pair of directions that all wavelengths share.
     type Pair;
@@ -11,13 +15,13 @@ pub(crate) trait PerWavelength<N: Numbers> {
     /// Prepares a pair of directions.
     fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Self::Pair;
 
-    /// `f_r` in 1/sr at the wavelength `nm`, zero where the mask is false.
+    /// `f_r` in 1/sr, zero where the mask is false.
     fn value(&self, pair: &Self::Pair, nm: N::Real, active: N::Mask) -> N::Real;
 
-    /// Density of [`PerWavelength::draw`] in 1/sr.
+    /// Density of [`PerWavelength::draw`] in 1/sr; ignored where the mask is false.
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real;
 
-    /// A direction from three random numbers in [0, 1), the zero vector where it falls below the horizon. Samplers that
+    /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
     /// need two random numbers ignore the first.
     fn draw(&self, wi: [N::Real; 3], nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
@@ -59,8 +63,9 @@ impl<N: Numbers, T: PerWavelength<N>, const L: usize> Lobe<N, [N::Real; L]> for 
     #[inline(always)]
     fn sample(&self, wi: [N::Real; 3], nm: [N::Real; L], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         sample_mixture::<N, L>(wi, u, active, |choice, u, active| {
-            let at = |k: usize| N::Real::lit(k as f64);
-            let chosen = (1..L).fold(nm[0], |chosen, k| N::Real::select(choice.lt(at(k)), chosen, nm[k]));
+            // nm[k] for the whole part k of the choice. Traced numbers cannot index an array.
+            let chosen =
+                (1..L).fold(nm[0], |before, k| N::Real::select(choice.lt(N::Real::lit(k as f64)), before, nm[k]));
             self.draw(wi, chosen, u, active)
         })
     }

@@ -1,4 +1,5 @@
-//! The lobe of scalar theory at wavelengths: `O·M·S/λ²` over the albedo's divisor.
+//! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. It
+//! leaves out the interface's factor (R of docs/model.md#the-reflectance, or the small-slope factor Q).
 
 use super::PerWavelength;
 use crate::energy::{AlbedoLayout, AlbedoView, GridPlace};
@@ -15,7 +16,7 @@ pub struct SpectralLayout {
     pub table: PackedLayout,
     /// Layout of the sampler.
     pub sampler: SamplerLayout,
-    /// Layout of the albedos; `None` where the reflectance is not limited.
+    /// Layout of the albedos; `None` where nothing is divided.
     pub albedo: Option<AlbedoLayout>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
@@ -27,17 +28,17 @@ pub struct SpectralLayout {
 /// [`Lobe`](super::Lobe)).
 #[derive(Clone, Copy)]
 pub struct SpectralLobe<'a, N: Numbers> {
-    /// How the table data are to be read.
+    /// Layout of the table data, and the factors.
     pub layout: &'a SpectralLayout,
-    /// Data of the power spectrum, the sampler and the albedos.
+    /// Table data: power spectrum, sampler, albedos.
     pub words: [N::Words; 3],
 }
 
 /// Quantities of a pair of directions that all wavelengths share.
 pub(crate) struct Directions<N: Numbers> {
     scattering: Scattering<N>,
-    /// The albedo table, with the cells of `wi` and `wo` in it.
-    albedo: Option<(AlbedoView<N>, GridPlace<N>, GridPlace<N>)>,
+    /// The albedo table, and the places of `wi` and `wo` in its grid of directions.
+    albedo: Option<(AlbedoView<N>, [GridPlace<N>; 2])>,
 }
 
 impl<N: Numbers> SpectralLobe<'_, N> {
@@ -56,7 +57,7 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
             scattering: Scattering::reflection(wi, wo, self.layout.obliquity, self.layout.shadowing),
             albedo: self.layout.albedo.as_ref().map(|layout| {
                 let view = AlbedoView::<N> { layout: *layout, words: self.words[2] };
-                (view, view.place(wi), view.place(wo))
+                (view, [view.place(wi), view.place(wo)])
             }),
         }
     }
@@ -67,10 +68,10 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
         let (frequency, kappa) = pair.scattering.at(nm);
         let table = TableView::<N> { layout: self.layout.table, words: self.words[0] };
         let density = table.density(frequency, kappa, active);
-        let value = pair.scattering.factor * density / (wavelength_um * wavelength_um);
+        let undivided = pair.scattering.factor * density / (wavelength_um * wavelength_um);
         let value = match &pair.albedo {
-            None => value,
-            Some((albedo, i, o)) => value * albedo.factor_at(i, o, nm, active),
+            None => undivided,
+            Some((albedo, [at_wi, at_wo])) => undivided * albedo.factor_at(at_wi, at_wo, nm, active),
         };
         N::Real::select(active, value, N::Real::lit(0.0))
     }

@@ -7,12 +7,16 @@ use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::sampling::Sampler;
 use crate::scattering::{Options, Vec3, build_table};
-use crate::table::{Built, Model, PackedTable, Progress, SpectralTable, TableError, TableReport};
+use crate::table::{
+    Built, COHERENCE_LENGTH_UM, Model, PackedTable, Progress, SpectralTable, TOLERANCE, TableError, TableReport,
+};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
-/// Fraction of a build's progress at the end of its first table. Progress is for display only.
+/// Progress of a build at the end of the spectral table; the albedos take the rest. Progress is for display only.
 const TABLE_DONE: f64 = 0.5;
+/// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch.
+const ENSEMBLE_FRACTION: f64 = 0.5;
 
 /// A diffracting surface at wavelengths, from tables.
 ///
@@ -35,9 +39,10 @@ pub struct Surface {
     layout: SpectralLayout,
     table: PackedTable,
     sampler: Sampler,
+    /// Albedos by which the reflectance is divided; `None` where nothing is divided.
     albedo_table: Option<Arc<AlbedoTable>>,
     report: SurfaceReport,
-    /// The table for [`Surface::albedo`], unpacked at its first call.
+    /// `table` in the form that [`Surface::albedo`] integrates, unpacked at its first call.
     #[serde(skip)]
     unpacked: OnceLock<SpectralTable>,
 }
@@ -51,7 +56,7 @@ pub struct SurfaceReport {
     pub bytes: usize,
     /// Albedos before and after the division by them; `None` where energy is not conserved.
     pub energy: Option<AlbedoReport>,
-    /// Build time in seconds.
+    /// Build time of the whole surface in seconds.
     pub build_seconds: f64,
 }
 
@@ -59,33 +64,35 @@ impl Surface {
     /// Builds the tables of `field`.
     ///
     /// # Errors
-    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than
-    /// its limit allows ([`BuildDemand::check`](crate::table::BuildDemand::check)), which is checked first.
+    /// A coherence length outside [`COHERENCE_LENGTH_UM`], a tolerance outside [`TOLERANCE`], or a build that would
+    /// take more than `options.build_limit` allows ([`BuildDemand::check`](crate::table::BuildDemand::check)). Nothing
+    /// is built before these checks.
     pub fn new(field: &HeightField, options: &Options) -> Result<Self, TableError> {
         Self::watched(field, options, &Progress::none())
     }
 
-    /// [`Surface::new`] with reports of its progress.
+    /// [`Surface::new`] with reports to `progress`.
     ///
     /// # Errors
     /// The errors of [`Surface::new`].
     pub fn watched(field: &HeightField, options: &Options, progress: &Progress) -> Result<Self, TableError> {
         let start = crate::clock::Instant::now();
-        TableError::unless_in("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
-        TableError::unless_in("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
+        let length_um = options.coherence_length_um;
+        TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
+        TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
         let Built { table, packed, report: table_report } =
             build_table(field, options, &progress.part(0.0, TABLE_DONE))?;
         let sampler = Sampler::new(&table, options);
-        let rest = progress.part(TABLE_DONE, 1.0);
+        let albedo_progress = progress.part(TABLE_DONE, 1.0);
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
-            (true, Model::Ensemble) => AlbedoTable::build(&table, options, &rest),
+            (true, Model::Ensemble) => AlbedoTable::build(&table, options, &albedo_progress),
             // A patch is one member of the ensemble, and takes the ensemble's albedo.
             (true, Model::Patch) => {
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                let mean = build_table(field, &ensemble, &rest.part(0.0, TABLE_DONE))?.table;
-                AlbedoTable::build(&mean, options, &rest.part(TABLE_DONE, 1.0))
+                let mean = build_table(field, &ensemble, &albedo_progress.part(0.0, ENSEMBLE_FRACTION))?.table;
+                AlbedoTable::build(&mean, options, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
             }
         };
         let (albedo_table, energy) = albedo.unzip();
@@ -128,17 +135,17 @@ impl Surface {
         &self.sampler
     }
 
-    /// Albedos that the reflectance is divided by; `None` where it is not limited.
+    /// Albedos by which the reflectance is divided; `None` where nothing is divided.
     pub fn albedo_table(&self) -> Option<&Arc<AlbedoTable>> {
         self.albedo_table.as_ref()
     }
 
-    /// Everything of the lobe but the table data.
+    /// Layout of [`Surface::words`], and the factors of the lobe.
     pub fn layout(&self) -> &SpectralLayout {
         &self.layout
     }
 
-    /// Table data: power spectrum, sampler, albedos.
+    /// Table data: power spectrum, sampler, albedos. The last is empty where nothing is divided.
     pub fn words(&self) -> [&[u32]; 3] {
         let albedo = self.albedo_table.as_ref().map_or(&[] as &[u32], |table| table.words());
         [self.table.words(), self.sampler.words(), albedo]
@@ -156,8 +163,9 @@ impl Surface {
     ///
     /// Obliquity and shadowing are included. The interface's factor
     /// ([`Pair::interface`](crate::scattering::Pair::interface): Fresnel reflectance or small-slope factor) and the
-    /// cosine are not. Zero unless both directions lie above the surface and the wavelength (nm) within the tables'
-    /// range. Never negative, never NaN.
+    /// cosine are not. Zero unless both directions lie above the surface and the wavelength lies within
+    /// [`WAVELENGTH_MIN_NM`](crate::table::WAVELENGTH_MIN_NM) to
+    /// [`WAVELENGTH_MAX_NM`](crate::table::WAVELENGTH_MAX_NM). Never negative, never NaN.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         super::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
@@ -167,25 +175,26 @@ impl Surface {
         super::eval_pdf(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
 
-    /// Density in 1/sr of a direction sampled for several wavelengths (nm): the mean of their densities.
+    /// Density in 1/sr of [`Surface::sample`] for several wavelengths: the mean of their densities.
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
         super::pdf(&self.lobe::<f64>(), wi, wo, wavelengths_nm)
     }
 
-    /// Samples a direction for at least one wavelength (nm) from three random numbers in [0, 1), with density and
-    /// weight. `None` as in [`Surface::sample_direction`]; such samples count as zero.
+    /// Samples a direction for at least one wavelength from three random numbers in [0, 1), with density and weight.
+    /// `None` without a direction above the horizon ([`Surface::sample_direction`]); such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         super::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
     /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there.
-    /// The first number chooses the uniform part or one of the wavelengths (nm).
+    /// The first number chooses the uniform part or one of the wavelengths.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         super::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, by integrating every node of the table over its Gaussian. It
-    /// includes the small-slope factor, not the Fresnel reflectance. `None` for a patch.
+    /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy, by an accurate
+    /// integral over the nodes of the table. The small-slope factor is included, the Fresnel reflectance is not. `None`
+    /// for a patch.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());

@@ -2,15 +2,16 @@
 //!
 //! ```text
 //! (u, v, w) = wi + wo                   scattering vector, w = cosθi + cosθo
-//! F(u, v, w)                            colour, the reflectance without its angular factors (src/colour_table)
-//! G = (u² + v² + w²)²/w²                4 O cosθi cosθo for Stam's obliquity factor O
-//! M_b(u, v) = Σ_channels max(F·G, 0)    mass at a node, summed over quadrature points of slice b of w; BANDS slices
-//! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; M mixes two slices, the integral is over the square below
+//! F(u, v, w)                            linear sRGB, the reflectance without its angular factors (src/colour_table)
+//! G = (u² + v² + w²)²/w²                4 O cosθi cosθo for Stam's obliquity factor O; 1 for other factors
+//! M_b(u, v) = Σ_channels max(F·G, 0)    mass of a node, summed over quadrature points in slice b of w; BANDS slices
+//! M(u, v)                               mix of the M_b of two neighbouring slices, about a typical w of the incidence
+//! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the square wi_xy ± 1
 //! ```
 //!
-//! Both F and G depend on `wi + wo` alone, so nothing is tabulated over `wi`. Tents interpolate between the nodes. The
-//! hemisphere of `wo` lies in the square `wi_xy ± 1` of `(u, v)`, whose mass is an exact sum ([`SummedArea`]). Samples
-//! in the square's corners are lost.
+//! Both F and G depend on `wi + wo` only, so nothing is tabulated over `wi`. Masses are interpolated bilinearly: every
+//! node is a tent. The hemisphere of `wo` lies in the square `wi_xy ± 1` of `(u, v)`, whose mass is an exact sum
+//! ([`SummedArea`]). Samples in the square's corners are lost.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{BELOW_ONE, tent_quantile};
@@ -20,31 +21,32 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::array;
 
-/// Wavelength in µm at which tents are as wide as orders. Chosen: green, where luminance is largest.
+/// Wavelength in µm at which tents are as wide as orders: green, where the eye is most sensitive. The width of an order
+/// in direction cosines is proportional to the wavelength, so one spacing of nodes fits one wavelength only.
 const WAVELENGTH_UM: f64 = 0.53;
-/// Most nodes along an axis; the table then takes 8 MB. Chosen.
+/// Most nodes along an axis, which make a table of 8 MB. More nodes resolve narrower orders.
 const NODES_MAX: usize = 937;
-/// Fewest nodes from the middle of an axis to its end. Chosen; reached only by very short coherence lengths.
+/// Fewest nodes from the middle of an axis to its end. Only very short coherence lengths need so few.
 const HALF_NODES_MIN: usize = 8;
-/// Most quadrature points per node along an axis, where the nodes are further apart than orders are wide. Chosen to
-/// bound the build time.
+/// Most quadrature points of a node along an axis, where nodes are further apart than orders are wide. More points miss
+/// fewer orders but lengthen the build.
 const POINTS_MAX: usize = 4;
 /// Quadrature points of a slice of w, as fractions of its width: the midpoint rule with two points.
 const SLICE_POINTS: [f64; 2] = [0.25, 0.75];
-/// Outgoing cosine assumed when slices are mixed for an incidence. Chosen; affects the variance of samples only.
+/// Outgoing cosine of the typical w of an incidence, at which slices are mixed. Affects the variance of samples only.
 const TYPICAL_COSINE: f64 = 0.6;
-/// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`. Chosen: directions
-/// along the surface, where G is largest, would otherwise decide the mass.
+/// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`. Slices beyond are
+/// read there, too. A fraction of 1 would be backscattering, `wi = wo`. Affects the variance of samples only.
 const W_FRACTION_MAX: f64 = 0.97;
 
 /// Layout of a colour sampler's table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourSamplerLayout {
-    /// Layout of the summed-area table over `(u, v)`, `[v][u]`; its bands are the slices of w.
+    /// Layout of the summed-area table over `(u, v)`, with u along x and v along y; its bands are the slices of w.
     pub areas: SummedAreaLayout,
-    /// Nodes per unit of u and of v; the middle node is at 0.
+    /// Nodes per unit of u and of v.
     pub per_unit: f32,
-    /// Index of the middle node along either axis.
+    /// Index of the middle node along either axis, which lies at u = 0 or v = 0.
     pub middle: u32,
 }
 
@@ -68,25 +70,31 @@ pub struct ColourSampler {
 }
 
 impl ColourSampler {
-    /// Tabulates `reflected`, a linear sRGB colour at `(u, v, w)`: `F·G` for Stam's obliquity factor, else `F`.
+    /// Tabulates `reflected`, a linear sRGB colour at `(u, v, w)`, in proportion to which directions are drawn: `F·G`
+    /// (src/sampling/colour.rs), which may contain further factors that depend on `(u, v, w)` only.
     ///
-    /// `sigma` is the standard deviation of an order in cycles/µm; it sets the spacing of nodes. Negative channels
-    /// count as zero, and a sum that is not finite as no mass.
-    pub fn new(sigma: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
+    /// `order_sigma_per_um` is the standard deviation of an order in cycles/µm; it sets the spacing of nodes. Negative
+    /// channels count as zero, and a sum that is not finite as no mass.
+    pub fn new(order_sigma_per_um: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
         // A tent of half-width s has the variance s²/6, here that of an order in direction cosines.
-        let wanted = 6f64.sqrt() * sigma * WAVELENGTH_UM;
-        let half = ((2.0 / wanted).ceil() as usize).clamp(HALF_NODES_MIN, (NODES_MAX - 1) / 2);
+        let wanted_spacing = 6f64.sqrt() * order_sigma_per_um * WAVELENGTH_UM;
+        // Nodes extend over u and v from −2 to 2.
+        let half = ((2.0 / wanted_spacing).ceil() as usize).clamp(HALF_NODES_MIN, (NODES_MAX - 1) / 2);
         let (nodes, spacing) = (2 * half + 1, 2.0 / half as f64);
-        let points = ((spacing / wanted).ceil() as usize).clamp(1, POINTS_MAX);
-        let cosine =
-            |i: usize, point: usize| (i as f64 - half as f64 + (point as f64 + 0.5) / points as f64 - 0.5) * spacing;
-        let values: Vec<[f32; BANDS]> = (0..nodes * nodes)
+        let points = ((spacing / wanted_spacing).ceil() as usize).clamp(1, POINTS_MAX);
+        // u or v of a quadrature point of a node: midpoints of `points` parts of the spacing about the node.
+        let coordinate = |node: usize, point: usize| {
+            (node as f64 - half as f64 + (point as f64 + 0.5) / points as f64 - 0.5) * spacing
+        };
+        // Masses [v][u][slice].
+        let masses: Vec<[f32; BANDS]> = (0..nodes * nodes)
             .into_par_iter()
             .with_min_len(256)
             .map(|i| {
                 let mut sums = [0.0; BANDS];
                 for point in 0..points * points {
-                    let (u, v) = (cosine(i % nodes, point % points), cosine(i / nodes, point / points));
+                    let u = coordinate(i % nodes, point % points);
+                    let v = coordinate(i / nodes, point / points);
                     let w_squared = 4.0 - u * u - v * v;
                     if w_squared <= 0.0 {
                         continue;
@@ -104,7 +112,7 @@ impl ColourSampler {
                 sums.map(|sum| if sum.is_finite() { sum } else { 0.0 })
             })
             .collect();
-        Self { areas: SummedArea::new([nodes; 2], &values), per_unit: (1.0 / spacing) as f32 }
+        Self { areas: SummedArea::new([nodes; 2], &masses), per_unit: (1.0 / spacing) as f32 }
     }
 
     /// Layout of the table data.
@@ -113,7 +121,7 @@ impl ColourSampler {
         ColourSamplerLayout { areas, per_unit: self.per_unit, middle: areas.nodes[0] / 2 }
     }
 
-    /// Table data of the summed-area table, to be read with [`ColourSampler::layout`].
+    /// Table data, described by [`ColourSampler::layout`].
     pub fn words(&self) -> &[u32] {
         self.areas.words()
     }
@@ -137,9 +145,10 @@ impl ColourSampler {
         self.view::<f64>().pdf(wi, wo, true)
     }
 
-    /// Draws a unit vector from two random numbers in [0, 1); `None` where it would lie below the horizon.
-    pub fn sample(&self, wi: Vec3, u: [f64; 2]) -> Option<Vec3> {
-        let wo = self.view::<f64>().sample(wi, u, true);
+    /// Draws a unit vector from two random numbers in [0, 1); `None` where it or `wi` would lie below the horizon, and
+    /// where nothing is reflected.
+    pub fn sample(&self, wi: Vec3, random: [f64; 2]) -> Option<Vec3> {
+        let wo = self.view::<f64>().sample(wi, random, true);
         (wo[2] > 0.0).then_some(wo)
     }
 }
@@ -160,15 +169,16 @@ impl<N: Numbers> ColourSamplerView<N> {
 
     /// Position in nodes of a coordinate `u` or `v`.
     #[inline(always)]
-    fn position(&self, u: N::Real) -> N::Real {
-        u.fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
+    fn position(&self, coordinate: N::Real) -> N::Real {
+        coordinate.fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
     }
 
-    /// Weights of the slices at a typical w of an incidence, each times the unit of its counts: linear interpolation
-    /// between the centres of slices.
+    /// Weights of the slices at the typical w of an incidence, by linear interpolation between the centres of slices.
+    /// Each is multiplied by the unit of its slice, so that it turns counts into masses.
     #[inline(always)]
     fn slice_weights(&self, cos_i: N::Real) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
+        // Position of w in slices, counted from the centre of the first; w extends from 0 to 2.
         let position = ((cos_i + lit(TYPICAL_COSINE)) * lit(0.5 * BANDS as f64) - lit(0.5))
             .clip(lit(0.0), lit(BANDS as f64 - 1.0));
         array::from_fn(|b| {
@@ -177,7 +187,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         })
     }
 
-    /// The square `wi_xy ± 1` in whole blocks of nodes, and its weighted mass in each slice.
+    /// The square `wi_xy ± 1`, widened to whole blocks of nodes, and its weighted mass in each slice.
     #[inline(always)]
     fn square(&self, wi: [N::Real; 3], active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS]) {
         let one = N::Real::lit(1.0);
@@ -201,43 +211,45 @@ impl<N: Numbers> ColourSamplerView<N> {
         let tents = self.areas().tents(position, &rectangle, active);
         let weights = self.slice_weights(wi[2]);
         let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
-        let per_area = lit(f64::from(self.layout.per_unit).powi(2));
-        let some = active & lit(0.0).lt(total);
-        let total = N::Real::select(some, total, lit(1.0));
-        N::Real::select(some, mass / total * per_area * wo[2], lit(0.0))
+        let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
+        let has_mass = active & lit(0.0).lt(total);
+        let total = N::Real::select(has_mass, total, lit(1.0));
+        N::Real::select(has_mass, mass / total * nodes_per_area * wo[2], lit(0.0))
     }
 
-    /// Draws a unit vector from two random numbers in [0, 1); the zero vector where it would lie below the horizon.
+    /// Draws a unit vector from two random numbers in [0, 1). The zero vector where it or `wi` would lie below the
+    /// horizon, where nothing is reflected, and where the mask is false.
     #[inline(always)]
-    pub fn sample(&self, wi: [N::Real; 3], u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
+    pub fn sample(&self, wi: [N::Real; 3], random: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let active = active & lit(0.0).lt(wi[2]);
         let (rectangle, masses) = self.square(wi, active);
         let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
-        let some = active & lit(0.0).lt(total);
-        // Chooses a slice by its mass; the random number is rescaled to [0, 1) within the slice.
-        let target = u[0] * total;
-        let (mut slice, mut start, mut mass) = (N::Index::lit(0), lit(0.0), masses[0]);
-        let mut sum = lit(0.0);
-        for (b, &slice_mass) in masses.iter().enumerate() {
-            // Where rounding leaves the target beyond the end, the last slice with a mass is chosen.
-            let reached = sum.le(target) & lit(0.0).lt(slice_mass);
-            slice = N::Index::select(reached, N::Index::lit(b as u32), slice);
-            start = N::Real::select(reached, sum, start);
-            mass = N::Real::select(reached, slice_mass, mass);
-            sum = sum + slice_mass;
+        let has_mass = active & lit(0.0).lt(total);
+        // Chooses the slice in whose mass the target lies: the last with a mass whose start is at most the target. The
+        // last one is also chosen where rounding takes the target beyond the total.
+        let target = random[0] * total;
+        let (mut slice, mut slice_start, mut slice_mass) = (N::Index::lit(0), lit(0.0), masses[0]);
+        let mut start = lit(0.0);
+        for (b, &mass) in masses.iter().enumerate() {
+            let is_reached = start.le(target) & lit(0.0).lt(mass);
+            slice = N::Index::select(is_reached, N::Index::lit(b as u32), slice);
+            slice_start = N::Real::select(is_reached, start, slice_start);
+            slice_mass = N::Real::select(is_reached, mass, slice_mass);
+            start = start + mass;
         }
-        let positive = N::Real::select(some, mass, lit(1.0));
-        let rest = ((target - start) / positive).clip(lit(0.0), lit(BELOW_ONE));
-        let drawn = self.areas().choose(&rectangle, slice, [rest, u[1]], some);
-        let per_node = lit(1.0 / f64::from(self.layout.per_unit));
+        // Position within the slice: a random number in [0, 1) that is independent of the choice.
+        let divisor = N::Real::select(has_mass, slice_mass, lit(1.0));
+        let rescaled = ((target - slice_start) / divisor).clip(lit(0.0), lit(BELOW_ONE));
+        let drawn = self.areas().choose(&rectangle, slice, [rescaled, random[1]], has_mass);
+        let spacing = lit(1.0 / f64::from(self.layout.per_unit));
         let [x, y]: [N::Real; 2] = array::from_fn(|axis| {
             let node = N::real(drawn.node[axis]) - lit(self.layout.middle.into());
-            (node + tent_quantile(drawn.u[axis])) * per_node - wi[axis]
+            (node + tent_quantile(drawn.u[axis])) * spacing - wi[axis]
         });
         let squared = x.fma(x, y * y);
-        let above = some & squared.lt(lit(1.0));
+        let is_above = has_mass & squared.lt(lit(1.0));
         let z = (lit(1.0) - squared).max(lit(0.0)).sqrt();
-        [x, y, z].map(|c| N::Real::select(above, c, lit(0.0)))
+        [x, y, z].map(|c| N::Real::select(is_above, c, lit(0.0)))
     }
 }

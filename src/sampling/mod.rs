@@ -1,11 +1,15 @@
 //! Importance sampling of outgoing directions, with the density of each over solid angle (docs/model.md#sampling).
 //!
-//! The reflectance is `f_r = O·S(f; κ)/λ²`, with `S` a sum of Gaussians about the nodes of a lattice of frequencies:
+//! Directions are drawn approximately in proportion to `O·S(f; κ)/λ²`, with `S` a sum of Gaussians about the nodes of a
+//! lattice of frequencies. The other factors of the reflectance (R, M, the albedo's divisor) are left to the sample
+//! weight.
 //!
 //! ```text
 //! f       = (wi + wo)_xy / λ            spatial frequency of a pair of directions, in cycles/µm
 //! κ       = 2π (cosθi + cosθo) / λ      phase rate, in rad/µm
-//! p_s(f)  = Σ_j W_j g(f − f_j) / Σ_j W_j     density over frequencies; W_j weight of node j, g its Gaussian
+//! W_j, f_j                              weight and frequency of node j
+//! g(f)                                  Gaussian of a node, with the integral 1
+//! p_s(f)  = Σ_j W_j g(f − f_j) / Σ_j W_j     density over frequencies, in µm²
 //! pdf(wo) = p_s(f) cosθo / λ²           density over solid angle, in 1/sr: df = cosθo dωo / λ²
 //! ```
 //!
@@ -24,22 +28,22 @@ mod square;
 pub mod summed_area;
 
 use crate::numeric::{Number, Numbers, Plain, Real};
-use crate::scattering::{Obliquity, Options};
-use crate::table::SpectralTable;
+use crate::scattering::Options;
+use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
 pub use colour::{ColourSampler, ColourSamplerLayout, ColourSamplerView};
 pub use orders::{OrdersAxis, OrdersLayout};
 use serde::{Deserialize, Serialize};
 pub use square::{SquareAxis, SquareLayout};
 
-/// Largest number of propagating orders for which a relief along one axis is sampled by [`orders`].
+/// Largest number of propagating orders for which a relief that varies along one axis only is sampled by [`orders`].
 ///
-/// Chosen: an order costs about a tenth of a sample from a [`square`], but the square's sample weights `f_r·cosθ/pdf`
-/// of gratings have a relative standard deviation of 2 instead of 0.2.
+/// Ten orders take about as long as a sample from a [`square`]. But sample weights `f_r·cosθ/pdf` of gratings have a
+/// relative standard deviation of 2 with a square, 0.2 with orders. Larger values trade more time for less variance.
 const GRATING_ORDERS_MAX: f64 = 160.0;
 /// Largest number of propagating orders for which any other relief is sampled by [`orders`].
 ///
-/// Chosen like [`GRATING_ORDERS_MAX`]; sample weights of crossed gratings have a relative standard deviation of 0.66 in
-/// a square, so fewer orders pay off.
+/// Smaller than [`GRATING_ORDERS_MAX`], because sample weights of crossed gratings have a relative standard deviation
+/// of only 0.66 with a square.
 const CROSSED_ORDERS_MAX: f64 = 40.0;
 /// Wavelength in µm at which propagating orders are counted: the middle of the visible range.
 pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
@@ -70,32 +74,27 @@ pub struct Sampler {
 /// Layout of a sampler's table data, by the kind of the sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SamplerLayout {
-    /// A loop over the orders, each a Gaussian.
+    /// For few orders: a loop over the orders, each a Gaussian.
     Orders(OrdersLayout),
-    /// A summed-area table over the square of frequencies.
+    /// For many orders: a summed-area table over a square of frequencies.
     Square(SquareLayout),
 }
 
 impl Sampler {
-    /// Builds the sampler of a table. Of the options only the obliquity factor matters.
+    /// Builds the sampler of a table. The options only give the obliquity factor.
     pub fn new(table: &SpectralTable, options: &Options) -> Self {
         let axes = orders::axes(table);
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM)).product();
         let is_grating = axes.iter().any(|axis| axis.nodes == 1);
-        if count <= if is_grating { GRATING_ORDERS_MAX } else { CROSSED_ORDERS_MAX } {
-            return Self::orders(table, options.proposed());
+        let count_max = if is_grating { GRATING_ORDERS_MAX } else { CROSSED_ORDERS_MAX };
+        let obliquity = options.sampling_obliquity();
+        if count <= count_max {
+            let (layout, words) = orders::build(table, obliquity);
+            Self { layout: SamplerLayout::Orders(layout), words }
+        } else {
+            let (layout, words) = square::build(table, obliquity);
+            Self { layout: SamplerLayout::Square(layout), words }
         }
-        Self::square(table, options.proposed())
-    }
-
-    fn orders(table: &SpectralTable, obliquity: Obliquity) -> Self {
-        let (layout, words) = orders::build(table, obliquity);
-        Self { layout: SamplerLayout::Orders(layout), words }
-    }
-
-    fn square(table: &SpectralTable, obliquity: Obliquity) -> Self {
-        let (layout, words) = square::build(table, obliquity);
-        Self { layout: SamplerLayout::Square(layout), words }
     }
 
     /// Layout of the table data.
@@ -103,7 +102,7 @@ impl Sampler {
         self.layout
     }
 
-    /// Table data, to be read with [`Sampler::layout`].
+    /// Table data, described by [`Sampler::layout`].
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -127,14 +126,14 @@ impl Sampler {
 pub struct SamplerView<N: Numbers> {
     /// Layout of the table data.
     pub layout: SamplerLayout,
-    /// Table data of the [`Sampler`].
+    /// Table data, [`Sampler::words`].
     pub words: N::Words,
 }
 
 impl<N: Numbers> SamplerView<N> {
     /// Density of [`SamplerView::sample`] over solid angle, in 1/sr; zero where the mask is false.
     ///
-    /// Both directions lie above the surface, and the wavelength lies within the table's range.
+    /// Where the mask is true, both directions must lie above the surface and the wavelength within the table's range.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let words = self.words;
@@ -148,10 +147,10 @@ impl<N: Numbers> SamplerView<N> {
         }
     }
 
-    /// Draws a unit vector `wo` from two random numbers in [0, 1).
+    /// Draws a unit vector `wo` from two random numbers in [0, 1). The zero vector where the drawn direction lies below
+    /// the horizon, where nothing is reflected, and where the mask is false.
     ///
-    /// The incidence lies above the surface, and the wavelength lies within the table's range. Returns the zero vector
-    /// where the drawn direction is below the horizon, where nothing is reflected, and where the mask is false.
+    /// Where the mask is true, `wi` must lie above the surface and the wavelength within the table's range.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], wavelength_nm: N::Real, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let words = self.words;
@@ -163,6 +162,14 @@ impl<N: Numbers> SamplerView<N> {
                 square::SquareView::<N> { layout, words }.sample(wi, wavelength_nm, u, active)
             }
         }
+    }
+}
+
+/// Power of a node from its record at the κ of a curve. Negative powers, where a spline undershoots, become 0.
+fn node_power(table: &SpectralTable, curve: &NodeCurve, record: &[f32]) -> f64 {
+    match table.quantity() {
+        NodeQuantity::Power => curve.power(record).max(0.0),
+        NodeQuantity::Amplitude => curve.amplitude(record).norm_sqr(),
     }
 }
 

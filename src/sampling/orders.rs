@@ -6,41 +6,46 @@
 //! f_j = (jx/dx, jy/dy)                  frequency, in cycles/µm
 //! o_j = λ f_j − wi_xy                   direction cosines of the outgoing centre
 //! κ_j = 2π (cosθi + cosθ_j)/λ           phase rate at the centre, in rad/µm; cos²θ_j = 1 − |o_j|²
+//! P_j(κ)                                power of the order
 //! W_j = P_j(κ_j) · G_j · V_j            weight
 //! G_j = (|λf_j|² + w²)²/(w² cosθ_j)     4 O cosθi for Stam's factor O, with w = cosθi + cosθ_j; 1 for other factors
-//! V_j                                   fraction of the Gaussian above the horizon
+//! V_j                                   approximate fraction of the Gaussian above the horizon
 //! ```
 //!
 //! A sample chooses an order with probability `W_j/ΣW`, then a normal offset of `sigma` orders along each axis. The
-//! powers `P_j` are tabulated over uniform intervals in κ and interpolated linearly.
+//! powers `P_j` are tabulated over uniform intervals in κ and interpolated linearly. In code, the *numbers* of an order
+//! are jx and jy; its *indices*, which count from 0, are the numbers plus `origin`.
 
+use super::node_power;
 use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Obliquity;
-use crate::table::{LatticeAxis, NodeCurve, NodeQuantity, SpectralTable};
+use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Fewest intervals in κ. Chosen; above it the κ step of the spectral table decides, up to [`INTERVALS_MAX`].
+/// Fewest intervals in κ. Larger tables have as many as the spectral table has knots, up to [`INTERVALS_MAX`]. The
+/// number affects the variance of samples only.
 const INTERVALS_MIN: usize = 32;
-/// Most intervals in κ. Chosen to bound the table; only the variance of samples depends on it, never their density.
+/// Most intervals in κ. It bounds the size of the table.
 const INTERVALS_MAX: usize = 128;
-/// Midpoints per interval at which powers are averaged. Chosen, insensitive.
+/// Quadrature points (midpoints) per interval at which powers are averaged. The result is insensitive to it.
 const POINTS_PER_INTERVAL: usize = 8;
-/// Distance beyond the horizon, in standard deviations, up to which the centre of an order may lie.
+/// Distance beyond the horizon up to which the centre of an order may lie, in standard deviations.
 ///
-/// Chosen: the Gaussian's tail beyond it is 3e-7. At two standard deviations sample weights reach 8000.
+/// The Gaussian's tail beyond it is 3e-7. With two standard deviations sample weights reach 8000.
 const HORIZON_REACH: f64 = 5.0;
-/// Squared width of the smooth step `V_j` across the horizon: width in cos²θ, in standard deviations of the order.
+/// Squared width of the smooth step `V_j` across the horizon. The width is in cos²θ, in units of the order's standard
+/// deviation in direction cosines.
 ///
-/// Chosen to resemble the Gaussian's integral. The step is algebraic because it is evaluated for every order.
+/// With this width the step resembles the Gaussian's integral. It is algebraic because it is evaluated for every order.
 const HORIZON_WIDTH_SQUARED: f64 = 12.0;
-/// Least cos²θ taken for an order's centre, in standard deviations of the order. Chosen: typical of the part above the
-/// horizon of an order whose centre lies below it.
+/// Least cos²θ taken for an order's centre, in standard deviations of the order in direction cosines. It is typical of
+/// the part above the horizon of an order whose centre lies below it.
 const COS_SQUARED_MIN: f64 = 0.25;
 /// Least outgoing cosine that Stam's obliquity factor divides by; keeps weights of grazing orders finite.
 const COS_MIN: f64 = 1e-4;
-/// Power of an order below which its weight is zero. Chosen far below rounding of a sum of powers near one, and far
+/// Power of an order below which its weight is zero. It is far below the rounding of a sum of powers near one, and far
 /// above the subnormal numbers that slow processors down.
 const POWER_MIN: f64 = 1e-15;
 /// Distance from an order's centre, in standard deviations, beyond which its density is zero. Slightly more than the
@@ -52,8 +57,9 @@ const DRAWN_REACH: f64 = 5.5;
 pub struct OrdersLayout {
     /// Orders along x and y.
     pub axes: [OrdersAxis; 2],
-    /// Number of intervals in κ. The data are `[order along y][order along x][interval]`, one 32-bit word each: the
-    /// powers at the interval's lower end (low 16 bits) and upper end (high 16 bits), as bfloat16.
+    /// Number of intervals in κ, from 0 to the largest κ. The data are `[order along y][order along x][interval]`, one
+    /// 32-bit word each. Its low 16 bits are the power at the interval's lower end, its high 16 bits the power at the
+    /// upper end, as bfloat16.
     pub intervals: u32,
     /// Intervals per rad/µm of κ.
     pub intervals_per_kappa: f64,
@@ -91,13 +97,14 @@ pub(super) fn axes(table: &SpectralTable) -> [OrdersAxis; 2] {
     [OrdersAxis::new(&lattice.x, sx), OrdersAxis::new(&lattice.y, sy)]
 }
 
-/// Tabulates the powers of a table's orders: the layout and the table data.
+/// Tabulates the powers of a table's orders. Returns the layout and the table data.
 pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayout, Vec<u32>) {
     let axes = axes(table);
     let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
-    let step = table.kappa_max() / intervals as f64;
+    let interval_width = table.kappa_max() / intervals as f64;
+    // One curve per quadrature point, over all intervals.
     let curves: Vec<NodeCurve> = (0..intervals * POINTS_PER_INTERVAL)
-        .map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS_PER_INTERVAL as f64 * step))
+        .map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS_PER_INTERVAL as f64 * interval_width))
         .collect();
     let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
     for (jx, jy, record) in table.kept_nodes() {
@@ -105,13 +112,9 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
         if !table.is_resolved(f) {
             continue;
         }
-        let power = |curve: &NodeCurve| match table.quantity() {
-            NodeQuantity::Power => curve.power(record).max(0.0),
-            NodeQuantity::Amplitude => curve.amplitude(record).norm_sqr(),
-        };
-        let powers: Vec<f64> = curves.iter().map(power).collect();
+        let powers: Vec<f64> = curves.iter().map(|curve| node_power(table, curve, record)).collect();
         // Powers at the ends of the intervals: means weighted with a tent of one interval to either side.
-        let ends: Vec<f64> = (0..=intervals)
+        let end_powers: Vec<f64> = (0..=intervals)
             .map(|end| {
                 let (mut sum, mut weights) = (0.0, 0.0);
                 let middle = end * POINTS_PER_INTERVAL;
@@ -127,11 +130,12 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
             .collect();
         let (x, y) = ((jx + i64::from(axes[0].origin)) as usize, (jy + i64::from(axes[1].origin)) as usize);
         let start = intervals * (y * axes[0].nodes as usize + x);
-        for (word, ends) in words[start..].iter_mut().zip(ends.windows(2)) {
-            *word = (ends[0] as f32).to_bits() >> 16 | (ends[1] as f32).to_bits() & 0xffff_0000;
+        for (word, ends) in words[start..].iter_mut().zip(end_powers.windows(2)) {
+            // Two bfloat16: the upper halves of single-precision numbers.
+            *word = ((ends[0] as f32).to_bits() >> 16) | ((ends[1] as f32).to_bits() & 0xffff_0000);
         }
     }
-    let intervals_per_kappa = 1.0 / step;
+    let intervals_per_kappa = 1.0 / interval_width;
     (OrdersLayout { axes, intervals: intervals as u32, intervals_per_kappa, obliquity }, words)
 }
 
@@ -147,9 +151,9 @@ pub(super) struct OrdersView<N: Numbers> {
 struct Incidence<N: Numbers> {
     wi: [N::Real; 3],
     /// 1/λ in 1/µm.
-    per_um: N::Real,
-    /// Direction cosines per order along x and y, `λ/d`.
-    step: [N::Real; 2],
+    wavenumber: N::Real,
+    /// Spacing of orders in direction cosines along x and y, `λ/d`.
+    spacing: [N::Real; 2],
     /// [`HORIZON_WIDTH_SQUARED`] times the variance of an order in direction cosines.
     width_squared: N::Real,
     /// [`COS_SQUARED_MIN`] times the standard deviation of an order in direction cosines.
@@ -167,7 +171,7 @@ impl<N: Numbers> OrdersView<N> {
         let lit = N::Real::lit;
         let at = self.incidence(wi, wavelength_nm);
         let nm = N::widen(wavelength_nm);
-        // Whole and fractional part of the position in orders: their differences from orders keep full precision.
+        // Whole and fractional part of f in orders, so that distances from orders keep full precision.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let f = (N::widen(wi[i]) + N::widen(wo[i])) / nm;
@@ -198,11 +202,13 @@ impl<N: Numbers> OrdersView<N> {
                 (near.next(j), weight.fma(exponent.exp2(), density))
             },
         );
+        // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²).
         let [x, y] = &self.layout.axes;
         let norm = 1e6 * x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
-        let some = lit(0.0).lt(total) & active;
-        let per_area = lit(norm) / (wavelength_nm * wavelength_nm);
-        N::Real::select(some, wo[2] * per_area * density / N::Real::select(some, total, lit(1.0)), lit(0.0))
+        let peak = lit(norm) / (wavelength_nm * wavelength_nm);
+        let has_weight = lit(0.0).lt(total) & active;
+        let divisor = N::Real::select(has_weight, total, lit(1.0));
+        N::Real::select(has_weight, wo[2] * peak * density / divisor, lit(0.0))
     }
 
     /// See [`super::SamplerView::sample`].
@@ -217,7 +223,8 @@ impl<N: Numbers> OrdersView<N> {
         let lit = N::Real::lit;
         let at = self.incidence(wi, wavelength_nm);
         // Reservoir sampling in one pass: order j replaces the earlier choice with probability W_j/(W_first + … + W_j),
-        // and the random number is rescaled to [0, 1) after each decision.
+        // and the random number is rescaled to [0, 1) after each decision. The state is the indices of the next order,
+        // those of the choice, the sum of weights, and the random number.
         let start = (at.low, at.low, [lit(0.0), u]);
         let (_, chosen, [total, u]) = N::while_loop(
             c"Choice of an order",
@@ -228,8 +235,8 @@ impl<N: Numbers> OrdersView<N> {
                 let sum = total + weight;
                 let target = u * sum;
                 let is_taken = target.lt(weight);
-                // Taken: u ← target/weight. Kept: u ← (target − weight)/total = u − (1 − u)·weight/total; an order of
-                // small weight then changes u little, and rounding errors do not add up.
+                // Taken: u becomes target/weight. Kept: u becomes (target − weight)/total = u − (1 − u)·weight/total.
+                // In this form an order of small weight changes u little, and rounding errors do not add up.
                 let divisor = N::Real::select(is_taken, weight, total);
                 let dividend = N::Real::select(is_taken, target, (lit(1.0) - u) * weight);
                 let quotient = dividend / N::Real::select(lit(0.0).lt(divisor), divisor, lit(1.0));
@@ -238,16 +245,17 @@ impl<N: Numbers> OrdersView<N> {
                 (at.next(j), chosen, [sum, u])
             },
         );
-        let some = lit(0.0).lt(total) & active;
+        let has_weight = lit(0.0).lt(total) & active;
         let (number, u) = (self.number(chosen), [u, v]);
         let nm = N::widen(wavelength_nm);
         let cosines = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let offset = normal_quantile(u[i]) * lit(axis.sigma);
-            let per_nm = (N::widen(number[i]) + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
-            N::narrow(per_nm.fma(nm, -N::widen(wi[i])))
+            // The sampled frequency in cycles/nm.
+            let f = (N::widen(number[i]) + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
+            N::narrow(f.fma(nm, -N::widen(wi[i])))
         });
-        super::direction_above::<N>(cosines, some)
+        super::direction_above::<N>(cosines, has_weight)
     }
 
     /// Prepares the loop over the orders whose centres lie in the square `wi_xy ± 1` of direction cosines, widened by
@@ -256,25 +264,25 @@ impl<N: Numbers> OrdersView<N> {
     fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real) -> Incidence<N> {
         let lit = N::Real::lit;
         let [x, y] = &self.layout.axes;
-        let per_um = lit(1e3) / wavelength_nm;
-        let um = wavelength_nm * lit(1e-3);
-        // First index beyond the horizon at outgoing cosine `cosine` plus `margin` standard deviations.
-        let edge = |i: usize, cosine: f64, margin: f64| {
+        let wavenumber = lit(1e3) / wavelength_nm;
+        let wavelength_um = wavelength_nm * lit(1e-3);
+        // First index at or after the outgoing direction cosine `side` (−1 or 1), moved outwards by HORIZON_REACH.
+        let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
-            let offset = lit(f64::from(axis.origin) + margin * axis.sigma);
-            let position = ((wi[i] + lit(cosine)) * per_um).fma(lit(axis.period_um), offset);
+            let offset = lit(f64::from(axis.origin) + side * HORIZON_REACH * axis.sigma);
+            let position = ((wi[i] + lit(side)) * wavenumber).fma(lit(axis.period_um), offset);
             position.ceil().clip(lit(0.0), lit(f64::from(axis.nodes)))
         };
-        let low = [0, 1].map(|i| edge(i, -1.0, -HORIZON_REACH));
-        let high = [0, 1].map(|i| edge(i, 1.0, HORIZON_REACH));
-        // An empty range along one axis empties the loop.
-        let any = low[0].lt(high[0]) & low[1].lt(high[1]);
-        let high = [high[0], N::Real::select(any, high[1], low[1])];
-        let sigma = um * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
+        let low = [0, 1].map(|i| edge(i, -1.0));
+        let high = [0, 1].map(|i| edge(i, 1.0));
+        // The loop ends after the last row. Where there are no columns, no rows are left.
+        let has_orders = low[0].lt(high[0]) & low[1].lt(high[1]);
+        let high = [high[0], N::Real::select(has_orders, high[1], low[1])];
+        let sigma = wavelength_um * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
         Incidence {
             wi,
-            per_um,
-            step: [um * lit(1.0 / x.period_um), um * lit(1.0 / y.period_um)],
+            wavenumber,
+            spacing: [wavelength_um * lit(1.0 / x.period_um), wavelength_um * lit(1.0 / y.period_um)],
             width_squared: lit(HORIZON_WIDTH_SQUARED) * sigma * sigma,
             cos_squared_min: lit(COS_SQUARED_MIN) * sigma,
             low: low.map(N::index),
@@ -293,32 +301,33 @@ impl<N: Numbers> OrdersView<N> {
     fn weight(&self, at: &Incidence<N>, j: [N::Index; 2], number: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
         // λ f_j, and the direction cosines of the centre.
-        let [qx, qy] = [0, 1].map(|i| number[i] * at.step[i]);
+        let [qx, qy] = [0, 1].map(|i| number[i] * at.spacing[i]);
         let (x, y) = (qx - at.wi[0], qy - at.wi[1]);
         // s = cos²θ of the centre, negative below the horizon.
-        let squared = lit(1.0) - x * x - y * y;
-        // Smooth step in s of squared width r: a = (1 + s/√(s² + r))/2, then a smoothstep of a. The smaller of a and
-        // 1 − a is (r/2)/(√(s² + r)·(√(s² + r) + |s|)), without cancellation.
-        let root = squared.fma(squared, at.width_squared).sqrt();
-        let smaller = lit(0.5) * at.width_squared / (root * (root + squared.abs()));
-        let a = N::Real::select(lit(0.0).lt(squared), lit(1.0) - smaller, smaller);
+        let s = lit(1.0) - x * x - y * y;
+        // V_j, a smooth step in s of squared width r: a = (1 + s/√(s² + r))/2, then a smoothstep of a. The smaller of a
+        // and 1 − a is (r/2)/(√(s² + r)·(√(s² + r) + |s|)), without cancellation.
+        let root = s.fma(s, at.width_squared).sqrt();
+        let smaller = lit(0.5) * at.width_squared / (root * (root + s.abs()));
+        let a = N::Real::select(lit(0.0).lt(s), lit(1.0) - smaller, smaller);
         let visible = a * a * (lit(3.0) - a - a);
-        let cos_o = squared.max(at.cos_squared_min).sqrt();
+        let cos_o = s.max(at.cos_squared_min).sqrt();
         let w = at.wi[2] + cos_o;
-        let position = w * at.per_um * lit(TAU * self.layout.intervals_per_kappa);
+        // κ_j in intervals.
+        let position = w * at.wavenumber * lit(TAU * self.layout.intervals_per_kappa);
         let interval = position.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
-        let row = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
-        let index = row * N::Index::lit(self.layout.intervals) + N::index(interval);
+        let order = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
+        let index = order * N::Index::lit(self.layout.intervals) + N::index(interval);
         let [word] = N::gather::<1>(self.words, index, active);
         let [low, high] = bf16_pair::<N>(word);
         let t = (position - interval).clip(lit(0.0), lit(1.0));
-        let power = (high - low).fma(t, low) * visible;
+        let visible_power = (high - low).fma(t, low) * visible;
         match self.layout.obliquity {
-            Obliquity::Unit | Obliquity::SmallSlope => power,
+            Obliquity::Unit | Obliquity::SmallSlope => visible_power,
             Obliquity::Stam => {
                 let w_squared = w * w;
-                let sum = qx * qx + qy * qy + w_squared;
-                power * sum * sum / (w_squared * cos_o.max(lit(COS_MIN)))
+                let q_squared = qx * qx + qy * qy + w_squared;
+                visible_power * q_squared * q_squared / (w_squared * cos_o.max(lit(COS_MIN)))
             }
         }
     }
@@ -330,6 +339,7 @@ impl<N: Numbers> Incidence<N> {
     #[inline(always)]
     fn near(&self, axes: &[OrdersAxis; 2], position: [(N::Real, N::Real); 2]) -> Self {
         let lit = N::Real::lit;
+        // First index at or after the position plus `offset` orders.
         let edge = |i: usize, offset: f64| {
             let (whole, fraction) = position[i];
             let first = whole + (fraction + lit(offset)).ceil() + lit(f64::from(axes[i].origin));
@@ -337,6 +347,7 @@ impl<N: Numbers> Incidence<N> {
         };
         let low = [0, 1].map(|i| self.low[i].max(edge(i, -DRAWN_REACH * axes[i].sigma)));
         let high = [0, 1].map(|i| self.high[i].min(edge(i, DRAWN_REACH * axes[i].sigma)));
+        // As in `incidence`, no rows are left where there are no columns.
         let high = [high[0], N::Index::select(low[0].lt(high[0]), high[1], low[1])];
         Self { low, high, ..*self }
     }

@@ -3,53 +3,57 @@
 //! ```text
 //! f = (wi + wo)_xy/λ                    frequency, in cycles/µm
 //! κ = 2πk,  k = (cosθi + cosθo)/λ       phase rate in rad/µm, and k in cycles/µm
+//! P_j(κ), f_j                           power and frequency of node j
 //! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O; 1 for other factors
 //! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
 //! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, between the centres of two bands
 //! ```
 //!
-//! The power reflected into `df` is `S·G/(4 cosθi cosθo)`, so `M_j` follows it up to `1/cosθo`, the variation of `P_j`
-//! within a band, and the albedo's divisor: the remaining variance of sample weights.
+//! The power reflected into `df` is proportional to `S·G/cosθo` at one incidence. The density follows `S·G`. Three
+//! sources of variance of the sample weights remain: `1/cosθo`, the variation of `P_j` within a band, and the albedo's
+//! divisor.
 //!
 //! Propagating frequencies fill a disc of radius 1/λ about `wi_xy/λ`. Nodes are drawn from the square around the disc,
 //! since a [`SummedArea`] yields the mass of any rectangle in four reads. Samples in the square's corners are lost.
-//! A sample is a node plus an offset along each axis: a normal one, or a tent of one node to either side.
+//!
+//! A sample is a node plus an offset along each axis. Where the Gaussian of a node is narrow, the offset is normal.
+//! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around: masses are convolved with the
+//! tents' weights beforehand, and the offset has the density of a tent of one node to either side.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
-use super::tent_quantile;
+use super::{node_power, tent_quantile};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Obliquity;
-use crate::table::{FREQUENCY_MAX_PER_UM, LatticeAxis, NodeCurve, NodeQuantity, SpectralTable};
+use crate::table::{FREQUENCY_MAX_PER_UM, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
 /// Standard deviation of a node's Gaussian, in nodes, from which on a sum of tents approximates it.
 ///
-/// Chosen: below it a density reads [`TAPS_MAX`] nodes along an axis for the Gaussian itself. Tents need two nodes, and
-/// the variance of sample weights that they add falls with the width: below 12 % at 0.36, below 2 % from 0.9 on (see
-/// the tests).
+/// Below it a density reads up to [`TAPS_MAX`] nodes along an axis for the Gaussian itself; with tents it reads two.
+/// The relative variance of sample weights that tents add along an axis falls with the width: 5 % at 0.36, below 1 %
+/// from 0.9 on (see the tests). Smaller values save reads, larger ones variance.
 const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Upper bound of `|normal_quantile(u)|` in single precision, in standard deviations.
 const QUANTILE_MAX: f64 = 5.45;
-/// Most nodes along an axis that a density reads: two to either side, the widest Gaussian drawn itself.
+/// Most nodes along an axis that a density reads, for the widest Gaussian that is not approximated: two to either side.
 const TAPS_MAX: usize = 2 * ((QUANTILE_MAX * TENTS_FROM_SIGMA) as usize + 1);
-/// Distance in standard deviations up to which tents follow a Gaussian. Chosen: 7e-6 of the Gaussian lies beyond.
+/// Distance in standard deviations up to which tents follow a Gaussian; 7e-6 of the Gaussian lies beyond.
 const TENT_REACH: f64 = 4.5;
-/// Typical outgoing cosine at grazing incidence; decides which bands of κ are mixed.
+/// Typical outgoing cosine at grazing incidence. It decides which bands of κ are mixed.
 ///
-/// Chosen together with [`TYPICAL_COS_SLOPE`]: reflected light lies about the mirror direction and spreads further at
-/// steep incidence. Affects the variance of samples only.
+/// With [`TYPICAL_COS_SLOPE`] it lies between the cosine of the mirror direction and that of widely spread light.
+/// Affects the variance of samples only.
 const TYPICAL_COS_GRAZING: f64 = 0.3;
 /// Increase of the typical outgoing cosine per unit of the incident cosine; see [`TYPICAL_COS_GRAZING`].
 const TYPICAL_COS_SLOPE: f64 = 0.5;
-/// Fewest quadrature points of the mean over a band of κ. Chosen.
+/// Fewest quadrature points of the mean over a band of κ.
 const POINTS_MIN: usize = 4;
-/// Most quadrature points of the mean over a band of κ. Chosen.
+/// Most quadrature points of the mean over a band of κ. Together with [`TABLE_POINTS_MAX`] it bounds the build time.
 const POINTS_MAX: usize = 64;
-/// Bound on the quadrature points of a whole table, all nodes and bands together. Chosen to limit the build time;
-/// [`POINTS_MIN`] takes precedence.
+/// Bound on the quadrature points of a whole table, all nodes and bands together. [`POINTS_MIN`] takes precedence.
 const TABLE_POINTS_MAX: usize = 20_000_000;
 
 /// One axis of the lattice of nodes, and the density of a sample's offset from its node along it.
@@ -61,7 +65,7 @@ pub struct SquareAxis {
     pub origin: u32,
     /// Standard deviation of a Gaussian offset in nodes, or `None` for a tent of one node to either side.
     pub sigma: Option<f64>,
-    /// Nodes that a density reads: 2 of tents, an even number of Gaussians, 1 where the axis has a single node.
+    /// Number of nodes that a density reads: 2 with tents, an even number with Gaussians, 1 on an axis of one node.
     pub taps: u32,
     /// Largest offset of a sample from its node, in nodes.
     pub reach: f64,
@@ -79,48 +83,51 @@ pub struct SquareLayout {
 }
 
 impl SquareAxis {
-    /// The axis, and the weights of the 2n + 1 tents whose sum approximates a node's Gaussian; a single weight of 1
-    /// where the Gaussian itself is drawn.
+    /// The axis for nodes whose Gaussians have a standard deviation of `sigma` nodes. Also returns the weights of the
+    /// 2n + 1 tents whose sum approximates a Gaussian; a single weight of 1 where the Gaussian itself is drawn.
     fn new(axis: &LatticeAxis, sigma: f64) -> (Self, Vec<f32>) {
-        let (nodes, gaussian) = (axis.nodes(), sigma < TENTS_FROM_SIGMA);
-        if nodes == 1 || gaussian {
-            let taps = if nodes == 1 { 1 } else { 2 * (QUANTILE_MAX * sigma).ceil() as u32 };
+        let has_one_node = axis.nodes() == 1;
+        if has_one_node || sigma < TENTS_FROM_SIGMA {
+            let taps = if has_one_node { 1 } else { 2 * (QUANTILE_MAX * sigma).ceil() as u32 };
             let (origin, sigma, reach) = (axis.reach as u32, Some(sigma), QUANTILE_MAX * sigma);
             return (Self { period_um: axis.period_um, origin, sigma, taps, reach }, vec![1.0]);
         }
         let tents = tent_weights(sigma);
-        // Tents extend beyond the last node of the table, as far as frequencies propagate.
-        let wanted = (FREQUENCY_MAX_PER_UM * axis.period_um).ceil() as usize + 1;
-        let origin = axis.reach + (tents.len() / 2).min(wanted.saturating_sub(axis.reach));
+        // Tents extend beyond the last node of the table, up to the first node whose tent no frequency reaches.
+        let last_node = (FREQUENCY_MAX_PER_UM * axis.period_um).ceil() as usize + 1;
+        let origin = axis.reach + (tents.len() / 2).min(last_node.saturating_sub(axis.reach));
         (Self { period_um: axis.period_um, origin: origin as u32, sigma: None, taps: 2, reach: 1.0 }, tents)
     }
 
+    /// Number of nodes along the axis.
     fn nodes(&self) -> usize {
         2 * self.origin as usize + 1
     }
 }
 
 /// Weights of tents at the nodes from −n to n whose sum `p` approximates the Gaussian `g` of standard deviation `sigma`
-/// in nodes.
+/// in nodes. They sum to 1.
 ///
-/// They minimise `∫ g²/p`, one more than the variance of the sample weight `g/p`, by multiplicative gradient steps,
-/// which keep weights positive.
+/// They minimise `∫ g²/p`, which is one more than the variance of the sample weight `g/p`, by multiplicative gradient
+/// steps, which keep weights positive.
 fn tent_weights(sigma: f64) -> Vec<f32> {
-    /// Midpoints per node of the integral. Chosen.
+    /// Midpoints per node of the integral; tents and Gaussian are smooth over a sixteenth of a node.
     const STEPS: usize = 16;
-    /// Gradient steps. Chosen; the weights no longer change visibly.
+    /// Gradient steps. After them the weights no longer change visibly.
     const ROUNDS: usize = 300;
     /// Weight below which an outer tent is dropped: it has vanished in the minimum.
     const NEGLIGIBLE_WEIGHT: f64 = 1e-12;
     let n = (TENT_REACH * sigma).ceil() as usize;
+    // g² at the midpoints, up to a constant factor.
     let squares: Vec<f64> = (0..2 * n * STEPS)
         .map(|i| ((i as f64 + 0.5) / STEPS as f64 - n as f64) / sigma)
         .map(|t| (-t * t).exp())
         .collect();
-    // Tent and fraction towards the next one at a midpoint.
+    // Index k of the tent before a midpoint, and the fraction towards the next one.
     let split = |i: usize| (i / STEPS, ((i % STEPS) as f64 + 0.5) / STEPS as f64);
     let mut weights: Vec<f64> = (0..=2 * n).map(|k| (-0.5 * ((k as f64 - n as f64) / sigma).powi(2)).exp()).collect();
     for _ in 0..ROUNDS {
+        // −∂/∂weight of the integral, ∫ tent·g²/p², up to a constant factor.
         let mut gradient = vec![0.0; weights.len()];
         for (i, square) in squares.iter().enumerate() {
             let (k, t) = split(i);
@@ -136,35 +143,36 @@ fn tent_weights(sigma: f64) -> Vec<f32> {
     weights[dropped..weights.len() - dropped].iter().map(|weight| *weight as f32).collect()
 }
 
-/// Tabulates the masses of a table's nodes: the layout and the table data.
+/// Tabulates the masses of a table's nodes. Returns the layout and the table data.
 pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (SquareLayout, Vec<u32>) {
     let lattice = table.lattice();
     let (sx, sy) = table.power_sigma();
-    let ((x, along_x), (y, along_y)) = (SquareAxis::new(&lattice.x, sx), SquareAxis::new(&lattice.y, sy));
+    let ((x, tents_x), (y, tents_y)) = (SquareAxis::new(&lattice.x, sx), SquareAxis::new(&lattice.y, sy));
     let width = x.nodes();
-    let mut values = vec![[0f32; BANDS]; width * y.nodes()];
-    let index_of = |jx: i64, jy: i64| (jy + y.origin as i64) as usize * width + (jx + x.origin as i64) as usize;
-    for (node, means) in band_means(table, obliquity) {
-        values[index_of(node[0], node[1])] = means;
+    let mut masses = vec![[0f32; BANDS]; width * y.nodes()];
+    for ([jx, jy], means) in band_means(table, obliquity) {
+        let (column, row) = ((jx + x.origin as i64) as usize, (jy + y.origin as i64) as usize);
+        masses[row * width + column] = means;
     }
-    let values = convolved(values, width, &along_x, &along_y);
-    let areas = SummedArea::new([width, y.nodes()], &values);
+    let masses = convolved(masses, width, &tents_x, &tents_y);
+    let areas = SummedArea::new([width, y.nodes()], &masses);
     let bands_per_kappa = BANDS as f64 / table.kappa_max();
     (SquareLayout { areas: *areas.layout(), axes: [x, y], bands_per_kappa }, areas.into_words())
 }
 
-/// Means of `P·G` over each band of κ, for every node that is stored; zero for frequencies that the pixels do not
-/// resolve.
+/// Means of `P·G` over each band of κ, for every node that is stored, given by its numbers `[jx, jy]`. Zeros for
+/// frequencies that the pixels do not resolve.
 ///
-/// A node of frequency `f` propagates only for `κ ≤ √(κ_max² − (2π|f|)²)`. Means end there; a band beyond it repeats
-/// the last mean.
+/// A node of frequency `f` propagates only for `κ ≤ √(κ_max² − (2π|f|)²)`. A mean is over these κ. A band without any
+/// repeats the mean of the band below. Where that is zero or missing, it takes its first quadrature point.
 fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f32; BANDS])> {
     let nodes = table.kept_nodes();
-    let width = table.kappa_max() / BANDS as f64;
-    let most = (TABLE_POINTS_MAX / (BANDS * nodes.len().max(1))).clamp(POINTS_MIN, POINTS_MAX);
-    let points = ((2.0 * width / table.kappa_step()).ceil() as usize).clamp(POINTS_MIN, most);
+    let band_width = table.kappa_max() / BANDS as f64;
+    let points_max = (TABLE_POINTS_MAX / (BANDS * nodes.len().max(1))).clamp(POINTS_MIN, POINTS_MAX);
+    // Two quadrature points per knot of the splines over κ, within the bounds.
+    let points = ((2.0 * band_width / table.kappa_step()).ceil() as usize).clamp(POINTS_MIN, points_max);
     let curves: Vec<(f64, NodeCurve)> = (0..BANDS * points)
-        .map(|i| (i as f64 + 0.5) / points as f64 * width)
+        .map(|i| (i as f64 + 0.5) / points as f64 * band_width)
         .map(|kappa| (kappa / TAU, NodeCurve::new(table, kappa)))
         .collect();
     let lattice = table.lattice();
@@ -173,70 +181,67 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
         .with_min_len(1024)
         .map(|(jx, jy, record)| {
             let f = [jx as f64 / lattice.x.period_um, jy as f64 / lattice.y.period_um];
-            let squared = f[0] * f[0] + f[1] * f[1];
-            let k_max_squared = (table.kappa_max() / TAU).powi(2) - squared;
+            let f_squared = f[0] * f[0] + f[1] * f[1];
+            let k_max_squared = (table.kappa_max() / TAU).powi(2) - f_squared;
             let mut means = [0f32; BANDS];
             if !table.is_resolved(f) {
                 return ([jx, jy], means);
             }
-            let mut last = 0.0;
+            let mut last_mean = 0.0;
             for (mean, band) in means.iter_mut().zip(curves.chunks(points)) {
                 let (mut sum, mut count) = (0.0, 0);
                 for (k, curve) in band {
-                    if k * k > k_max_squared && (count > 0 || last > 0.0) {
+                    if k * k > k_max_squared && (count > 0 || last_mean > 0.0) {
                         break;
                     }
-                    let power = match table.quantity() {
-                        NodeQuantity::Power => curve.power(record).max(0.0),
-                        NodeQuantity::Amplitude => curve.amplitude(record).norm_sqr(),
-                    };
                     let g = match obliquity {
-                        Obliquity::Stam => (squared + k * k).powi(2) / (k * k),
+                        Obliquity::Stam => (f_squared + k * k).powi(2) / (k * k),
                         Obliquity::Unit | Obliquity::SmallSlope => 1.0,
                     };
-                    sum += power * g;
+                    sum += node_power(table, curve, record) * g;
                     count += 1;
                 }
                 if count > 0 {
-                    last = sum / f64::from(count);
+                    last_mean = sum / f64::from(count);
                 }
-                *mean = last as f32;
+                *mean = last_mean as f32;
             }
             ([jx, jy], means)
         })
         .collect()
 }
 
-/// Convolves masses `[node along y][node along x]`, `width` nodes along x, with weights centred on a node along x and
-/// y.
-fn convolved(values: Vec<[f32; BANDS]>, width: usize, along_x: &[f32], along_y: &[f32]) -> Vec<[f32; BANDS]> {
+/// Convolves masses `[node along y][node along x]`, `width` nodes along x, with the weights of tents along x and y. The
+/// middle weight of an odd number belongs to the node itself. Mass beyond the ends is lost.
+fn convolved(masses: Vec<[f32; BANDS]>, width: usize, tents_x: &[f32], tents_y: &[f32]) -> Vec<[f32; BANDS]> {
     let add = |to: &mut [[f32; BANDS]], from: &[[f32; BANDS]], weight: f32| {
         for (to, from) in to.iter_mut().zip(from) {
             *to = std::array::from_fn(|b| to[b] + weight * from[b]);
         }
     };
-    let mut rows = vec![[0f32; BANDS]; values.len()];
-    rows.par_chunks_mut(width).zip(values.par_chunks(width)).for_each(|(to, from)| {
-        for (k, &weight) in along_x.iter().enumerate() {
-            let shift = k as i64 - (along_x.len() / 2) as i64;
+    let mut along_x = vec![[0f32; BANDS]; masses.len()];
+    along_x.par_chunks_mut(width).zip(masses.par_chunks(width)).for_each(|(to, from)| {
+        for (k, &weight) in tents_x.iter().enumerate() {
+            // Adds the masses of a row, shifted by this number of nodes.
+            let shift = k as i64 - (tents_x.len() / 2) as i64;
             let (to_start, from_start) = (shift.max(0) as usize, (-shift).max(0) as usize);
             if to_start.max(from_start) < width {
                 add(&mut to[to_start..], &from[from_start..], weight);
             }
         }
     });
-    let height = values.len() / width;
-    let mut both = values;
-    both.par_chunks_mut(width).enumerate().for_each(|(row, to)| {
+    let height = masses.len() / width;
+    let mut along_both = masses;
+    along_both.par_chunks_mut(width).enumerate().for_each(|(row, to)| {
         to.fill([0.0; BANDS]);
-        for (k, &weight) in along_y.iter().enumerate() {
-            let from = row as i64 + (along_y.len() / 2) as i64 - k as i64;
+        for (k, &weight) in tents_y.iter().enumerate() {
+            let from = row as i64 + (tents_y.len() / 2) as i64 - k as i64;
             if (0..height as i64).contains(&from) {
-                add(to, &rows[from as usize * width..][..width], weight);
+                add(to, &along_x[from as usize * width..][..width], weight);
             }
         }
     });
-    both
+    along_both
 }
 
 /// The sampler over the square, for one family of numbers.
@@ -248,14 +253,14 @@ pub(super) struct SquareView<N: Numbers> {
 
 /// Quantities of an incidence and a wavelength that all outgoing directions share.
 struct Incidence<N: Numbers> {
-    /// The square of frequencies, in whole blocks of nodes.
+    /// The square of frequencies, widened to whole blocks of nodes.
     rectangle: Rectangle<N>,
     /// Index b of the lower of the two bands that are mixed.
     band: N::Index,
     /// Fraction t of the upper band, b + 1.
-    upper: N::Real,
+    upper_fraction: N::Real,
     /// Counts of the rectangle in each band.
-    mass: [N::Index; BANDS],
+    counts: [N::Index; BANDS],
 }
 
 impl<N: Numbers> SquareView<N> {
@@ -265,21 +270,24 @@ impl<N: Numbers> SquareView<N> {
         let lit = N::Real::lit;
         let at = self.incidence(wi, wavelength_nm, active);
         let nm = N::widen(wavelength_nm);
+        // f in nodes, counted from the first.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let f = (N::widen(wi[i]) + N::widen(wo[i])) / nm;
             f.fma(N::Double::lit(1e3 * axis.period_um), N::Double::lit(f64::from(axis.origin)))
         });
-        let (x, y) = (self.taps(0, position[0]), self.taps(1, position[1]));
-        let (x, y) = (&x[..self.layout.axes[0].taps as usize], &y[..self.layout.axes[1].taps as usize]);
-        let [lower, upper] = at.mixed_bands(self.areas().weighted(x, y, &at.rectangle, active), self.layout.areas.unit);
-        let [mass_lower, mass_upper] = at.mixed_bands(at.mass.map(N::real), self.layout.areas.unit);
-        let mass = mass_lower + mass_upper;
         let [x, y] = &self.layout.axes;
-        let per_node = lit(1e6 * x.period_um * y.period_um) / (wavelength_nm * wavelength_nm);
-        let some = lit(0.0).lt(mass) & active;
-        let density = wo[2] * per_node * (lower + upper) / N::Real::select(some, mass, lit(1.0));
-        N::Real::select(some, density, lit(0.0))
+        let (taps_x, taps_y) = (self.taps(x, position[0]), self.taps(y, position[1]));
+        let (taps_x, taps_y) = (&taps_x[..x.taps as usize], &taps_y[..y.taps as usize]);
+        let counts_at_f = self.areas().weighted(taps_x, taps_y, &at.rectangle, active);
+        let [lower, upper] = at.mixed_bands(counts_at_f, self.layout.areas.unit);
+        let [total_lower, total_upper] = at.mixed_bands(at.counts.map(N::real), self.layout.areas.unit);
+        let total = total_lower + total_upper;
+        // Nodes per area of direction cosines.
+        let nodes_per_area = lit(1e6 * x.period_um * y.period_um) / (wavelength_nm * wavelength_nm);
+        let has_mass = lit(0.0).lt(total) & active;
+        let density = wo[2] * nodes_per_area * (lower + upper) / N::Real::select(has_mass, total, lit(1.0));
+        N::Real::select(has_mass, density, lit(0.0))
     }
 
     /// See [`super::SamplerView::sample`].
@@ -293,15 +301,16 @@ impl<N: Numbers> SquareView<N> {
     ) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let at = self.incidence(wi, wavelength_nm, active);
-        let [lower, upper] = at.mixed_bands(at.mass.map(N::real), self.layout.areas.unit);
-        let some = lit(0.0).lt(lower + upper) & active;
+        let [lower, upper] = at.mixed_bands(at.counts.map(N::real), self.layout.areas.unit);
+        let has_mass = lit(0.0).lt(lower + upper) & active;
+        // Chooses a band by its mass. The random number is rescaled to [0, 1) within the band.
         let target = u * (lower + upper);
         let is_upper = lit(0.0).lt(upper) & lower.le(target);
-        let rest = N::Real::select(is_upper, target - lower, target);
-        let mass = N::Real::select(some, N::Real::select(is_upper, upper, lower), lit(1.0));
-        let u = (rest / mass).clip(lit(0.0), lit(super::BELOW_ONE));
+        let within_band = N::Real::select(is_upper, target - lower, target);
+        let mass = N::Real::select(has_mass, N::Real::select(is_upper, upper, lower), lit(1.0));
+        let u = (within_band / mass).clip(lit(0.0), lit(super::BELOW_ONE));
         let band = at.band + N::Index::select(is_upper, N::Index::lit(1), N::Index::lit(0));
-        let drawn = self.areas().choose(&at.rectangle, band, [u, v], some);
+        let drawn = self.areas().choose(&at.rectangle, band, [u, v], has_mass);
         let nm = N::widen(wavelength_nm);
         let [x, y] = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
@@ -310,10 +319,11 @@ impl<N: Numbers> SquareView<N> {
                 None => tent_quantile(drawn.u[i]),
             };
             let number = N::widen(N::real(drawn.node[i])) - N::Double::lit(f64::from(axis.origin));
-            let per_nm = (number + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
-            N::narrow(per_nm.fma(nm, -N::widen(wi[i])))
+            // The sampled frequency in cycles/nm.
+            let f = (number + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
+            N::narrow(f.fma(nm, -N::widen(wi[i])))
         });
-        super::direction_above::<N>([x, y], some)
+        super::direction_above::<N>([x, y], has_mass)
     }
 
     #[inline(always)]
@@ -325,25 +335,26 @@ impl<N: Numbers> SquareView<N> {
     #[inline(always)]
     fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> Incidence<N> {
         let lit = N::Real::lit;
-        let per_um = lit(1e3) / wavelength_nm;
+        let wavenumber = lit(1e3) / wavelength_nm;
         // Position in nodes of the square's edge at outgoing direction cosine `side`, −1 or 1.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
-            ((wi[i] + lit(side)) * per_um).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
+            ((wi[i] + lit(side)) * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
-        let kappa = wi[2].fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING)) * per_um * lit(TAU);
+        // κ at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
+        let kappa = wi[2].fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING)) * wavenumber * lit(TAU);
+        // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         let band = position.floor().min(lit(BANDS as f64 - 2.0));
-        let mass = self.areas().mass(&rectangle, active);
-        Incidence { rectangle, band: N::index(band), upper: position - band, mass }
+        let counts = self.areas().mass(&rectangle, active);
+        Incidence { rectangle, band: N::index(band), upper_fraction: position - band, counts }
     }
 
-    /// Index and density of each node about a position along an axis: the density of the offset from the node to the
-    /// position, per node. Only the axis' first `taps` entries count.
+    /// Nodes about a position along an axis, in nodes. Each entry is the index of a node and the density, per node, of
+    /// the offset from the node to the position. Only the first `axis.taps` entries count.
     #[inline(always)]
-    fn taps(&self, axis: usize, position: N::Double) -> [(N::Double, N::Real); TAPS_MAX] {
-        let axis = &self.layout.axes[axis];
+    fn taps(&self, axis: &SquareAxis, position: N::Double) -> [(N::Double, N::Real); TAPS_MAX] {
         let first = match axis.taps {
             1 => N::Double::lit(0.0),
             taps => position.floor() - N::Double::lit(f64::from(taps / 2 - 1)),
@@ -364,14 +375,16 @@ impl<N: Numbers> SquareView<N> {
 }
 
 impl<N: Numbers> Incidence<N> {
-    /// Masses in the two bands that are mixed: the counts times the band's fraction and the unit of its counts.
+    /// Masses in the two bands that are mixed, each times the band's fraction, from the counts in all bands and the
+    /// masses of one count.
     #[inline(always)]
-    fn mixed_bands(&self, values: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
+    fn mixed_bands(&self, counts: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
         let lit = N::Real::lit;
-        let [a, b, c, d] = std::array::from_fn(|i| values[i] * lit(f64::from(unit[i])));
-        let (first, second) = (self.band.lt(N::Index::lit(1)), self.band.lt(N::Index::lit(2)));
-        let pick = |a, b, c| N::Real::select(first, a, N::Real::select(second, b, c));
-        [pick(a, b, c) * (lit(1.0) - self.upper), pick(b, c, d) * self.upper]
+        let [a, b, c, d] = std::array::from_fn(|i| counts[i] * lit(f64::from(unit[i])));
+        // Chooses by the lower band, 0, 1 or 2.
+        let (is_first, is_at_most_second) = (self.band.lt(N::Index::lit(1)), self.band.lt(N::Index::lit(2)));
+        let pick = |a, b, c| N::Real::select(is_first, a, N::Real::select(is_at_most_second, b, c));
+        [pick(a, b, c) * (lit(1.0) - self.upper_fraction), pick(b, c, d) * self.upper_fraction]
     }
 }
 
@@ -381,16 +394,16 @@ mod tests {
 
     #[test]
     fn tents_follow_a_gaussian() {
-        for (sigma, variance_max) in [(0.36, 0.12), (0.45, 0.07), (0.9, 0.02), (1.8, 0.02)] {
+        for (sigma, variance_max) in [(0.36, 0.06), (0.45, 0.03), (0.9, 0.01), (1.8, 0.001)] {
             let weights = tent_weights(sigma);
             // Rounding of each weight to single precision.
             let sum: f64 = weights.iter().map(|&w| f64::from(w)).sum();
             assert!((sum - 1.0).abs() < 1e-6, "{sigma}: {sum}");
             assert!(weights.iter().all(|&w| w > 0.0), "{sigma}: {weights:?}");
             let n = (weights.len() / 2) as f64;
-            // The variance of the weight g/p along one axis.
+            // Second moment of the weight g/p along one axis, ∫ g²/p from the first node to the last.
             let (steps, mut second) = (100, 0.0);
-            for i in 0..2 * steps * weights.len() / 2 - 2 * steps {
+            for i in 0..steps * (weights.len() - 1) {
                 let x = (i as f64 + 0.5) / steps as f64;
                 let (k, t) = (x as usize, x.fract());
                 let p = (1.0 - t) * f64::from(weights[k]) + t * f64::from(weights[k + 1]);

@@ -1,4 +1,6 @@
 //! Directions, and the factors O (obliquity) and M (shadowing) of a pair of them (docs/model.md#the-reflectance).
+//!
+//! Both factors follow from the scattering vector `q = wi + wo` and the two cosines, since `1 + wi·wo = |q|²/2`.
 
 use super::ComplexIndex;
 use super::fresnel::fresnel_unpolarised;
@@ -9,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// A direction in the local frame (docs/model.md#conventions), of unit length.
 pub type Vec3 = [f64; 3];
 
-/// Accepted deviation of a given direction's length from 1. Directions printed with four digits pass; all are
-/// normalised.
+/// Accepted deviation of a given direction's length from 1. Directions printed with four digits pass. Larger deviations
+/// are taken for mistakes.
 pub const LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// Reason that three numbers are no direction. The message follows the parameter's name.
@@ -32,7 +34,6 @@ pub fn unit_vector(components: [f64; 3]) -> Result<Vec3, DirectionError> {
     if length == 0.0 {
         return Err(DirectionError::Zero);
     }
-    // Refuses infinity and NaN, too.
     if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
         return Err(DirectionError::Length { length });
     }
@@ -53,8 +54,8 @@ pub enum Obliquity {
     SmallSlope,
 }
 
-/// Smallest cosine with the normal, 0.000 006° from the horizon. Products of reciprocal cosines stay finite in single
-/// precision.
+/// Smallest cosine with the normal, 0.000 006° from the horizon; smaller ones are raised to it. Products of reciprocal
+/// cosines then stay finite in single precision.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
 
 /// A pair of directions above the surface: scattering vector `(u, v, w)` and cosines.
@@ -74,14 +75,14 @@ pub struct Pair {
     pub v: f64,
     /// `cosθi + cosθo`.
     pub w: f64,
-    /// Cosine of the angle of `wi` with the normal.
+    /// Cosine of the angle of `wi` with the normal, at least 1e-7.
     pub cos_i: f64,
-    /// Cosine of the angle of `wo` with the normal.
+    /// Cosine of the angle of `wo` with the normal, at least 1e-7.
     pub cos_o: f64,
 }
 
 impl Pair {
-    /// `None` unless both directions lie above the surface and are finite.
+    /// The pair of two unit vectors; `None` unless both lie above the surface and are finite.
     pub fn new(wi: Vec3, wo: Vec3) -> Option<Self> {
         let finite = wi.iter().chain(&wo).all(|c| c.is_finite());
         if !(finite && wi[2] > 0.0 && wo[2] > 0.0) {
@@ -91,7 +92,7 @@ impl Pair {
         Some(Self { u: wi[0] + wo[0], v: wi[1] + wo[1], w: cos_i + cos_o, cos_i, cos_o })
     }
 
-    /// `|wi + wo|²`.
+    /// `|wi + wo|²`, which is 4 for equal directions.
     pub fn sum_squared(&self) -> f64 {
         squared([self.u, self.v, self.w])
     }
@@ -102,7 +103,7 @@ impl Pair {
     }
 
     /// The interface's factor for unpolarised light: the Fresnel reflectance R at the half vector, or the small-slope
-    /// factor Q. Without an index R is 1, and Q is that of a perfect conductor.
+    /// factor Q for [`Obliquity::SmallSlope`]. Without an index R is 1, and Q is that of a perfect conductor.
     #[inline]
     pub fn interface(&self, index: Option<ComplexIndex>, kind: Obliquity) -> f64 {
         match kind {
@@ -121,13 +122,13 @@ impl Pair {
         obliquity(kind, [self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
 
-    /// V-cavity shadowing and masking M.
+    /// The V-cavity factor M of shadowing and masking.
     pub fn shadowing(&self) -> f64 {
         shadowing([self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
 }
 
-/// `O·M`: the obliquity factor, times V-cavity shadowing and masking where that is on.
+/// `O·M`: the obliquity factor, times the V-cavity factor if `has_shadowing`.
 #[inline(always)]
 pub(crate) fn angular_factor<R: Real>(kind: Obliquity, has_shadowing: bool, q: [R; 3], cosines: [R; 2]) -> R {
     let factor = obliquity(kind, q, cosines);
@@ -153,19 +154,20 @@ fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
     }
 }
 
-/// V-cavity shadowing and masking M (Stam 1999, appendix): `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`.
+/// The V-cavity factor M of shadowing and masking (Stam 1999, appendix), with the normal n and the half vector h:
+/// `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`. Here `h·n = w/|q|` and `wo·h = |q|/2`.
 #[inline(always)]
 fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
     (R::lit(4.0) * q[2] * cosines[0].min(cosines[1]) / squared(q)).min(R::lit(1.0))
 }
 
-/// `|wi + wo|² = 2(1 + wi·wo)`, in the form that does not cancel for grazing directions opposite each other.
+/// `|q|²`, which equals `2(1 + wi·wo)` for `q = wi + wo` but does not cancel for opposite grazing directions.
 #[inline(always)]
 pub(super) fn squared<R: Real>(q: [R; 3]) -> R {
     q[0] * q[0] + q[1] * q[1] + q[2] * q[2]
 }
 
-/// The unit vector above the plane with the given x and y; `None` outside the unit disc.
+/// The unit vector above the surface with the given x and y; `None` outside the unit disc.
 pub(crate) fn direction_above(x: f64, y: f64) -> Option<Vec3> {
     let z_squared = 1.0 - x * x - y * y;
     (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])

@@ -11,11 +11,11 @@ pub struct ComplexIndex {
     pub k: f64,
 }
 
-/// Largest `k/eta` of a dielectric. Chosen between keratin with melanin (below 0.05) and the metals (above 1).
+/// Largest `k/eta` of a dielectric. It lies between keratin with melanin (below 0.05) and the metals (above 1).
 const DIELECTRIC_MAX: f64 = 0.1;
 
 impl ComplexIndex {
-    /// Whether the medium is a dielectric, which may absorb a little: `eta > 0` and `k ≤ 0.1·eta`.
+    /// Whether the medium counts as a dielectric, which may absorb a little: `eta > 0` and `k ≤ 0.1·eta`.
     pub fn is_dielectric(&self) -> bool {
         self.eta > 0.0 && self.k <= DIELECTRIC_MAX * self.eta
     }
@@ -35,11 +35,12 @@ impl ComplexIndex {
 pub enum SpectralIndex {
     /// One index for every wavelength.
     Constant(ComplexIndex),
-    /// Rising wavelengths in nm with the index at each. Linearly interpolated in between, constant beyond the ends.
+    /// Increasing wavelengths in nm with the index at each. Linearly interpolated in between, constant beyond the ends.
+    /// [`SpectralIndex::sampled`] checks them.
     Sampled(Vec<(f64, ComplexIndex)>),
 }
 
-/// Reason that samples are refused.
+/// Reason that the samples of an index are refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum SpectralIndexError {
@@ -57,7 +58,7 @@ impl SpectralIndex {
     /// An index from samples `(wavelength in nm, index)`.
     ///
     /// # Errors
-    /// No samples, wavelengths that do not rise, or `eta ≤ 0`, `k < 0` or numbers that are not finite.
+    /// No samples, wavelengths that do not increase, `eta ≤ 0`, `k < 0`, or numbers that are not finite.
     pub fn sampled(samples: Vec<(f64, ComplexIndex)>) -> Result<Self, SpectralIndexError> {
         if samples.is_empty() {
             return Err(SpectralIndexError::Empty);
@@ -75,7 +76,7 @@ impl SpectralIndex {
         Ok(Self::Sampled(samples))
     }
 
-    /// Whether the medium is a dielectric at every wavelength ([`ComplexIndex::is_dielectric`]).
+    /// Whether the medium is a dielectric ([`ComplexIndex::is_dielectric`]) at every wavelength given.
     pub fn is_dielectric(&self) -> bool {
         match self {
             Self::Constant(index) => index.is_dielectric(),
@@ -89,14 +90,16 @@ impl SpectralIndex {
             Self::Constant(index) => return *index,
             Self::Sampled(samples) => samples,
         };
+        // First sample at or above the wavelength.
         let above = samples.partition_point(|(nm, _)| *nm < wavelength_nm);
         let (Some(&(low_nm, low)), Some(&(high_nm, high))) = (samples.get(above.wrapping_sub(1)), samples.get(above))
         else {
             let end = if above == 0 { samples.first() } else { samples.last() };
+            // Without samples, which `sampled` refuses, the index is 1.
             return end.map_or(ComplexIndex { eta: 1.0, k: 0.0 }, |(_, index)| *index);
         };
-        let t = (wavelength_nm - low_nm) / (high_nm - low_nm);
-        ComplexIndex { eta: low.eta + t * (high.eta - low.eta), k: low.k + t * (high.k - low.k) }
+        let fraction = (wavelength_nm - low_nm) / (high_nm - low_nm);
+        ComplexIndex { eta: low.eta + fraction * (high.eta - low.eta), k: low.k + fraction * (high.k - low.k) }
     }
 }
 

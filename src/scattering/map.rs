@@ -1,14 +1,14 @@
-//! Pixels of a map over the hemisphere.
+//! Directions of the pixels of a map of the hemisphere.
 
-use super::Vec3;
+use super::{Vec3, direction_above};
 
 /// Direction at the centre of a pixel of a square map of the hemisphere seen from above: +x right, +y up, row 0 at the
-/// top, `size` pixels along each side. `None` outside the disc.
+/// top, `size` pixels along each side. The coordinates in the map are the direction's x and y. `None` outside the unit
+/// disc.
 pub fn map_direction(column: usize, row: usize, size: usize) -> Option<Vec3> {
-    let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
-    let (x, y) = (place(column), -place(row));
-    let z_squared = 1.0 - x * x - y * y;
-    (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])
+    // Centre of pixel i in [−1, 1].
+    let centre = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
+    direction_above(centre(column), -centre(row))
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Factors of the reflectance that depend on directions and index alone, and the scattering vector that asks the
-//! relief.
+//! Factors of the reflectance that depend on directions and index only, and the scattering vector, by which the power
+//! spectrum of the relief is read.
 //!
 //! | file | contents |
 //! | --- | --- |

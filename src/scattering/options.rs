@@ -1,4 +1,4 @@
-//! Parameters of the model, and the build of the spectral table from them.
+//! Parameters of the scalar model, and the build of the spectral table from them.
 
 use super::geometry::angular_factor;
 use super::small_slope::small_slope;
@@ -10,7 +10,8 @@ use crate::table::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Parameters of the model (docs/model.md#the-reflectance). The defaults are the plugin's for a preset.
+/// Parameters of the scalar model (docs/model.md#the-reflectance). The defaults are those of a preset without a
+/// refractive index in all interfaces; [`SurfaceConfig`](crate::SurfaceConfig) takes them from here.
 ///
 /// ```
 /// use sunbeam::Options;
@@ -20,29 +21,29 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
-    /// Four standard deviations of the coherence window, in µm.
+    /// Four standard deviations of the coherence window, in µm (default: 65, filtered sunlight).
     pub coherence_length_um: f64,
-    /// The coherence model.
+    /// The coherence model (default: ensemble).
     pub model: Model,
-    /// Whether the tile repeats.
+    /// Continuation of the relief beyond the tile (default: periodic).
     pub tiling: Tiling,
-    /// The obliquity factor.
+    /// The obliquity factor (default: Stam's).
     pub obliquity: Obliquity,
-    /// Index of the small-slope factor in the albedo; `None` for a perfect conductor. Other obliquity factors ignore
-    /// it, since their albedo leaves the Fresnel reflectance out.
+    /// Index of the small-slope factor in the albedo; `None` for a perfect conductor (default). Other obliquity factors
+    /// ignore it, since their albedo leaves the Fresnel reflectance out.
     pub index: Option<SpectralIndex>,
-    /// Whether the reflectance is divided so that the albedo is at most one.
+    /// Whether the reflectance is divided so that the albedo is at most one (default: true).
     pub conserve_energy: bool,
-    /// V-cavity shadowing and masking.
+    /// Whether the V-cavity factor M applies (default: false).
     pub shadowing: bool,
-    /// Relative error that tables are built to.
+    /// Relative error to which tables are built (default: 1e-3).
     pub tolerance: f64,
-    /// Factor on the limits of memory and time of a build, at least 1. Tables do not depend on it.
-    #[serde(skip, default = "one")]
+    /// Factor on the limits of memory and time of a build, at least 1 (default). Tables do not depend on it.
+    #[serde(skip, default = "default_build_limit")]
     pub build_limit: f64,
 }
 
-fn one() -> f64 {
+fn default_build_limit() -> f64 {
     1.0
 }
 
@@ -57,7 +58,7 @@ impl Default for Options {
             conserve_energy: true,
             shadowing: false,
             tolerance: 1e-3,
-            build_limit: one(),
+            build_limit: default_build_limit(),
         }
     }
 }
@@ -80,27 +81,23 @@ impl Options {
 
     /// `O·M` of a pair of directions.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
-        self.angular([pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
+        angular_factor(self.obliquity, self.shadowing, [pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
     }
 
-    /// Factor before the relief's power in the albedo, from `q = wi + wo` and the cosines: `O·M`, or `Q·M` with the
-    /// small slope.
+    /// Factor before `S/λ²` in the integrand of the albedo, from `q = wi + wo` and the cosines of `wi` and `wo`: `O·M`,
+    /// or `Q·M` with the small-slope factor of `index`.
     #[inline(always)]
     pub(crate) fn albedo_factor<R: Real>(&self, q: [R; 3], cosines: [R; 2], index: Option<ComplexIndex>) -> R {
+        let angular = angular_factor(self.obliquity, self.shadowing, q, cosines);
         match self.obliquity {
-            Obliquity::SmallSlope => small_slope(q, cosines, index) * self.angular(q, cosines),
-            Obliquity::Stam | Obliquity::Unit => self.angular(q, cosines),
+            Obliquity::SmallSlope => small_slope(q, cosines, index) * angular,
+            Obliquity::Stam | Obliquity::Unit => angular,
         }
     }
 
-    #[inline(always)]
-    fn angular<R: Real>(&self, q: [R; 3], cosines: [R; 2]) -> R {
-        angular_factor(self.obliquity, self.shadowing, q, cosines)
-    }
-
-    /// Obliquity factor of the sampler's density. Q is bounded for dielectrics; for conductors it grows towards the
-    /// horizon as Stam's does.
-    pub(crate) fn proposed(&self) -> Obliquity {
+    /// Obliquity factor in the density of samplers, which have no small-slope factor Q. For dielectrics Q is bounded,
+    /// so that 1 replaces it. For conductors it grows towards the horizon as Stam's factor does.
+    pub(crate) fn sampling_obliquity(&self) -> Obliquity {
         match (self.obliquity, &self.index) {
             (Obliquity::SmallSlope, Some(index)) if index.is_dielectric() => Obliquity::Unit,
             (Obliquity::SmallSlope, _) => Obliquity::Stam,

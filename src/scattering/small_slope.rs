@@ -1,24 +1,39 @@
 //! The small-slope factor Q and its four amplitudes (docs/model.md#the-small-slope-factor): the first-order small-slope
-//! approximation (Voronovich 1985), whose kernel is Rice's first-order perturbation (Rice 1951).
+//! approximation (Voronovich 1985), whose kernel B is Rice's first-order perturbation (Rice 1951).
 //!
-//! Symbols, in units of the wave number in air: `q0`, `q` are the cosines of `wi` and `wo`, `k0`, `k` the lengths of
-//! their tangential parts (`sines` is `k·k0`), `cos` and `sin` those of the azimuth between the light's tangential
-//! directions, `w = q + q0`, and ε the squared index.
+//! Lengths of wave vectors are in units of the wave number in air:
 //!
-//! [`small_slope`] computes Q for every family of numbers; [`small_slope_amplitudes`] the complex amplitudes in double
+//! ```text
+//! q0, q      cosines of wi and wo; w = q + q0
+//! k0, k      sines of wi and wo, the lengths of their tangential parts
+//! φ          azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
+//! ε          squared index (eta + i·k)², with the k of the index
+//! t0, t      normal components in the medium, √(ε − k0²) and √(ε − k²)
+//! s, p       denominators of the states s and p, s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
+//!
+//! B_ss = −(ε − 1) cosφ/(s s0)          B_sp = (ε − 1) t0 sinφ/(s p0)
+//! B_ps = (ε − 1) t sinφ/(p s0)         B_pp = (ε − 1) (t t0 cosφ − ε k k0)/(p p0)
+//! amplitudes: 2√(q q0)/w · B
+//! Q = 2 q q0/w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²)
+//!
+//! perfect conductor, the limit of large ε:
+//! B_ss = −cosφ    B_sp = sinφ/q0    B_ps = sinφ/q    B_pp = (cosφ − k k0)/(q q0)
+//! ```
+//!
+//! [`small_slope`] computes Q for every family of numbers. [`small_slope_amplitudes`] computes the amplitudes in double
 //! precision.
 
-use super::fresnel::transmitted;
+use super::fresnel::transmitted_normal;
 use super::geometry::{COSINE_MIN, squared};
 use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest product of the sines in the quotient that gives the azimuth's cosine. Nearer to the normal the azimuth is
-/// lost to rounding and does not matter.
+/// Smallest product of the sines by which the azimuth's cosine is divided. Nearer to the normal the azimuth is lost to
+/// rounding and does not matter.
 const SINES_MIN: f64 = 1e-6;
-/// Smallest divisor; reciprocals stay finite in single precision.
-const TINY: f64 = 1e-18;
+/// Smallest squared modulus that is inverted. Products of two reciprocals stay finite in single precision.
+const SQUARED_MODULUS_MIN: f64 = 1e-18;
 
 /// Amplitudes between the linear states s and p, as square roots of power. The first letter is the outgoing state, the
 /// second the incident state.
@@ -54,83 +69,110 @@ impl Amplitudes {
 }
 
 /// Amplitudes of the small-slope factor for light from `wi` to `wo`, unit vectors above the surface that point away
-/// from it. Without an index those of a perfect conductor, the limit of a large `k`.
+/// from it. Without an index they are those of a perfect conductor.
 ///
-/// They are Fresnel's at the mirror direction. Swapping the directions swaps `sp` and `ps` and reverses the azimuth's
-/// sign.
+/// At the mirror direction they are Fresnel's. Swapping the directions swaps `sp` and `ps` and reverses the sign of φ.
 pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -> Amplitudes {
     let (q0, q) = (wi[2].max(COSINE_MIN), wo[2].max(COSINE_MIN));
     let (k0, k) = (wi[0].hypot(wi[1]), wo[0].hypot(wo[1]));
-    // A direction along the normal takes the other's azimuth.
+    // Unit tangential directions of the light's travel. A direction along the normal takes the other's.
     let unit = |w: Vec3, length: f64, sign: f64| (length > 0.0).then(|| [sign * w[0] / length, sign * w[1] / length]);
     let (to, from) = (unit(wo, k, 1.0), unit(wi, k0, -1.0));
     let to = to.or(from).unwrap_or([1.0, 0.0]);
     let from = from.unwrap_or(to);
     let (cos, sin) = (from[0] * to[0] + from[1] * to[1], from[0] * to[1] - from[1] * to[0]);
-    let g = 2.0 * (q * q0).sqrt() / (q + q0);
-    let amplitudes = |ss: Complex64, sp, ps, pp| Amplitudes { ss: g * ss, sp: g * sp, ps: g * ps, pp: g * pp };
+    let scale = 2.0 * (q * q0).sqrt() / (q + q0);
+    let scaled =
+        |ss: Complex64, sp, ps, pp| Amplitudes { ss: scale * ss, sp: scale * sp, ps: scale * ps, pp: scale * pp };
     let Some(ComplexIndex { eta, k: absorption }) = index else {
         let real = |value: f64| Complex64::new(value, 0.0);
-        return amplitudes(real(-cos), real(sin / q0), real(sin / q), real((cos - k * k0) / (q * q0)));
+        return scaled(real(-cos), real(sin / q0), real(sin / q), real((cos - k * k0) / (q * q0)));
     };
     let n = Complex64::new(eta, absorption);
     let eps = n * n;
-    let below = |k: f64| (eps - k * k).sqrt();
-    let (q2, q20) = (below(k), below(k0));
-    let (s, s0) = (q + q2, q0 + q20);
-    let (p, p0) = (eps * q + q2, eps * q0 + q20);
+    let (t, t0) = ((eps - k * k).sqrt(), (eps - k0 * k0).sqrt());
+    let (s, s0) = (q + t, q0 + t0);
+    let (p, p0) = (eps * q + t, eps * q0 + t0);
     let contrast = eps - 1.0;
-    amplitudes(
+    scaled(
         -contrast * cos / (s * s0),
-        contrast * q20 * sin / (s * p0),
-        contrast * q2 * sin / (p * s0),
-        contrast * (q2 * q20 * cos - eps * (k * k0)) / (p * p0),
+        contrast * t0 * sin / (s * p0),
+        contrast * t * sin / (p * s0),
+        contrast * (t * t0 * cos - eps * (k * k0)) / (p * p0),
     )
 }
 
-/// The small-slope factor Q for unpolarised light, from the scattering vector `wi + wo` and the two cosines, which are
-/// at least [`COSINE_MIN`]. Without an index that of a perfect conductor.
+/// Terms of one direction in Q.
+struct Side<R> {
+    /// Real and imaginary part of t.
+    t: [R; 2],
+    /// `|t|²`.
+    t_squared: R,
+    /// `1/|s|²`.
+    per_s_squared: R,
+    /// `1/|p|²`.
+    per_p_squared: R,
+}
+
+impl<R: Real> Side<R> {
+    /// Terms of a direction with the cosine `q`. `eps` are the real and imaginary part of ε.
+    #[inline(always)]
+    fn new(q: R, index: ComplexIndex, eps: [f64; 2]) -> Self {
+        let one = R::lit(1.0);
+        let (re, im) = transmitted_normal(one - q * q, index);
+        let im_squared = im * im;
+        let s_re = q + re;
+        let (p_re, p_im) = (q.fma(R::lit(eps[0]), re), q.fma(R::lit(eps[1]), im));
+        let reciprocal = |squared: R| one / squared.max(R::lit(SQUARED_MODULUS_MIN));
+        Self {
+            t: [re, im],
+            t_squared: re.fma(re, im_squared),
+            per_s_squared: reciprocal(s_re.fma(s_re, im_squared)),
+            per_p_squared: reciprocal(p_re.fma(p_re, p_im * p_im)),
+        }
+    }
+}
+
+/// The small-slope factor Q for unpolarised light, from the scattering vector `wi + wo` and the cosines of `wi` and
+/// `wo`, which are at least [`COSINE_MIN`]. Without an index it is that of a perfect conductor.
 #[inline(always)]
 pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<ComplexIndex>) -> R {
     let lit = R::lit;
     let one = lit(1.0);
     let (q_squared, q0_squared, q_q0) = (q * q, q0 * q0, q * q0);
-    let half = lit(0.5) * squared(sum);
-    // Product of the tangential lengths; `cos` is the scalar product of the tangential parts over it.
+    // 1 + wi·wo = |wi + wo|²/2.
+    let one_plus_dot = lit(0.5) * squared(sum);
+    // k·k0·cosφ is the scalar product of the tangential parts of −wi and wo, q·q0 − wi·wo.
     let sines = ((one - q_squared) * (one - q0_squared)).max(lit(0.0)).sqrt();
     let divisor = sines.max(lit(SINES_MIN));
-    let cos = ((one + q_q0 - half) / divisor).clip(-one, one);
+    let cos = ((one + q_q0 - one_plus_dot) / divisor).clip(-one, one);
     let cos_squared = cos * cos;
     let sin_squared = one - cos_squared;
     let w = q + q0;
     let per_w_squared = one / (w * w);
+    // Below, `straight` is the sum of |B_ss|² and |B_pp|², `crossed` that of |B_sp|² and |B_ps|², up to common factors.
     let Some(index) = index else {
-        // cos − sines. At grazing directions the difference cancels; the second form does not.
-        let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - half) / divisor;
+        // cosφ − k·k0. At grazing directions the difference cancels; the second form does not.
+        let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - one_plus_dot) / divisor;
         let difference = R::select(sines.lt(lit(0.5)), cos - sines, grazing);
         let crossed = sin_squared * (q_squared + q0_squared);
         let straight = difference.fma(difference, cos_squared * q_q0 * q_q0);
         return lit(2.0) * per_w_squared * (straight + crossed) / q_q0;
     };
     let ComplexIndex { eta, k } = index;
-    let (re, im) = (eta * eta - k * k, 2.0 * eta * k);
-    // For one direction: transmitted normal component a + ib, its squared modulus, and the reciprocal squared moduli of
-    // the denominators q + (a + ib) of s and εq + (a + ib) of p.
-    let of_direction = |q: R, q_squared: R| {
-        let (a, b) = transmitted(one - q_squared, index);
-        let b_squared = b * b;
-        let s = q + a;
-        let (p_re, p_im) = (q.fma(lit(re), a), q.fma(lit(im), b));
-        let per = |squared: R| one / squared.max(lit(TINY));
-        (a, b, a.fma(a, b_squared), per(s.fma(s, b_squared)), per(p_re.fma(p_re, p_im * p_im)))
-    };
-    let (a, b, t, s, p) = of_direction(q, q_squared);
-    let (a0, b0, t0, s0, p0) = of_direction(q0, q0_squared);
-    let pp_re = (a * a0 - b * b0) * cos - lit(re) * sines;
-    let pp_im = (a * b0 + b * a0) * cos - lit(im) * sines;
-    let straight = (cos_squared * s).fma(s0, pp_re.fma(pp_re, pp_im * pp_im) * p * p0);
-    let crossed = sin_squared * (t * p * s0 + t0 * s * p0);
-    let contrast = (re - 1.0) * (re - 1.0) + im * im;
+    let (eps_re, eps_im) = (eta * eta - k * k, 2.0 * eta * k);
+    // Terms of the outgoing and of the incident direction.
+    let (o, i) = (Side::new(q, index, [eps_re, eps_im]), Side::new(q0, index, [eps_re, eps_im]));
+    // Real and imaginary part of t t0 cosφ − ε k k0.
+    let pp_re = (o.t[0] * i.t[0] - o.t[1] * i.t[1]) * cos - lit(eps_re) * sines;
+    let pp_im = (o.t[0] * i.t[1] + o.t[1] * i.t[0]) * cos - lit(eps_im) * sines;
+    let pp_squared = pp_re.fma(pp_re, pp_im * pp_im);
+    let straight = (cos_squared * o.per_s_squared).fma(i.per_s_squared, pp_squared * o.per_p_squared * i.per_p_squared);
+    let ps_squared = o.t_squared * o.per_p_squared * i.per_s_squared;
+    let sp_squared = i.t_squared * o.per_s_squared * i.per_p_squared;
+    let crossed = sin_squared * (ps_squared + sp_squared);
+    // |ε − 1|².
+    let contrast = (eps_re - 1.0) * (eps_re - 1.0) + eps_im * eps_im;
     lit(2.0 * contrast) * q_q0 * per_w_squared * (straight + crossed)
 }
 
@@ -140,6 +182,7 @@ mod tests {
     use super::*;
     use crate::height_field::random::Random;
 
+    /// `(eta, k)` of dielectrics, metals, and a medium near the smallest accepted index.
     const INDICES: [(f64, f64); 7] =
         [(1.56, 0.0), (1.02, 0.0), (0.7, 0.0), (1.5, 0.1), (0.2, 3.4), (1.0, 6.9), (1e-3, 1e-3)];
 
@@ -147,7 +190,7 @@ mod tests {
         INDICES.into_iter().map(|(eta, k)| Some(ComplexIndex { eta, k })).chain([None])
     }
 
-    /// Two directions, one in eight of them the normal and one in eight close to the horizon.
+    /// Two directions. One in eight is the normal, and one in eight is close to the horizon.
     fn directions(random: &mut Random) -> [Vec3; 2] {
         [0, 1].map(|_| {
             let cos: f64 = match (random.unit() * 8.0) as u32 {
@@ -162,9 +205,9 @@ mod tests {
 
     #[test]
     fn every_family_has_the_power_of_the_amplitudes() {
-        // In double precision roundings, which large conductors' cancelling products multiply by |ε|; in single some
-        // ten of them, and at grazing angles the azimuth's own.
+        // Rounding in double precision, multiplied by |ε| where products cancel for conductors.
         const DOUBLE: f64 = 1e-7;
+        // About ten roundings in single precision. At grazing angles that of the azimuth is larger.
         const SINGLE: f64 = 1e-4;
         let mut random = Random::new(7);
         for index in indices() {
@@ -213,8 +256,8 @@ mod tests {
         [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
     }
 
-    /// Tangential components of the electric and the magnetic field at z = 0, and the two normal ones, of the states s
-    /// and p of a plane wave in a medium of index `n`. Wave vectors are in units of that of free space.
+    /// Electric and magnetic field at the origin, and the normal component of the wave vector, of a plane wave in the
+    /// states s and p. The wave vector `k` is in units of the wave number in air; `n` is the index of the medium.
     fn states(k: Vector, n: Complex64) -> [([Vector; 2], Complex64); 2] {
         let length = (k[0].re * k[0].re + k[1].re * k[1].re).sqrt();
         let s = [-k[1] / length, k[0] / length, Complex64::default()];
@@ -222,9 +265,10 @@ mod tests {
         [s, p].map(|electric| ([electric, cross(k, electric)], k[2]))
     }
 
-    /// Amplitudes of the first order of a relief of height `exp(iK·x)`, `K` what leads from `wi` to `wo`, per `kh`,
-    /// from the boundary conditions expanded to first order: the tangential fields of both sides, on the surface as it
-    /// is. `[out][in]`.
+    /// Amplitudes `[outgoing state][incident state]` of light scattered from `wi` to `wo` by a relief of height
+    /// `h·exp(iK·x)`, per h and wave number, to first order in h. K is the difference of the tangential wave vectors.
+    ///
+    /// They follow from the boundary conditions: the fields' components along the actual surface are continuous.
     fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[Complex64; 2]; 2] {
         type Fields = nalgebra::Vector4<Complex64>;
         let tangential = |fields: &[Vector; 2]| Fields::new(fields[0][0], fields[0][1], fields[1][0], fields[1][1]);
@@ -233,8 +277,10 @@ mod tests {
             let z = sign * (n * n - x * x - y * y).sqrt();
             [Complex64::new(x, 0.0), Complex64::new(y, 0.0), z]
         };
-        // Reflected and transmitted states along one tangential direction; amplitudes that make up for given fields.
+        // Reflected and transmitted states of one tangential wave vector.
         let outgoing = |x: f64, y: f64| (states(wave(x, y, 1.0, one), one), states(wave(x, y, -1.0, n), n));
+        // Amplitudes of these states: reflected s and p, transmitted s and p. Their tangential fields in air exceed
+        // those in the medium by `jump` at z = 0.
         let solved = |x: f64, y: f64, jump: Fields| {
             let (up, down) = outgoing(x, y);
             let columns =
@@ -246,9 +292,10 @@ mod tests {
         let (up, down) = outgoing(from[0], from[1]);
         let of_state = |state: usize| {
             let flat = solved(from[0], from[1], -tangential(&arriving[state].0));
+            // Waves at a flat surface with their amplitudes; waves in the medium count negatively.
             let waves =
                 [(arriving[state], one), (up[0], flat[0]), (up[1], flat[1]), (down[0], -flat[2]), (down[1], -flat[3])];
-            // The jump that the flat solution leaves at the height of the relief, and across its slope.
+            // Removes the jumps that they leave on the relief: ∂F/∂z times the height, and F_z times the slope.
             let mut jump = Fields::zeros();
             for ((fields, kz), amplitude) in waves {
                 jump -= tangential(&fields) * (Complex64::i() * kz * amplitude);
@@ -264,22 +311,25 @@ mod tests {
         [[s[0], p[0]], [s[1], p[1]]]
     }
 
-    /// Rice's perturbation theory, from the boundary conditions themselves: with their phases and for any azimuth, the
-    /// amplitudes are those of the first order of a shallow relief. With `c = iκh` its power is `|a|²(q + q0)²(kh)²`,
-    /// which is that of the perturbation times `q/q0`.
+    /// The amplitudes are those of a shallow relief to first order in its height, phases included, at any azimuth.
+    ///
+    /// The phase screen's amplitude is iκh = i(q + q0) per h and wave number. The power of an order is its squared
+    /// field times q/q0. So a field of [`first_order`] times √(q/q0) is i(q + q0) times the amplitude, up to the sign
+    /// of i.
     #[test]
-    fn it_is_the_first_order_of_a_shallow_relief() {
-        // Roundings of the solved system.
+    fn amplitudes_are_the_first_order_of_a_shallow_relief() {
+        // Rounding of the solved system.
         const ROUNDING: f64 = 1e-9;
         let mut random = Random::new(10);
         for (eta, k) in INDICES {
-            let mut judged = 0;
-            while judged < 200 {
+            let mut compared = 0;
+            while compared < 200 {
                 let [wi, wo] = directions(&mut random);
+                // States are undefined along the normal.
                 if wi[2].max(wo[2]) > 0.999 {
                     continue;
                 }
-                judged += 1;
+                compared += 1;
                 let found = small_slope_amplitudes(wi, wo, Some(ComplexIndex { eta, k }));
                 let expected = first_order(wi, wo, Complex64::new(eta, k));
                 let scale = Complex64::i() * (wo[2] / wi[2]).sqrt() / (wi[2] + wo[2]);
@@ -301,8 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_reciprocal() {
-        // Roundings.
+    fn swapped_directions_have_equal_amplitudes() {
         const ROUNDING: f64 = 1e-12;
         let mut random = Random::new(8);
         for index in indices() {
@@ -320,8 +369,7 @@ mod tests {
         }
     }
 
-    /// A metal without end is a perfect conductor, whose amplitudes are Rice's (1951): `−cosφ`, `sinφ/q0`, `sinφ/q` and
-    /// `(cosφ − κκ0)/(q q0)`.
+    /// The amplitudes of a metal tend to those of a perfect conductor as its index grows.
     #[test]
     fn large_indices_tend_to_the_perfect_conductor() {
         let mut random = Random::new(9);
@@ -350,8 +398,8 @@ mod tests {
         }
     }
 
-    /// Nothing overflows or is none: no interface at all, directions along the horizon, an index as large and as small
-    /// as is accepted.
+    /// Q is finite at the ends of all ranges: equal media, directions at the horizon, the largest and smallest accepted
+    /// indices.
     #[test]
     fn the_ends_of_every_range_are_finite() {
         let grazing = [1.0 - 0.5e-14, 0.0, COSINE_MIN];

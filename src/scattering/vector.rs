@@ -1,29 +1,28 @@
-//! The scattering vector: how directions and wavelength ask the relief's power spectrum.
+//! The scattering vector `q = wi + wo = (u, v, w)`, by which the relief's power spectrum `S(f; κ)` is read.
 //!
-//! Every kind of scattering reads one spectrum `S(f; κ)`. With `q = (u, v, w)` in units of the vacuum wave number,
-//! `f = (u, v)/λ` in cycles/µm and `κ = 2πw/λ` in rad/µm. Kinds differ in `q` and in the factor before `S/λ²`:
-//! reflection by a bare relief has `q = wi + wo` and `R·O·M` (docs/model.md#the-reflectance).
+//! The arguments of S are the spatial frequency `f = (u, v)/λ` in cycles/µm and the phase rate `κ = 2πw/λ` in rad/µm.
+//! The factor before `S/λ²` is `R·O·M` (docs/model.md#the-reflectance).
 
 use super::{ComplexIndex, Obliquity, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
 use std::f64::consts::TAU;
 
-/// Scattering vector `q` of a pair of directions, with the factors that depend on directions alone.
+/// Scattering vector `q` of a pair of directions, with the factors that depend on directions only.
 pub(crate) struct Scattering<N: Numbers> {
     /// `(u, v)` in double precision: an order may be narrower than single precision resolves.
     tangential: [N::Double; 2],
     /// `w`.
     normal: N::Real,
-    /// Cosines with the normal of both directions, at least [`COSINE_MIN`](super::COSINE_MIN).
+    /// Cosines of `wi` and `wo` with the normal, at least [`COSINE_MIN`](super::COSINE_MIN).
     cosines: [N::Real; 2],
-    /// `q` with the sum of [`Scattering::cosines`] as w, for factors and tables that divide by w.
+    /// `q` with the sum of [`Scattering::cosines`] as w, so that factors and tables may divide by w.
     pub q: [N::Real; 3],
     /// `O·M`: obliquity and shadowing, without the interface's factor.
     pub factor: N::Real,
 }
 
 impl<N: Numbers> Scattering<N> {
-    /// Reflection by a bare relief, between two unit vectors above the surface.
+    /// Reflection between two unit vectors above the surface. `kind` and `shadowing` select the factors O and M.
     #[inline(always)]
     pub(crate) fn reflection(wi: [N::Real; 3], wo: [N::Real; 3], kind: Obliquity, shadowing: bool) -> Self {
         let cosines = floored_cosines(wi, wo);
@@ -45,7 +44,7 @@ impl<N: Numbers> Scattering<N> {
         (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / wavelength_um)
     }
 
-    /// `|q|²`, at most 4 for unit vectors.
+    /// `|q|²`, at most 4 up to rounding.
     #[inline(always)]
     pub(crate) fn length_squared(&self) -> N::Real {
         let [u, v, w] = self.q;
@@ -53,11 +52,12 @@ impl<N: Numbers> Scattering<N> {
     }
 
     /// The interface's factor for unpolarised light: the Fresnel reflectance R at the half vector, or the small-slope
-    /// factor Q.
+    /// factor Q for [`Obliquity::SmallSlope`].
     #[inline(always)]
     pub(crate) fn interface(&self, index: ComplexIndex, kind: Obliquity) -> N::Real {
         match kind {
             Obliquity::SmallSlope => small_slope(self.q, self.cosines, Some(index)),
+            // The cosine at the half vector is |q|/2.
             Obliquity::Stam | Obliquity::Unit => {
                 fresnel_of_family(self.length_squared().sqrt() * N::Real::lit(0.5), index)
             }

@@ -119,6 +119,30 @@ fn large_tiles_reflect_at_most_what_arrives() {
     }
 }
 
+/// Heights change the phase by more than half a turn across a cell of the table. Without the checks of deep reliefs the
+/// albedos of these reach 1.08, 1.05 and 1.08.
+#[test]
+fn deep_reliefs_reflect_at_most_what_arrives() {
+    for seed in [2, 81, 198, 228] {
+        let (field, options) = random_surface(seed, [0.3, 12.0]);
+        let (most, wi, nm) = largest_albedo(&field, &build(&field, &options), 40, seed);
+        assert!(most <= ALBEDO_MAX, "surface {seed}: {most} at {wi:?}, {nm} nm");
+    }
+}
+
+/// Orders wider than a degree have a pole of the albedo within the last tenths of a degree above the horizon.
+#[test]
+fn wide_orders_reflect_at_most_what_arrives_at_grazing_incidence() {
+    let options = Options { tiling: Tiling::Aperiodic, shadowing: true, ..Options::default() };
+    let surface = build(&relief(10, 16, 0.13, 0.428, 0.0), &options);
+    let plain = build(&relief(10, 16, 0.13, 0.428, 0.0), &Options { conserve_energy: false, ..options });
+    for theta in [89.0, 89.5, 89.7, 89.8, 89.85, 89.9, 89.93, 89.97] {
+        let albedo = surface.albedo(direction(theta, -51.6), 766.4).unwrap();
+        assert!(albedo <= ALBEDO_MAX, "{theta}°: {albedo}");
+    }
+    assert!(plain.albedo(direction(89.9, -51.6), 766.4).unwrap() > 1.1, "nothing to bound");
+}
+
 /// Without division the same queries find albedos far above the bound, so that they can fail.
 #[test]
 fn queries_find_what_is_not_divided() {
@@ -140,20 +164,25 @@ fn dielectrics_need_no_division() {
     }
 }
 
-/// Random reliefs, windows and options, as `sunbeam bench stability` draws more of.
+/// A rough relief with heights up to between `heights_um`, of random pixels, window, tiling and obliquity.
+fn random_surface(seed: u64, heights_um: [f64; 2]) -> (HeightField, Options) {
+    let mut random = Random::new(seed);
+    let mut log = |low: f64, high: f64| random.between(low.ln(), high.ln()).exp();
+    let (height_um, coherence_length_um) = (log(heights_um[0], heights_um[1]), log(1.0, 1e4));
+    let pixel_um = [log(0.05, 0.6), log(0.05, 0.6)];
+    let size = [(); 2].map(|()| 1 + random.between(0.0, 24.0) as usize);
+    let tiling = if random.unit() < 0.5 { Tiling::Periodic } else { Tiling::Aperiodic };
+    let obliquity = if random.unit() < 0.5 { Obliquity::Stam } else { Obliquity::Unit };
+    let options = Options { coherence_length_um, tiling, obliquity, ..Options::default() };
+    (relief(size[0], size[1], pixel_um[0], pixel_um[1], height_um), options)
+}
+
+/// `sunbeam bench --what stability` draws other kinds of relief.
 #[test]
-#[ignore = "takes hours on two cores"]
+#[ignore = "takes an hour on two cores"]
 fn ten_thousand_random_surfaces_reflect_at_most_what_arrives() {
     let largest = (0..10_000u64).into_par_iter().map(|seed| {
-        let mut random = Random::new(seed);
-        let mut log = |low: f64, high: f64| random.between(low.ln(), high.ln()).exp();
-        let (height_um, coherence_length_um) = (log(1e-3, 2.0), log(1.0, 1e4));
-        let pixel_um = [log(0.05, 0.6), log(0.05, 0.6)];
-        let size = [(); 2].map(|()| 1 + random.between(0.0, 24.0) as usize);
-        let field = relief(size[0], size[1], pixel_um[0], pixel_um[1], height_um);
-        let tiling = if random.unit() < 0.5 { Tiling::Periodic } else { Tiling::Aperiodic };
-        let obliquity = if random.unit() < 0.5 { Obliquity::Stam } else { Obliquity::Unit };
-        let options = Options { coherence_length_um, tiling, obliquity, ..Options::default() };
+        let (field, options) = random_surface(seed, [1e-3, 2.0]);
         let surface = Surface::new(&field, &options).unwrap();
         (largest_albedo(&field, &surface, 10, seed).0, seed)
     });

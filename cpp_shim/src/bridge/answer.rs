@@ -1,8 +1,8 @@
-//! Evaluation of a surface: value, density, samples and Mueller matrices, by value and traced with the same code.
+//! Evaluation of a surface: values, densities, samples and Mueller matrices, by value and traced with the same code.
 //!
 //! The code is generic over a family of numbers ([`Numbers`]): [`Plain`] for plain numbers, [`Lanes`] for four SIMD
-//! lanes, [`Traced`] for variables of Dr.Jit (traced.rs). A surface has one of four kinds of tables, each with a lobe
-//! that evaluates it.
+//! lanes, [`Traced`] for variables of Dr.Jit (traced.rs). A surface has one of four kinds of tables ([`Tables`]), and
+//! each kind has a [`Lobe`] that evaluates it. Directions and units are those of bridge.rs.
 
 use super::super::scope::Scope;
 use super::super::traced::{Traced, Var, WordsVar};
@@ -17,14 +17,15 @@ use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 /// Arguments of an evaluation, by value or traced.
 #[derive(Clone, Copy)]
 pub(super) struct Query<N: Numbers> {
-    /// Table data.
+    /// Table data ([`Surface::all_words`]).
     pub(super) words: [N::Words; 3],
+    /// The direction `wi`; `from` in a query of a matrix.
     pub(super) wi: [N::Real; 3],
-    /// `wo`, or the three random numbers of a sample.
+    /// The direction `wo`, `to` in a query of a matrix, or the three random numbers of a sample.
     pub(super) second: [N::Real; 3],
     /// Wavelengths in nm; surfaces in colours ignore them.
     pub(super) wavelengths_nm: [N::Real; 4],
-    /// Lanes to compute; the others get zero.
+    /// Rays to compute; the others get zero.
     pub(super) active: N::Mask,
 }
 
@@ -34,30 +35,33 @@ impl Surface {
         Query { words: self.all_words(), wi, second, wavelengths_nm, active: true }
     }
 
-    /// A query by Dr.Jit variables; `second` are those of the call's second vector.
+    /// A query with Dr.Jit variables, which the caller keeps until the scope ends. `second` has the indices of
+    /// [`Query::second`].
     pub(super) fn traced<'s>(&self, scope: Scope<'s>, query: &TracedQuery, second: [u32; 3]) -> Query<Traced<'s>> {
         let real = |index| Var::borrowed(scope, index);
         let wi = query.wi.map(real);
         let wavelengths_nm = match &self.tables {
             Tables::Spectral(_) | Tables::Grating(_) => query.wavelengths_nm.map(real),
+            // Not read; any variable serves.
             Tables::Colours(_) | Tables::GratingColours(_) => [wi[0]; 4],
         };
         let words = query.words.map(|index| WordsVar::borrowed(scope, index));
         Query { words, wi, second: second.map(real), wavelengths_nm, active: Var::borrowed(scope, query.active) }
     }
 
-    /// Value and density by value. Spectral surfaces carry the four wavelengths in four SIMD lanes.
+    /// [`Surface::answer`] by value. Surfaces of scalar theory evaluate the four wavelengths in four SIMD lanes.
     #[inline(always)]
     pub(super) fn answer_by_value(&self, part: Part, wi: [f32; 3], wo: [f32; 3], wavelengths_nm: [f32; 4]) -> [f32; 5] {
         if let Tables::Spectral(tables) = &self.tables {
             let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words: self.all_words() };
             return in_lanes(&lobe, part, wi, wo, wavelengths_nm);
         }
-        // Scalar variants of Mitsuba warn of every sample with a negative channel.
+        // Scalar variants of Mitsuba warn about every sample with a negative channel.
         self.answer(part, Gamut::Desaturate, self.by_value(wi, wo, wavelengths_nm))
     }
 
-    /// Four values, then the density; zero in the part that is not computed.
+    /// The value at four wavelengths, or as red, green, blue and luminance; then the density. Zero where `part`
+    /// excludes it. `gamut` applies to surfaces in colours.
     #[inline(always)]
     pub(super) fn answer<N: Numbers>(&self, part: Part, gamut: Gamut, query: Query<N>) -> [N::Real; 5] {
         let with_luminance = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
@@ -83,17 +87,17 @@ impl Surface {
         }
     }
 
-    /// A direction from the three random numbers in `second`.
+    /// The direction `wo` for the three random numbers in `second`.
     #[inline(always)]
     pub(super) fn direction<N: Numbers>(&self, query: Query<N>) -> [N::Real; 3] {
         let Query { words, wi, second: u, active, .. } = query;
-        let nm = query.wavelengths_nm.map(within_range);
+        let wavelengths_nm = query.wavelengths_nm.map(within_range);
         match &self.tables {
             Tables::Spectral(tables) => {
-                SpectralLobe::<N> { layout: tables.0.layout(), words }.sample(wi, nm, u, active)
+                SpectralLobe::<N> { layout: tables.0.layout(), words }.sample(wi, wavelengths_nm, u, active)
             }
             Tables::Grating(tables) => {
-                GratingLobe::<N> { layout: tables.0.layout(), words: words[0] }.sample(wi, nm, u, active)
+                GratingLobe::<N> { layout: tables.0.layout(), words: words[0] }.sample(wi, wavelengths_nm, u, active)
             }
             Tables::Colours(tables) => tables.0.lobe_over::<N>(words).sample(wi, LinearSrgb, u, active),
             Tables::GratingColours(tables) => {
@@ -102,7 +106,7 @@ impl Surface {
         }
     }
 
-    /// Mueller matrices of light from `wi` to `second`, as the bridge's `evaluate_matrix` arranges them.
+    /// Mueller matrices of light from `wi` to `second`, in the order of the bridge's `evaluate_matrix`.
     #[inline(always)]
     pub(super) fn matrix<N: Numbers>(&self, jones: &JonesTable, query: Query<N>) -> [N::Real; 64] {
         let Query { words, wi: from, second: to, active, .. } = query;
@@ -116,37 +120,38 @@ impl Surface {
                 let lobe = tables.0.lobe_over::<N>([words[0], words[1]]);
                 lobe.matrix(&view, from, to, active).map(|element| [element; 4])
             }
-            // `Surface::jones` has refused surfaces of scalar theory.
+            // Never reached: surfaces of scalar theory have no Jones matrices.
             Tables::Spectral(_) | Tables::Colours(_) => [[N::Real::lit(0.0); 4]; 16],
         };
+        // `elements` is `[4·row + column][wavelength]`.
         array::from_fn(|i| elements[i / 4][i % 4])
     }
 }
 
-/// Value and density of a lobe. `carried` are the wavelengths or the colour space, and `four` turns the lobe's value
-/// into four numbers.
+/// The four numbers of a lobe's value, then its density. `carried` is the wavelengths or the colour space, and
+/// `four_numbers` converts the value.
 #[inline(always)]
 fn evaluated<N: Numbers, C: Copy, T: Lobe<N, C>>(
     lobe: &T,
     part: Part,
     query: Query<N>,
     carried: C,
-    four: impl Fn(T::Value) -> [N::Real; 4],
+    four_numbers: impl Fn(T::Value) -> [N::Real; 4],
 ) -> [N::Real; 5] {
     let Query { wi, second: wo, active, .. } = query;
     let zero = N::Real::lit(0.0);
     let ([a, b, c, d], density) = match part {
-        Part::Value => (four(lobe.eval(wi, wo, carried, active)), zero),
+        Part::Value => (four_numbers(lobe.eval(wi, wo, carried, active)), zero),
         Part::Density => ([zero; 4], lobe.pdf(wi, wo, carried, active)),
         _ => {
             let (value, density) = lobe.eval_pdf(wi, wo, carried, active);
-            (four(value), density)
+            (four_numbers(value), density)
         }
     };
     [a, b, c, d, density]
 }
 
-/// Value and density with a wavelength in each of four lanes.
+/// [`evaluated`] with a wavelength in each of four lanes.
 #[inline(always)]
 fn in_lanes(lobe: &SpectralLobe<Lanes>, part: Part, wi: [f32; 3], wo: [f32; 3], wavelengths_nm: [f32; 4]) -> [f32; 5] {
     let (wi, wo) = (wi.map(Lanes::all), wo.map(Lanes::all));
@@ -159,10 +164,11 @@ fn in_lanes(lobe: &SpectralLobe<Lanes>, part: Part, wi: [f32; 3], wo: [f32; 3], 
         _ => lobe.eval_pdf(wi, wo, nm, active),
     };
     let [a, b, c, d] = values.to_array();
+    // The density of a ray is the mean over its wavelengths.
     [a, b, c, d, 0.25 * densities.reduce_add()]
 }
 
-/// A wavelength in nm, clipped to the tables' range, since rounding in the renderer may exceed the range slightly.
+/// A wavelength in nm, clipped to the tables' range: rounding in the renderer may exceed the range slightly.
 fn within_range<R: Real>(nm: R) -> R {
     nm.clip(R::lit(WAVELENGTH_MIN_NM), R::lit(WAVELENGTH_MAX_NM))
 }

@@ -1,6 +1,6 @@
-//! Refractive index from the samples that C++ passes (`IndexSamples` in bridge.rs).
+//! Refractive index eta + ik from the samples that C++ passes (`IndexSamples` in bridge.rs).
 //!
-//! The real part eta and the imaginary part k come as two lists each: wavelengths in nm and values.
+//! Each of eta and k has two lists: wavelengths in nm and values.
 //!
 //! | wavelengths | values | meaning |
 //! | --- | --- | --- |
@@ -14,13 +14,14 @@ use sunbeam::table::WAVELENGTH_MIN_NM;
 
 /// The complex index, or `None` for a perfect reflector.
 ///
-/// An index that depends on the wavelength has samples at the wavelengths of eta and of k together, and the other part
-/// is interpolated linearly there.
+/// An index that depends on the wavelength has samples at all wavelengths of eta and of k. A part without a sample at
+/// one of them is interpolated linearly.
 ///
 /// # Errors
 /// The errors of [`SpectralIndex::sampled`].
 pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<SpectralIndex>, SpectralIndexError> {
-    // A constant becomes one sample. Its wavelength does not matter, because `linear` is constant beyond the ends.
+    // Pairs of wavelength and value. A constant becomes one sample, at any wavelength: `linear` is constant beyond the
+    // ends.
     let samples_of = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
         let wavelengths = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };
         wavelengths.iter().copied().zip(values.iter().copied()).collect()

@@ -1,7 +1,7 @@
 //! The Rust side of a BSDF instance: parameters, tables, and their construction.
 //!
-//! Tables come from the cache (in memory and on disk) or are built; equal parameters share one copy. The parameter
-//! `theory` and the kind of variant, spectral or in colours, choose among the four kinds of [`Tables`].
+//! Tables are read from the cache (in memory or on disk) or built. Instances with equal parameters share one copy. The
+//! parameter `theory` and the kind of variant (spectral, or in colours) choose among the four kinds of [`Tables`].
 
 use super::super::log::logged;
 use super::index::spectral_index;
@@ -18,9 +18,9 @@ use sunbeam::scattering::SpectralIndex;
 pub(crate) struct Surface {
     pub(super) recipe: Recipe,
     pub(super) tables: Tables,
-    /// Jones matrices of the orders: for rigorous surfaces in polarised variants.
+    /// Jones matrices of the diffraction orders; `None` unless the theory is rigorous and the variant polarised.
     pub(super) jones: Option<Arc<(JonesTable, Origin)>>,
-    /// Number that identifies the tables within this process.
+    /// Number that identifies the tables within this process. Surfaces with the same tables have the same number.
     pub(super) identity: u64,
 }
 
@@ -28,15 +28,15 @@ pub(crate) struct Surface {
 #[derive(Clone)]
 pub(super) struct Recipe {
     pub(super) config: SurfaceConfig,
-    /// The index given with the parameters; `None` for a perfect reflector.
+    /// Index at construction; `None` for a perfect reflector.
     pub(super) index: Option<SpectralIndex>,
-    /// Whether colours include the interface's factor.
+    /// Whether colours include the interface's factor of this index. Spectral tables never do.
     pub(super) includes_interface: bool,
     /// Whether the variant carries Stokes vectors.
     pub(super) polarised: bool,
 }
 
-/// Tables of a surface, and whether they were built or read from the cache.
+/// Tables of a surface, each with its origin: built or read from the cache.
 pub(super) enum Tables {
     /// Scalar theory, spectral variants.
     Spectral(Arc<(lobe::Surface, Origin)>),
@@ -49,8 +49,8 @@ pub(super) enum Tables {
 }
 
 impl Recipe {
-    /// Parses the parameters and checks them against the index. `obliquity = auto` is resolved by this index, even if
-    /// `eta` and `k` change later.
+    /// Parses the JSON parameters and checks them against the index. `obliquity` = `auto` is replaced by the choice for
+    /// this index, which stays even if `eta` and `k` change later.
     pub(super) fn new(config_json: &str, samples: &ffi::IndexSamples, polarised: bool) -> Result<Self, PluginError> {
         let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
         let index = spectral_index(samples)?;
@@ -69,7 +69,7 @@ impl Recipe {
 }
 
 impl Surface {
-    /// Builds a surface for spectral variants.
+    /// Builds a surface for spectral variants, or reads its tables.
     pub(super) fn spectral(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
         let Recipe { config, index, .. } = &recipe;
@@ -83,7 +83,7 @@ impl Surface {
         Self::with_tables(recipe, tables, &cache)
     }
 
-    /// Builds a surface for RGB and mono variants.
+    /// Builds a surface for RGB and mono variants, or reads its tables.
     pub(super) fn colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
         let Recipe { config, index, includes_interface, .. } = &recipe;
@@ -100,7 +100,7 @@ impl Surface {
         Self::with_tables(recipe, tables, &cache)
     }
 
-    /// The surface with tables, and with Jones matrices where the variant is polarised and the theory rigorous.
+    /// The surface with these tables, and with Jones matrices if the theory is rigorous and the variant polarised.
     fn with_tables(recipe: Recipe, tables: Tables, cache: &Cache) -> Result<Box<Self>, PluginError> {
         let Recipe { config, index, polarised, .. } = &recipe;
         let jones = if *polarised && config.theory == Theory::Rigorous {
@@ -119,7 +119,8 @@ impl Surface {
         Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
 
-    /// Table data as the evaluators read it: spectrum, sampler, albedo; or efficiencies, colours, Jones matrices.
+    /// Table data as the lobes read it. Scalar theory: spectrum (or colours), sampler, albedo. Rigorous theory:
+    /// efficiencies, colours, Jones matrices. Empty where the surface lacks the table.
     pub(super) fn all_words(&self) -> [&[u32]; 3] {
         match &self.tables {
             Tables::Spectral(tables) => tables.0.words(),
@@ -137,19 +138,22 @@ impl Surface {
         self.jones.as_ref().map_or(&[], |jones| jones.0.words())
     }
 
-    /// The Jones matrices.
+    /// The Jones matrices, or the error that there are none.
     pub(super) fn jones(&self) -> Result<&JonesTable, PluginError> {
         self.jones.as_ref().map(|jones| &jones.0).ok_or(PluginError::NoMatrix)
     }
 }
 
-/// A number that identifies tables while they are in use. Their address cannot serve: when they are freed, other tables
-/// may be allocated there.
+/// Number of these tables, from 1 on. It is never given to other tables in this process, unlike their address, which
+/// may be reused after they are freed.
 fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
-    type InUse = (u64, Vec<(u64, Weak<dyn Any + Send + Sync>)>);
-    static IN_USE: Mutex<InUse> = Mutex::new((0, Vec::new()));
-    let mut guard = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
-    let (last, in_use) = &mut *guard;
+    struct Numbered {
+        last: u64,
+        in_use: Vec<(u64, Weak<dyn Any + Send + Sync>)>,
+    }
+    static NUMBERED: Mutex<Numbered> = Mutex::new(Numbered { last: 0, in_use: Vec::new() });
+    let mut numbered = NUMBERED.lock().unwrap_or_else(PoisonError::into_inner);
+    let Numbered { last, in_use } = &mut *numbered;
     in_use.retain(|(_, weak)| weak.strong_count() > 0);
     if let Some((number, _)) = in_use.iter().find(|(_, weak)| std::ptr::addr_eq(weak.as_ptr(), Arc::as_ptr(&tables))) {
         return *number;

@@ -17,21 +17,21 @@
 typedef enum {
   // Success.
   SUNBEAM_STATUS_OK = 0,
-  // A required pointer is null, or a pointer to floats is misaligned.
+  // A required pointer is null, or a pointer is misaligned.
   SUNBEAM_STATUS_BAD_POINTER = 1,
-  // A number, direction, stride or size is not accepted. In a batch, results of bad items are zeros, and
-  // all other items have been computed.
+  // A number, direction, stride or size is not accepted. If items of a batch are bad, their results are zeros
+  // and all other items have been computed.
   SUNBEAM_STATUS_BAD_VALUE = 2,
-  // The configuration is not JSON, or has an unknown name or a value out of range; or an environment
-  // variable has an unknown value.
+  // The configuration is not JSON in UTF-8, has an unknown name or has a value out of range. Or an environment
+  // variable of the cache has an unknown value.
   SUNBEAM_STATUS_BAD_CONFIG = 3,
   // A height field cannot be read, or is not valid.
   SUNBEAM_STATUS_BAD_HEIGHT_FIELD = 4,
-  // The tables cannot be built: they would be too large.
+  // The tables cannot be built, for example because they would be too large.
   SUNBEAM_STATUS_BAD_TABLES = 5,
-  // The buffer is too small for the text; the required size has been written.
+  // The buffer is too small for the text. The required size has been written to `*needed`.
   SUNBEAM_STATUS_BUFFER_TOO_SMALL = 6,
-  // A defect of the library.
+  // A defect of the library, such as a caught panic.
   SUNBEAM_STATUS_INTERNAL = 7,
 } sunbeam_status;
 
@@ -62,13 +62,13 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
-// Returns the version of the library, such as `0.1.0`, as a static string.
+// Returns the version of the library in use, such as `0.1.0`, as a static string.
 const char *sunbeam_version(void);
 
-// Returns the message of the last failed call of this thread, one line of UTF-8; an empty string if no call
-// failed.
+// Returns the message of the last failed call of this thread, one line of UTF-8. The string is empty if no call
+// has failed. The pointer is never null.
 //
-// The string is valid until the next failing call of this thread. Never null.
+// The string is valid until the next failing call of this thread.
 const char *sunbeam_last_error(void);
 
 // Creates a surface from a JSON object of parameters, such as
@@ -85,14 +85,17 @@ const char *sunbeam_last_error(void);
 sunbeam_status sunbeam_surface_new(const char *config_json, sunbeam_surface **surface);
 
 // Creates a surface from an array of heights: `ny` rows of `nx` heights in micrometres. Row `iy` begins at
-// `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`. The heights are copied.
+// `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`; height `ix` of a row lies at
+// x = `ix * pixel_x_um`. The heights are copied.
 //
-// The configuration is that of `sunbeam_surface_new` without parameters of presets and files. As for files,
-// the defaults are `plane` for `level` and `aperiodic` for `tiling`. Heights that are NaN, infinite or of
-// magnitude 1e30 or more are missing points; they are an error unless `fill` is `laplace` or `mean`.
+// The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files. `level`
+// defaults to `plane` and `tiling` to `aperiodic`, as for files. Heights that are NaN, infinite or of magnitude
+// 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`.
+//
+// `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
 //
 // Requirements:
-// As for `sunbeam_surface_new`; and `nx` floats must be readable from the beginning of each row.
+// The requirements of `sunbeam_surface_new` apply. `nx` floats must be readable from the beginning of each row.
 sunbeam_status sunbeam_surface_from_heights(const char *config_json,
                                             sunbeam_floats heights_um,
                                             size_t nx,
@@ -108,11 +111,12 @@ sunbeam_status sunbeam_surface_from_heights(const char *config_json,
 // freed before, and not be used afterwards.
 void sunbeam_surface_free(sunbeam_surface *surface);
 
-// Writes a JSON object with the configuration, the size of the tables and their measured error. For a file of
-// heights, its key `file` tells the origin of size, unit, orientation, channel and missing points.
+// Writes a JSON object with the configuration, the size of the tables and their measured error. For a surface from
+// a file, its key `file` has the sources of size, unit, orientation and channel, the missing points, and warnings.
 //
-// `*needed` receives the size of the text with its terminating NUL. A call with `capacity` 0 only returns this
-// size (and `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
+// `*needed` receives the size of the text in bytes, including the terminating NUL. If `capacity` is smaller,
+// nothing is written to `buffer`, and the call returns `SUNBEAM_STATUS_BUFFER_TOO_SMALL`. `buffer` may be null if
+// `capacity` is 0.
 //
 // Requirements:
 // `surface` must not have been freed, `buffer` must have room for `capacity` bytes, and `needed` must be a valid
@@ -126,16 +130,16 @@ sunbeam_status sunbeam_surface_describe(const sunbeam_surface *surface,
 //
 // - Item `i` of `wi` and of `wo` is a direction away from the surface: three floats, of length 1 within 1e-3,
 //   in the surface's frame (z is the normal, x runs along the rows of the relief).
-// - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths in [360, 830].
-// - Item `i` of `f` receives the reflectance at each wavelength in 1/sr, without the cosine, and with the Fresnel
-//   factor if the configuration has `eta`. It is zero unless both directions lie above the surface.
+// - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths (1 to 4096), each in [360, 830] nm.
+// - Item `i` of `f` receives the BRDF at each wavelength in 1/sr, without the cosine. It includes the Fresnel factor
+//   if the configuration has `eta`. It is zero unless both directions lie above the surface.
 //
-// For an item that is not usable the results are zeros; all other items are computed. The call then returns
-// `SUNBEAM_STATUS_BAD_VALUE` with a message about the first bad item.
+// An item with a value out of these ranges is bad: its results are zeros, and all other items are computed. The
+// call then returns `SUNBEAM_STATUS_BAD_VALUE` with a message about the first bad item.
 //
 // Requirements:
-// `surface` must not have been freed. All items of the inputs must be readable. Those of `f` must be writable, and
-// not be accessed by others during the call.
+// `surface` must not have been freed. All items of inputs must be readable. All items of outputs must be writable,
+// and nothing else may access them during the call.
 sunbeam_status sunbeam_surface_eval(const sunbeam_surface *surface,
                                     size_t count,
                                     sunbeam_floats wi,
@@ -144,13 +148,13 @@ sunbeam_status sunbeam_surface_eval(const sunbeam_surface *surface,
                                     sunbeam_floats wavelength_nm,
                                     sunbeam_floats_out f);
 
-// Computes the density per solid angle with which `sunbeam_surface_sample` samples the direction `wo`.
+// Computes the density in 1/sr with which `sunbeam_surface_sample` samples the direction `wo`.
 //
-// Item `i` of `pdf` receives one float, the mean over the wavelengths of the item. Other arguments are those of
-// `sunbeam_surface_eval`.
+// Item `i` of `pdf` receives one float, the mean density over the wavelengths of the item. It is zero unless both
+// directions lie above the surface. Other arguments are those of `sunbeam_surface_eval`.
 //
 // Requirements:
-// As for `sunbeam_surface_eval`.
+// The requirements of `sunbeam_surface_eval` apply.
 sunbeam_status sunbeam_surface_pdf(const sunbeam_surface *surface,
                                    size_t count,
                                    sunbeam_floats wi,
@@ -162,7 +166,7 @@ sunbeam_status sunbeam_surface_pdf(const sunbeam_surface *surface,
 // Combines `sunbeam_surface_eval` and `sunbeam_surface_pdf`, at the cost of the latter.
 //
 // Requirements:
-// As for `sunbeam_surface_eval`.
+// The requirements of `sunbeam_surface_eval` apply.
 sunbeam_status sunbeam_surface_eval_pdf(const sunbeam_surface *surface,
                                         size_t count,
                                         sunbeam_floats wi,
@@ -175,14 +179,15 @@ sunbeam_status sunbeam_surface_eval_pdf(const sunbeam_surface *surface,
 // Samples `count` outgoing directions, each for all wavelengths of its item.
 //
 // - Item `i` of `u` holds three random numbers in [0, 1).
-// - Item `i` of `wo` receives the direction, item `i` of `pdf` its density (that of `sunbeam_surface_pdf`).
+// - Item `i` of `wo` receives the direction: three floats.
+// - Item `i` of `pdf` receives its density, one float, as `sunbeam_surface_pdf` computes it.
 // - Item `i` of `weight` receives `f cos(theta_o) / pdf` at each wavelength.
 //
-// A sample below the horizon is valid and has no contribution: all of its results are zeros. Other arguments and
-// the treatment of bad items are those of `sunbeam_surface_eval`.
+// If `wi` or the sampled direction lies below the surface, all results of the item are zeros. Such a sample is valid
+// and contributes nothing. Other arguments and the treatment of bad items are those of `sunbeam_surface_eval`.
 //
 // Requirements:
-// As for `sunbeam_surface_eval`.
+// The requirements of `sunbeam_surface_eval` apply.
 sunbeam_status sunbeam_surface_sample(const sunbeam_surface *surface,
                                       size_t count,
                                       sunbeam_floats wi,

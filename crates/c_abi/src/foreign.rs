@@ -1,8 +1,8 @@
-//! Pointers from C: checks, and safe access to the data behind them.
+//! Checks of pointers from C, and access to the arrays behind them.
 //!
 //! [`Floats`] and [`FloatsOut`] are the structs that callers pass; [`Input`] and [`Output`] are their checked forms.
-//! A pointer must not be null and must be aligned, and items of an output must not overlap. The caller answers for the
-//! size of an array, which cannot be checked.
+//! Null pointers, misaligned pointers, and outputs with overlapping items are errors. The size of an array and the
+//! lifetime of a pointer cannot be checked: the caller guarantees them.
 
 use super::status::CallError;
 use std::ffi::{CStr, c_char};
@@ -31,65 +31,75 @@ pub struct FloatsOut {
     pub stride: isize,
 }
 
-/// Checked [`Floats`].
+/// Checked [`Floats`]: `count` items of `width` floats.
 #[derive(Clone, Copy)]
 pub(super) struct Input {
     data: *const f32,
     stride: isize,
+    width: usize,
+    count: usize,
 }
 
-/// Checked [`FloatsOut`], with items of `width` floats.
+/// Checked [`FloatsOut`]: `count` items of `width` floats.
 #[derive(Clone, Copy)]
 pub(super) struct Output {
     data: *mut f32,
     stride: isize,
     width: usize,
+    count: usize,
 }
 
 impl Input {
-    /// Checks an array of `count` items.
+    /// Checks the pointer to an array of `count` items of `width` floats; `argument` is its name in messages.
     ///
     /// # Safety
-    /// The floats of all `count` items that are passed to [`Input::at`] must be readable until the call ends.
-    pub(super) unsafe fn new(argument: &'static str, floats: Floats, count: usize) -> Result<Self, CallError> {
-        check_pointer(argument, floats.data, count)?;
-        Ok(Self { data: floats.data, stride: floats.stride })
+    /// All floats of all items must be readable as long as the result is used.
+    pub(super) unsafe fn new(
+        argument: &'static str,
+        floats: Floats,
+        width: usize,
+        count: usize,
+    ) -> Result<Self, CallError> {
+        check_array(argument, floats.data, count)?;
+        Ok(Self { data: floats.data, stride: floats.stride, width, count })
     }
 
-    /// Float `k` of item `i`.
+    /// Float `k` of item `i`. Panics if there is none.
     pub(super) fn at(&self, i: usize, k: usize) -> f32 {
-        // SAFETY: by the contract of `new`, item i < count is readable, and lies in the array of the caller.
+        assert!(i < self.count && k < self.width, "float {k} of item {i} is outside the array");
+        // SAFETY: the array has this float (checked above), and the contract of `new` makes it readable.
         unsafe { self.data.offset(i as isize * self.stride).add(k).read() }
     }
 
-    /// The three floats of item `i`.
+    /// The first three floats of item `i`. Panics if the item has fewer.
     pub(super) fn three(&self, i: usize) -> [f64; 3] {
         std::array::from_fn(|k| f64::from(self.at(i, k)))
     }
 }
 
 impl Output {
-    /// Checks an array of `count` items of `width` floats.
+    /// Checks the pointer to an array of `count` items of `width` floats, and that no two items overlap; `argument` is
+    /// its name in messages.
     ///
     /// # Safety
-    /// All `count` items must be writable until the call ends, and not be accessed by anyone else.
+    /// All floats of all items must be writable, and nothing else may access them, as long as the result is used.
     pub(super) unsafe fn new(
         argument: &'static str,
         floats: FloatsOut,
         width: usize,
         count: usize,
     ) -> Result<Self, CallError> {
-        check_pointer(argument, floats.data, count)?;
+        check_array(argument, floats.data, count)?;
         if count > 1 && floats.stride.unsigned_abs() < width {
             return Err(CallError::Overlap { argument, stride: floats.stride, width });
         }
-        Ok(Self { data: floats.data, stride: floats.stride, width })
+        Ok(Self { data: floats.data, stride: floats.stride, width, count })
     }
 
-    /// Writes float `k` of item `i`.
+    /// Writes float `k` of item `i`. Panics if there is none.
     pub(super) fn set(&self, i: usize, k: usize, value: f32) {
-        debug_assert!(k < self.width);
-        // SAFETY: as for `Input::at`.
+        assert!(i < self.count && k < self.width, "float {k} of item {i} is outside the array");
+        // SAFETY: the array has this float (checked above), and the contract of `new` makes it writable.
         unsafe { self.data.offset(i as isize * self.stride).add(k).write(value) }
     }
 
@@ -99,46 +109,49 @@ impl Output {
     }
 }
 
-/// Refuses null and misaligned pointers, except for arrays without items.
-fn check_pointer(argument: &'static str, data: *const f32, count: usize) -> Result<(), CallError> {
-    if count == 0 {
-        return Ok(());
-    }
-    if data.is_null() {
+/// Refuses null and misaligned arrays. An array without items may be null.
+fn check_array(argument: &'static str, data: *const f32, count: usize) -> Result<(), CallError> {
+    if count == 0 { Ok(()) } else { check_pointer(argument, data) }
+}
+
+/// Refuses null and misaligned pointers.
+fn check_pointer<T>(argument: &'static str, pointer: *const T) -> Result<(), CallError> {
+    if pointer.is_null() {
         return Err(CallError::Null { argument });
     }
-    if !data.is_aligned() {
-        return Err(CallError::Misaligned { argument });
+    if !pointer.is_aligned() {
+        return Err(CallError::Misaligned { argument, alignment: align_of::<T>() });
     }
     Ok(())
 }
 
-/// A shared reference from a pointer; null is an error.
+/// A shared reference from a pointer; a null or misaligned pointer is an error.
 ///
 /// # Safety
-/// Unless null, it must point to a `T` that outlives `'a` and is not changed meanwhile.
+/// A pointer that passes these checks must point to a `T` that exists and does not change during `'a`.
 pub(super) unsafe fn reference<'a, T>(argument: &'static str, pointer: *const T) -> Result<&'a T, CallError> {
-    // SAFETY: by the contract above.
-    unsafe { pointer.as_ref() }.ok_or(CallError::Null { argument })
+    check_pointer(argument, pointer)?;
+    // SAFETY: the pointer is aligned and not null; the contract above guarantees the rest.
+    Ok(unsafe { &*pointer })
 }
 
-/// A mutable reference from a pointer to a result; null is an error.
+/// A mutable reference from a pointer to a result; a null or misaligned pointer is an error.
 ///
 /// # Safety
-/// Unless null, it must point to a writable `T` that nobody else uses during `'a`.
-pub(super) unsafe fn output<'a, T>(argument: &'static str, pointer: *mut T) -> Result<&'a mut T, CallError> {
-    // SAFETY: by the contract above.
-    unsafe { pointer.as_mut() }.ok_or(CallError::Null { argument })
+/// A pointer that passes these checks must point to a writable `T` that exists during `'a`. Nothing else may access the
+/// `T` during `'a`.
+pub(super) unsafe fn reference_mut<'a, T>(argument: &'static str, pointer: *mut T) -> Result<&'a mut T, CallError> {
+    check_pointer(argument, pointer)?;
+    // SAFETY: the pointer is aligned and not null; the contract above guarantees the rest.
+    Ok(unsafe { &mut *pointer })
 }
 
-/// A string from a pointer; null and invalid UTF-8 are errors.
+/// A string from a pointer; a null pointer and invalid UTF-8 are errors.
 ///
 /// # Safety
-/// Unless null, it must point to a string with a terminating NUL that outlives `'a` and is not changed meanwhile.
-pub(super) unsafe fn text<'a>(argument: &'static str, pointer: *const c_char) -> Result<&'a str, CallError> {
-    if pointer.is_null() {
-        return Err(CallError::Null { argument });
-    }
-    // SAFETY: by the contract above.
+/// Unless null, `pointer` must point to a string with a terminating NUL that exists and does not change during `'a`.
+pub(super) unsafe fn utf8<'a>(argument: &'static str, pointer: *const c_char) -> Result<&'a str, CallError> {
+    check_pointer(argument, pointer)?;
+    // SAFETY: the pointer is not null; the contract above guarantees the rest.
     unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|source| CallError::NotText { argument, source })
 }

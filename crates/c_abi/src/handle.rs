@@ -1,6 +1,6 @@
 //! Creation, description and destruction of surfaces.
 
-use super::foreign::{Floats, Input, output, reference, text};
+use super::foreign::{Floats, Input, reference, reference_mut, utf8};
 use super::status::{CallError, Status, call};
 use ndarray::Array2;
 use serde::Serialize;
@@ -12,17 +12,17 @@ use sunbeam::table::Progress;
 
 /// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.
 pub struct SurfaceHandle {
-    /// Tables of the surface, and its index.
+    /// Evaluator of the BSDF: tables and refractive index.
     pub(super) surface: BuiltSurface,
     /// Parameters as given.
     config: SurfaceConfig,
     /// Origin of the tables: the cache or a build.
     origin: Origin,
-    /// Interpretation of the file of heights; `None` without a file.
+    /// Interpretation of the height-field file; `None` for presets and arrays.
     file: Option<FileDescription>,
 }
 
-/// Interpretation of a file of heights.
+/// Interpretation of a height-field file.
 #[derive(Serialize)]
 struct FileDescription {
     /// Origin of size, unit, orientation, channel and missing points.
@@ -32,7 +32,7 @@ struct FileDescription {
 }
 
 impl FileDescription {
-    /// Reads the file of a configuration; `None` for a preset.
+    /// Reads the file of a configuration, which the build of the surface reads once more. `None` for a preset.
     fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
         if config.filename.is_none() {
             return Ok(None);
@@ -45,20 +45,24 @@ impl FileDescription {
 /// The JSON object of `sunbeam_surface_describe`.
 #[derive(Serialize)]
 struct Description<'a> {
+    /// Version of the library.
     version: &'static str,
+    /// Parameters as given.
     config: &'a SurfaceConfig,
     /// Origin of the tables: the cache or a build.
     origin: &'a Origin,
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a FileDescription>,
+    /// Build time, memory and measured error; its keys are keys of this object.
     #[serde(flatten)]
     report: BuiltReport<'a>,
 }
 
 impl SurfaceHandle {
-    /// Moves the surface to the heap, and passes its ownership to the caller.
-    fn publish(self, output: &mut *mut Self) {
-        *output = Box::into_raw(Box::new(self));
+    /// Moves the surface to the heap, where the caller owns it until `sunbeam_surface_free`. `result` receives its
+    /// address.
+    fn publish(self, result: &mut *mut Self) {
+        *result = Box::into_raw(Box::new(self));
     }
 }
 
@@ -77,29 +81,32 @@ impl SurfaceHandle {
 pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface: *mut *mut SurfaceHandle) -> Status {
     call(|| {
         // SAFETY: by the contract above.
-        let (output, json) = unsafe {
-            let output = output("surface", surface)?;
-            *output = std::ptr::null_mut();
-            (output, text("config_json", config_json)?)
+        let (result, json) = unsafe {
+            let result = reference_mut("surface", surface)?;
+            *result = std::ptr::null_mut();
+            (result, utf8("config_json", config_json)?)
         };
         let config = SurfaceConfig::from_json(json).map_err(BuildError::from)?;
         let cache = Cache::from_env().map_err(BuildError::from)?;
         let file = FileDescription::of(&config)?;
         let (surface, origin) = config.build_by_theory(&cache, &Progress::none())?;
-        SurfaceHandle { surface, config, origin, file }.publish(output);
+        SurfaceHandle { surface, config, origin, file }.publish(result);
         Ok(())
     })
 }
 
 /// Creates a surface from an array of heights: `ny` rows of `nx` heights in micrometres. Row `iy` begins at
-/// `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`. The heights are copied.
+/// `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`; height `ix` of a row lies at
+/// x = `ix * pixel_x_um`. The heights are copied.
 ///
-/// The configuration is that of `sunbeam_surface_new` without parameters of presets and files. As for files,
-/// the defaults are `plane` for `level` and `aperiodic` for `tiling`. Heights that are NaN, infinite or of
-/// magnitude 1e30 or more are missing points; they are an error unless `fill` is `laplace` or `mean`.
+/// The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files. `level`
+/// defaults to `plane` and `tiling` to `aperiodic`, as for files. Heights that are NaN, infinite or of magnitude
+/// 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`.
+///
+/// `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
 ///
 /// # Safety
-/// The conditions of `sunbeam_surface_new` hold, and `nx` floats must be readable from the beginning of each row.
+/// The requirements of `sunbeam_surface_new` apply. `nx` floats must be readable from the beginning of each row.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_from_heights(
     config_json: *const c_char,
@@ -111,18 +118,20 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
     surface: *mut *mut SurfaceHandle,
 ) -> Status {
     call(|| {
+        // An array without heights may be null, even if it has rows.
+        let row_count = if nx == 0 { 0 } else { ny };
         // SAFETY: by the contract above.
-        let (output, json, rows) = unsafe {
-            let output = output("surface", surface)?;
-            *output = std::ptr::null_mut();
-            let count = if nx == 0 { 0 } else { ny };
-            (output, text("config_json", config_json)?, Input::new("heights_um", heights_um, count)?)
+        let (result, json, rows) = unsafe {
+            let result = reference_mut("surface", surface)?;
+            *result = std::ptr::null_mut();
+            (result, utf8("config_json", config_json)?, Input::new("heights_um", heights_um, nx, row_count)?)
         };
+        // Larger arrays make `Array2` panic.
         if nx.checked_mul(ny).is_none_or(|n| n > isize::MAX as usize / size_of::<f64>()) {
             return Err(CallError::Size {
                 argument: "nx",
                 found: nx,
-                accepted: "such that nx * ny heights fit memory",
+                accepted: "such that nx * ny heights fit memory".into(),
             });
         }
         let config = SurfaceConfig::from_json_for_array(json).map_err(BuildError::from)?;
@@ -130,7 +139,7 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
         let fill = config.fill.unwrap_or_default();
         let field = HeightField::with_holes(heights, pixel_x_um, pixel_y_um, fill).map_err(BuildError::from)?;
         let (surface, origin) = config.build_of(&field, &Cache::from_env().map_err(BuildError::from)?)?;
-        SurfaceHandle { surface, config, origin, file: None }.publish(output);
+        SurfaceHandle { surface, config, origin, file: None }.publish(result);
         Ok(())
     })
 }
@@ -151,11 +160,12 @@ pub unsafe extern "C" fn sunbeam_surface_free(surface: *mut SurfaceHandle) {
     });
 }
 
-/// Writes a JSON object with the configuration, the size of the tables and their measured error. For a file of
-/// heights, its key `file` tells the origin of size, unit, orientation, channel and missing points.
+/// Writes a JSON object with the configuration, the size of the tables and their measured error. For a surface from
+/// a file, its key `file` has the sources of size, unit, orientation and channel, the missing points, and warnings.
 ///
-/// `*needed` receives the size of the text with its terminating NUL. A call with `capacity` 0 only returns this
-/// size (and `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
+/// `*needed` receives the size of the text in bytes, including the terminating NUL. If `capacity` is smaller,
+/// nothing is written to `buffer`, and the call returns `SUNBEAM_STATUS_BUFFER_TOO_SMALL`. `buffer` may be null if
+/// `capacity` is 0.
 ///
 /// # Safety
 /// `surface` must not have been freed, `buffer` must have room for `capacity` bytes, and `needed` must be a valid
@@ -178,8 +188,9 @@ pub unsafe extern "C" fn sunbeam_surface_describe(
             file: handle.file.as_ref(),
             report: handle.surface.report(),
         };
-        let text = serde_json::to_string(&description).map_err(|error| sunbeam_guard::Panic(error.to_string()))?;
-        *needed = text.len() + 1;
+        // Serialisation fails only by a defect of the library, so its error is reported as a panic is.
+        let json = serde_json::to_string(&description).map_err(|error| sunbeam_guard::Panic(error.to_string()))?;
+        *needed = json.len() + 1;
         if capacity < *needed {
             return Err(CallError::BufferTooSmall { needed: *needed, capacity });
         }
@@ -188,8 +199,8 @@ pub unsafe extern "C" fn sunbeam_surface_describe(
         }
         // SAFETY: the buffer has room for the text and its terminating NUL.
         unsafe {
-            std::ptr::copy_nonoverlapping(text.as_ptr().cast(), buffer, text.len());
-            buffer.add(text.len()).write(0);
+            std::ptr::copy_nonoverlapping(json.as_ptr().cast(), buffer, json.len());
+            buffer.add(json.len()).write(0);
         }
         Ok(())
     })

@@ -2,11 +2,12 @@
 //!
 //! - A surface is an opaque handle, made from a JSON configuration (`handle.rs`).
 //! - Batches of directions are strided arrays of floats, [`Floats`] and [`FloatsOut`] (`batch.rs`).
-//! - Every export runs its body in `call` (`status.rs`): errors and panics become a [`Status`] and a message of the
-//!   thread, and nothing unwinds into foreign code.
-//! - All pointers from C are checked and dereferenced in `foreign.rs`.
+//! - Every fallible export runs its body in `call` (`status.rs`): errors and panics become a [`Status`] and a message
+//!   for the calling thread. No panic unwinds into foreign code.
+//! - Pointers from C are checked in `foreign.rs`, which also reads and writes the arrays of a batch.
 //!
-//! Comments of exports are part of the header: they are written for C programmers, in at most 110 columns.
+//! Doc comments of exports become comments of the header, so they are written for C programmers. There, the heading
+//! `# Safety` reads `Requirements:`.
 
 mod batch;
 mod foreign;

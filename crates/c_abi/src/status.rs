@@ -11,40 +11,40 @@ use sunbeam_guard::{Panic, guard};
 pub enum Status {
     /// Success.
     Ok = 0,
-    /// A required pointer is null, or a pointer to floats is misaligned.
+    /// A required pointer is null, or a pointer is misaligned.
     BadPointer = 1,
-    /// A number, direction, stride or size is not accepted. In a batch, results of bad items are zeros, and
-    /// all other items have been computed.
+    /// A number, direction, stride or size is not accepted. If items of a batch are bad, their results are zeros
+    /// and all other items have been computed.
     BadValue = 2,
-    /// The configuration is not JSON, or has an unknown name or a value out of range; or an environment
-    /// variable has an unknown value.
+    /// The configuration is not JSON in UTF-8, has an unknown name or has a value out of range. Or an environment
+    /// variable of the cache has an unknown value.
     BadConfig = 3,
     /// A height field cannot be read, or is not valid.
     BadHeightField = 4,
-    /// The tables cannot be built: they would be too large.
+    /// The tables cannot be built, for example because they would be too large.
     BadTables = 5,
-    /// The buffer is too small for the text; the required size has been written.
+    /// The buffer is too small for the text. The required size has been written to `*needed`.
     BufferTooSmall = 6,
-    /// A defect of the library.
+    /// A defect of the library, such as a caught panic.
     Internal = 7,
 }
 
-/// Error of an export; its `Display` is the message.
+/// Error of an export; its `Display` form is the message. `argument` is the name of the C function's argument.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum CallError {
     #[error("`{argument}` is null")]
     Null { argument: &'static str },
-    #[error("`{argument}` is not aligned to 4 bytes, as an array of float is")]
-    Misaligned { argument: &'static str },
+    #[error("`{argument}` is not aligned to {alignment} bytes")]
+    Misaligned { argument: &'static str, alignment: usize },
     #[error("`{argument}` is not UTF-8: {source}")]
     NotText { argument: &'static str, source: std::str::Utf8Error },
     #[error("`{argument}` has a stride of {stride} floats, but each item has {width}; items must not overlap")]
     Overlap { argument: &'static str, stride: isize, width: usize },
     #[error("`{argument}` is {found}, but must be {accepted}")]
-    Size { argument: &'static str, found: usize, accepted: &'static str },
+    Size { argument: &'static str, found: usize, accepted: String },
     #[error("{bad} of {count} items are not usable; the first is item {first}: {reason}")]
     Items { bad: usize, count: usize, first: usize, reason: String },
-    #[error("the text takes {needed} bytes with its end, but `capacity` is {capacity}")]
+    #[error("the text takes {needed} bytes with its terminating NUL, but `capacity` is {capacity}")]
     BufferTooSmall { needed: usize, capacity: usize },
     #[error(transparent)]
     Build(#[from] BuildError),
@@ -73,22 +73,22 @@ thread_local! {
     static MESSAGE: RefCell<CString> = RefCell::default();
 }
 
-/// Runs the body of an export. Converts an error or a panic into a status, and stores its message.
+/// Runs the body of an export. Converts an error or a panic into a status, and stores its message for the thread.
 pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();
     text.retain(|byte| *byte != 0);
     // The text has no NUL, so `CString::new` succeeds.
     let text = CString::new(text).unwrap_or_default();
-    // Fails only while the thread ends, when its message cannot be read any more.
+    // `try_with` fails only while the thread ends. Nobody can read the message then.
     let _ = MESSAGE.try_with(|message| message.replace(text));
     error.status()
 }
 
-/// Returns the message of the last failed call of this thread, one line of UTF-8; an empty string if no call
-/// failed.
+/// Returns the message of the last failed call of this thread, one line of UTF-8. The string is empty if no call
+/// has failed. The pointer is never null.
 ///
-/// The string is valid until the next failing call of this thread. Never null.
+/// The string is valid until the next failing call of this thread.
 #[unsafe(no_mangle)] // SAFETY: no other library has symbols with this prefix.
 pub extern "C" fn sunbeam_last_error() -> *const c_char {
     MESSAGE.try_with(|message| message.borrow().as_ptr()).unwrap_or(c"".as_ptr())

@@ -159,12 +159,15 @@ fn null_and_misaligned_pointers_are_errors() {
         let to = out(&mut result, 1);
         let eval = |surface, wi, wo, nm, f| (sunbeam_surface_eval(surface, 1, wi, wo, 1, nm, f), message());
         let nowhere = FloatsOut { data: null_mut(), stride: 1 };
+        let odd_out = FloatsOut { data: to.data.wrapping_byte_add(1), stride: 1 };
         for (name, outcome) in [
             ("surface", eval(null(), good, good, nm, to)),
+            ("surface", eval(surface.wrapping_byte_add(1), good, good, nm, to)),
             ("wi", eval(surface, nothing, good, nm, to)),
             ("wo", eval(surface, good, odd, nm, to)),
             ("wavelength_nm", eval(surface, good, good, nothing, to)),
             ("f", eval(surface, good, good, nm, nowhere)),
+            ("f", eval(surface, good, good, nm, odd_out)),
         ] {
             assert_eq!(outcome.0, Status::BadPointer);
             assert!(outcome.1.contains(&format!("`{name}`")), "{}", outcome.1);
@@ -180,6 +183,14 @@ fn null_and_misaligned_pointers_are_errors() {
         assert_eq!(sunbeam_surface_new(c"{}".as_ptr(), null_mut()), Status::BadPointer);
         assert_eq!(sunbeam_surface_describe(surface, null_mut(), 1 << 20, &mut 0), Status::BadPointer);
         assert_eq!(sunbeam_surface_describe(surface, null_mut(), 0, null_mut()), Status::BadPointer);
+        let mut needed = 0_usize;
+        let odd_needed = (&raw mut needed).wrapping_byte_add(1);
+        assert_eq!(sunbeam_surface_describe(surface, null_mut(), 0, odd_needed), Status::BadPointer);
+        assert!(message().contains("`needed` is not aligned to"), "{}", message());
+        let mut created: *mut SurfaceHandle = null_mut();
+        let odd_created = (&raw mut created).wrapping_byte_add(1);
+        assert_eq!(sunbeam_surface_new(c"{}".as_ptr(), odd_created), Status::BadPointer);
+        assert!(message().contains("`surface` is not aligned to"), "{}", message());
         sunbeam_surface_free(null_mut());
         sunbeam_surface_free(surface);
     }
@@ -205,7 +216,7 @@ fn configurations_are_refused_by_kind() {
         assert!(message.contains(mentioned), "{message}");
     }
     let latin = [b'{' as c_char, 0xe9u8 as c_char, 0];
-    // SAFETY: a string with its end.
+    // SAFETY: a string with its terminating NUL.
     assert_eq!(unsafe { sunbeam_surface_new(latin.as_ptr(), &mut null_mut()) }, Status::BadConfig);
     assert!(message().contains("UTF-8"), "{}", message());
 }

@@ -9,9 +9,10 @@ pub const SUNBEAM_VERSION_MINOR: u32 = 1;
 /// Patch version of this header.
 pub const SUNBEAM_VERSION_PATCH: u32 = 0;
 
-/// Returns the version of the library, such as `0.1.0`, as a static string.
+/// Returns the version of the library in use, such as `0.1.0`, as a static string.
 #[unsafe(no_mangle)] // SAFETY: no other library has symbols with this prefix.
 pub extern "C" fn sunbeam_version() -> *const c_char {
+    // The version has no NUL, so the error does not occur.
     const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
         Ok(version) => version,
         Err(_) => c"unknown",

@@ -11,14 +11,12 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Query, Renderer, Shader, TonePass};
 
-/// Period and height of the grating in µm. It has one order and is solved in 0.1 s.
-const GRATING_UM: (f64, f64) = (0.3, 0.05);
-/// Coherence length of the grating in µm, the default of every surface.
-const GRATING_COHERENCE_UM: f64 = 65.0;
-/// Relative error of the grating's table: the largest accepted, since only its shader matters here.
-const GRATING_TOLERANCE: f64 = 1.0;
-/// Format of the window's texture, into which the tone pass draws.
-const WINDOW_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Period of the grating in µm. Short periods have few orders, so the table is built fast. Only its shader matters.
+const GRATING_PERIOD_UM: f64 = 0.3;
+/// Height of the grating in µm. Shallow gratings are solved faster.
+const GRATING_HEIGHT_UM: f64 = 0.05;
+/// Format of the texture into which the tone pass draws: the format that `sunbeam view` uses.
+const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Check the GPU adapter: compile every shader on it, then lose its device
 ///
@@ -36,22 +34,24 @@ pub(crate) struct AdapterArgs {
 #[derive(Serialize)]
 struct Report {
     adapter: String,
+    /// Graphics interface, for instance `vulkan`.
     backend: &'static str,
     software: bool,
+    /// Name and version of the driver.
     driver: String,
     /// `timestamps` of the GPU, or `wall clock` around each submission.
     clock: &'static str,
     /// Largest storage buffer of a shader in bytes.
     storage_buffer_bytes_max: u64,
     shaders: Vec<CompiledShader>,
-    /// The error of work on the lost device.
+    /// Error message of a query on the destroyed device.
     lost_device: String,
 }
 
 #[derive(Serialize)]
 struct CompiledShader {
     name: String,
-    /// Time of the compilation and a first query, during which drivers finish the compilation.
+    /// Wall-clock time of the compilation in ms. It includes a first query, during which drivers finish compiling.
     ms: f64,
 }
 
@@ -72,15 +72,17 @@ pub(crate) fn run(args: &AdapterArgs) -> Outcome {
     })
 }
 
-/// Compiles the renderer's shaders and those of each method; returns their times and the last shader.
+/// Compiles the renderer's shaders and those of each method. Returns the compilation times, and the shader that was
+/// compiled last.
 fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error>> {
     let mut compiled = Vec::new();
     timed(&mut compiled, "raster, shadow, locate, resolve", || Ok(Renderer::new(gpu)?))?;
     timed(&mut compiled, "tone", || {
-        TonePass::new(gpu.device(), WINDOW_FORMAT);
+        TonePass::new(gpu.device(), TONE_FORMAT);
         Ok(gpu.check()?)
     })?;
     let field = Preset::Sinusoidal.build(None, None)?;
+    // The published methods accept no other model.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let mut shade = |name: &str, method: &dyn Method| {
         timed(&mut compiled, &format!("shade, {name}"), || Ok(Shader::new(gpu, method, &Optics::default())?))
@@ -92,19 +94,20 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     shade("stam of GPU Gems", &*build(MethodKind::Stam, &field, &patch, &gems)?)?;
     let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default())?;
     shade("table that keeps energy", &*conserving)?;
-    let last = shade("grating by Maxwell's equations", &grating()?)?;
-    Ok((compiled, last))
+    let last_shader = shade("grating by Maxwell's equations", &grating()?)?;
+    Ok((compiled, last_shader))
 }
 
-/// A grating in a perfect conductor.
+/// A sinusoidal grating in a perfect conductor.
 fn grating() -> Result<GratingColourSurface, Box<dyn Error>> {
-    let (period, height) = GRATING_UM;
-    let profile = preset_profile(Preset::Sinusoidal, Some(period), Some(height))?.ok_or("a sinusoid is a grating")?;
-    let surface = GratingSurface::new(&profile, None, GRATING_COHERENCE_UM, GRATING_TOLERANCE, &Progress::none())?;
+    let profile = preset_profile(Preset::Sinusoidal, Some(GRATING_PERIOD_UM), Some(GRATING_HEIGHT_UM))?
+        .ok_or("the preset \"sinusoidal\" has no profile")?;
+    let Options { coherence_length_um, build_limit, .. } = Options::default();
+    let surface = GratingSurface::new(&profile, None, coherence_length_um, build_limit, &Progress::none())?;
     Ok(GratingColourSurface::new(surface))
 }
 
-/// Runs a compilation; adds its time to the list, or its name to the error.
+/// Runs `compile` and appends its time to `compiled`. The name of the shader is added to an error.
 fn timed<T>(
     compiled: &mut Vec<CompiledShader>,
     name: &str,
@@ -116,7 +119,7 @@ fn timed<T>(
     Ok(result)
 }
 
-/// Destroys the device, and returns the error message of the next query.
+/// Destroys the device, and returns the error message of the next query on one line.
 fn lose_device(gpu: &Gpu, shader: &Shader) -> Result<String, Box<dyn Error>> {
     gpu.device().destroy();
     match shader.evaluate(gpu, &[Query::default()]) {

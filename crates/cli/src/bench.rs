@@ -23,9 +23,9 @@ const METHOD_PRESETS: [Preset; 3] = [Preset::Blazed, Preset::Elaphe, Preset::Xen
 /// Presets whose samplers are measured unless a surface is given.
 const SAMPLER_PRESETS: [Preset; 6] =
     [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis];
-/// Samples for each incidence and wavelength: the 99.9th percentile has 100 above it.
+/// Samples for each incidence and wavelength. About 100 of them lie above the 99.9th percentile.
 const SAMPLES: usize = 100_000;
-/// Samples for each incidence and wavelength with `--quick`.
+/// Samples for each incidence and wavelength with `--quick`, where the 99.9th percentile is the largest sample.
 const QUICK_SAMPLES: usize = 1000;
 
 /// The subject of a run.
@@ -76,16 +76,17 @@ pub(crate) struct BenchArgs {
 struct MethodsReport {
     what: Subject,
     quick: bool,
-    /// The adapter; without one there are no times of a GPU.
+    /// The adapter of the GPU times; `None` where these are not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     adapter: Option<AdapterReport>,
-    /// The reason why there is no adapter.
+    /// The reason why GPU times are not measured; `None` where they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     no_adapter: Option<String>,
     effort: methods::Effort,
     /// Angle with the normal and azimuth of each direction of incidence, in degrees.
     incident_deg: [(f64, f64); 4],
     surfaces: Vec<Named<SurfaceFigures>>,
+    /// Wall-clock time of the run.
     seconds: f64,
 }
 
@@ -95,7 +96,7 @@ struct AdapterReport {
     software: bool,
 }
 
-/// The figures of a surface by its name.
+/// A surface's name ([`surface_name`]) and figures.
 #[derive(Serialize)]
 struct Named<T> {
     name: String,
@@ -110,6 +111,7 @@ struct StabilityReport {
     effort: stability::Effort,
     #[serde(flatten)]
     figures: StabilityFigures,
+    /// Wall-clock time of the run.
     seconds: f64,
 }
 
@@ -120,13 +122,15 @@ struct SamplerReport {
     /// Samples for each incidence and wavelength.
     samples: usize,
     surfaces: Vec<Named<SamplerFigures>>,
+    /// Wall-clock time of the run.
     seconds: f64,
 }
 
 #[derive(Serialize)]
 struct SamplerFigures {
-    /// Size of the sampler's data in bytes, without the table of S.
+    /// Size of the sampler's data in bytes, without the table of the power spectrum.
     bytes: usize,
+    /// Statistics for each incidence and wavelength.
     rows: Vec<SamplerRow>,
 }
 
@@ -143,25 +147,23 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     args.surface.refuse_bench_choices()?;
     let effort = if args.quick { methods::Effort::QUICK } else { methods::Effort::FULL };
-    let (adapter, no_adapter) = if args.cpu_only { (None, Some("left out".to_owned())) } else { adapter()? };
+    let (gpu, no_adapter) = if args.cpu_only { (None, Some("left out".to_owned())) } else { open_gpu()? };
     if let Some(reason) = &no_adapter {
         eprintln!("no times of a GPU: {reason}");
     }
-    let selected =
-        if args.surface.is_given() { vec![args.surface.clone()] } else { args.surface.presets(&METHOD_PRESETS) };
     let mut surfaces = Vec::new();
-    for surface in selected {
-        let config = surface.config()?;
-        let name = name(&config);
-        let mut progress = |stage: &str| eprintln!("[{:4.0} s] {name}: {stage}", start.elapsed().as_secs_f64());
+    for surface_args in args.surfaces(&METHOD_PRESETS) {
+        let config = surface_args.config()?;
+        let name = surface_name(&config);
+        let mut progress = |stage: &str| log(start, &format!("{name}: {stage}"));
         let field = config.height_field()?;
-        let figures = methods::measure(&field, &config.options(), &effort, adapter.as_ref(), &mut progress)?;
+        let figures = methods::measure(&field, &config.options(), &effort, gpu.as_ref(), &mut progress)?;
         surfaces.push(Named { name, figures });
     }
     let report = MethodsReport {
         what: args.what,
         quick: args.quick,
-        adapter: adapter.as_ref().map(adapter_report),
+        adapter: gpu.as_ref().map(|gpu| AdapterReport { name: gpu.adapter(), software: gpu.is_software() }),
         no_adapter,
         effort,
         incident_deg: INCIDENT_DEG,
@@ -182,8 +184,7 @@ fn bench_stability(args: &BenchArgs) -> Outcome {
         return Err("--what stability accepts no surface and no --plot".into());
     }
     let effort = if args.quick { stability::Effort::QUICK } else { stability::Effort::FULL };
-    let mut progress = |stage: &str| eprintln!("[{:4.0} s] {stage}", start.elapsed().as_secs_f64());
-    let figures = stability::measure(&effort, &mut progress)?;
+    let figures = stability::measure(&effort, &mut |stage: &str| log(start, stage))?;
     let seconds = start.elapsed().as_secs_f64();
     write_json(&args.json, &StabilityReport { what: args.what, quick: args.quick, effort, figures, seconds })
 }
@@ -194,13 +195,11 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
         return Err("--what sampler accepts no --plot".into());
     }
     let samples = if args.quick { QUICK_SAMPLES } else { SAMPLES };
-    let selected =
-        if args.surface.is_given() { vec![args.surface.clone()] } else { args.surface.presets(&SAMPLER_PRESETS) };
     let mut surfaces = Vec::new();
-    for surface in selected {
-        let config = surface.config()?;
-        let name = name(&config);
-        eprintln!("[{:4.0} s] {name}", start.elapsed().as_secs_f64());
+    for surface_args in args.surfaces(&SAMPLER_PRESETS) {
+        let config = surface_args.config()?;
+        let name = surface_name(&config);
+        log(start, &name);
         let (surface, _) = config.build(&Cache::off())?;
         let figures = SamplerFigures { bytes: surface.sampler().bytes(), rows: sampler(&surface, samples) };
         surfaces.push(Named { name, figures });
@@ -209,16 +208,31 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
     write_json(&args.json, &SamplerReport { what: args.what, quick: args.quick, samples, surfaces, seconds })
 }
 
-/// The name of a surface: that of its preset or its file.
-fn name(config: &SurfaceConfig) -> String {
+impl BenchArgs {
+    /// The given surface; without one, each of `presets` with the other arguments of the surface.
+    fn surfaces(&self, presets: &[Preset]) -> Vec<SurfaceArgs> {
+        if self.surface.is_given() { vec![self.surface.clone()] } else { self.surface.presets(presets) }
+    }
+}
+
+/// Prints a line on stderr, preceded by the seconds since `start`.
+fn log(start: Instant, text: &str) {
+    eprintln!("[{:4.0} s] {text}", start.elapsed().as_secs_f64());
+}
+
+/// Name of a surface in the report: the name of its preset, or of its file without the extension.
+fn surface_name(config: &SurfaceConfig) -> String {
     match config.source() {
         Source::Preset(preset) => preset.name().to_owned(),
         Source::File(path) => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
     }
 }
 
-/// The adapter, or the reason why there is none.
-fn adapter() -> Result<(Option<Gpu>, Option<String>), Box<dyn Error>> {
+/// Opens the GPU. On a machine without an adapter, returns `None` and the reason.
+///
+/// # Errors
+/// Any other failure to open the adapter.
+fn open_gpu() -> Result<(Option<Gpu>, Option<String>), Box<dyn Error>> {
     match super::realtime::open(None) {
         Ok(gpu) => Ok((Some(gpu), None)),
         Err(error) => match error.downcast_ref::<GpuError>() {
@@ -228,10 +242,7 @@ fn adapter() -> Result<(Option<Gpu>, Option<String>), Box<dyn Error>> {
     }
 }
 
-fn adapter_report(gpu: &Gpu) -> AdapterReport {
-    AdapterReport { name: gpu.adapter(), software: gpu.is_software() }
-}
-
+/// Writes a report as indented JSON to a file or to stdout.
 fn write_json(file: &Output, report: &impl Serialize) -> Outcome {
     if file.is_stdout() {
         return print_json(report);

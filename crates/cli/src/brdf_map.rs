@@ -4,17 +4,22 @@ use super::arguments::{direction_from_degrees, out_of_range};
 use super::encode;
 use super::method_args::{Method, MethodArgs, Quantity};
 use super::output::{Output, output};
-use super::reflector::Reflector;
+use super::realtime::{self, Realtime};
+use super::reflector::{Reflector, single};
 use super::surface_args::{SurfaceArgs, no_effect_with_gems};
 use super::{Outcome, print_json};
 use serde::Serialize;
 use std::error::Error;
+use std::ops::RangeInclusive;
 use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_bytes};
 use sunbeam::scattering::{Vec3, map_direction};
+use sunbeam_realtime::{AdapterChoice, Query};
 
-/// Accepted lengths of the map's sides in pixels.
-const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
+/// Accepted numbers of pixels along a side of the map. The largest map takes 6 GB in double precision.
+const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
+/// Direction of the pixels outside the disc: any direction below the surface, where the reflectance is 0.
+const OUTSIDE: [f32; 3] = [0.0, 0.0, -1.0];
 
 /// Write a colour map of the reflectance over the outgoing hemisphere
 ///
@@ -32,7 +37,8 @@ pub(crate) struct BrdfMapArgs {
     /// File for the map as an sRGB picture (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
-    /// Factor on the colours of the picture [default: the factor that clips 1 % of the disc's pixels]
+    /// Factor on the colours of the picture [default: the factor that clips 1 % of the pixels that are not
+    /// black]
     #[arg(long, allow_negative_numbers = true)]
     exposure: Option<f64>,
     /// Angle of wi with the normal in degrees, in [0, 90)
@@ -47,7 +53,7 @@ pub(crate) struct BrdfMapArgs {
     /// Adapter for --backend gpu: any prefers a GPU, software is the software adapter [default: SUNBEAM_ADAPTER, else
     /// any]
     #[arg(long, value_name = "any|software")]
-    adapter: Option<sunbeam_realtime::AdapterChoice>,
+    adapter: Option<AdapterChoice>,
     /// Pixels along each side
     #[arg(long, value_name = "PIXELS", default_value_t = 256)]
     size: usize,
@@ -57,6 +63,7 @@ pub(crate) struct BrdfMapArgs {
     surface: SurfaceArgs,
 }
 
+/// The processor that computes a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Backend {
     /// All methods
@@ -67,12 +74,13 @@ enum Backend {
 
 /// A computed map.
 struct Map {
-    /// Linear sRGB in 1/sr, by rows from the top; black outside the disc.
+    /// Linear sRGB of `f_r` in 1/sr for each pixel, by rows from the top; black outside the disc.
     rgb: Vec<[f64; 3]>,
-    /// Number of wavelengths; `None` where the directions determine them.
+    /// Number of wavelengths that a colour sums; `None` for methods without a fixed number.
     wavelengths: Option<usize>,
     /// Seconds for all directions, without building the method's data.
     seconds: f64,
+    /// `None` for a map by the CPU.
     gpu: Option<GpuReport>,
 }
 
@@ -80,6 +88,7 @@ struct Map {
 #[derive(Serialize)]
 struct GpuReport {
     adapter: String,
+    /// Time for all directions; see `sunbeam_realtime::Gpu::has_timestamps`.
     gpu_ms: f64,
 }
 
@@ -88,23 +97,25 @@ struct Report<'a> {
     output: &'a Output,
     #[serde(skip_serializing_if = "Option::is_none")]
     png: &'a Option<Output>,
-    /// The factor on the colours of the picture.
+    /// Factor on the colours of the PNG; `None` without a PNG.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure: Option<f64>,
     size: usize,
     wi: Vec3,
     method: &'static str,
-    /// Number of wavelengths; `None` where the directions determine them.
+    /// Number of wavelengths that a colour sums, as in [`Map`].
     #[serde(skip_serializing_if = "Option::is_none")]
     wavelengths: Option<usize>,
-    /// Largest value of each channel in 1/sr.
+    /// Largest value of each channel in 1/sr, at least 0.
     max: [f64; 3],
+    /// Seconds for all directions, as in [`Map`].
     seconds: f64,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     gpu: Option<GpuReport>,
 }
 
 impl BrdfMapArgs {
+    /// Refuses arguments out of range or without effect.
     fn check(&self) -> Result<(), String> {
         if !(0.0..90.0).contains(&self.theta_i) {
             return Err(out_of_range("theta-i", self.theta_i, "in [0, 90) degrees"));
@@ -112,7 +123,7 @@ impl BrdfMapArgs {
         if !self.phi_i.is_finite() {
             return Err(out_of_range("phi-i", self.phi_i, "finite"));
         }
-        if !SIZE.contains(&self.size) {
+        if !SIDE_PIXELS.contains(&self.size) {
             return Err(out_of_range("size", self.size, "1 to 16384 pixels"));
         }
         if self.method.is_gems() && self.surface.has_index() {
@@ -126,6 +137,7 @@ impl BrdfMapArgs {
         }
     }
 
+    /// Unit vector towards the light.
     fn wi(&self) -> Vec3 {
         direction_from_degrees(self.theta_i, self.phi_i)
     }
@@ -135,21 +147,22 @@ impl BrdfMapArgs {
 pub(crate) fn run(args: &BrdfMapArgs) -> Outcome {
     args.check()?;
     let size = args.size;
-    let pixels: Vec<Option<Vec3>> = (0..size * size).map(|i| map_direction(i % size, i / size, size)).collect();
-    let Map { rgb: map, wavelengths, seconds, gpu } = match args.backend {
-        Backend::Cpu => on_cpu(args, &pixels)?,
-        Backend::Gpu => on_gpu(args, &pixels)?,
+    // The outgoing direction of each pixel by rows from the top; `None` outside the disc.
+    let outgoing: Vec<Option<Vec3>> = (0..size * size).map(|i| map_direction(i % size, i / size, size)).collect();
+    let Map { rgb: colours, wavelengths, seconds, gpu } = match args.backend {
+        Backend::Cpu => on_cpu(args, &outgoing)?,
+        Backend::Gpu => on_gpu(args, &outgoing)?,
     };
-    args.output.write(&encode::exr((size, size), |i| map[i].map(|value| value as f32))?)?;
+    args.output.write(&encode::exr((size, size), |i| colours[i].map(|value| value as f32))?)?;
     let mut exposure = None;
-    if let Some(png) = &args.png {
-        let disc = map.iter().zip(&pixels).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
-        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(disc));
-        let bytes: Vec<u8> = map.iter().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
-        png.write(&encode::png((size, size), png::ColorType::Rgb, &bytes)?)?;
+    if let Some(file) = &args.png {
+        let in_disc = colours.iter().zip(&outgoing).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
+        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(in_disc));
+        let bytes: Vec<u8> = colours.iter().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
+        file.write(&encode::png((size, size), png::ColorType::Rgb, &bytes)?)?;
         exposure = Some(factor);
     }
-    let max = map.iter().fold([0.0f64; 3], |max, rgb| std::array::from_fn(|c| max[c].max(rgb[c])));
+    let max = colours.iter().fold([0.0f64; 3], |max, rgb| std::array::from_fn(|c| max[c].max(rgb[c])));
     print_json(&Report {
         output: &args.output,
         png: &args.png,
@@ -164,33 +177,32 @@ pub(crate) fn run(args: &BrdfMapArgs) -> Outcome {
     })
 }
 
-fn on_cpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+/// Evaluates the colours of the outgoing directions on the CPU.
+fn on_cpu(args: &BrdfMapArgs, outgoing: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
     let method = args.method.method();
     let options = args.method.options(Quantity::Colour)?;
     let spectrum = SpectralToRgb::visible(options.lambda_step_nm)?;
     let reflector = Reflector::new(&args.surface, method, &options, false)?;
     let wi = args.wi();
     let start = Instant::now();
-    let rgb = reflector.map(pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.eval_rgb(wi, wo, &spectrum)));
+    let rgb = reflector.map(outgoing, |wo| wo.map_or([0.0; 3], |wo| reflector.eval_rgb(wi, wo, &spectrum)));
     let seconds = start.elapsed().as_secs_f64();
-    let has_steps = !matches!(method, Method::Realtime(kind) if !kind.options().contains(&"lambda_step_nm"));
-    Ok(Map { rgb, wavelengths: has_steps.then(|| spectrum.weights().len()), seconds, gpu: None })
+    let has_fixed_steps = match method {
+        Method::Exact | Method::Table => true,
+        Method::Realtime(kind) => kind.options().contains(&"lambda_step_nm"),
+    };
+    Ok(Map { rgb, wavelengths: has_fixed_steps.then(|| spectrum.weights().len()), seconds, gpu: None })
 }
 
-fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
-    use super::realtime::{self, Realtime};
-    use sunbeam_realtime::Query;
-
+/// Evaluates the colours of the outgoing directions on the GPU.
+fn on_gpu(args: &BrdfMapArgs, outgoing: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
     let realtime = Realtime::new(&args.method, &args.surface)?;
     let index = args.surface.config()?.index();
     let gpu = realtime::open(args.adapter)?;
     let (shader, report) = realtime.build(&gpu, index)?;
-    let single = |w: Vec3| w.map(|c| c as f32);
     let wi = single(args.wi());
-    // Any direction below the surface, whose reflectance is zero.
-    let outside = [0.0, 0.0, -1.0];
     let start = Instant::now();
-    let queries: Vec<Query> = pixels.iter().map(|wo| Query::new(wi, wo.map_or(outside, single))).collect();
+    let queries: Vec<Query> = outgoing.iter().map(|wo| Query::new(wi, wo.map_or(OUTSIDE, single))).collect();
     let answers = shader.evaluate(&gpu, &queries)?;
     Ok(Map {
         rgb: answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect(),

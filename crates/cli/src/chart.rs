@@ -1,8 +1,8 @@
 //! Charts as SVG: axes with ticks, curves, cells, dots and a legend.
 //!
-//! Offsets of labels in pixels are chosen for [`FONT_SIZE`]. Positions in a drawing are pixels from its upper left
-//! corner, y downwards. An [`Axis`] maps a value to a fraction of the plot area's side, and the plot area clips what
-//! lies outside.
+//! A drawing has one or more charts. In each, the plot area lies inside the margins for title and labels, whose offsets
+//! in pixels fit [`FONT_SIZE`]. Positions are in pixels with y downwards. An [`Axis`] maps a value to a fraction of the
+//! plot area's side. Marks outside the plot area are clipped.
 
 use svg::node::element::{Circle, Group, Line, Polyline, Rectangle, SVG, Text};
 use svg::{Document, Node};
@@ -24,7 +24,7 @@ const CHARACTER_WIDTH: f64 = 6.6;
 /// Largest number of tick intervals of a linear axis.
 const TICKS_MAX: f64 = 9.0;
 
-/// An axis: label, range of values, and whether equal factors or equal differences take equal lengths.
+/// An axis with a label, from the value `first` (left or bottom) to the larger value `last` (right or top).
 pub(crate) struct Axis {
     label: &'static str,
     first: f64,
@@ -33,12 +33,13 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    /// An axis whose equal differences take equal lengths.
+    /// A linear axis. A range of a single value is widened, with the value in the middle.
     pub(crate) fn linear(label: &'static str, (first, last): (f64, f64)) -> Self {
-        Self { label, first, last, is_logarithmic: false }
+        let margin = if first == last { 0.5 } else { 0.0 };
+        Self { label, first: first - margin, last: last + margin, is_logarithmic: false }
     }
 
-    /// An axis whose equal factors take equal lengths; both ends of the range are positive.
+    /// A logarithmic axis. Both ends of the range are positive.
     pub(crate) fn logarithmic(label: &'static str, (first, last): (f64, f64)) -> Self {
         Self { label, first, last, is_logarithmic: true }
     }
@@ -52,7 +53,7 @@ impl Axis {
         }
     }
 
-    /// The values that have a tick, with their labels.
+    /// The values that have a tick, with their labels: powers of ten, or multiples of a round step.
     fn ticks(&self) -> Vec<(f64, String)> {
         if self.is_logarithmic {
             let exponents = self.first.log10().ceil() as i32..=self.last.log10().floor() as i32;
@@ -70,11 +71,14 @@ impl Axis {
     }
 }
 
-/// The stroke of a curve: its colour, its width in pixels, and the lengths of dashes and gaps ("" for a solid line).
+/// The stroke of a curve.
 #[derive(Clone, Copy)]
 pub(crate) struct Stroke {
+    /// Colour in the notation of SVG.
     pub(crate) colour: &'static str,
+    /// Width in pixels.
     pub(crate) width: f64,
+    /// Lengths of dashes and gaps in pixels, as in `stroke-dasharray`; empty for a solid line.
     pub(crate) dashes: &'static str,
 }
 
@@ -117,20 +121,21 @@ impl Chart {
         Self { x, y, area, title: title.to_owned(), cells, marks: Group::new(), legend: Vec::new() }
     }
 
-    /// The pixel of a point, rounded to a hundredth: more digits would only make the file larger.
+    /// Position in pixels of a point `(x, y)` in values of the axes, from the plot area's upper left corner. It is
+    /// rounded to a hundredth of a pixel, since more digits would only make the file larger.
     fn pixel(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let round = |position: f64| (100.0 * position).round() / 100.0;
         (round(self.area.0 * self.x.fraction(x)), round(self.area.1 * (1.0 - self.y.fraction(y))))
     }
 
-    /// Draws a curve through the points.
+    /// Draws a curve through points in values of the axes.
     pub(crate) fn curve(&mut self, points: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) {
         let pixels = points.into_iter().map(|point| self.pixel(point)).map(|(x, y)| format!("{x},{y}"));
         let line = Polyline::new().set("points", pixels.collect::<Vec<_>>()).set("fill", "none");
         self.marks.append(stroked(line, stroke));
     }
 
-    /// Fills the rectangle between two opposite corners.
+    /// Fills the rectangle between two opposite corners, which are in values of the axes.
     pub(crate) fn cell(&mut self, corner: (f64, f64), opposite: (f64, f64), colour: &str) {
         let ((x0, y0), (x1, y1)) = (self.pixel(corner), self.pixel(opposite));
         let cell = Rectangle::new().set("x", x0.min(x1)).set("y", y0.min(y1));
@@ -138,12 +143,12 @@ impl Chart {
         self.cells.append(cell);
     }
 
-    /// Draws a disc of `radius` pixels around a point.
+    /// Draws a filled disc of `radius` pixels around a point in values of the axes.
     pub(crate) fn disc(&mut self, centre: (f64, f64), radius: f64, colour: &str) {
         self.marks.append(disc(self.pixel(centre), radius).set("fill", colour));
     }
 
-    /// Draws a circle of `radius` pixels around a point.
+    /// Draws a circle of `radius` pixels around a point in values of the axes.
     pub(crate) fn circle(&mut self, centre: (f64, f64), radius: f64, stroke: Stroke) {
         self.marks.append(stroked(disc(self.pixel(centre), radius).set("fill", "none"), stroke));
     }
@@ -184,8 +189,8 @@ impl Chart {
         chart.add(clipped).add(frame.set("stroke", "black"))
     }
 
-    /// The legend on a pale background, 8 pixels from the edges of the plot area. A line has its symbol around x = 18
-    /// and its text from x = 34 on.
+    /// Takes the legend out of the chart: a box with a pale background, 8 pixels from the edges of the plot area. A
+    /// line has its symbol around x = 18 and its text from x = 34 on, in pixels from the left edge of the box.
     fn legend_box(&mut self, corner: Corner) -> Group {
         let lines = std::mem::take(&mut self.legend);
         let longest = lines.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
@@ -204,7 +209,7 @@ impl Chart {
     }
 }
 
-/// The SVG of charts of one `size` in rows of at most `columns`.
+/// The SVG of charts in rows of at most `columns`. `size` is the width and height of each chart in pixels.
 pub(crate) fn drawing(charts: Vec<Group>, size: (u32, u32), columns: usize) -> String {
     let columns = charts.len().clamp(1, columns);
     let rows = charts.len().div_ceil(columns);
@@ -219,12 +224,12 @@ pub(crate) fn drawing(charts: Vec<Group>, size: (u32, u32), columns: usize) -> S
     document.set("text-anchor", "middle").to_string()
 }
 
-/// A circle without fill or stroke.
+/// A circle whose fill and stroke are not set.
 fn disc((x, y): (f64, f64), radius: f64) -> Circle {
     Circle::new().set("cx", x).set("cy", y).set("r", radius)
 }
 
-/// A text centred at a position of its baseline.
+/// A text whose baseline has its middle at a position; [`drawing`] sets the anchor.
 fn label(text: &str, (x, y): (f64, f64)) -> Text {
     Text::new(text).set("x", x).set("y", y)
 }
@@ -257,6 +262,13 @@ mod tests {
         assert_eq!(labels(&Axis::linear("", (380.0, 779.0))), ["400", "450", "500", "550", "600", "650", "700", "750"]);
         assert_eq!(labels(&Axis::linear("", (0.0, 0.31))), ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
         assert_eq!(labels(&Axis::linear("", (-0.4, 0.4)))[..2], ["-0.4", "-0.3"]);
+    }
+
+    #[test]
+    fn a_single_value_lies_in_the_middle_of_a_linear_axis() {
+        let axis = Axis::linear("", (500.0, 500.0));
+        assert_eq!(axis.fraction(500.0), 0.5);
+        assert!(labels(&axis).contains(&"500.0".to_owned()), "{:?}", labels(&axis));
     }
 
     #[test]

@@ -11,9 +11,9 @@ use std::path::PathBuf;
 /// Both pictures are linear sRGB in the channels R, G and B of an OpenEXR file. The first is the reference. Prints the
 /// figures as JSON.
 ///
-/// rmse and relative_mse compare radiance; relative_mse is the mean of (b−a)²/(a²+ε²), ε 1 % of the mean of |a|. The
-/// other figures compare the pictures as shown, multiplied by 2^exposure and clipped to [0, 1]: psnr_db with sRGB
-/// encoding and the peak 1 (null for equal pictures), delta_e_2000, and flip at 67 pixels per degree. A p99 is the
+/// rmse and relative_mse compare radiance; relative_mse is the mean of (b−a)²/(a²+ε²), where ε is 1 % of the mean of
+/// |a|. The other figures compare the pictures as shown, multiplied by 2^exposure and clipped to [0, 1]: psnr_db with
+/// sRGB encoding and the peak 1 (null for equal pictures), delta_e_2000, and flip at 67 pixels per degree. A p99 is the
 /// smallest value that 99 % of the pixels do not exceed.
 #[derive(clap::Args)]
 pub(crate) struct CompareArgs {
@@ -24,7 +24,8 @@ pub(crate) struct CompareArgs {
     /// File for a picture with a, b and FLIP's map side by side; the map is black where a and b look alike (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
-    /// Exposure of the pictures as shown, in stops [default: the exposure that clips 1 % of a's pixels]
+    /// Exposure of the pictures as shown, in stops [default: the exposure that clips 1 % of a's pixels that are not
+    /// black]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
     exposure: Option<f64>,
     /// Picture of the pixels to compare, those above 0 in any channel; a and b count as black elsewhere (.exr, .png)
@@ -40,6 +41,7 @@ struct Report<'a> {
     mask: &'a Option<PathBuf>,
     #[serde(skip_serializing_if = "Option::is_none")]
     png: &'a Option<Output>,
+    /// Width and height in pixels.
     size: (usize, usize),
     /// Number of compared pixels.
     pixels: usize,

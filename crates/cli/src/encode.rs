@@ -1,4 +1,4 @@
-//! Encoders of pictures and arrays into memory, so that a file is only written when all of it is there.
+//! Encoders of pictures and arrays into memory. Files are written from there, so that a failure leaves no partial file.
 
 use ndarray::{ArrayBase, Data, Dimension};
 use ndarray_npy::{WritableElement, WriteNpyExt};
@@ -8,7 +8,7 @@ use sunbeam::colour::{srgb_bytes, tone_map};
 
 /// Encodes linear sRGB as OpenEXR in 32-bit floats.
 ///
-/// `size` is (width, height). `pixel` returns the pixel of an index; indices run by rows from the top.
+/// `size` is (width, height). `pixel` returns the pixel with an index; indices run by rows from the top.
 ///
 /// # Errors
 /// The encoder's message, for a size that it does not support.
@@ -22,7 +22,8 @@ pub fn exr(size: (usize, usize), pixel: impl Fn(usize) -> [f32; 3] + Sync) -> Re
 
 /// Encodes 8-bit pixels as PNG.
 ///
-/// `size` is (width, height). `pixels` holds rows from the top, with one byte for each channel of the colour type.
+/// `size` is (width, height). `pixels` has one byte for each channel of the colour type, by rows from the top. RGB is
+/// marked as sRGB.
 ///
 /// # Errors
 /// The encoder's message, for a size that it does not support or that does not fit the number of bytes.
@@ -40,22 +41,22 @@ pub fn png(size: (usize, usize), colour: png::ColorType, pixels: &[u8]) -> Resul
     Ok(bytes)
 }
 
-/// Encodes linear sRGB radiance, rows from the top, as a PNG for the screen.
+/// Encodes linear sRGB radiance, by rows from the top, as a PNG for the screen.
 ///
-/// The radiance is multiplied by 2^`exposure`, and highlights are compressed.
+/// `size` is (width, height). The radiance is multiplied by `2^stops`, and highlights are compressed.
 ///
 /// # Errors
 /// The errors of [`png()`].
-pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], exposure: f64) -> Result<Vec<u8>, Box<dyn Error>> {
-    let shown = |pixel: &[f32; 3]| srgb_bytes(tone_map(pixel.map(f64::from), exposure));
+pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], stops: f64) -> Result<Vec<u8>, Box<dyn Error>> {
+    let shown = |pixel: &[f32; 3]| srgb_bytes(tone_map(pixel.map(f64::from), stops));
     let bytes: Vec<u8> = picture.iter().flat_map(shown).collect();
     png(size, png::ColorType::Rgb, &bytes)
 }
 
-/// Encodes an array in NumPy's format.
+/// Encodes an array in NumPy's format `.npy`, with the element type and the shape of `array`.
 ///
 /// # Errors
-/// The encoder's message; in memory none occurs.
+/// The encoder's message. Writing to memory does not fail.
 pub fn npy<A, S, D>(array: &ArrayBase<S, D>) -> Result<Vec<u8>, Box<dyn Error>>
 where
     A: WritableElement,

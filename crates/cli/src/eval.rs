@@ -1,4 +1,4 @@
-//! `sunbeam eval`: the BSDF as a service.
+//! `sunbeam eval`: a service that evaluates the BSDF for JSON lines.
 
 use super::Outcome;
 use super::method_args::{MethodArgs, Quantity};
@@ -30,17 +30,22 @@ pub(crate) struct EvalArgs {
     surface: SurfaceArgs,
 }
 
+/// A line of the input. The directions are vectors, so that a message can name one with a wrong number of components.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Query {
     wi: Vec<f64>,
     wo: Vec<f64>,
+    /// One or several wavelengths in nm.
     wavelength: Numbers,
 }
 
+/// A line of the output.
 #[derive(Serialize)]
 struct Answer {
+    /// `f_r` in 1/sr at each wavelength.
     f: Numbers,
+    /// Mean density per solid angle over the wavelengths; `None` for a wavelength outside the tables' range.
     pdf: Option<f64>,
 }
 
@@ -51,6 +56,7 @@ pub(crate) fn run(args: &EvalArgs) -> Outcome {
     serve(&reflector, |line| answer(&reflector, line))
 }
 
+/// Answers one line, or returns the message for the line.
 fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
     let query: Query = parse(line)?;
     let (wi, wo) = (direction("wi", &query.wi)?, direction("wo", &query.wo)?);

@@ -1,7 +1,12 @@
 //! `sunbeam evaluate`: the check of a method in Single 2014, brightest angles against the grating equation.
 //!
-//! Symbols: θi and θr are the angles of incidence and of view with the normal, both in the plane of x; λ the
-//! wavelength; d the spacing of the grating. The first order leaves where λ = d·(sin θi + sin θr).
+//! Symbols:
+//!
+//! - θi, θr: the angles of incidence and of view with the normal, both in the plane of x, positive on the side of +x;
+//! - λ: the wavelength;
+//! - d: the spacing of the grating.
+//!
+//! The first order leaves where λ = d·(sin θi + sin θr).
 
 mod plot;
 
@@ -72,25 +77,27 @@ pub(crate) struct EvaluateArgs {
 struct Report<'a> {
     method: &'static str,
     theta_i_deg: f64,
+    /// Range of the angles of view, the end excluded.
     angles_deg: (f64, f64),
     angle_step_deg: f64,
     #[serde(flatten)]
     spacing: Spacing,
-    /// The dominant period of the heights along x, which the method does not use.
+    /// The dominant period of the heights along x, to be compared with the spacing; `None` where there is none.
     period_nm: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plot: &'a Option<Output>,
     #[serde(skip_serializing_if = "Option::is_none")]
     response: &'a Option<Output>,
     wavelengths_nm: &'a [f64],
-    /// Angle of the largest response at each wavelength.
+    /// Angle of view with the largest response at each wavelength.
     peaks_deg: Vec<f64>,
-    /// Angle of the grating equation for the mean spacing at each wavelength.
+    /// Angle of view at which the first order of the mean spacing leaves, at each wavelength.
     grating_deg: Vec<f64>,
+    /// Wall-clock time of the command.
     seconds: f64,
 }
 
-/// The spacing d over the wavelengths.
+/// Mean and variance of the spacing d over the wavelengths.
 #[derive(Clone, Copy, Serialize)]
 struct Spacing {
     mean_nm: f64,
@@ -98,7 +105,7 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// The spacing by the grating equation, for the peaks at the wavelengths.
+    /// The spacing by the grating equation, from the angle of the peak at each wavelength. `sin_i` is sin θi.
     fn new(wavelengths_nm: &[f64], peaks_deg: &[f64], sin_i: f64) -> Self {
         let spacing = |(nm, peak): (&f64, &f64)| nm / (sin_i + peak.to_radians().sin());
         let spacings: Vec<f64> = wavelengths_nm.iter().zip(peaks_deg).map(spacing).collect();
@@ -107,7 +114,7 @@ impl Spacing {
         Self { mean_nm, variance_nm2 }
     }
 
-    /// The angle in degrees at which the first order of the mean spacing leaves.
+    /// The angle of view in degrees at which the first order of the mean spacing leaves; ±90° where it leaves nowhere.
     fn angle_deg(&self, wavelength_nm: f64, sin_i: f64) -> f64 {
         (wavelength_nm / self.mean_nm - sin_i).clamp(-1.0, 1.0).asin().to_degrees()
     }
@@ -122,7 +129,7 @@ struct Response {
 }
 
 impl Response {
-    /// The angle of the largest value at each wavelength.
+    /// The angle of view with the largest value at each wavelength.
     fn peaks_deg(&self) -> Vec<f64> {
         let peak = |row: &Vec<f64>| row.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(i, _)| i);
         self.values.iter().map(|row| self.angles_deg[peak(row)]).collect()
@@ -143,20 +150,20 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     let config = args.surface.config()?;
     let field = config.height_field()?;
     let period = periods(&field, config.tiling() == Tiling::Periodic).x;
-    let (low, high) = match (args.angles, &period) {
+    let (low_deg, high_deg) = match (args.angles, &period) {
         (Some(angles), _) => angles,
-        (None, Some(period)) => first_order(args.theta_i, period.period_um),
+        (None, Some(period)) => first_order_range(args.theta_i, period.period_um),
         (None, None) => return Err("the surface has no period along x: parameter \"angles\" is needed".into()),
     };
-    let wavelengths_nm: Vec<f64> = steps(*VISIBLE_NM.start(), *VISIBLE_NM.end(), args.wavelength_step);
-    let angles_deg = steps(low, high, args.angle_step);
+    let wavelengths_nm = steps(*VISIBLE_NM.start(), *VISIBLE_NM.end(), args.wavelength_step);
+    let angles_deg = steps(low_deg, high_deg, args.angle_step);
     if (wavelengths_nm.len() * angles_deg.len()) as f64 > VALUES_MAX {
         return Err("there are more than 1e8 pairs of an angle and a wavelength: use larger steps".into());
     }
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, false)?;
     let values = args.values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
-    if let Some(dark) = values.iter().position(|row| row.iter().all(|value| *value == 0.0)) {
-        let nm = wavelengths_nm[dark];
+    if let Some(dark_row) = values.iter().position(|row| row.iter().all(|value| *value == 0.0)) {
+        let nm = wavelengths_nm[dark_row];
         return Err(format!("no light leaves at {nm} nm: parameter \"angles\" needs a wider range").into());
     }
     let response = Response { wavelengths_nm, angles_deg, values };
@@ -173,7 +180,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     print_json(&Report {
         method: args.method.method().name(),
         theta_i_deg: args.theta_i,
-        angles_deg: (low, high),
+        angles_deg: (low_deg, high_deg),
         angle_step_deg: args.angle_step,
         spacing,
         period_nm: period.map(|period| 1e3 * period.period_um),
@@ -187,6 +194,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
 }
 
 impl EvaluateArgs {
+    /// Refuses arguments out of range.
     fn check(&self) -> Result<(), String> {
         if !(0.0..90.0).contains(&self.theta_i) {
             return Err(out_of_range("theta-i", self.theta_i, "in [0, 90) degrees"));
@@ -200,7 +208,9 @@ impl EvaluateArgs {
         Ok(())
     }
 
-    /// `S/λ²` in 1/sr, `[wavelength][angle]`. The tile has `pixels_x` pixels along x and the length `tile_um`.
+    /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. The tile has `pixels_x` pixels along x and the length `tile_um`.
+    ///
+    /// The rows of nmm are 0 except at the angles nearest to its orders.
     fn values(
         &self,
         reflector: &Reflector,
@@ -211,20 +221,22 @@ impl EvaluateArgs {
     ) -> Vec<Vec<f64>> {
         let (sin_i, cos_i) = self.theta_i.to_radians().sin_cos();
         let is_nmm = matches!(self.method.method(), Method::Realtime(MethodKind::Nmm));
-        // A tile of one pixel along x has the order 0 alone, for which nmm has no wavelength.
-        let nmm_tile_um = (is_nmm && pixels_x > 1).then_some(tile_um);
         reflector.map(wavelengths_nm, |nm| {
-            let value = |angle: &f64| {
-                let (sin, cos) = angle.to_radians().sin_cos();
-                reflector.relief_spectral([sin_i, 0.0, cos_i], [sin, 0.0, cos], *nm)
+            let value = |angle_deg: &f64| {
+                let (sin_r, cos_r) = angle_deg.to_radians().sin_cos();
+                reflector.relief_spectral([sin_i, 0.0, cos_i], [sin_r, 0.0, cos_r], *nm)
             };
             if !is_nmm {
                 return angles_deg.iter().map(value).collect();
             }
             let mut row = vec![0.0; angles_deg.len()];
-            let sines = nmm_tile_um.into_iter().flat_map(|um| order_sines(1e-3 * nm / um, sin_i));
-            for i in sines.filter_map(|sin| nearest(angles_deg, self.angle_step, sin.asin().to_degrees())) {
-                row[i] = value(&angles_deg[i]);
+            // A tile of one pixel along x has the order 0 alone, for which nmm has no wavelength.
+            if pixels_x > 1 {
+                for sin_r in order_sines(1e-3 * nm / tile_um, sin_i) {
+                    if let Some(i) = nearest(angles_deg, self.angle_step, sin_r.asin().to_degrees()) {
+                        row[i] = value(&angles_deg[i]);
+                    }
+                }
             }
             row
         })
@@ -238,23 +250,23 @@ fn steps(low: f64, high: f64, step: f64) -> Vec<f64> {
     (0..count).map(|i| low + i as f64 * step).collect()
 }
 
-/// The sines of the angles of view at which `sin θi + sin θr` is a whole multiple of `spacing`, except the multiple 0.
-///
-/// `spacing` is the wavelength over the tile's length. The multiple 0 has no wavelength.
-fn order_sines(spacing: f64, sin_i: f64) -> impl Iterator<Item = f64> {
-    let (first, last) = (((sin_i - 1.0) / spacing).ceil() as i64, ((sin_i + 1.0) / spacing).floor() as i64);
-    (first..=last).filter(|n| *n != 0).map(move |n| n as f64 * spacing - sin_i)
+/// The values sin θr of the orders of the tile, except for order 0: `sin θi + sin θr` is a whole multiple of
+/// `sine_step`, the wavelength over the tile's length. Order 0 leaves at one angle at every wavelength.
+fn order_sines(sine_step: f64, sin_i: f64) -> impl Iterator<Item = f64> {
+    let (first, last) = (((sin_i - 1.0) / sine_step).ceil() as i64, ((sin_i + 1.0) / sine_step).floor() as i64);
+    (first..=last).filter(|n| *n != 0).map(move |n| n as f64 * sine_step - sin_i)
 }
 
-/// The index of the angle nearest to `angle_deg` in a uniform grid; `None` if it is more than half a step away.
+/// The index of the angle nearest to `angle_deg` in the uniform grid `angles_deg`; `None` for an angle that lies more
+/// than half a step outside the grid.
 fn nearest(angles_deg: &[f64], step_deg: f64, angle_deg: f64) -> Option<usize> {
     let index = ((angle_deg - angles_deg[0]) / step_deg).round();
     (index >= 0.0 && index < angles_deg.len() as f64).then_some(index as usize)
 }
 
-/// The range of the angles of the first order of a spacing over the visible wavelengths, in whole degrees with a
-/// margin.
-fn first_order(theta_i_deg: f64, spacing_um: f64) -> (f64, f64) {
+/// Range of the angles of view of the first order over the visible wavelengths, in whole degrees with a margin of at
+/// least [`MARGIN_DEG`].
+fn first_order_range(theta_i_deg: f64, spacing_um: f64) -> (f64, f64) {
     let angle = |nm: f64| {
         let sin = 1e-3 * nm / spacing_um - theta_i_deg.to_radians().sin();
         sin.clamp(-1.0, 1.0).asin().to_degrees()
@@ -263,7 +275,7 @@ fn first_order(theta_i_deg: f64, spacing_um: f64) -> (f64, f64) {
     (low.floor().max(-ANGLE_MAX_DEG), high.ceil().min(ANGLE_MAX_DEG))
 }
 
-/// Parses `MIN,MAX`.
+/// Parses `MIN,MAX`, two angles within ±90°.
 fn range(text: &str) -> Result<(f64, f64), &'static str> {
     let number = |part: &str| part.trim().parse().ok().filter(|angle: &f64| angle.abs() < 90.0);
     let ends = text.split_once(',').and_then(|(low, high)| Some((number(low)?, number(high)?)));
@@ -277,7 +289,7 @@ mod tests {
     #[test]
     fn default_angles_include_the_first_order_of_the_blazed_grating() {
         // asin(0.38/2.5 − sin 75°) = −54.5° and asin(0.78/2.5 − sin 75°) = −40.8°.
-        let (low, high) = first_order(75.0, 2.5);
+        let (low, high) = first_order_range(75.0, 2.5);
         assert!((-57.0..=-54.0).contains(&low) && (-42.0..=-39.0).contains(&high), "{low} {high}");
     }
 

@@ -22,7 +22,7 @@ use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
 /// Length of the preview's longer side in pixels.
 const PREVIEW_PIXELS: f64 = 512.0;
-/// Shortest visible wavelength in µm, which needs the most Chebyshev terms.
+/// Shortest visible wavelength in µm. It needs the most Chebyshev terms.
 const SHORTEST_UM: f64 = 0.38;
 
 /// Describe a height field as JSON; fill, crop, level, tile and convert it
@@ -49,8 +49,8 @@ pub(crate) struct HeightFieldArgs {
     output: Option<Output>,
     /// Write |DFT((h/H)ᴺ)| to --output in place of the heights
     ///
-    /// h counts from the middle of the range of heights, which is 2H; order 0 is in the middle of the output. A .png is
-    /// logarithmic over five decades, a .npy has 64-bit floats.
+    /// h is the height from the middle of the range, and 2H the range; order 0 is in the middle of the output. A .png
+    /// is logarithmic over five decades, a .npy has 64-bit floats.
     #[arg(long, value_name = "N", requires = "output", value_parser = term_numbers())]
     term: Option<usize>,
     /// File for a grey picture of the heights, black the lowest, +x right and +y up (.png)
@@ -61,25 +61,26 @@ pub(crate) struct HeightFieldArgs {
     tables: bool,
 }
 
-/// A parser for the number of a term.
+/// A parser for the number N of a term, from 1 to [`TERMS_MAX`].
 fn term_numbers() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=TERMS_MAX as u64)
 }
 
-/// A rectangle in µm from the lower left corner of a field.
+/// A rectangle in µm; (x, y) is its lower left corner, relative to that of the field.
 #[derive(Clone, Copy)]
 struct Rectangle {
-    x: f64,
-    y: f64,
-    width: f64,
-    height: f64,
+    x_um: f64,
+    y_um: f64,
+    width_um: f64,
+    height_um: f64,
 }
 
 impl Rectangle {
+    /// Parses `X,Y,WIDTH,HEIGHT`.
     fn parse(text: &str) -> Result<Self, String> {
         let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
         match numbers.as_deref() {
-            Ok(&[x, y, width, height]) => Ok(Self { x, y, width, height }),
+            Ok(&[x_um, y_um, width_um, height_um]) => Ok(Self { x_um, y_um, width_um, height_um }),
             _ => Err("it must be four numbers in µm: X,Y,WIDTH,HEIGHT".to_owned()),
         }
     }
@@ -87,26 +88,29 @@ impl Rectangle {
 
 #[derive(Serialize)]
 struct Report<'a> {
-    /// Channel that was read, for a format with several.
+    /// Channel that was read; `None` for formats with a single one.
     #[serde(skip_serializing_if = "Option::is_none")]
     channel: Option<String>,
-    /// Number of missing points of the file, which were filled.
+    /// Number of missing points of the file, which were filled; `None` without `--fill`.
     #[serde(skip_serializing_if = "Option::is_none")]
     filled_points: Option<usize>,
     /// Source of the file's size, unit, orientation, channel and missing points.
     #[serde(skip_serializing_if = "Option::is_none")]
     provenance: Option<Provenance>,
-    /// Warnings of implausible properties.
+    /// Warnings of implausible properties of the file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     doubts: Vec<String>,
-    /// Pixels along x and y.
+    /// Number of pixels along x and y.
     pixels: [usize; 2],
+    /// Edges of a pixel along x and y.
     pixel_um: [f64; 2],
+    /// Size of the field along x and y.
     extent_um: [f64; 2],
     /// Lowest and highest height in µm.
     range_um: [f64; 2],
     peak_to_valley_um: f64,
     mean_um: f64,
+    /// Root mean square deviation from the mean height.
     rms_um: f64,
     /// Root mean square slope along x and y, dimensionless.
     rms_slope: [f64; 2],
@@ -117,6 +121,7 @@ struct Report<'a> {
     made_tileable: Option<TileReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     term: Option<Term>,
+    /// Number of Chebyshev terms that the phase screen needs for the tolerance at 380 nm.
     chebyshev_terms: usize,
     table_bytes_estimate: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -127,7 +132,7 @@ struct Report<'a> {
     preview: &'a Option<Output>,
 }
 
-/// The tables of either theory.
+/// Report of the tables of either theory, and whether they were built or read from the cache.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Tables {
@@ -155,19 +160,19 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     }
     let read = config.raw_height_field()?;
     let cropped = match args.crop {
-        Some(Rectangle { x, y, width, height }) => read.field.cropped(x, y, width, height)?,
+        Some(Rectangle { x_um, y_um, width_um, height_um }) => read.field.cropped(x_um, y_um, width_um, height_um)?,
         None => read.field,
     };
     let levelled = cropped.levelled(config.level());
     let (field, made_tileable) = match args.make_tileable {
-        Some(width) => levelled.made_tileable(width).map(|(field, report)| (field, Some(report)))?,
+        Some(width_um) => levelled.made_tileable(width_um).map(|(field, report)| (field, Some(report)))?,
         None => (levelled, None),
     };
     let term = args.term.map(|n| Term::new(&field, n));
     args.write_files(&field, term.as_ref())?;
     let tables = if args.tables { Some(args.build_tables(&config, &field)?) } else { None };
     let options = config.options();
-    // κH with both directions along the normal: κ = 4π/λ, H half of the range of heights.
+    // κH with both directions along the normal: κ = 4π/λ, and H is half of the range of heights.
     let kappa_h = 4.0 * PI / SHORTEST_UM * 0.5 * field.peak_to_valley_um();
     print_json(&Report {
         channel: read.channel,
@@ -220,34 +225,37 @@ impl HeightFieldArgs {
             }
             Theory::Rigorous => {
                 let index = config.index().map(SpectralIndex::Constant);
-                // A preset has an exact profile, unless its heights are changed.
+                // The profile of an unchanged preset is exact.
                 let is_changed = self.crop.is_some() || self.make_tileable.is_some();
                 let profile = if is_changed { profile_of(field, config.tolerance)? } else { config.profile()? };
                 let (length_um, limit) = (config.coherence_length, config.build_limit);
                 let built = with_bar(BUILDING, |progress| {
                     cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress)
                 })?;
-                Ok(Tables::Rigorous { origin: built.1.clone(), report: *built.0.report() })
+                let (surface, origin) = &*built;
+                Ok(Tables::Rigorous { origin: origin.clone(), report: *surface.report() })
             }
         }
     }
 }
 
-/// The preview: the tile in its true proportions, sampled at the nearest pixels.
+/// The preview as PNG: the tile in its true proportions, with the nearest height for each pixel and +y up.
 fn preview_png(field: &HeightField) -> Result<Vec<u8>, Box<dyn Error>> {
     let (lx, ly) = field.extent_um();
-    let edge = lx.max(ly) / PREVIEW_PIXELS;
-    let (width, height) = ((lx / edge).round().max(1.0) as usize, (ly / edge).round().max(1.0) as usize);
+    let preview_pixel_um = lx.max(ly) / PREVIEW_PIXELS;
+    let pixels_along = |extent_um: f64| (extent_um / preview_pixel_um).round().max(1.0) as usize;
+    let (width, height) = (pixels_along(lx), pixels_along(ly));
     let (nx, ny) = field.size();
     let (lowest, highest) = field.range_um();
     let scale = if highest > lowest { 255.0 / (highest - lowest) } else { 0.0 };
-    let mut pixels = Vec::with_capacity(width * height);
+    let mut greys = Vec::with_capacity(width * height);
     for row in 0..height {
+        // Rows of the picture go down, rows of the field go up.
         let iy = ny - 1 - row * ny / height;
         for column in 0..width {
             let h = field.heights_um()[[iy, column * nx / width]];
-            pixels.push(((h - lowest) * scale).round() as u8);
+            greys.push(((h - lowest) * scale).round() as u8);
         }
     }
-    encode::png((width, height), png::ColorType::Grayscale, &pixels)
+    encode::png((width, height), png::ColorType::Grayscale, &greys)
 }

@@ -1,12 +1,13 @@
 //! The command `sunbeam`, one module for each subcommand, and the modules that they share.
 //!
 //! - [`surface_args`], [`method_args`], [`scene_args`]: arguments for the surface, the method and the scene.
-//! - `reflector`: a surface evaluated by a method, on the CPU; [`realtime`]: the same on the GPU.
+//! - `reflector`: a surface evaluated by a method, on the CPU; [`realtime`]: a method on the GPU.
 //! - `service`, `query`: answers to JSON lines on stdin.
 //! - [`output`], [`encode`], `chart`: files that are written.
 //! - [`benchmarks`], `comparison`: the measurements of `sunbeam bench` and `sunbeam compare`.
 //!
-//! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
+//! Results go to stdout as JSON, except for the table of `sunbeam orders`. A failure is one line on stderr and exit
+//! status 2.
 
 mod adapter;
 mod arguments;
@@ -43,7 +44,7 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// The result of a subcommand.
+/// The result of a subcommand, which writes its output itself.
 pub type Outcome = Result<(), Box<dyn Error>>;
 
 /// Compute the diffraction colours of measured nanostructures
@@ -73,7 +74,7 @@ enum Command {
     View(view::ViewArgs),
 }
 
-/// Runs the subcommand that the process was given.
+/// Runs the subcommand that the process's arguments name.
 pub fn run() -> ExitCode {
     run_with(|cli: &Cli| match &cli.command {
         Command::Eval(args) => eval::run(args),
@@ -91,7 +92,8 @@ pub fn run() -> ExitCode {
     })
 }
 
-/// Parses the process's arguments and runs the program on them; prints its error, if any.
+/// Parses the process's arguments and runs `program` on them. Returns status 2 after an error, which is printed on
+/// stderr.
 pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
     let args = match parse_arguments() {
         Ok(args) => args,
@@ -100,13 +102,13 @@ pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
     warnings::show();
     match program(&args) {
         Ok(()) => ExitCode::SUCCESS,
-        // The reader of the answers has closed the pipe, as `head` does.
+        // The reader of stdout has closed the pipe, as `head` does.
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => fail(&error.to_string()),
     }
 }
 
-/// The process's arguments; outputs are writable and differ from each other.
+/// Parses the process's arguments. Refuses output files that cannot be written, and two that are the same.
 fn parse_arguments<A: Parser>() -> Result<A, clap::Error> {
     let mut command = A::command();
     let matches = command.try_get_matches_from_mut(std::env::args_os())?;
@@ -119,15 +121,16 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Prints help, the version, or the error in the arguments.
+/// Prints help or the version with status 0, or the error in the arguments with status 2.
 fn exit_after_parsing(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // A closed stdout leaves nobody to tell.
+            // Printing fails only where stdout is closed, and then nobody reads the help.
             let _ = error.print();
             ExitCode::SUCCESS
         }
         _ => {
+            // Only the message of clap's text is kept, without its prefix, the usage and the hint at --help.
             let rendered = error.render().to_string();
             let message = rendered.strip_prefix("error: ").unwrap_or(&rendered);
             let end = ["\n\nUsage:", "\n\nFor more information"].iter().filter_map(|mark| message.find(mark)).min();
@@ -136,13 +139,14 @@ fn exit_after_parsing(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// Prints one line on stderr and returns status 2.
+/// Prints the message as one line on stderr and returns status 2.
 fn fail(message: &str) -> ExitCode {
     let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
     eprintln!("sunbeam: {line}");
     ExitCode::from(2)
 }
 
+/// Whether the error means that the reader of an output has closed its pipe.
 fn is_broken_pipe(error: &(dyn Error + 'static)) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }

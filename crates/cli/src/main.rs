@@ -1,4 +1,4 @@
-//! The command `sunbeam`.
+//! The program `sunbeam`.
 
 use std::process::ExitCode;
 

@@ -6,10 +6,10 @@ use std::str::FromStr;
 use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, MethodOptions, RESOLUTION, Repeats, StamForm};
 use sunbeam::transform::Series;
 
-/// A method of evaluation.
+/// A method of evaluation: a value of `--method`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// The direct double-precision sum.
+    /// The direct double-precision sum. It does not run on the GPU.
     Exact,
     /// The spectral tables; on the GPU, the colour table.
     Table,
@@ -37,6 +37,7 @@ impl Method {
         }
     }
 
+    /// Every method, in the order in which messages list them.
     fn all() -> impl Iterator<Item = Self> {
         [Self::Exact, Self::Table].into_iter().chain(MethodKind::ALL.map(Self::Realtime))
     }
@@ -53,7 +54,7 @@ impl FromStr for Method {
     }
 }
 
-/// The quantity that a command computes by a method; it decides which options have an effect.
+/// The quantity that a command computes with a method. It decides which options have an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Values at wavelengths that the command gives.
@@ -91,8 +92,8 @@ pub struct MethodArgs {
     /// Weight the wavelengths of nmm by their spacing; false in Single 2014 [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     weighted: Option<bool>,
-    /// Number of repeats of the tile of pq: one number, or two as in 26,1 for x and y [default: as many as give the
-    /// peaks of the coherence window]
+    /// Number of repeats of the tile of pq: one number, or two as in 26,1 for x and y [default: the numbers that give
+    /// peaks as bright as with the coherence window]
     #[arg(long, value_name = "P[,Q]", value_parser = repeats)]
     repeats: Option<Repeats>,
     /// Spacing of stam along x in µm [default: the dominant period along x]
@@ -119,7 +120,7 @@ impl MethodArgs {
         self.method
     }
 
-    /// Whether the colours are those of GPU Gems, which no factor of the surface multiplies.
+    /// Whether the colours are those of GPU Gems, which are not multiplied by Fresnel factor, obliquity and shadowing.
     pub fn is_gems(&self) -> bool {
         self.method == Method::Realtime(MethodKind::Stam) && self.stam_form == Some(StamForm::Gems)
     }
@@ -130,7 +131,8 @@ impl MethodArgs {
     /// An option out of range, or one without effect on this method and quantity.
     pub fn options(&self, quantity: Quantity) -> Result<MethodOptions, String> {
         self.refuse_without_effect(quantity)?;
-        // Flags whose names differ from the library's are checked here, so that the message has the flag's name.
+        // Flags whose names differ from the library's are checked here, so that the message has the flag's name. The
+        // library checks the others.
         if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
             return Err(out_of_range("lambda-step", step, "0.1 to 100 nm"));
         }
@@ -155,12 +157,12 @@ impl MethodArgs {
         Ok(options)
     }
 
-    /// Refuses a quantity that the method does not have, and an option without effect.
+    /// Refuses a quantity that the method cannot compute, and an option without effect.
     fn refuse_without_effect(&self, quantity: Quantity) -> Result<(), String> {
         if self.method == Method::Realtime(MethodKind::Table) && quantity == Quantity::Spectrum {
             return Err("--method colour-table has no values by wavelength; use table".to_owned());
         }
-        // Field of MethodOptions, flag, and whether the flag is given.
+        // Field of `MethodOptions`, its flag, and whether the flag is given.
         let flags = [
             ("lambda_step_nm", "--lambda-step", self.lambda_step.is_some()),
             ("terms", "--terms", self.terms.is_some()),
@@ -174,6 +176,7 @@ impl MethodArgs {
             ("gems_highlight", "--gems-highlight", self.gems_highlight.is_some()),
             ("resolution", "--table-resolution", self.table_resolution.is_some()),
         ];
+        // The fields that the method reads.
         let fields = match (self.method, quantity) {
             (Method::Table, Quantity::ColourOnGpu) => MethodKind::Table.options(),
             (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
@@ -200,7 +203,7 @@ impl MethodArgs {
     }
 }
 
-/// Parses `P` or `P,Q`.
+/// Parses `P` or `P,Q`, two whole numbers.
 fn repeats(text: &str) -> Result<Repeats, String> {
     let number = |part: &str| part.trim().parse().map_err(|_| format!("{part:?} is not a whole number"));
     match text.split_once(',') {
@@ -209,7 +212,7 @@ fn repeats(text: &str) -> Result<Repeats, String> {
     }
 }
 
-/// Parses `R,G,B`.
+/// Parses `R,G,B`, three numbers.
 fn highlight(text: &str) -> Result<[f64; 3], String> {
     let numbers = text.split(',').map(|part| part.trim().parse()).collect::<Result<Vec<f64>, _>>();
     numbers.ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| format!("{text:?} is not three numbers"))

@@ -14,12 +14,13 @@ use serde::Serialize;
 use solve::{Incidence, SolvedOrders};
 use std::error::Error;
 use std::io::Write;
+use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use sunbeam::config::{BuildError, SurfaceConfig};
 
 /// Accepted wavelengths in nm.
-const WAVELENGTH_NM: std::ops::RangeInclusive<f64> = 1.0..=1e6;
-/// Largest number of points of a curve.
+const WAVELENGTH_NM: RangeInclusive<f64> = 1.0..=1e6;
+/// Largest number of points of a curve. Each may take a minute.
 const POINTS_MAX: usize = 2000;
 
 /// Compute the orders of a grating: directions, efficiencies and absorption
@@ -54,8 +55,9 @@ pub(crate) struct OrdersArgs {
     #[arg(long, value_enum, requires = "range")]
     over: Option<Over>,
     /// First value, last value and number of points (2 to 2000) of the curve
-    #[arg(long, value_name = "FROM,TO,COUNT", requires = "over", value_parser = range, allow_hyphen_values = true)]
-    range: Option<(f64, f64, usize)>,
+    #[arg(long, value_name = "FROM,TO,COUNT", requires = "over", value_parser = Range::parse)]
+    #[arg(allow_hyphen_values = true)]
+    range: Option<Range>,
     #[command(flatten)]
     surface: SurfaceArgs,
 }
@@ -86,6 +88,34 @@ impl Over {
     }
 }
 
+/// Uniformly spaced values of the quantity that varies, from `from` to `to`, which may be smaller. There are at least
+/// two.
+#[derive(Clone, Copy)]
+struct Range {
+    from: f64,
+    to: f64,
+    count: usize,
+}
+
+impl Range {
+    /// Parses `FROM,TO,COUNT`.
+    fn parse(text: &str) -> Result<Self, String> {
+        let parts: Vec<_> = text.split(',').map(str::trim).collect();
+        let parsed = || -> Option<Self> {
+            let [from, to, count] = parts[..] else { return None };
+            Some(Self { from: from.parse().ok()?, to: to.parse().ok()?, count: count.parse().ok()? })
+        };
+        parsed()
+            .filter(|range| range.from.is_finite() && range.to.is_finite() && (2..=POINTS_MAX).contains(&range.count))
+            .ok_or_else(|| format!("it must be two finite numbers and a count from 2 to {POINTS_MAX}: FROM,TO,COUNT"))
+    }
+
+    /// The `i`-th value.
+    fn value(&self, i: usize) -> f64 {
+        self.from + (self.to - self.from) * i as f64 / (self.count - 1) as f64
+    }
+}
+
 /// The orders along a curve.
 #[derive(Serialize)]
 struct Curve {
@@ -96,6 +126,7 @@ struct Curve {
 /// The orders at one value of the quantity that varies.
 #[derive(Serialize)]
 struct Point {
+    /// The value, in the unit of [`Over`].
     at: f64,
     #[serde(flatten)]
     solved: SolvedOrders,
@@ -103,25 +134,25 @@ struct Point {
 
 /// Runs `sunbeam orders`.
 pub(crate) fn run(args: &OrdersArgs) -> Outcome {
-    let (Some(over), Some((from, to, count))) = (args.over, args.range) else {
-        let (config, incidence) = args.query(None)?;
+    let (Some(over), Some(range)) = (args.over, args.range) else {
+        let (config, incidence) = args.problem(None)?;
         let solved = SolvedOrders::new(&config, &incidence)?;
         return if args.json { print_json(&solved) } else { print_table(&solved) };
     };
-    let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
-    let queries = (0..count).map(|i| args.query(Some((over, at(i))))).collect::<Result<Vec<_>, _>>()?;
+    let problems =
+        (0..range.count).map(|i| args.problem(Some((over, range.value(i))))).collect::<Result<Vec<_>, _>>()?;
     // A point may take a minute, so all of them are checked before the first is solved.
-    for (config, incidence) in &queries {
+    for (config, incidence) in &problems {
         SolvedOrders::check(config, incidence)?;
     }
     let points = with_bar("solving", |progress| {
         let done = AtomicUsize::new(0);
         let solve = |(i, (config, incidence)): (usize, &(SurfaceConfig, Incidence))| {
             let solved = SolvedOrders::new(config, incidence)?;
-            progress.report((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-            Ok(Point { at: at(i), solved })
+            progress.report((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / range.count as f64);
+            Ok(Point { at: range.value(i), solved })
         };
-        queries.par_iter().enumerate().map(solve).collect::<Result<Vec<_>, BuildError>>()
+        problems.par_iter().enumerate().map(solve).collect::<Result<Vec<_>, BuildError>>()
     })?;
     let curve = Curve { over, points };
     if let Some(file) = &args.plot {
@@ -131,8 +162,11 @@ pub(crate) fn run(args: &OrdersArgs) -> Outcome {
 }
 
 impl OrdersArgs {
-    /// The surface and the incidence; `varied` replaces one of their quantities by a value.
-    fn query(&self, varied: Option<(Over, f64)>) -> Result<(SurfaceConfig, Incidence), Box<dyn Error>> {
+    /// The surface and the incidence to solve. `varied` replaces one of the given quantities by a value.
+    ///
+    /// # Errors
+    /// A quantity out of range, or arguments of the surface that contradict each other.
+    fn problem(&self, varied: Option<(Over, f64)>) -> Result<(SurfaceConfig, Incidence), Box<dyn Error>> {
         let value = |over: Over, given: f64| varied.filter(|(which, _)| *which == over).map_or(given, |(_, at)| at);
         let incidence = Incidence {
             theta_i_deg: value(Over::ThetaI, self.theta_i),
@@ -157,7 +191,7 @@ impl OrdersArgs {
     }
 }
 
-/// Prints a line for each order.
+/// Prints a line for each order, with efficiencies in percent, and one for the light that crosses into the material.
 fn print_table(solved: &SolvedOrders) -> Outcome {
     let mut out = std::io::stdout().lock();
     let percent =
@@ -177,19 +211,4 @@ fn print_table(solved: &SolvedOrders) -> Outcome {
         writeln!(out, "{:>25} {te:>9} {tm:>9} {mean:>9}", "absorbed or transmitted")?;
     }
     Ok(())
-}
-
-/// Parses `FROM,TO,COUNT`.
-fn range(text: &str) -> Result<(f64, f64, usize), String> {
-    let parts: Vec<_> = text.split(',').map(str::trim).collect();
-    let numbers = || -> Option<(f64, f64, usize)> {
-        let [from, to, count] = parts[..] else { return None };
-        Some((from.parse().ok()?, to.parse().ok()?, count.parse().ok()?))
-    };
-    match numbers() {
-        Some((from, to, count)) if from.is_finite() && to.is_finite() && (2..=POINTS_MAX).contains(&count) => {
-            Ok((from, to, count))
-        }
-        _ => Err(format!("it must be two finite numbers and a count from 2 to {POINTS_MAX}: FROM,TO,COUNT")),
-    }
 }

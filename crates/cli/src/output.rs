@@ -12,7 +12,7 @@ use std::fs::{self, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The name that stands for stdout where an argument accepts it.
+/// The file name that means stdout, where an argument accepts it.
 const STDOUT: &str = "-";
 
 /// An output file, whose extension fits its contents and whose path can be written.
@@ -26,12 +26,12 @@ impl Output {
         &self.0
     }
 
-    /// Whether the name stands for stdout.
+    /// Whether the name means stdout.
     pub fn is_stdout(&self) -> bool {
         self.0 == Path::new(STDOUT)
     }
 
-    /// Whether the name ends in this extension (lower case, without its dot), in either case.
+    /// Whether the name has this extension, given in lower case without its dot. The case of the name does not matter.
     pub fn ends_in(&self, extension: &str) -> bool {
         extension_of(&self.0).is_some_and(|found| found == extension)
     }
@@ -72,7 +72,8 @@ impl OutputParser {
         Self { accepts_stdout: true, ..self }
     }
 
-    /// Refuses a path with a wrong extension and one that cannot be written. `command` is the argument's command.
+    /// Refuses a path with a wrong extension and one that cannot be written. `command`, to which the argument belongs,
+    /// may have a better argument for the file.
     fn check(&self, path: &Path, command: &Command) -> Result<(), String> {
         if self.accepts_stdout && path == Path::new(STDOUT) {
             return Ok(());
@@ -103,7 +104,8 @@ impl TypedValueParser for OutputParser {
     }
 }
 
-/// Refuses two outputs of a command that name the same file: one would overwrite the other.
+/// Refuses two outputs of a command that name the same file: one would overwrite the other. With a subcommand, the
+/// outputs of the subcommand are checked.
 ///
 /// # Errors
 /// A message that names both arguments.
@@ -125,7 +127,7 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     Ok(())
 }
 
-/// The path with symbolic links and dots resolved, as far as it exists.
+/// The path with symbolic links and dots resolved, as far as it exists. A new file is resolved in its folder.
 fn resolved(path: &Path) -> PathBuf {
     let (folder, name) = (folder_of(path), path.file_name().unwrap_or_default());
     let in_folder = || folder.canonicalize().unwrap_or(folder.to_owned()).join(name);
@@ -142,10 +144,12 @@ pub(crate) fn listed(extensions: &[&str]) -> String {
     }
 }
 
-/// A hint at the argument of the command that is named after the extension found, such as `--png`; or an empty text.
-fn advice(found: Option<String>, command: &Command) -> String {
-    let writes = |found: &String| command.get_arguments().any(|argument| argument.get_long() == Some(found.as_str()));
-    found.filter(writes).map(|found| format!("; --{found} writes a .{found}")).unwrap_or_default()
+/// A hint at the argument of the command that is named after the extension, such as `--png`. It is empty where there is
+/// no such argument.
+fn advice(extension: Option<String>, command: &Command) -> String {
+    let is_argument =
+        |name: &String| command.get_arguments().any(|argument| argument.get_long() == Some(name.as_str()));
+    extension.filter(is_argument).map(|name| format!("; --{name} writes a .{name}")).unwrap_or_default()
 }
 
 /// The extension in lower case, without its dot.
@@ -155,7 +159,7 @@ fn extension_of(path: &Path) -> Option<String> {
 
 /// Whether the path names a device, a pipe or a socket.
 fn is_device(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
 /// The parent folder of a path; the current folder for a bare name.
@@ -166,11 +170,11 @@ fn folder_of(path: &Path) -> &Path {
 /// Refuses a path that cannot be written. It neither changes an existing file nor creates a new one.
 fn check_writable(path: &Path) -> Result<(), String> {
     match fs::metadata(path) {
-        Ok(found) if found.is_dir() => Err("it is a folder".to_owned()),
-        Ok(found) if found.is_file() => {
+        Ok(metadata) if metadata.is_dir() => Err("it is a folder".to_owned()),
+        Ok(metadata) if metadata.is_file() => {
             OpenOptions::new().write(true).open(path).map(drop).map_err(|error| format!("cannot be written: {error}"))
         }
-        // Opening and closing a pipe would end its reader.
+        // A pipe is not opened, since closing it again would end its reader.
         Ok(_) => Ok(()),
         Err(error) if is_missing(&error) => check_new(path),
         Err(error) => Err(format!("cannot be written: {error}")),
@@ -186,7 +190,7 @@ fn is_missing(error: &io::Error) -> bool {
 fn check_new(path: &Path) -> Result<(), String> {
     let folder = folder_of(path);
     match fs::metadata(folder) {
-        Ok(found) if found.is_dir() => {}
+        Ok(metadata) if metadata.is_dir() => {}
         Ok(_) => return Err(format!("{} is no folder", folder.display())),
         Err(error) if is_missing(&error) => return Err(format!("there is no folder {}", folder.display())),
         Err(error) => return Err(format!("{}: {error}", folder.display())),

@@ -1,4 +1,4 @@
-//! A progress bar on the terminal for long work: tables that are built, orders that are solved.
+//! A progress bar on the terminal for long work: building tables, solving orders.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal};
@@ -8,7 +8,7 @@ use sunbeam::table::Progress;
 
 /// Time after which the bar appears; shorter work shows none.
 const DELAY: Duration = Duration::from_secs(2);
-/// Length of the bar in steps.
+/// Number of steps of the whole bar.
 const STEPS: u64 = 1000;
 
 /// Label of the bar while tables are built.
@@ -18,25 +18,31 @@ pub(crate) const BUILDING: &str = "building tables";
 struct DelayedBar {
     /// The name of the work, a word or two.
     label: &'static str,
+    /// Start of the work.
     start: Instant,
+    /// The bar; empty until it appears.
     bar: OnceLock<ProgressBar>,
 }
 
 impl DelayedBar {
-    /// Shows the fraction of the work that is done.
+    /// Shows the fraction of the work that is done, in [0, 1].
     fn show(&self, fraction: f64) {
         if self.start.elapsed() < DELAY {
             return;
         }
         let bar = self.bar.get_or_init(|| {
             let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
-            // The template is valid; indicatif's own style stands in if it is not.
-            let style = ProgressStyle::with_template(&format!("{} {{wide_bar}} {{percent}} %", self.label));
-            style.map_or(bar.clone(), |style| bar.clone().with_style(style))
+            let template = format!("{} {{wide_bar}} {{percent}} %", self.label);
+            // The template is valid. If it were not, indicatif's default style would be used.
+            match ProgressStyle::with_template(&template) {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
         });
         bar.set_position((fraction * STEPS as f64) as u64);
     }
 
+    /// Removes the bar, if it has appeared.
     fn clear(&self) {
         if let Some(bar) = self.bar.get() {
             bar.finish_and_clear();
@@ -44,7 +50,7 @@ impl DelayedBar {
     }
 }
 
-/// Runs `work` with a progress listener that draws a labelled bar, and removes the bar afterwards.
+/// Runs `work`, and shows the progress that it reports as a bar with this label. The bar is removed at the end.
 ///
 /// Nothing is drawn unless stderr is a terminal.
 pub(crate) fn with_bar<T>(label: &'static str, work: impl FnOnce(&Progress) -> T) -> T {

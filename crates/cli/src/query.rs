@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sunbeam::scattering::{Vec3, unit_vector};
 
-/// One number or an array of numbers: wavelengths, and the values at them.
+/// One number or an array of numbers: wavelengths, or the values at wavelengths. An answer has the form of its query.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a number or an array of numbers")]
 pub(crate) enum Numbers {
@@ -29,7 +29,7 @@ impl Numbers {
         }
     }
 
-    /// Applies `function` to each number, and returns the first error.
+    /// Applies `function` to each number. The first error ends it.
     pub(crate) fn try_map(&self, function: impl Fn(f64) -> Result<f64, String>) -> Result<Self, String> {
         Ok(match self {
             Self::One(number) => Self::One(function(*number)?),
@@ -40,22 +40,25 @@ impl Numbers {
     }
 }
 
-/// Parses one line; the error names the wrong field where there is one.
+/// Parses one line of JSON.
+///
+/// # Errors
+/// A message, which names the field if a single one is wrong.
 pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     if line.trim_ascii().is_empty() {
         return Err("the line is empty".to_owned());
     }
-    // Tracking the path of a field costs time, so it is done for wrong lines alone.
+    // Tracking the path of a field costs time, so only wrong lines are parsed again with it.
     if let Ok(query) = serde_json::from_slice(line) {
         return Ok(query);
     }
     let mut reader = serde_json::Deserializer::from_slice(line);
     let error = match serde_path_to_error::deserialize::<_, T>(&mut reader) {
         Err(error) => error,
+        // The value is right, but something follows it.
         Ok(_) => {
-            return Err(reader
-                .end()
-                .map_or_else(|error| format!("not JSON: {}", without_line_number(&error)), |()| String::new()));
+            let message = reader.end().err().map(|error| without_line_number(&error)).unwrap_or_default();
+            return Err(format!("not JSON: {message}"));
         }
     };
     let field = error.path().to_string();
@@ -63,6 +66,7 @@ pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     let message = without_line_number(&cause);
     match (cause.is_data(), field.as_str()) {
         (false, _) => Err(format!("not JSON: {message}")),
+        // The whole line, or a place without a path.
         (true, "." | "?") => Err(message),
         (true, field) => Err(format!("{field:?}: {message}")),
     }
@@ -73,12 +77,18 @@ fn without_line_number(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }
 
-/// Checks and normalises a direction: three components of unit length to 1e-3.
+/// Normalises a direction. `name` is that of its field.
+///
+/// # Errors
+/// A number of components other than three, or a length that is not 1 to 1e-3.
 pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
     unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
 
-/// Checks three random numbers in [0, 1).
+/// Three random numbers in [0, 1). `name` is that of their field.
+///
+/// # Errors
+/// Another number of numbers, or one outside the interval.
 pub(crate) fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
     let point = triple(name, components)?;
     match point.iter().find(|c| !(0.0..1.0).contains(*c)) {
@@ -87,7 +97,7 @@ pub(crate) fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], Stri
     }
 }
 
-/// Checks the number of components.
+/// The components as an array of three. `name` is that of their field.
 fn triple(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
     components.try_into().map_err(|_| format!("{name:?} has {} components; it must have 3", components.len()))
 }

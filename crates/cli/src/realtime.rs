@@ -1,4 +1,4 @@
-//! A method on the GPU, for the subcommands that draw or evaluate there.
+//! A method on the GPU, for the subcommands that draw pictures or evaluate maps there.
 
 use super::method_args::{MethodArgs, Quantity};
 use super::progress::{BUILDING, with_bar};
@@ -13,10 +13,10 @@ use sunbeam::methods::{MethodKind, MethodOptions};
 use sunbeam::scattering::{ComplexIndex, SpectralIndex};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 
-/// Opens the adapter of the argument or, without one, of the environment.
+/// Opens the adapter of the argument `--adapter`; without one, that of the variable `SUNBEAM_ADAPTER`, else any.
 ///
 /// # Errors
-/// No such adapter, or an environment variable with a wrong value.
+/// No such adapter, or a wrong value of the variable.
 pub fn open(adapter: Option<AdapterChoice>) -> Result<Gpu, Box<dyn Error>> {
     Ok(Gpu::open(adapter.map_or_else(AdapterChoice::from_env, Ok)?)?)
 }
@@ -26,7 +26,7 @@ pub(crate) fn clock(gpu: &Gpu) -> &'static str {
     if gpu.has_timestamps() { "timestamps" } else { "wall clock" }
 }
 
-/// A method of the GPU with its options, and the surface.
+/// A method on the GPU with its options, and the surface.
 pub struct Realtime {
     kind: MethodKind,
     options: MethodOptions,
@@ -43,22 +43,23 @@ pub struct MethodReport {
     build_seconds: f64,
     /// Size of the data on the GPU in bytes.
     method_bytes: u64,
+    /// `None` for methods without uniform steps between wavelengths.
     #[serde(skip_serializing_if = "Option::is_none")]
     quadrature: Option<Quadrature>,
 }
 
-/// The sum over wavelengths of a method with uniform steps.
+/// The sum over wavelengths of a method with uniform steps between them.
 #[derive(Serialize)]
 struct Quadrature {
     wavelengths_nm: Vec<f64>,
-    /// Linear sRGB of each wavelength; the weights sum to (1, 1, 1).
+    /// Weight of each wavelength in linear sRGB; the weights sum to (1, 1, 1).
     weights: Vec<[f64; 3]>,
 }
 
 impl MethodReport {
-    /// The number of wavelengths in the sum; `None` where the directions determine the wavelengths.
+    /// The number of wavelengths that a colour sums; `None` for methods without uniform steps between wavelengths.
     pub(crate) fn wavelengths(&self) -> Option<usize> {
-        self.quadrature.as_ref().map(|sum| sum.wavelengths_nm.len())
+        self.quadrature.as_ref().map(|quadrature| quadrature.wavelengths_nm.len())
     }
 }
 
@@ -82,7 +83,11 @@ impl Realtime {
         (self.kind, self.options, self.config, self.cache)
     }
 
-    /// Computes the method's data and uploads it. Without a refractive index the surface reflects everything.
+    /// Computes the method's data and uploads it, with a refractive index in place of the surface's. Without an index
+    /// the surface reflects everything.
+    ///
+    /// # Errors
+    /// A relief that cannot be read, a method that cannot be built, or a shader or data that the GPU refuses.
     pub(crate) fn build(
         &self,
         gpu: &Gpu,
@@ -90,12 +95,13 @@ impl Realtime {
     ) -> Result<(Shader, MethodReport), Box<dyn Error>> {
         let Self { kind, options, config, cache } = self;
         let start = Instant::now();
-        let material = index.map(SpectralIndex::Constant);
-        let method =
-            with_bar(BUILDING, |progress| config.build_method(*kind, options, material.as_ref(), cache, progress))?;
+        let spectral_index = index.map(SpectralIndex::Constant);
+        let method = with_bar(BUILDING, |progress| {
+            config.build_method(*kind, options, spectral_index.as_ref(), cache, progress)
+        })?;
         let build_seconds = start.elapsed().as_secs_f64();
-        let surface = config.options_for(material.as_ref());
-        let optics = Optics { index, obliquity: surface.obliquity, shadowing: surface.shadowing };
+        let surface_options = config.options_for(spectral_index.as_ref());
+        let optics = Optics { index, obliquity: surface_options.obliquity, shadowing: surface_options.shadowing };
         let shader = Shader::new(gpu, &*method, &optics)?;
         let report = MethodReport {
             method: kind.name(),
@@ -107,12 +113,12 @@ impl Realtime {
         Ok((shader, report))
     }
 
-    /// The sum over wavelengths; `None` where the directions determine the wavelengths.
+    /// The sum over wavelengths; `None` for methods without uniform steps between wavelengths.
     fn quadrature(&self) -> Result<Option<Quadrature>, Box<dyn Error>> {
         if !self.kind.options().contains(&"lambda_step_nm") {
             return Ok(None);
         }
-        let sum = SpectralToRgb::visible(self.options.lambda_step_nm)?;
-        Ok(Some(Quadrature { wavelengths_nm: sum.wavelengths_nm().collect(), weights: sum.weights().to_vec() }))
+        let to_rgb = SpectralToRgb::visible(self.options.lambda_step_nm)?;
+        Ok(Some(Quadrature { wavelengths_nm: to_rgb.wavelengths_nm().collect(), weights: to_rgb.weights().to_vec() }))
     }
 }

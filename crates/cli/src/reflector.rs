@@ -1,7 +1,8 @@
 //! A surface that is evaluated by one of the methods, on the CPU.
 //!
 //! Symbols, as in docs/model.md: f_r = R·O·M·S/λ² is the reflectance in 1/sr, with the Fresnel factor R, the obliquity
-//! factor O, the shadowing factor M, and the power spectral density S of the relief's phase screen.
+//! factor O, the shadowing factor M, and the power spectral density S of the relief's phase screen. The small-slope
+//! factor takes the place of R·O.
 
 use super::arguments::VISIBLE_NM;
 use super::method_args::Method;
@@ -19,9 +20,12 @@ use sunbeam::methods::{self, AnswerKind, MethodOptions};
 use sunbeam::scattering::{ComplexIndex, Options, Pair, SpectralIndex, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Largest tile, in pixels, whose direct sums run concurrently. A direct sum over a larger tile is parallel itself, and
-/// each needs memory for the whole tile.
+/// Largest number of pixels of a tile whose direct sums run concurrently. A direct sum over a larger tile is parallel
+/// by itself, and each sum needs memory for the whole tile.
 const CONCURRENT_PIXELS_MAX: usize = 1 << 16;
+
+/// The tables of a grating by Maxwell's equations, as the cache returns them.
+type CachedGrating = Arc<(GratingSurface, Origin)>;
 
 /// The evaluator of a method.
 enum Evaluator {
@@ -32,7 +36,7 @@ enum Evaluator {
     /// A method of colours in single precision.
     Realtime(Box<dyn methods::Method>),
     /// The tables of a grating by Maxwell's equations.
-    Grating(Arc<(GratingSurface, Origin)>),
+    Grating(CachedGrating),
     /// A grating by Maxwell's equations that is solved for each query.
     ExactGrating(Box<ExactGrating>),
 }
@@ -40,26 +44,31 @@ enum Evaluator {
 /// A surface and its method of evaluation.
 pub(crate) struct Reflector {
     evaluator: Evaluator,
-    /// The tables of the phase screen, which have a sampler; built on request or where the method needs them.
+    /// The tables of the phase screen, which have a sampler. `None` for a grating by Maxwell's equations, and where
+    /// neither the method nor the command needs them.
     surface: Option<Arc<Surface>>,
-    /// The tables of a grating by Maxwell's equations, which have a sampler.
-    grating: Option<Arc<(GratingSurface, Origin)>>,
+    /// The tables of a grating by Maxwell's equations, which have a sampler. `None` for a phase screen, and where
+    /// neither the method nor the command needs them.
+    grating: Option<CachedGrating>,
     options: Options,
     index: Option<ComplexIndex>,
-    /// Whether queries run concurrently.
+    /// Whether [`Reflector::map`] evaluates items concurrently.
     is_concurrent: bool,
 }
 
 impl Reflector {
     /// Builds the data of the method.
     ///
-    /// The tables have a sampler, and the exact method takes its albedo from them. The published methods have no
-    /// sampler: with `sampler`, the tables are built as well.
+    /// `needs_sampler` is true for the services, which answer query by query. Only tables have a sampler, so they are
+    /// built for it besides the data of methods without one. The exact method takes its albedo from the tables.
+    ///
+    /// # Errors
+    /// Arguments of the surface that are wrong or contradict the method, or data that cannot be built.
     pub(crate) fn new(
         args: &SurfaceArgs,
         method: Method,
         method_options: &MethodOptions,
-        sampler: bool,
+        needs_sampler: bool,
     ) -> Result<Self, Box<dyn Error>> {
         let config = match method {
             Method::Exact | Method::Table => args.config()?,
@@ -68,22 +77,22 @@ impl Reflector {
         let (options, index) = (config.options(), config.index());
         let cache = args.cache()?;
         if config.theory == Theory::Rigorous {
-            return Self::rigorous(&config, method, method_options, &cache, sampler);
+            return Self::rigorous(&config, method, method_options, &cache, needs_sampler);
         }
         let field = config.height_field()?;
-        let built = || with_bar(BUILDING, |progress| cache.surface(&field, &options, progress));
-        let surface = || built().map(|(surface, _)| Arc::new(surface));
+        let build_surface = || {
+            let built = with_bar(BUILDING, |progress| cache.surface(&field, &options, progress));
+            built.map(|(surface, _)| Arc::new(surface))
+        };
         let (nx, ny) = field.size();
         let (evaluator, surface) = match method {
             Method::Exact => {
-                let surface = surface()?;
-                (
-                    Evaluator::Exact(Box::new(Exact::new(&field, &options, surface.albedo_table().cloned()))),
-                    Some(surface),
-                )
+                let surface = build_surface()?;
+                let exact = Exact::new(&field, &options, surface.albedo_table().cloned());
+                (Evaluator::Exact(Box::new(exact)), Some(surface))
             }
             Method::Table => {
-                let surface = surface()?;
+                let surface = build_surface()?;
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
             Method::Realtime(kind) => {
@@ -91,27 +100,29 @@ impl Reflector {
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, index.as_ref(), &cache, progress)
                 })?;
-                (Evaluator::Realtime(method), sampler.then(surface).transpose()?)
+                (Evaluator::Realtime(method), needs_sampler.then(build_surface).transpose()?)
             }
         };
         let is_concurrent = method != Method::Exact || nx * ny <= CONCURRENT_PIXELS_MAX;
         Ok(Self { evaluator, surface, grating: None, options, index, is_concurrent })
     }
 
-    /// A grating by Maxwell's equations.
+    /// [`Reflector::new`] for a grating by Maxwell's equations.
     ///
-    /// `sampler` is true for the services, which answer query by query; only they may solve each query anew.
+    /// Only the services (`needs_sampler`) may solve each query anew; other commands have too many queries. Then there
+    /// is no sampler either.
     fn rigorous(
         config: &SurfaceConfig,
         method: Method,
         method_options: &MethodOptions,
         cache: &Cache,
-        sampler: bool,
+        needs_sampler: bool,
     ) -> Result<Self, Box<dyn Error>> {
         let index = config.index().map(SpectralIndex::Constant);
-        let tabulated = || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
+        let build_tables =
+            || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
         let (evaluator, grating) = match method {
-            Method::Exact if sampler => {
+            Method::Exact if needs_sampler => {
                 let exact = ExactGrating::new(config.profile()?, index.clone(), config.coherence_length);
                 (Evaluator::ExactGrating(Box::new(exact)), None)
             }
@@ -120,24 +131,24 @@ impl Reflector {
                 return Err(format!("--method exact with --theory rigorous {advice}").into());
             }
             Method::Table => {
-                let built = tabulated()?;
-                (Evaluator::Grating(built.clone()), Some(built))
+                let grating = build_tables()?;
+                (Evaluator::Grating(grating.clone()), Some(grating))
             }
             Method::Realtime(kind) => {
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, index.as_ref(), cache, progress)
                 })?;
-                (Evaluator::Realtime(method), sampler.then(tabulated).transpose()?)
+                (Evaluator::Realtime(method), needs_sampler.then(build_tables).transpose()?)
             }
         };
         let (options, index) = (config.options(), config.index());
         Ok(Self { evaluator, surface: None, grating, options, index, is_concurrent: true })
     }
 
-    /// `f_r` in 1/sr.
+    /// `f_r` in 1/sr; zero unless both directions are above the surface.
     ///
     /// # Errors
-    /// The solver's message, for a grating that is solved anew.
+    /// The solver's message, for a grating that is solved for each query.
     pub(crate) fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
         match &self.evaluator {
             Evaluator::ExactGrating(exact) => exact.eval(wi, wo, wavelength_nm).map_err(|error| error.to_string()),
@@ -145,9 +156,11 @@ impl Reflector {
         }
     }
 
-    /// `f_r` in 1/sr; zero for a grating that is solved anew, which needs [`Reflector::try_eval`].
+    /// `f_r` in 1/sr; zero unless both directions are above the surface. A grating that is solved for each query needs
+    /// [`Reflector::try_eval`]: it is zero here.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+        // `O·M·S/λ²`, divided by the albedo where energy is conserved. The answer of gratings is f_r itself.
         let relief = match &self.evaluator {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
             Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
@@ -155,15 +168,15 @@ impl Reflector {
                 let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
                 self.options.angular_factor(&pair) * f64::from(spectral)
             }
-            Evaluator::Grating(built) => return built.0.eval(wi, wo, wavelength_nm),
+            Evaluator::Grating(grating) => return grating.0.eval(wi, wo, wavelength_nm),
             Evaluator::ExactGrating(_) => return 0.0,
         };
         self.fresnel(&pair) * relief
     }
 
-    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M`. Energy conservation, if requested, is included.
+    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M`, divided by the albedo where energy is conserved.
     ///
-    /// For a grating by Maxwell's equations it is `f_r`: its material and its relief do not separate.
+    /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate.
     pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
         if self.grating.is_some() {
@@ -172,9 +185,10 @@ impl Reflector {
         self.eval(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
     }
 
-    /// The linear sRGB of `f_r` in 1/sr, by the wavelengths of `spectrum` unless the method has its own.
-    pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
-        let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.eval(wi, wo, nm)) };
+    /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods of
+    /// colours have their own wavelengths.
+    pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, to_rgb: &SpectralToRgb) -> [f64; 3] {
+        let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match method.answers() {
             AnswerKind::Relief => self.fresnel(&pair) * self.options.angular_factor(&pair),
@@ -183,12 +197,12 @@ impl Reflector {
         method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
-    /// The Fresnel factor R.
+    /// The Fresnel factor R, or the small-slope factor.
     fn fresnel(&self, pair: &Pair) -> f64 {
         pair.interface(self.index, self.options.obliquity)
     }
 
-    /// Refuses wavelengths outside the method's range.
+    /// Refuses an empty list of wavelengths, and wavelengths outside the method's range.
     pub(crate) fn check_wavelengths(&self, wavelengths_nm: &[f64]) -> Result<(), String> {
         if wavelengths_nm.is_empty() {
             return Err("\"wavelength\" is an empty array; at least one is needed".to_owned());
@@ -207,7 +221,7 @@ impl Reflector {
         }
     }
 
-    /// The sampler's density per solid angle, the mean over the wavelengths.
+    /// The sampler's density in 1/sr, the mean over the wavelengths.
     ///
     /// `None` without a sampler, or for a wavelength outside the tables' range.
     pub(crate) fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
@@ -217,11 +231,11 @@ impl Reflector {
         }
         match (&self.surface, &self.grating) {
             (Some(surface), _) => Some(surface.pdf(wi, wo, wavelengths_nm)),
-            (None, grating) => grating.as_ref().map(|built| built.0.pdf(wi, wo, wavelengths_nm)),
+            (None, grating) => grating.as_ref().map(|grating| grating.0.pdf(wi, wo, wavelengths_nm)),
         }
     }
 
-    /// A sample by the sampler, if there is one; see [`Surface::sample`].
+    /// A direction drawn by the sampler; see [`Surface::sample`]. `None` below the horizon, and without a sampler.
     pub(crate) fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         match &self.surface {
             Some(surface) => surface.sample(wi, wavelengths_nm, u),
@@ -229,7 +243,8 @@ impl Reflector {
         }
     }
 
-    /// Applies `answer` to every item, concurrently where the method allows it; the order is kept.
+    /// Applies `answer` to every item, concurrently where the method allows it; the order is kept. A task takes at
+    /// least eight items, since a look-up is short.
     pub(crate) fn map<T: Sync, A: Send>(&self, items: &[T], answer: impl Fn(&T) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
             items.par_iter().with_min_len(8).map(answer).collect()
@@ -240,6 +255,6 @@ impl Reflector {
 }
 
 /// A direction in single precision.
-fn single(direction: Vec3) -> [f32; 3] {
+pub(crate) fn single(direction: Vec3) -> [f32; 3] {
     direction.map(|component| component as f32)
 }

@@ -1,4 +1,4 @@
-//! `sunbeam render`: a picture by the realtime renderer, without a window.
+//! `sunbeam render`: a picture of the snake by the realtime renderer, without a window.
 
 use super::arguments::out_of_range;
 use super::encode;
@@ -57,6 +57,9 @@ pub(crate) struct RenderArgs {
     surface: SurfaceArgs,
 }
 
+/// Number of components of a pixel in the file of `--pairs`.
+const PAIR_COMPONENTS: usize = 8;
+
 #[derive(Serialize)]
 struct Report<'a> {
     output: &'a Output,
@@ -64,18 +67,20 @@ struct Report<'a> {
     png: &'a Option<Output>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pairs: &'a Option<Output>,
+    /// Width and height in pixels.
     size: [u32; 2],
     supersample: u32,
     triangles: usize,
     adapter: String,
     backend: &'static str,
     software: bool,
-    /// Time of all stages.
+    /// Time of all stages: the sum of their medians.
     gpu_ms: f64,
+    /// Median time of each stage over the repeated pictures.
     gpu_stages_ms: StageTimes,
     /// `timestamps` of the GPU, or `wall clock` around each submission.
     gpu_clock: &'static str,
-    /// Number of queries that the method answered: visible points of the mesh in the sun.
+    /// Number of queries that the method answered for the last picture: visible points of the mesh in the sun.
     answered: u64,
     /// Number of submissions of these queries.
     submissions: u32,
@@ -97,7 +102,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let realtime = Realtime::new(&args.method, &args.surface)?;
     let index = args.surface.config()?.index().unwrap_or(KERATIN);
     let view = args.scene.view(args.supersample)?;
-    // Errors of the adapter come before the long work.
+    // The adapter is opened before the long work, so that its errors come at once.
     let gpu = realtime::open(args.adapter)?;
     let Size(width, height) = args.size;
     let target = Target::new(&gpu, width, height)?;
@@ -106,13 +111,14 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let (mesh, pigment) = args.scene.mesh()?;
     let scene = Scene::new(&gpu, &mesh, &pigment)?;
     let renderer = Renderer::new(&gpu)?;
-    // Drivers finish compilation at the first use of a pipeline: a picture of one pixel keeps it out of the times.
+    // Drivers finish compilation at the first use of a pipeline. An untimed picture of one pixel keeps it out of the
+    // times.
     renderer.draw(&gpu, &scene, &shader, &Target::new(&gpu, 1, 1)?, &View { supersample: 1, ..view })?;
     let reports = (0..args.repeat)
         .map(|_| renderer.draw(&gpu, &scene, &shader, &target, &view))
         .collect::<Result<Vec<_>, _>>()?;
-    let drawn = reports[reports.len() - 1];
-    let gpu_ms = StageTimes::medians(&reports.iter().map(|report| report.gpu_ms).collect::<Vec<_>>());
+    let last = reports[reports.len() - 1];
+    let gpu_stages_ms = StageTimes::medians(&reports.iter().map(|report| report.gpu_ms).collect::<Vec<_>>());
 
     let picture = target.read_picture(&gpu)?;
     let size = (width as usize, height as usize);
@@ -121,7 +127,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         file.write(&encode::tone_mapped_png(size, &picture, args.exposure)?)?;
     }
     if let Some(file) = &args.pairs {
-        file.write(&encode::npy(&pairs(size, &target.read_queries(&gpu)?))?)?;
+        file.write(&encode::npy(&pair_components(size, &target.read_queries(&gpu)?))?)?;
     }
     print_json(&Report {
         output: &args.output,
@@ -133,19 +139,20 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         adapter: gpu.adapter(),
         backend: gpu.backend(),
         software: gpu.is_software(),
-        gpu_ms: gpu_ms.total(),
-        gpu_stages_ms: gpu_ms,
+        gpu_ms: gpu_stages_ms.total(),
+        gpu_stages_ms,
         gpu_clock: realtime::clock(&gpu),
-        answered: drawn.answered,
-        submissions: drawn.submissions,
+        answered: last.answered,
+        submissions: last.submissions,
         method,
         seconds: start.elapsed().as_secs_f64(),
     })
 }
 
-/// The array of `--pairs`, `[row, column, component]`.
-fn pairs((width, height): (usize, usize), queries: &[Query]) -> Array3<f32> {
-    Array3::from_shape_fn((height, width, 8), |(y, x, i)| {
+/// The array of `--pairs`, `[row, column, component]` with row 0 at the top; [`RenderArgs::pairs`] has the components.
+/// `queries` has one for each pixel, by rows from the top.
+fn pair_components((width, height): (usize, usize), queries: &[Query]) -> Array3<f32> {
+    Array3::from_shape_fn((height, width, PAIR_COMPONENTS), |(y, x, i)| {
         let query = &queries[y * width + x];
         match i {
             _ if query.kind != Query::SKIN => 0.0,

@@ -1,4 +1,4 @@
-//! `sunbeam sample`: the sampler as a service.
+//! `sunbeam sample`: a service that samples outgoing directions for JSON lines.
 
 use super::Outcome;
 use super::method_args::Method;
@@ -28,18 +28,25 @@ pub(crate) struct SampleArgs {
     surface: SurfaceArgs,
 }
 
+/// A line of the input. Direction and random numbers are vectors, so that a message can name one of the wrong length.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Query {
     wi: Vec<f64>,
+    /// One or several wavelengths in nm.
     wavelength: Numbers,
+    /// Three random numbers in [0, 1).
     u: Vec<f64>,
 }
 
+/// A line of the output.
 #[derive(Serialize)]
 struct Answer {
+    /// The sampled direction; `None` below the horizon.
     wo: Option<Vec3>,
+    /// Density per solid angle, the mean over the wavelengths.
     pdf: f64,
+    /// Weight at each wavelength.
     weight: Numbers,
 }
 
@@ -49,6 +56,7 @@ pub(crate) fn run(args: &SampleArgs) -> Outcome {
     serve(&reflector, |line| answer(&reflector, line))
 }
 
+/// Answers one line, or returns the message for the line.
 fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
     let query: Query = parse(line)?;
     let wi = direction("wi", &query.wi)?;

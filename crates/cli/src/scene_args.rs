@@ -22,14 +22,14 @@ pub struct SceneArgs {
     /// Draw the ground at z = 0
     #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
     ground: bool,
-    /// Blend of the pigment below the relief: physical weights it by the light that is not reflected, mix mixes it with
-    /// the diffraction colour by --share, none omits it
+    /// Blend with the pigment below the relief: physical weights the pigment by the light that is not reflected, mix
+    /// takes the fraction --share of the diffraction colour and the rest of the pigment, none omits the pigment
     #[arg(long, value_name = "MODE", default_value = "physical")]
     blend: Blend,
     /// Fraction of the diffraction colour with --blend mix, 0 to 1 [default: 0.5]
     #[arg(long, allow_negative_numbers = true)]
     share: Option<f32>,
-    /// Rotation of the relief about the normal, from the tangent, in degrees
+    /// Angle in degrees from the mesh's tangent along u to the relief's x axis, about the normal
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     rotation: f64,
     /// Position of the camera in cm [default: that of the Mitsuba scenes]
@@ -66,7 +66,7 @@ impl FromStr for Size {
     }
 }
 
-/// Three coordinates.
+/// A point or a direction: three finite coordinates.
 #[derive(Clone, Copy, Debug)]
 struct Point([f64; 3]);
 
@@ -85,7 +85,7 @@ impl SceneArgs {
     /// The view, with `supersample` rays along each side of a pixel.
     ///
     /// # Errors
-    /// `--share` without `--blend mix`, and a sun that is not above the ground.
+    /// `--share` without `--blend mix`, or a sun that is not above the ground.
     pub fn view(&self, supersample: u32) -> Result<View, Box<dyn std::error::Error>> {
         let camera = Camera::default();
         let blend = match (self.blend, self.share) {
@@ -110,10 +110,10 @@ impl SceneArgs {
         })
     }
 
-    /// The mesh, and the snake's pigment over texture coordinates.
+    /// The mesh, and the snake's pigment over the texture coordinates.
     ///
     /// # Errors
-    /// A resolution that is not positive, or a mesh that cannot be read.
+    /// A resolution that is not finite and positive, or a mesh that cannot be read.
     pub fn mesh(&self) -> Result<(Mesh, PigmentTexture), Box<dyn std::error::Error>> {
         if !(self.resolution.is_finite() && self.resolution > 0.0) {
             return Err(out_of_range("resolution", self.resolution, "finite and positive").into());

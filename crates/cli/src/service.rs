@@ -7,8 +7,8 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 
 /// Size in bytes of the buffer for stdin.
 ///
-/// The complete lines in the buffer are answered together. A client that sends one line and waits gets its answer, and
-/// a file is answered in large batches.
+/// The complete lines in the buffer are answered together. A client that sends one line and waits gets its answer at
+/// once, and a file is answered in large batches.
 const BUFFER_BYTES: usize = 1 << 20;
 
 /// The answer to a line that could not be answered.
@@ -17,7 +17,8 @@ struct Refusal {
     error: String,
 }
 
-/// Answers every line of stdin on stdout. A line that `answer` refuses gets `{"error": …}` in its place.
+/// Answers every line of stdin on stdout, in order. A line that `answer` refuses gets `{"error": …}` in its place.
+/// `reflector` says whether lines may be answered concurrently.
 pub(crate) fn serve<A: Serialize>(
     reflector: &Reflector,
     answer: impl Fn(&[u8]) -> Result<A, String> + Sync + Send,
@@ -40,10 +41,10 @@ pub(crate) fn serve<A: Serialize>(
     }
 }
 
-/// The complete lines of the buffer, with their line ends.
+/// The next complete lines of the input, with their line ends.
 ///
-/// If the buffer has none, it is refilled until a line is complete or the input ends. No line means the end of the
-/// input.
+/// The first line is read until it is complete or the input ends. The others are those that are complete in the buffer.
+/// No line means the end of the input.
 fn next_lines<R: Read>(input: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     let mut lines = Vec::new();
     loop {
@@ -58,8 +59,9 @@ fn next_lines<R: Read>(input: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     }
 }
 
+/// An answer as one line of JSON.
 fn json(answer: &impl Serialize) -> String {
-    // Answers are structs of numbers and strings, which always serialise.
+    // Answers are structs of numbers and strings, whose serialisation cannot fail.
     serde_json::to_string(answer).unwrap_or_else(|error| format!("{{\"error\":{:?}}}", error.to_string()))
 }
 
@@ -67,9 +69,9 @@ fn json(answer: &impl Serialize) -> String {
 mod tests {
     use super::*;
 
-    /// All batches of `next_lines`, from an input that arrives in these reads.
+    /// All batches of `next_lines`, from an input whose reads return these pieces.
     fn batches(reads: &[&str]) -> Vec<Vec<String>> {
-        /// A reader that returns one piece a call, as a pipe does.
+        /// A reader that returns one piece in each call, as a pipe does.
         struct Pipe<'a>(std::slice::Iter<'a, &'a str>);
         impl Read for Pipe<'_> {
             fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {

@@ -42,7 +42,8 @@ pub(crate) fn run(args: &SnakeArgs) -> Outcome {
     if !(args.resolution.is_finite() && args.resolution > 0.0) {
         return Err(out_of_range("resolution", args.resolution, "finite and positive").into());
     }
-    let (is_linear, scale) = (args.pigment.as_ref().is_some_and(|file| file.ends_in("exr")), args.pigment_scale);
+    let is_linear = args.pigment.as_ref().is_some_and(|file| file.ends_in("exr"));
+    let scale = args.pigment_scale;
     if !(0.0..=1.0).contains(&scale) || (scale != 1.0 && !is_linear) {
         let accepted = if is_linear { "0 to 1" } else { "left out without --pigment FILE.exr" };
         return Err(out_of_range("pigment-scale", scale, accepted).into());
@@ -66,7 +67,7 @@ pub(crate) fn run(args: &SnakeArgs) -> Outcome {
     })
 }
 
-/// The texture in linear sRGB, times a factor, as OpenEXR.
+/// Encodes the texture in linear sRGB, times `scale`, as OpenEXR.
 fn linear_exr(texture: &PigmentTexture, scale: f64) -> Result<Vec<u8>, Box<dyn Error>> {
     encode::exr((texture.width, texture.height), |i| {
         let encoded = texture.pixels[i].map(|byte| f64::from(byte) / 255.0);

@@ -47,7 +47,7 @@ pub struct SurfaceArgs {
     /// the first height]
     #[arg(long, value_name = "CHANNEL")]
     channel: Option<String>,
-    /// Heights for the missing points of the file [default: none, a file with missing points is refused]
+    /// Heights in place of the missing points of the file [default: none, a file with missing points is refused]
     #[arg(long, value_parser = names::<Fill, _>(Fill::ALL.map(Fill::name)))]
     fill: Option<Fill>,
     /// Theory of diffraction: scalar is a phase screen; rigorous solves Maxwell's equations for a relief that varies
@@ -63,8 +63,8 @@ pub struct SurfaceArgs {
     /// Obliquity factor; auto is small_slope where --k is at most a tenth of --eta, else stam [default: auto]
     #[arg(long, value_parser = names::<ObliquityChoice, _>(ObliquityChoice::ALL.map(ObliquityChoice::name)))]
     obliquity: Option<ObliquityChoice>,
-    /// Continuation of the tile: periodic repeats it, aperiodic leaves it alone [default: periodic for presets,
-    /// aperiodic for files]
+    /// Continuation of the tile: periodic repeats it, aperiodic is a single scan with tapered edges [default: periodic
+    /// for presets, aperiodic for files]
     #[arg(long, value_parser = names::<Tiling, 2>(["periodic", "aperiodic"]))]
     tiling: Option<Tiling>,
     /// Form that is subtracted from the heights [default: none for presets, plane for files]
@@ -84,7 +84,7 @@ pub struct SurfaceArgs {
     /// Imaginary part of the refractive index, of a conductor; needs --eta
     #[arg(long, allow_negative_numbers = true)]
     k: Option<f64>,
-    /// Relative error of the tables [default: 1e-3]
+    /// Largest relative error of the tables [default: 1e-3]
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// Factor on the limits of building tables, 8 GB and two minutes on two cores [default: 1]
@@ -130,7 +130,7 @@ impl SurfaceArgs {
         Ok(config)
     }
 
-    /// The cache of tables that the environment names, or none with `--no-cache`.
+    /// The cache of tables: that of the environment, or an inactive one with `--no-cache`.
     ///
     /// # Errors
     /// An environment variable with a wrong value.
@@ -141,13 +141,16 @@ impl SurfaceArgs {
     /// The validated configuration for a method of colours.
     ///
     /// The published methods assume a phase screen and one fixed coherence window over a periodic tile, and do not
-    /// conserve energy. These are their defaults. The colour table has both theories, and conserves energy on request.
+    /// conserve energy. These are their defaults, and other values are refused. The colour table has both theories,
+    /// models and tilings, and conserves energy on request.
     ///
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.
     pub fn realtime_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
-        let (is_patch_only, conserve) = (kind.is_patch_only(), self.conserve_energy == Some(true));
+        let is_patch_only = kind.is_patch_only();
+        let conserves_energy = self.conserve_energy == Some(true);
         let is_rigorous = self.theory == Some(Theory::Rigorous);
+        // Whether the contradiction holds, its reason, the flag, and the flag's only value.
         let contradictions = [
             (is_patch_only && is_rigorous, "assumes a phase screen", "--theory", "scalar"),
             (
@@ -162,8 +165,13 @@ impl SurfaceArgs {
                 "--tiling",
                 "periodic",
             ),
-            (is_patch_only && conserve, "has no albedo", "--conserve-energy", "false"),
-            (conserve && self.model == Some(Model::Patch), "has no albedo of a patch", "--conserve-energy", "false"),
+            (is_patch_only && conserves_energy, "has no albedo", "--conserve-energy", "false"),
+            (
+                conserves_energy && self.model == Some(Model::Patch),
+                "has no albedo of a patch",
+                "--conserve-energy",
+                "false",
+            ),
         ];
         if let Some((_, reason, flag, value)) = contradictions.iter().find(|(holds, ..)| *holds) {
             return Err(format!("--method {kind} {reason}: {flag} must be {value}").into());
@@ -180,7 +188,7 @@ impl SurfaceArgs {
         if let Some((flag, _)) = factors.iter().find(|(_, is_given)| is_gems && *is_given) {
             return Err(no_effect_with_gems(flag).into());
         }
-        let mut args = Self { conserve_energy: Some(conserve), ..self.clone() };
+        let mut args = Self { conserve_energy: Some(conserves_energy), ..self.clone() };
         if is_patch_only {
             (args.model, args.tiling) = (Some(Model::Patch), Some(Tiling::Periodic));
         }
@@ -192,22 +200,23 @@ impl SurfaceArgs {
         self.eta.is_some() || self.k.is_some()
     }
 
-    /// Whether the arguments name a relief.
+    /// Whether the arguments name a relief, a preset or a file.
     pub fn is_given(&self) -> bool {
         self.preset.is_some() || self.height_field.is_some()
     }
 
-    /// These arguments with each of the presets.
+    /// These arguments with each of the presets in turn.
     pub fn presets(&self, presets: &[Preset]) -> Vec<Self> {
         presets.iter().map(|preset| Self { preset: Some(*preset), ..self.clone() }).collect()
     }
 
-    /// Refuses the arguments that `sunbeam bench` chooses itself.
+    /// Refuses the arguments that `sunbeam bench --what methods` chooses itself.
     ///
-    /// It compares each method with its own model, on a periodic tile, without Fresnel factor and energy conservation.
+    /// The benchmark compares each method with its own model, on a periodic tile, without Fresnel factor and energy
+    /// conservation.
     ///
     /// # Errors
-    /// The name of the first such argument.
+    /// A message that names the first such argument.
     pub fn refuse_bench_choices(&self) -> Result<(), String> {
         let flags = [
             ("--model", self.model.is_some()),
@@ -223,16 +232,17 @@ impl SurfaceArgs {
     }
 }
 
-/// The message for an argument that multiplies the reflectance, which the colours of GPU Gems are not.
+/// Error message for the flag of a factor of the reflectance. The colours of GPU Gems have no such factors.
 pub(crate) fn no_effect_with_gems(flag: &str) -> String {
     format!("{flag} has no effect with --stam-form gems, whose colours no factor multiplies")
 }
 
+/// A parser for the name of a preset.
 fn preset_names() -> impl TypedValueParser<Value = Preset> {
     names(Preset::ALL.map(Preset::name))
 }
 
-/// A parser for a choice among names that the library deserialises.
+/// A parser for one of the `accepted` names, from which the library deserialises a `T`.
 pub fn names<T, const N: usize>(accepted: [&'static str; N]) -> impl TypedValueParser<Value = T>
 where
     T: for<'de> Deserialize<'de> + Clone + Send + Sync + 'static,

@@ -13,7 +13,8 @@ use sunbeam::transform::{Series, TermTransform};
 /// Extensions of the files that can hold a term.
 const EXTENSIONS: [&str; 2] = ["png", "npy"];
 
-/// Powers of ten from white, the largest magnitude, to black. Five keep the strong orders of real reliefs apart.
+/// Number of powers of ten between white, the largest magnitude, and black. With fewer, weak orders of real reliefs are
+/// black; with more, all orders are bright.
 const DECADES: f64 = 5.0;
 
 /// The magnitudes `|DFT((h/H)ⁿ)|` of all orders, in \[0, 1\].
@@ -36,8 +37,8 @@ impl Term {
         let transform = TermTransform::<f64>::new(field, Series::Taylor);
         let bins = transform.term(n);
         let (nx, ny) = field.size();
-        // The DFT has order 0 first; the array has it at index ⌊n/2⌋.
-        let bin = |index: usize, n: usize| (index + n - n / 2) % n;
+        // Along an axis the DFT has order 0 first; the array has it at index ⌊count/2⌋.
+        let bin = |index: usize, count: usize| (index + count - count / 2) % count;
         let magnitudes = Array2::from_shape_fn((ny, nx), |(iy, ix)| bins[bin(iy, ny) * nx + bin(ix, nx)].norm());
         Self { n, half_range_um: transform.half_range_um(), magnitudes }
     }
@@ -53,9 +54,12 @@ impl Term {
         Err(format!("{}: the name of a term must end in {}", file.path().display(), listed(&EXTENSIONS)))
     }
 
-    /// The contents of a file.
+    /// The contents of an output file, by its extension.
     ///
     /// A `.npy` holds the magnitudes as 64-bit floats, a `.png` their logarithm as greys with +x right and +y up.
+    ///
+    /// # Errors
+    /// The encoder's message.
     pub(crate) fn encoded(&self, file: &Output) -> Result<Vec<u8>, Box<dyn Error>> {
         if file.ends_in("npy") {
             return encode::npy(&self.magnitudes);
@@ -64,9 +68,9 @@ impl Term {
         encode::png((width, height), png::ColorType::Grayscale, &self.greys())
     }
 
-    /// One grey for each order, rows from the top.
+    /// One grey for each order, by rows from the top.
     fn greys(&self) -> Vec<u8> {
-        let largest = self.magnitudes.iter().fold(0.0, |a: f64, &b| a.max(b));
+        let largest = self.magnitudes.iter().fold(0.0, |largest: f64, &magnitude| largest.max(magnitude));
         let grey = |&magnitude: &f64| {
             // The logarithm of 0 is −∞, which is black.
             let lightness = 1.0 + (magnitude / largest).log10() / DECADES;

@@ -1,4 +1,4 @@
-//! `sunbeam view`: starts the program `sunbeam-view`.
+//! `sunbeam view`: starts the program `sunbeam-view`, which draws in a window.
 
 use super::Outcome;
 use std::ffi::OsString;
@@ -12,8 +12,9 @@ use std::process::Command;
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
 pub(crate) struct ViewArgs {
+    /// All arguments, which are passed on.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
-    all: Vec<OsString>,
+    passed_on: Vec<OsString>,
 }
 
 /// Runs `sunbeam view`.
@@ -22,17 +23,17 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     if !window.exists() {
         return Err(format!("the viewer {} is missing; `make tool` builds it", window.display()).into());
     }
-    replace_process(&window, &args.all)
+    replace_process(&window, &args.passed_on)
 }
 
-/// Replaces this process by the program, so that its parent process can still wait for it and end it.
+/// Replaces this process by the program, whose parent process can then wait for it and end it. Returns only on failure.
 #[cfg(unix)]
 fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     use std::os::unix::process::CommandExt;
     Err(Command::new(program).args(args).exec().into())
 }
 
-/// Runs the program and exits with its status.
+/// Runs the program and exits with its status, or with 2 where a signal ended it.
 #[cfg(not(unix))]
 fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     std::process::exit(Command::new(program).args(args).status()?.code().unwrap_or(2))

@@ -2,7 +2,7 @@
 
 use log::{LevelFilter, Log, Metadata, Record};
 
-/// A logger for the messages of this project's crates; those of other crates are for their own developers.
+/// A logger that prints the messages of this project's crates. Messages of other crates are of no use to users.
 struct Stderr;
 
 impl Log for Stderr {
@@ -19,7 +19,7 @@ impl Log for Stderr {
     fn flush(&self) {}
 }
 
-/// Shows warnings from now on; a second call changes nothing.
+/// Shows warnings and errors of the log from now on. A second call changes nothing.
 pub(crate) fn show() {
     if log::set_logger(&Stderr).is_ok() {
         log::set_max_level(LevelFilter::Warn);

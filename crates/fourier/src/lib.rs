@@ -30,18 +30,18 @@ pub trait Precision: FftNum {
 
 impl Precision for f32 {
     fn plans(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<f32>>; 2] {
-        plans(lengths, direction)
+        plan_each(lengths, direction)
     }
 }
 
 impl Precision for f64 {
     fn plans(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<f64>>; 2] {
-        plans(lengths, direction)
+        plan_each(lengths, direction)
     }
 }
 
 /// Plans one-dimensional transforms of both `lengths`: the body of [`Precision::plans`].
-fn plans<T: FftNum>(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<T>>; 2] {
+fn plan_each<T: FftNum>(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<T>>; 2] {
     let mut planner = FftPlanner::new();
     lengths.map(|length| match direction {
         Direction::Positive => planner.plan_fft_inverse(length),
@@ -49,18 +49,19 @@ fn plans<T: FftNum>(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<T
     })
 }
 
-/// Sign of the exponent of a transform.
+/// Sign of the exponent of a transform of `n` points, from `x[j]` to bin `k`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// `Σ x · exp(+2πi jk/n)`, the sign of docs/model.md#conventions.
+    /// `Σ_j x[j] · exp(+2πi jk/n)`, the sign of docs/model.md#conventions.
     Positive,
-    /// `Σ x · exp(−2πi jk/n)`.
+    /// `Σ_j x[j] · exp(−2πi jk/n)`.
     Negative,
 }
 
-/// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised, with bins in FFT order.
+/// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised.
 ///
-/// Rows and columns are distributed over the current rayon thread pool.
+/// Bins are in FFT order along each axis: frequency 0, then the positive, then the negative frequencies in ascending
+/// order. Rows and columns are distributed over the current rayon thread pool.
 pub struct Fft2<T: Precision> {
     /// Length of a row.
     nx: usize,
@@ -73,7 +74,7 @@ pub struct Fft2<T: Precision> {
 }
 
 impl<T: Precision> Fft2<T> {
-    /// Plans a transform of `nx` by `ny` points. Every size is allowed, primes included.
+    /// Plans a transform of `nx` by `ny` points, at least one each. Every size is allowed, primes included.
     pub fn new(nx: usize, ny: usize, direction: Direction) -> Self {
         let [along_x, along_y] = T::plans([nx, ny], direction);
         Self { nx, ny, along_x, along_y }
@@ -91,27 +92,27 @@ impl<T: Precision> Fft2<T> {
         }
     }
 
-    /// The low-frequency bins of a zero-padded transform: the `kept.0` by `kept.1` bins nearest to frequency zero.
+    /// The low-frequency bins of a zero-padded transform: the `kx` by `ky` bins nearest to frequency zero.
     ///
-    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. It is overwritten with scratch
-    /// values. The result is row-major, in the FFT order of a transform of `kept` points. Equals [`Fft2::process`]
-    /// restricted to those bins, without computing the others.
-    pub fn band(&self, data: &mut [Complex<T>], kept: (usize, usize)) -> Vec<Complex<T>> {
+    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. `data` is overwritten with scratch
+    /// values. `(kx, ky)` are 1 to `nx` and 1 to `ny`. The result has `ky` rows of `kx` bins, in the FFT order of a
+    /// transform of that size. An even size keeps the positive of the two highest frequencies. The bins equal those of
+    /// [`Fft2::process`], which computes all others, too.
+    pub fn band(&self, data: &mut [Complex<T>], (kx, ky): (usize, usize)) -> Vec<Complex<T>> {
         let zero = Complex::new(T::zero(), T::zero());
-        let (kx, ky) = kept;
         debug_assert!(data.len() <= self.nx * self.ny && kx <= self.nx && ky <= self.ny);
         transform_rows(&*self.along_x, data, self.nx);
         // Column-major: the kept columns, one after the other.
         let mut columns = vec![zero; kx * self.ny];
-        columns.par_chunks_mut(self.ny * COLUMNS_PER_TASK).enumerate().for_each(|(task, columns)| {
-            for (i, column) in columns.chunks_mut(self.ny).enumerate() {
+        columns.par_chunks_mut(self.ny * COLUMNS_PER_TASK).enumerate().for_each(|(task, block)| {
+            for (i, column) in block.chunks_mut(self.ny).enumerate() {
                 let bin = kept_bin(task * COLUMNS_PER_TASK + i, kx, self.nx);
                 for (to, row) in column.iter_mut().zip(data.chunks(self.nx)) {
                     *to = row[bin];
                 }
             }
             if self.ny > 1 {
-                self.along_y.process(columns);
+                self.along_y.process(block);
             }
         });
         let mut bins = vec![zero; kx * ky];
@@ -125,8 +126,8 @@ impl<T: Precision> Fft2<T> {
     }
 }
 
-/// Columns gathered and transformed by one rayon task of [`Fft2::band`]. Chosen: neighbouring columns share cache
-/// lines.
+/// Columns gathered and transformed by one rayon task of [`Fft2::band`]. Larger values use more of each cache line that
+/// neighbouring columns share; smaller ones balance threads better.
 const COLUMNS_PER_TASK: usize = 16;
 
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT
@@ -137,19 +138,21 @@ fn kept_bin(i: usize, kept: usize, n: usize) -> usize {
 
 /// Transforms every row of `data`, each `width` long.
 fn transform_rows<T: Precision>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
-    /// Rows transformed by one rayon task. Chosen; it affects speed only.
+    /// Rows transformed by one rayon task. Larger values cost less scheduling; smaller ones balance threads better.
     const ROWS_PER_TASK: usize = 32;
     data.par_chunks_mut(width * ROWS_PER_TASK).for_each(|chunk| fft.process(chunk));
 }
 
 /// Writes the transpose of `from` (`height` rows of `width`) into `to`, in square tiles that fit the processor's cache.
 fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], width: usize, height: usize) {
-    /// Side of a square tile in elements. Chosen: 16 complex numbers in double precision fill four cache lines.
+    /// Side of a square tile in elements. 16 complex numbers in double precision fill four cache lines of 64 bytes, and
+    /// a tile takes 4 KiB.
     const TILE: usize = 16;
-    to.par_chunks_mut(height * TILE).enumerate().for_each(|(block, out)| {
-        let x0 = block * TILE;
+    to.par_chunks_mut(height * TILE).enumerate().for_each(|(task, to_rows)| {
+        // The task's rows of `to` are the columns of `from` from x0 on.
+        let x0 = task * TILE;
         for y0 in (0..height).step_by(TILE) {
-            for (dx, row) in out.chunks_mut(height).enumerate() {
+            for (dx, row) in to_rows.chunks_mut(height).enumerate() {
                 for y in y0..(y0 + TILE).min(height) {
                     row[y] = from[y * width + x0 + dx];
                 }

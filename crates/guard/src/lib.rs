@@ -19,7 +19,8 @@ pub struct Panic(pub String);
 
 /// Runs `body`, and converts a panic into an `Err`.
 ///
-/// `body` must not leave shared state half changed: callers build new values or only read.
+/// The assertion of unwind safety is sound if a panic leaves no shared state half changed. `body` must therefore only
+/// read shared state, or replace it as a whole.
 ///
 /// # Errors
 /// The errors of `body`, and a [`Panic`].

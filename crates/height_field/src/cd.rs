@@ -1,39 +1,41 @@
 //! Preset `cd`: tracks of pits of random length.
 //!
-//! Lengths of pits and of lands between them are runs of 3 T to 11 T, as in the eight-to-fourteen modulation of IEC
-//! 60908; T is the length of one channel bit.
+//! A pit or a land between two pits is a *run* of 3 T to 11 T, as in the eight-to-fourteen modulation of IEC 60908.
+//! T is the length of one channel bit. Tracks run along y.
 
 use super::random::{Random, smooth_step};
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Pixels along each side of the tile. Chosen: 0.0625 µm a pixel, two pixels across a pit's wall.
+/// Pixels along each side of the tile, 0.0625 µm each: a pit's wall spans two. More pixels resolve the walls better;
+/// fewer make tables faster to build.
 const PIXELS: usize = 1024;
-/// Tracks on the tile. Chosen: a tile of 64 µm.
+/// Tracks on the tile. Forty make it 64 µm wide, about as large as the tiles of the skins.
 const TRACKS: usize = 40;
 /// Distance between tracks along x in µm (IEC 60908).
 const PITCH_UM: f64 = 1.6;
 /// Side of the tile in µm.
 const EXTENT_UM: f64 = TRACKS as f64 * PITCH_UM;
-/// Channel bits along one track of the tile. Chosen: T = 64 µm / 230 = 0.2783 µm, near that of a disc.
+/// Channel bits along one track of the tile. T is then 64 µm / 230 = 0.2783 µm. A disc that is read at 1.2 m/s and
+/// 4.3218 Mbit/s has 0.2777 µm.
 const CHANNEL_BITS: u32 = 230;
 /// T in µm.
 const BIT_UM: f64 = EXTENT_UM / CHANNEL_BITS as f64;
-/// Width of a pit at half depth, in µm. Chosen: typical of pressed discs.
+/// Width of a pit at half depth, in µm, typical of pressed discs.
 const WIDTH_UM: f64 = 0.5;
-/// Depth of a pit in µm. Chosen: near a quarter of the wavelength of the player's laser in polycarbonate,
-/// 0.78 µm / (4 · 1.55) = 0.126 µm.
+/// Depth of a pit in µm: near a quarter of the wavelength of the player's laser in polycarbonate, 0.78 µm / (4 · 1.55)
+/// = 0.126 µm.
 const DEPTH_UM: f64 = 0.12;
-/// Horizontal width of a pit's wall in µm. Chosen: about as wide as the pit is deep.
+/// Horizontal width of a pit's wall in µm, about as wide as the pit is deep.
 const WALL_UM: f64 = 0.14;
-/// Seed of the run lengths and of the tracks' starts. Chosen arbitrarily.
+/// Seed of the run lengths and of the tracks' starts, an arbitrary number.
 const SEED: u64 = 0x00c0_ffee_cd01;
-/// Relative frequencies of runs of 3 T to 11 T. Chosen: in eight-to-fourteen modulation each length is about a third
-/// rarer than the previous one.
+/// Relative frequencies of runs of 3 T to 11 T. In eight-to-fourteen modulation each length is about a third rarer than
+/// the previous one. 11 T, which also marks the beginning of each frame, is an exception.
 const RUN_WEIGHTS: [u32; 9] = [330, 230, 160, 110, 70, 45, 25, 15, 15];
 
 /// A random run length in channel bits, 3 to 11.
-fn run(random: &mut Random) -> u32 {
+fn run_length(random: &mut Random) -> u32 {
     let mut draw = random.unit() * f64::from(RUN_WEIGHTS.iter().sum::<u32>());
     for (length, &weight) in (3..).zip(&RUN_WEIGHTS) {
         if draw < f64::from(weight) {
@@ -41,18 +43,20 @@ fn run(random: &mut Random) -> u32 {
         }
         draw -= f64::from(weight);
     }
+    // Not reached, except by rounding of `draw`.
     11
 }
 
 /// Pits of one track as `(start, length)` in channel bits. Pits and lands are 3 to 11 bits each and fill the tile
 /// exactly.
-fn pits(random: &mut Random) -> Vec<(u32, u32)> {
+fn pits_of_track(random: &mut Random) -> Vec<(u32, u32)> {
     let mut pits = Vec::new();
     let mut start = 0;
     while start < CHANNEL_BITS {
-        let (pit, land) = (run(random), run(random));
+        let (pit, land) = (run_length(random), run_length(random));
         let end = start + pit + land;
-        // The remainder must be 0, or long enough for one more pit and land of at least 3 bits each.
+        // The remainder must be 0, or long enough for one more pit and land of at least 3 bits each. Otherwise both are
+        // drawn again.
         if end == CHANNEL_BITS || end + 6 <= CHANNEL_BITS {
             pits.push((start, pit));
             start = end;
@@ -61,34 +65,34 @@ fn pits(random: &mut Random) -> Vec<(u32, u32)> {
     pits
 }
 
-/// A periodic tile of 64 × 64 µm with forty tracks along y. Land is at height 0, pits are 0.12 µm deep.
+/// A periodic tile of 64 × 64 µm with forty tracks along y. Land is at height 0, pits are 0.12 µm deep. All lengths
+/// below are in µm.
 pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
     let mut random = Random::new(SEED);
     let mut heights = Array2::zeros((PIXELS, PIXELS));
     let step = EXTENT_UM / PIXELS as f64;
     let wrap = |i: i64| i.rem_euclid(PIXELS as i64) as usize;
+    // Largest distance of a pit's edge from the centre of its track.
+    let reach = 0.5 * (WIDTH_UM + WALL_UM);
     for track in 0..TRACKS {
         let centre = (track as f64 + 0.5) * PITCH_UM;
         let track_start = random.between(0.0, EXTENT_UM);
-        // Largest distance of a pit's edge from the centre of its track.
-        let reach = 0.5 * (WIDTH_UM + WALL_UM);
-        for (start, length) in pits(&mut random) {
-            let from = track_start + f64::from(start) * BIT_UM;
-            let to = track_start + f64::from(start + length) * BIT_UM;
-            // At half depth a pit is a stadium, WIDTH_UM wide and `to − from` long. Its centre line is from `low` to
-            // `high`.
-            let (low, high) = (from + 0.5 * WIDTH_UM, to - 0.5 * WIDTH_UM);
-            let first_y = libm::floor((from - WALL_UM) / step) as i64;
-            let last_y = libm::ceil((to + WALL_UM) / step) as i64;
+        for (first_bit, bits) in pits_of_track(&mut random) {
+            let start = track_start + f64::from(first_bit) * BIT_UM;
+            let end = track_start + f64::from(first_bit + bits) * BIT_UM;
+            // At half depth a pit is a stadium, WIDTH_UM wide and `end − start` long. This is its centre line.
+            let (line_start, line_end) = (start + 0.5 * WIDTH_UM, end - 0.5 * WIDTH_UM);
+            let first_y = libm::floor((start - WALL_UM) / step) as i64;
+            let last_y = libm::ceil((end + WALL_UM) / step) as i64;
             let first_x = libm::floor((centre - reach) / step) as i64;
             let last_x = libm::ceil((centre + reach) / step) as i64;
             for iy in first_y..=last_y {
                 let y = iy as f64 * step;
-                let beyond_end = (low - y).max(y - high).max(0.0);
+                let beyond_line = (line_start - y).max(y - line_end).max(0.0);
                 for ix in first_x..=last_x {
                     let offset_x = ix as f64 * step - centre;
                     // Signed distance from the outline at half depth, positive outside the pit.
-                    let outside = (beyond_end * beyond_end + offset_x * offset_x).sqrt() - 0.5 * WIDTH_UM;
+                    let outside = (beyond_line * beyond_line + offset_x * offset_x).sqrt() - 0.5 * WIDTH_UM;
                     let depth = DEPTH_UM * smooth_step(0.5 * WALL_UM, -0.5 * WALL_UM, outside);
                     let height: &mut f64 = &mut heights[[wrap(iy), wrap(ix)]];
                     // Where walls overlap, the deeper one counts.
@@ -108,7 +112,7 @@ mod tests {
     fn runs_fill_a_track_exactly() {
         let mut random = Random::new(7);
         for _ in 0..200 {
-            let pits = pits(&mut random);
+            let pits = pits_of_track(&mut random);
             let ends = pits.iter().map(|p| p.0).skip(1).chain([CHANNEL_BITS]);
             for (&(start, pit), end) in pits.iter().zip(ends) {
                 assert!((3..=11).contains(&pit) && (3..=11).contains(&(end - start - pit)));

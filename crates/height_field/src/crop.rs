@@ -3,14 +3,15 @@
 use super::{HeightField, HeightFieldError};
 use ndarray::s;
 
-/// Rounding tolerated at the borders of the rectangle, in pixels. Chosen far below the half pixel that would matter.
+/// Tolerance for rounding at the borders of the rectangle, in pixels: far above rounding errors, and far below a
+/// visible part of a pixel.
 const ROUNDING_PIXELS: f64 = 1e-6;
 
 impl HeightField {
     /// The part of the field in a rectangle of `width_um × height_um` whose lower left corner is at `(x_um, y_um)`.
     ///
-    /// Pixels are kept if their centres lie in the rectangle. The field's own lower left corner is (0, 0), half a pixel
-    /// from the centre of its first pixel.
+    /// Pixels are kept if their centres lie in the rectangle. The field's own lower left corner is (0, 0), so the
+    /// centre of pixel `[[0, 0]]` is at half a pixel along x and along y.
     ///
     /// ```
     /// use sunbeam_height_field::Preset;
@@ -27,13 +28,14 @@ impl HeightField {
         let (nx, ny) = self.size();
         let (extent_x_um, extent_y_um) = self.extent_um();
         let refused = || HeightFieldError::Crop { x_um, y_um, width_um, height_um, extent_x_um, extent_y_um };
+        // Indices of the kept pixels along one axis of `count` pixels.
         let span = |start_um: f64, length_um: f64, step_um: f64, count: usize| {
             let (start, end) = (start_um / step_um, (start_um + length_um) / step_um);
             let within = start >= -ROUNDING_PIXELS && end <= count as f64 + ROUNDING_PIXELS;
-            // The centre of pixel i is at i + ½.
-            let first = (start - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
-            let last = (end - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
-            (within && first < last.min(count)).then_some(first..last.min(count)).ok_or_else(refused)
+            // The first pixel whose centre, i + ½, is not before a border.
+            let first_after = |border: f64| (border - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
+            let pixels = first_after(start)..first_after(end).min(count);
+            if within && !pixels.is_empty() { Ok(pixels) } else { Err(refused()) }
         };
         let columns = span(x_um, width_um, self.dx_um, nx)?;
         let rows = span(y_um, height_um, self.dy_um, ny)?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Reason why a height field was refused. Every message names the value and the accepted ones.
+/// Reason why a height field was refused. Messages about values name the value found and the values accepted.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the message of each variant names its fields")]
@@ -17,8 +17,9 @@ pub enum HeightFieldError {
     /// A height is NaN or infinite. Rows and columns count from 0, in the order of the array or file they came from.
     #[error("the height at row {row}, column {column} is {value}; every height must be finite")]
     NotFinite { row: usize, column: usize, value: f64 },
-    /// Points of an array without a height, and no [`Fill`](crate::Fill). Rows and columns count from 0, in the order
-    /// of the array.
+    /// Points of an array without a height, and no [`Fill`](crate::Fill); or no point with a height. Row and column of
+    /// the first count from 0, in the order of the array. `isolated` lists numbers that were recognised as missing by
+    /// their distance from all heights.
     #[error(
         "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked{isolated}), the first at \
          row {row}, column {column}; `fill` puts heights there: laplace or mean, from those that are known"
@@ -79,21 +80,20 @@ pub enum HeightFieldError {
     /// A file without a physical scale, and none was given.
     #[error("{}: the file does not say its {what}; give `{parameter}` in µm", path.display())]
     MissingScale { path: PathBuf, parameter: &'static str, what: String },
-    /// A file with a physical scale that differs from the given one.
+    /// A file with a physical scale that differs from the scale given as a parameter.
     #[error("{}: `{parameter}` is given as {given_um} µm but the file says {file_um} µm", path.display())]
     ScaleDisagrees { path: PathBuf, parameter: &'static str, given_um: f64, file_um: f64 },
-    /// Points of a file without a height, and no [`Fill`](crate::Fill). Row and column of the first count from 0 in the
-    /// order of the file. `isolated` lists numbers that were recognised as missing by their distance from all heights.
+    /// [`HeightFieldError::Holes`] for points of a file, in the order of the file.
     #[error(
         "{}: {count} of {total} points have no height (NaN, a number from ±1e30 on, or masked{isolated}), the first \
          at row {row}, column {column}; `fill` puts heights there: laplace or mean, from the points that have one",
         path.display()
     )]
     Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize, isolated: String },
-    /// A rectangle that extends beyond the field.
+    /// A rectangle that extends beyond the field or holds no pixel.
     #[error(
         "the rectangle at ({x_um}, {y_um}) µm of {width_um} × {height_um} µm does not lie within the field of \
-         {extent_x_um} × {extent_y_um} µm"
+         {extent_x_um} × {extent_y_um} µm, or holds the centre of no pixel"
     )]
     Crop { x_um: f64, y_um: f64, width_um: f64, height_um: f64, extent_x_um: f64, extent_y_um: f64 },
     /// A blend narrower than a pixel or wider than a third of the field.

@@ -19,11 +19,11 @@ use std::{fmt, str::FromStr};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
-    /// None: missing points are an error.
+    /// No heights: missing points are an error.
     #[default]
     None,
-    /// The solution of Laplace's equation in each hole, with the heights around it as boundary values. It stays between
-    /// the lowest and the highest of them.
+    /// The solution of Laplace's equation in each hole, with the heights around the hole as boundary values. The
+    /// solution stays between the lowest and the highest boundary value.
     Laplace,
     /// The mean of all known heights. Leaves a step around each hole, which diffracts.
     Mean,

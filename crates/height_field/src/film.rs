@@ -4,21 +4,22 @@
 //! neighbours, with w = 1/dx² along x and 1/dy² along y. Neighbours are missing points or known heights. The system is
 //! symmetric and positive definite, and solved by conjugate gradients.
 //!
-//! Unknowns are heights above the *base*, the mean of the known heights, in µm. The *film* is the vector of all
-//! unknowns, one for each missing point in row-major order.
+//! The unknowns are heights above the *base*, the mean of the known heights, in µm. The *film* is the vector of all
+//! unknowns, one for each missing point in row-major order. The flat film has the height of the base everywhere.
 
 use crate::Fill;
 use ndarray::Array2;
 
-/// Residual at which the solution is accepted, relative to that of a flat film. Chosen: errors are then far below a
-/// millionth of the relief's height.
+/// Preconditioned norm of the residual at which the solution is accepted, relative to that of the flat film. Errors are
+/// then far below a millionth of the relief's height.
 const RESIDUAL: f64 = 1e-12;
-/// Most iterations; the film is then used as it is. Chosen: a hole of a thousand pixels across needs some thousands.
+/// Largest number of iterations, after which the film is used as it is. A hole of a thousand pixels across needs some
+/// thousands.
 const STEPS_MAX: usize = 50_000;
 
 impl Fill {
-    /// Replaces every NaN of `heights_um` (pixels of `dx_um` by `dy_um`). Without any finite height nothing is
-    /// replaced.
+    /// Replaces every NaN of `heights_um` (pixels of `dx_um` by `dy_um`); all other heights are finite. Nothing is
+    /// replaced if all heights are NaN, or for [`Fill::None`].
     pub(crate) fn apply(self, heights_um: &mut Array2<f64>, dx_um: f64, dy_um: f64) {
         let known: Vec<f64> = heights_um.iter().copied().filter(|h| h.is_finite()).collect();
         if self == Self::None || known.is_empty() || known.len() == heights_um.len() {
@@ -31,9 +32,9 @@ impl Fill {
             Self::None => {}
             Self::Mean => heights_um.mapv_inplace(|h| if h.is_nan() { mean } else { h }),
             Self::Laplace => {
-                let film = Film::over(heights_um, mean, dx_um, dy_um).solve();
-                for (point, height) in film {
-                    heights_um[point] = mean + height;
+                let film = FilmSystem::new(heights_um, mean, dx_um, dy_um).solve();
+                for (point, above_base) in film {
+                    heights_um[point] = mean + above_base;
                 }
             }
         }
@@ -41,7 +42,7 @@ impl Fill {
 }
 
 /// The linear system of a film over all holes. At the tile's edges the film has zero slope across the edge.
-struct Film {
+struct FilmSystem {
     /// `[iy, ix]` of each missing point.
     points: Vec<[usize; 2]>,
     /// For each missing point: its missing neighbours, as indices into `points`, and their weights; unused ones have
@@ -49,45 +50,45 @@ struct Film {
     links: Vec<[(usize, f64); 4]>,
     /// For each missing point: sum of the weights of all neighbours.
     diagonal: Vec<f64>,
-    /// For each missing point: weighted sum of its known neighbours' heights above the base.
-    known: Vec<f64>,
+    /// For each missing point: weighted sum of its known neighbours' heights above the base, the right-hand side.
+    right_side: Vec<f64>,
 }
 
-impl Film {
+impl FilmSystem {
     /// The system for all NaN of `heights_um`; `base` is subtracted from known heights.
-    fn over(heights_um: &Array2<f64>, base: f64, dx_um: f64, dy_um: f64) -> Self {
+    fn new(heights_um: &Array2<f64>, base: f64, dx_um: f64, dy_um: f64) -> Self {
         let (ny, nx) = heights_um.dim();
         let points: Vec<[usize; 2]> =
             heights_um.indexed_iter().filter(|(_, h)| h.is_nan()).map(|((iy, ix), _)| [iy, ix]).collect();
-        let mut number = Array2::from_elem((ny, nx), usize::MAX);
+        // Index of each pixel in `points`; `usize::MAX` for pixels with a known height.
+        let mut index_of = Array2::from_elem((ny, nx), usize::MAX);
         for (index, point) in points.iter().enumerate() {
-            number[*point] = index;
+            index_of[*point] = index;
         }
         // The system depends on the ratio of the weights only; the larger is 1.
         let finer = dx_um.min(dy_um);
         let (wx, wy) = ((finer / dx_um).powi(2), (finer / dy_um).powi(2));
-        let mut film =
-            Self { links: Vec::with_capacity(points.len()), diagonal: Vec::new(), known: Vec::new(), points };
-        for &[iy, ix] in &film.points {
+        let mut system = Self { links: Vec::new(), diagonal: Vec::new(), right_side: Vec::new(), points };
+        for &[iy, ix] in &system.points {
             let neighbours = [
                 (ix > 0).then(|| ([iy, ix - 1], wx)),
                 (ix + 1 < nx).then(|| ([iy, ix + 1], wx)),
                 (iy > 0).then(|| ([iy - 1, ix], wy)),
                 (iy + 1 < ny).then(|| ([iy + 1, ix], wy)),
             ];
-            let (mut links, mut diagonal, mut known) = ([(0, 0.0); 4], 0.0, 0.0);
+            let (mut links, mut diagonal, mut right_side) = ([(0, 0.0); 4], 0.0, 0.0);
             for (link, (point, weight)) in links.iter_mut().zip(neighbours.into_iter().flatten()) {
                 diagonal += weight;
-                match number[point] {
-                    usize::MAX => known += weight * (heights_um[point] - base),
+                match index_of[point] {
+                    usize::MAX => right_side += weight * (heights_um[point] - base),
                     other => *link = (other, weight),
                 }
             }
-            film.links.push(links);
-            film.diagonal.push(diagonal);
-            film.known.push(known);
+            system.links.push(links);
+            system.diagonal.push(diagonal);
+            system.right_side.push(right_side);
         }
-        film
+        system
     }
 
     /// Writes the product of the system's matrix with `film` into `out`.
@@ -98,33 +99,36 @@ impl Film {
         }
     }
 
-    /// Heights above the base for every missing point, by conjugate gradients with a diagonal preconditioner.
+    /// Each missing point, `[iy, ix]`, with its height above the base, by conjugate gradients with a diagonal
+    /// preconditioner.
     fn solve(self) -> Vec<([usize; 2], f64)> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let scaled = |residual: &[f64]| residual.iter().zip(&self.diagonal).map(|(r, d)| r / d).collect::<Vec<f64>>();
+        let preconditioned =
+            |residual: &[f64]| residual.iter().zip(&self.diagonal).map(|(r, d)| r / d).collect::<Vec<f64>>();
         let mut film = vec![0.0; self.points.len()];
-        let mut residual = self.known.clone();
-        let mut direction = scaled(&residual);
-        let mut size = dot(&residual, &direction);
-        let enough = size * RESIDUAL * RESIDUAL;
-        let mut image = vec![0.0; film.len()];
+        let mut residual = self.right_side.clone();
+        let mut direction = preconditioned(&residual);
+        // Square of the residual's preconditioned norm.
+        let mut norm2 = dot(&residual, &direction);
+        let accepted_norm2 = norm2 * RESIDUAL * RESIDUAL;
+        let mut product = vec![0.0; film.len()];
         for _ in 0..STEPS_MAX {
-            if size.is_nan() || size <= enough {
+            if norm2.is_nan() || norm2 <= accepted_norm2 {
                 break;
             }
-            self.times(&direction, &mut image);
-            let step = size / dot(&direction, &image);
-            for (((f, r), d), i) in film.iter_mut().zip(&mut residual).zip(&direction).zip(&image) {
+            self.times(&direction, &mut product);
+            let step = norm2 / dot(&direction, &product);
+            for (((f, r), d), p) in film.iter_mut().zip(&mut residual).zip(&direction).zip(&product) {
                 *f += step * d;
-                *r -= step * i;
+                *r -= step * p;
             }
-            let preconditioned = scaled(&residual);
-            let next = dot(&residual, &preconditioned);
-            let ratio = next / size;
-            for (d, p) in direction.iter_mut().zip(&preconditioned) {
-                *d = p + ratio * *d;
+            let next_direction = preconditioned(&residual);
+            let next_norm2 = dot(&residual, &next_direction);
+            let ratio = next_norm2 / norm2;
+            for (d, next) in direction.iter_mut().zip(&next_direction) {
+                *d = next + ratio * *d;
             }
-            size = next;
+            norm2 = next_norm2;
         }
         self.points.into_iter().zip(film).collect()
     }

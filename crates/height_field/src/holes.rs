@@ -1,37 +1,37 @@
 //! Detection of points without a height.
 //!
 //! A point is missing where its number is NaN, infinite, of magnitude 1e30 or more, or *isolated*: far from all other
-//! numbers, such as −9999 (`isolated.rs`). Missing points are then NaN until `film.rs` fills them.
+//! numbers, such as −9999 (`isolated.rs`). Once found, missing points are NaN until `film.rs` fills them.
 
 use super::isolated::isolated;
-use super::{Fill, HeightField, HeightFieldError};
+use super::{Fill, HeightField, HeightFieldError, check_pixel_size};
 use ndarray::Array2;
 
-/// Magnitude, as stored or in µm, from which a number marks a missing point. Chosen: programs write 1e30 and more where
-/// nothing was measured.
-const NO_HEIGHT: f64 = 1e30;
+/// Magnitude from which a number marks a missing point, as stored or in µm. Programs write 1e30 and more where nothing
+/// was measured.
+const MISSING_MAGNITUDE: f64 = 1e30;
 
-/// The number itself, or NaN where it marks a missing point: NaN, infinities, and magnitudes from 1e30 on.
-pub(crate) fn known(stored: f64) -> f64 {
+/// `number`, or NaN if it marks a missing point: NaN, infinities, and magnitudes from 1e30 on.
+pub(crate) fn known_or_nan(number: f64) -> f64 {
     // NaN fails the comparison.
-    if stored.abs() < NO_HEIGHT { stored } else { f64::NAN }
+    if number.abs() < MISSING_MAGNITUDE { number } else { f64::NAN }
 }
 
 /// Points without a height, as found before they are filled.
 pub(crate) struct Holes {
     /// Number of missing points.
     pub count: usize,
-    /// Row and column of the first one.
+    /// Row and column of the first one; `None` without missing points.
     pub first: Option<(usize, usize)>,
     /// Numbers recognised as missing by their distance from all heights (`isolated.rs`), each with its count.
     pub isolated: Vec<(f64, usize)>,
 }
 
 impl Holes {
-    /// Replaces all marks of missing points by NaN: infinities, isolated numbers, and magnitudes from 1e30 on, as
-    /// stored or after multiplication by `um` (µm for each unit of the values).
+    /// Replaces the marks of missing points by NaN: infinities, magnitudes from 1e30 on, and isolated numbers.
+    /// Magnitudes count as stored and in µm; `um` is the values' unit in µm.
     pub(crate) fn mark(values: &mut Array2<f64>, um: f64) -> Self {
-        values.mapv_inplace(|value| if known(value * um).is_nan() { f64::NAN } else { known(value) });
+        values.mapv_inplace(|value| if known_or_nan(value * um).is_nan() { f64::NAN } else { known_or_nan(value) });
         let isolated = isolated(values);
         if !isolated.is_empty() {
             let is_isolated = |value: f64| isolated.iter().any(|(number, _)| *number == value);
@@ -57,7 +57,7 @@ impl HeightField {
     /// −9999).
     ///
     /// # Errors
-    /// [`HeightFieldError::Holes`] for holes with [`Fill::None`] or for nothing but holes; those of
+    /// [`HeightFieldError::Holes`] for missing points with [`Fill::None`], or if all points are missing. Errors of
     /// [`HeightField::new`].
     pub fn with_holes(
         mut heights_um: Array2<f64>,
@@ -72,9 +72,9 @@ impl HeightField {
                 let isolated = holes.isolated_in_words();
                 return Err(HeightFieldError::Holes { count, total, row, column, isolated });
             }
-            // Checks the pixel sizes before the film is weighted by them.
-            let flat = Self::new(Array2::zeros(heights_um.dim()), dx_um, dy_um)?;
-            fill.apply(&mut heights_um, flat.dx_um, flat.dy_um);
+            // The film is weighted by the pixel sizes.
+            check_pixel_size(dx_um, dy_um)?;
+            fill.apply(&mut heights_um, dx_um, dy_um);
         }
         Self::new(heights_um, dx_um, dy_um)
     }

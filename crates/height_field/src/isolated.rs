@@ -9,18 +9,19 @@ use ndarray::Array2;
 /// Numbers that programs commonly write for missing points.
 const MISSING_NUMBERS: [f64; 12] =
     [-999.0, -999.25, -999.9, -9999.0, -9999.9, -99999.0, -32768.0, -32767.0, 999.0, 9999.0, 99999.0, 32767.0];
-/// Smallest gap/range of a number in [`MISSING_NUMBERS`]. Chosen below 1, because heights of hundreds of nm have a
-/// range that is not small compared with their distance from −999.
+/// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because heights of hundreds of nm have a range
+/// that is not small compared with their distance from −999.
 const KNOWN_GAP_MIN: f64 = 0.25;
-/// Smallest gap/range of any other number. Chosen: a spike of dust is less than ten times as high as the relief, and
-/// its points have different values.
+/// Smallest gap/range of any other number. A spike of dust is less than ten times as high as the relief, and its points
+/// have different values.
 const GAP_MIN: f64 = 10.0;
-/// Largest fraction of points that are missing. Beyond it the number is a level of the relief.
+/// Largest fraction of points that isolated numbers may have together. Beyond it they are levels of the relief, and
+/// none is isolated.
 const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
-/// Divisor of the number of values that gives those ignored at either end in the range for [`MISSING_NUMBERS`]: a
-/// twentieth. Chosen: a second missing number among them would enlarge the range.
+/// `1 / IGNORED_DIVISOR` of the values is ignored at either end of the rest when the range for [`MISSING_NUMBERS`] is
+/// measured. Another missing number among the rest would otherwise enlarge the range.
 const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count. NaN are ignored.
@@ -33,9 +34,9 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let total = sorted.len();
     let mut rest = sorted.as_slice();
     let mut found = Vec::new();
+    // Splits off one isolated number at a time.
     while found.len() < KINDS_MAX {
-        // Splits off one isolated number at a time.
-        let Some((value, count, others)) = lowest(rest).or_else(|| highest(rest)) else { break };
+        let Some((value, count, others)) = split_lowest(rest).or_else(|| split_highest(rest)) else { break };
         if (total - others.len()) as f64 > FRACTION_MAX * total as f64 {
             return Vec::new();
         }
@@ -49,14 +50,14 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
 type Split<'a> = Option<(f64, usize, &'a [f64])>;
 
 /// Splits off the lowest number if it is isolated.
-fn lowest(sorted: &[f64]) -> Split<'_> {
+fn split_lowest(sorted: &[f64]) -> Split<'_> {
     let value = *sorted.first()?;
     let (same, rest) = sorted.split_at(sorted.partition_point(|other| *other <= value));
     is_isolated(value, rest.first()? - value, rest).then_some((value, same.len(), rest))
 }
 
 /// Splits off the highest number if it is isolated.
-fn highest(sorted: &[f64]) -> Split<'_> {
+fn split_highest(sorted: &[f64]) -> Split<'_> {
     let value = *sorted.last()?;
     let (rest, same) = sorted.split_at(sorted.partition_point(|other| *other < value));
     is_isolated(value, value - rest.last()?, rest).then_some((value, same.len(), rest))
@@ -64,13 +65,14 @@ fn highest(sorted: &[f64]) -> Split<'_> {
 
 /// Whether `value` is isolated: `gap` is its distance from the `rest`, which is sorted and not empty.
 fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
-    let range = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
+    let range_of = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
     let (range, gap_min) = if MISSING_NUMBERS.contains(&value) {
         let ignored = rest.len() / IGNORED_DIVISOR;
-        (range(&rest[ignored..rest.len() - ignored]), KNOWN_GAP_MIN)
+        (range_of(&rest[ignored..rest.len() - ignored]), KNOWN_GAP_MIN)
     } else {
-        (range(rest), GAP_MIN)
+        (range_of(rest), GAP_MIN)
     };
+    // A range of 0 has one level only: the number is then the second level of the relief.
     range > 0.0 && gap >= gap_min * range
 }
 

@@ -66,12 +66,12 @@ impl FromStr for Level {
     }
 }
 
-/// Sum of squares of a basis function over all pixels, below which the function vanishes but for rounding. Chosen: the
-/// sum is otherwise at least 0.25, for a tilt over two pixels.
-const VANISHING: f64 = 1e-6;
+/// Largest sum of squares over all pixels of a basis function that is zero except for rounding. The sum of any other
+/// basis function is at least 0.25, that of `x·y` over 2 × 2 pixels.
+const ROUNDING_SQUARES: f64 = 1e-6;
 
 impl HeightField {
-    /// The relief minus the surface that `level` names.
+    /// The relief minus the surface that `level` names, fitted in height (along z).
     ///
     /// The middle of the height range is subtracted first, so that sums run over small numbers: an offset of a
     /// millimetre adds no error beyond the rounding of the heights themselves. An axis of one pixel has no tilt.
@@ -96,20 +96,21 @@ impl HeightField {
             Level::None | Level::Mean | Level::Plane => {}
             Level::Quadratic => {
                 let (nx, ny) = self.size();
-                // Squares minus their means over the pixels are orthogonal to the mean and the tilts.
+                // Mean of x² over n pixels counted from the centre. Squares minus their means are orthogonal to the
+                // mean, the tilts and each other.
                 let mean_square = |n: usize| ((n * n) as f64 - 1.0) / 12.0;
-                let (mx, my) = (mean_square(nx), mean_square(ny));
+                let (mean_x2, mean_y2) = (mean_square(nx), mean_square(ny));
                 field.subtract_fit(|x, y| x * y);
-                field.subtract_fit(|x, _| x * x - mx);
-                field.subtract_fit(|_, y| y * y - my);
+                field.subtract_fit(|x, _| x * x - mean_x2);
+                field.subtract_fit(|_, y| y * y - mean_y2);
             }
             Level::Lines => {
                 for mut row in field.heights_um.rows_mut() {
                     let mut sorted = row.to_vec();
                     sorted.sort_by(f64::total_cmp);
-                    let middle = sorted.len() / 2;
-                    let below = sorted[middle.saturating_sub(1)];
-                    let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (below + sorted[middle]) };
+                    // Both are the middle height of an odd number of pixels.
+                    let (below, above) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
+                    let median = 0.5 * (below + above);
                     row.mapv_inplace(|h| h - median);
                 }
             }
@@ -117,20 +118,21 @@ impl HeightField {
         field
     }
 
-    /// Subtracts the least-squares multiple of `basis`, a function of column and row counted from the centre.
+    /// Subtracts the least-squares multiple of `basis(x, y)`, where x and y are column and row counted from the centre
+    /// of the field, in pixels.
     ///
-    /// Nothing is subtracted where the basis vanishes, as along an axis of one pixel.
+    /// Nothing is subtracted if the basis is zero at all pixels, as a tilt along an axis of one pixel is.
     fn subtract_fit(&mut self, basis: impl Fn(f64, f64) -> f64) {
         let (nx, ny) = self.size();
         let (cx, cy) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
         let value = |iy: usize, ix: usize| basis(ix as f64 - cx, iy as f64 - cy);
         let (mut projection, mut squares) = (0.0, 0.0);
         for ((iy, ix), h) in self.heights_um.indexed_iter() {
-            let basis = value(iy, ix);
-            projection += basis * h;
-            squares += basis * basis;
+            let b = value(iy, ix);
+            projection += b * h;
+            squares += b * b;
         }
-        if squares > VANISHING {
+        if squares > ROUNDING_SQUARES {
             let factor = projection / squares;
             for ((iy, ix), h) in self.heights_um.indexed_iter_mut() {
                 *h -= factor * value(iy, ix);
@@ -138,7 +140,7 @@ impl HeightField {
         }
     }
 
-    /// Mean height in µm.
+    /// Mean height in µm, summed over differences from the middle of the range, so that an offset costs no digits.
     pub fn mean_um(&self) -> f64 {
         let (lowest, highest) = self.range_um();
         let mid = lowest + 0.5 * (highest - lowest);
@@ -157,12 +159,13 @@ impl HeightField {
         highest - lowest
     }
 
-    /// Root mean square slope along x and along y (dimensionless), from differences of neighbouring pixels; 0 along an
-    /// axis of one pixel.
+    /// Root mean square slopes along x and along y (dimensionless), from differences of neighbouring pixels. The slope
+    /// along an axis of one pixel is 0.
     pub fn rms_slope(&self) -> (f64, f64) {
         let (nx, ny) = self.size();
         let h = &self.heights_um;
         let rms = |sum: f64, count: usize, step: f64| if count > 0 { (sum / count as f64).sqrt() / step } else { 0.0 };
+        // Sums of squared differences in µm².
         let (mut sx, mut sy) = (0.0, 0.0);
         for ((iy, ix), &value) in h.indexed_iter() {
             if ix + 1 < nx {

@@ -49,17 +49,18 @@ pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;
 
-/// Longest period, pixel and range of heights in µm that interfaces accept: one millimetre. Chosen: reliefs that
-/// diffract light visibly are far finer, so a longer length was meant in another unit.
+/// Longest period, pixel and range of heights in µm that interfaces accept: one millimetre. Reliefs that diffract light
+/// visibly are far finer, so a longer length was probably meant in another unit.
 pub const MAX_LENGTH_UM: f64 = 1e3;
 
-/// Smallest pixel in µm that [`HeightField::check_size`] accepts. Chosen: a thousandth of an atom's diameter, so a
-/// smaller one was meant in another unit.
+/// Smallest pixel in µm that [`HeightField::check_size`] accepts: a thousandth of an atom's diameter. A smaller one was
+/// probably meant in another unit.
 const PIXEL_MIN_UM: f64 = 1e-7;
 
 /// The relief of one rectangular tile. Neither the tile nor its pixels need to be square.
 ///
-/// `heights_um[[iy, ix]]` is the height at `x = ix·dx_um`, `y = iy·dy_um`: the row index grows along +y.
+/// `heights_um[[iy, ix]]` is the height at `x = ix·dx_um`, `y = iy·dy_um`, the centre of the pixel. The row index grows
+/// along +y.
 ///
 /// Invariant: at least one pixel, every height finite, both pixel sizes finite and positive.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,11 +83,7 @@ impl HeightField {
         if heights_um.is_empty() {
             return Err(HeightFieldError::Empty);
         }
-        for (axis, value) in [("x", dx_um), ("y", dy_um)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(HeightFieldError::PixelSize { axis, value_um: value });
-            }
-        }
+        check_pixel_size(dx_um, dy_um)?;
         if let Some(((row, column), &value)) = heights_um.indexed_iter().find(|(_, h)| !h.is_finite()) {
             return Err(HeightFieldError::NotFinite { row, column, value });
         }
@@ -97,7 +94,7 @@ impl HeightField {
     ///
     /// # Errors
     /// [`HeightFieldError::TooLarge`] for a pixel size or a range of heights above `limit_um`;
-    /// [`HeightFieldError::TooSmall`] for a pixel below 1e-7 µm, whose square leaves the range of numbers used here.
+    /// [`HeightFieldError::TooSmall`] for a pixel below 1e-7 µm.
     pub fn check_size(&self, limit_um: f64) -> Result<(), HeightFieldError> {
         let (low, high) = self.range_um();
         let sizes = [
@@ -145,4 +142,14 @@ impl HeightField {
     pub fn range_um(&self) -> (f64, f64) {
         self.heights_um.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)))
     }
+}
+
+/// Refuses pixel sizes that are not finite and positive.
+fn check_pixel_size(dx_um: f64, dy_um: f64) -> Result<(), HeightFieldError> {
+    for (axis, value_um) in [("x", dx_um), ("y", dy_um)] {
+        if !(value_um.is_finite() && value_um > 0.0) {
+            return Err(HeightFieldError::PixelSize { axis, value_um });
+        }
+    }
+    Ok(())
 }

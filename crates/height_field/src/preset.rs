@@ -58,7 +58,7 @@ impl Preset {
         }
     }
 
-    /// Default period and height (peak to valley) in µm of the presets that take these parameters.
+    /// Default period and height (peak to valley) in µm; `None` for presets that do not take these parameters.
     pub const fn defaults_um(self) -> Option<(f64, f64)> {
         match self {
             Self::Blazed | Self::Sinusoidal => Some((2.5, 0.25)),
@@ -72,12 +72,13 @@ impl Preset {
     /// `period_um` and `height_um` (peak to valley) apply to blazed, sinusoidal and lamellar gratings; `None` stands
     /// for the default.
     ///
-    /// Gratings are one period of 1024 samples by one row (`dy` is the period). Samples lie at pixel centres: those of
-    /// the sawtooth are `(i + ½)/1024` of its height. The disc and the skins have 1024 × 1024 pixels, are periodic over
-    /// the tile, and identical to the bit on every machine.
+    /// Gratings are one period of 1024 samples by one row; the pixel size along y is the period. Samples lie at pixel
+    /// centres: sample i of the sawtooth is `(i + ½)/1024` of its height. The disc and the skins have 1024 × 1024
+    /// pixels, are periodic over the tile, and identical to the bit on every machine.
     ///
     /// # Errors
-    /// A parameter that the preset does not take, or one that is not finite and positive.
+    /// [`HeightFieldError::PresetParameter`] for a parameter that the preset does not take,
+    /// [`HeightFieldError::OutOfRange`] for one that is not finite and positive.
     pub fn build(self, period_um: Option<f64>, height_um: Option<f64>) -> Result<HeightField, HeightFieldError> {
         for (parameter, value) in [("period", period_um), ("height", height_um)] {
             let Some(value_um) = value else { continue };
@@ -88,13 +89,15 @@ impl Preset {
                 return Err(HeightFieldError::OutOfRange { parameter, value_um });
             }
         }
-        let (period, height) = self.defaults_um().unwrap_or((1.0, 1.0));
-        let (period, height) = (period_um.unwrap_or(period), height_um.unwrap_or(height));
+        // Presets without defaults ignore both numbers.
+        let (default_period_um, default_height_um) = self.defaults_um().unwrap_or((1.0, 1.0));
+        let period_um = period_um.unwrap_or(default_period_um);
+        let height_um = height_um.unwrap_or(default_height_um);
         match self {
             Self::Flat => synthetic::flat(),
-            Self::Blazed => synthetic::blazed(period, height),
-            Self::Sinusoidal => synthetic::sinusoidal(period, height),
-            Self::Lamellar => synthetic::lamellar(period, height),
+            Self::Blazed => synthetic::blazed(period_um, height_um),
+            Self::Sinusoidal => synthetic::sinusoidal(period_um, height_um),
+            Self::Lamellar => synthetic::lamellar(period_um, height_um),
             Self::Cd => cd::cd(),
             Self::Elaphe => skin::elaphe(None),
             Self::Xenopeltis => skin::xenopeltis(None),
@@ -109,7 +112,7 @@ impl Preset {
     /// Builds the tile of a skin with sub-regions.
     ///
     /// # Errors
-    /// A preset other than a skin.
+    /// [`HeightFieldError::SkinParameter`] for a preset other than a skin.
     pub fn build_in_regions(self, regions: Regions) -> Result<HeightField, HeightFieldError> {
         match self {
             Self::Elaphe => skin::elaphe(Some(regions)),

@@ -18,7 +18,7 @@ impl Random {
         Self(Pcg64Mcg::seed_from_u64(seed))
     }
 
-    /// Uniform in `[0, 1)`.
+    /// Uniform in `[0, 1)`, a multiple of 2⁻⁵³.
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -35,19 +35,22 @@ impl Random {
 
     /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1.
     ///
-    /// It is a sum of random waves with 1 to `max_wave` periods over the tile, amplitudes falling as the reciprocal
-    /// wave number.
+    /// The field is a sum of random waves of `kx` and `ky` periods over the tile along x and y, with a wave number
+    /// `√(kx² + ky²)` of 1 to `max_wave`. Amplitudes are normal numbers divided by the wave number.
     pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
-        /// Rows to which one wave is added before the next; chosen to stay in the processor's cache.
+        /// Rows to which one wave is added before the next wave, few enough to stay in the processor's cache.
         const ROWS: usize = 8;
+        // Each wave: amplitude, sines and cosines of the phase along x, those of the phase along y.
         let mut waves = Vec::new();
         for kx in -max_wave..=max_wave {
             for ky in 0..=max_wave {
                 let square = kx * kx + ky * ky;
+                // (kx, 0) and (−kx, 0) are the same wave, so one of both is left out.
                 if square == 0 || square > max_wave * max_wave || (ky == 0 && kx < 0) {
                     continue;
                 }
                 let (amplitude, phase) = (self.normal() / f64::from(square).sqrt(), self.between(0.0, TAU));
+                // Sines and cosines of the phase `2πk·i/n + shift` at all n pixels of an axis.
                 let table = |k: i32, n: usize, shift: f64| -> (Vec<f64>, Vec<f64>) {
                     (0..n).map(|i| libm::sincos(TAU * f64::from(k) * i as f64 / n as f64 + shift)).unzip()
                 };
@@ -61,6 +64,7 @@ impl Random {
                 for (row, iy) in rows.chunks_exact_mut(nx).zip(chunk * ROWS..) {
                     let (sy, cy) = (sin_y[iy], cos_y[iy]);
                     for ((value, sx), cx) in row.iter_mut().zip(sin_x).zip(cos_x) {
+                        // The sine of the sum of both phases.
                         *value += amplitude * (sx * cy + cx * sy);
                     }
                 }
@@ -71,12 +75,13 @@ impl Random {
         field
     }
 
-    /// Periodic white noise blurred `passes_x` and `passes_y` times with the kernel (1 2 1)/4; mean 0, root mean square
-    /// 1.
+    /// Periodic white noise `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1. It is blurred
+    /// `passes_x` times along x and `passes_y` times along y with the kernel (1 2 1)/4.
     pub fn blurred_noise(&mut self, nx: usize, ny: usize, passes_x: usize, passes_y: usize) -> Array2<f64> {
         let mut field = Array2::from_shape_simple_fn((ny, nx), || self.unit() - 0.5);
         let mut next = field.clone();
         for pass in 0..passes_x + passes_y {
+            // Shift to the next pixel along the blurred axis.
             let (sx, sy) = if pass < passes_x { (1, 0) } else { (0, 1) };
             let wrap = |i: usize, n: usize| if i >= n { i - n } else { i };
             for iy in 0..ny {
@@ -93,7 +98,7 @@ impl Random {
     }
 }
 
-/// Shifts and scales a field to mean 0 and root mean square 1.
+/// Shifts and scales a field to mean 0 and root mean square 1. A constant field is left as it is.
 fn normalise(field: &mut Array2<f64>) {
     let count = field.len() as f64;
     let mean = field.iter().sum::<f64>() / count;

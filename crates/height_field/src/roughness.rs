@@ -26,7 +26,7 @@ pub struct Roughness {
     pub sku: Option<f64>,
     /// Sz: highest minus lowest height, in µm.
     pub sz_um: f64,
-    /// Sdq: root mean square gradient (dimensionless), from differences of neighbouring pixels.
+    /// Sdq: root mean square gradient (dimensionless), from differences of neighbouring pixels along x and y.
     pub sdq: f64,
 }
 

@@ -1,13 +1,13 @@
-//! Presets `flat`, `blazed`, `sinusoidal` and `lamellar`: closed forms, one period by one row of pixels.
+//! Presets `flat`, `blazed`, `sinusoidal` and `lamellar` by closed forms.
 //!
-//! `fraction` is x/period in (0, 1), at the centre of a pixel. Lengths are in µm.
+//! Gratings are one period of pixels along x by one row. `fraction` is x/period in (0, 1), at the centre of a pixel.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 use std::f64::consts::TAU;
 
-/// Samples in one period. Chosen: a power of two, so that both halves of the lamellar grating are equal.
-pub(super) const SAMPLES: usize = 1024;
+/// Samples in one period, an even number, so that both halves of the lamellar grating are equal.
+const SAMPLES: usize = 1024;
 
 /// One pixel of 1 × 1 µm at height 0.
 pub(super) fn flat() -> Result<HeightField, HeightFieldError> {
@@ -26,12 +26,12 @@ pub(super) fn blazed(period_um: f64, height_um: f64) -> Result<HeightField, Heig
     grating(period_um, height_um, |fraction| fraction)
 }
 
-/// `height/2 · (1 + sin(2πx/period))`.
+/// `height_um/2 · (1 + sin(2πx/period_um))`.
 pub(super) fn sinusoidal(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
     grating(period_um, height_um, |fraction| 0.5 * (1.0 + libm::sin(TAU * fraction)))
 }
 
-/// `height` over the first half of the period, 0 over the second.
+/// `height_um` over the first half of the period, 0 over the second.
 pub(super) fn lamellar(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
     grating(period_um, height_um, |fraction| if fraction < 0.5 { 1.0 } else { 0.0 })
 }

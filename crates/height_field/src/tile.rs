@@ -1,23 +1,26 @@
 //! Seams of a repeated tile: their measure, and blending of edges so that a scan repeats without a seam.
 //!
-//! A *seam* is the step in height between the last pixel of a tile and the first pixel of its next copy. Blending along
-//! one axis, in pixels: of N pixels the first `length` are kept. The `strip` pixels beyond them are blended over the
-//! tile's first `strip` pixels, with weight 1 for the strip beyond at pixel 0 and 0 at pixel `strip`. The last kept
-//! pixel then continues into the first. The *mismatch* of a length is the root of the sum of squared differences
-//! between both strips.
+//! A *seam* is the step in height between the last pixel of a tile and the first pixel of its next copy.
+//!
+//! Blending along one axis, in pixels: the tile is the first `length` pixels of the axis. The `strip` pixels that
+//! follow are blended over the tile's first `strip` pixels, with a weight that falls from 1 at pixel 0 to 0 at pixel
+//! `strip`. The tile's last pixel then continues into its first. The *mismatch* of a length is the root of the sum of
+//! squared differences between both strips.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::{Array2, Axis, s};
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// Fraction of each axis that is blended where no width is given. Chosen; a wider strip changes more of the relief.
+/// Fraction of each axis that is blended if no width is given. A wider strip changes more of the relief; a narrower one
+/// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
-/// Smallest fraction of an axis, without its blended strip, that is kept in the search for matching edges. Chosen: the
-/// search then covers a whole period of any relief with at least three periods.
-const KEPT_FRACTION: f64 = 2.0 / 3.0;
-/// Tolerance on the mismatch of edges, as a fraction of the largest mismatch. Of all lengths whose mismatch exceeds the
-/// least by at most this tolerance, the longest is kept. Chosen: a larger one keeps more pixels and matches worse.
+/// Smallest length that the search for matching edges tries, as a fraction of the longest, which is the axis without
+/// the strip. The search then covers a whole period of any relief with at least three periods.
+const SHORTEST_FRACTION: f64 = 2.0 / 3.0;
+/// Tolerance on the mismatch, as a fraction of the largest mismatch. Of all lengths whose mismatch exceeds the least by
+/// at most this tolerance, the longest is the start of the search. A larger tolerance keeps more pixels and matches
+/// worse.
 const MISMATCH_TOLERANCE: f64 = 0.1;
 
 /// Steps in height across the seam of a repeated tile, along one axis.
@@ -27,7 +30,7 @@ pub struct Seam {
     pub seam_rms_um: f64,
     /// Root mean square of the difference between neighbours within the field along the axis, in µm.
     pub inside_rms_um: f64,
-    /// `seam_rms_um / inside_rms_um`: about 1 for a tile without a visible seam; `None` where all neighbours are equal.
+    /// `seam_rms_um / inside_rms_um`: about 1 for a tile without a visible seam; `None` if all neighbours are equal.
     pub ratio: Option<f64>,
 }
 
@@ -40,20 +43,21 @@ pub struct Seams {
     pub y: Option<Seam>,
 }
 
-/// Changes that [`HeightField::made_tileable`] made to a field. Pairs are along x and y.
+/// Changes that [`HeightField::made_tileable`] made to a field.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TileReport {
-    /// Length that was cut off, including the blended strip, in µm.
+    /// Lengths that were cut off along x and y, including the blended strips, in µm.
     pub cut_um: [f64; 2],
-    /// Width over which the edges were blended, in µm; 0 along an axis of one pixel.
+    /// Widths of the blended strips along x and y, in µm; 0 along an axis of one pixel.
     pub blend_um: [f64; 2],
     /// Fraction of the tile's pixels that were blended.
     pub blended_share: f64,
     /// Root mean square change of the blended pixels, in µm.
     pub rms_change_um: f64,
-    /// Root mean square height before (of the kept part) and after, in µm. Blending edges that do not match lowers it.
+    /// Root mean square heights before (of the kept part) and after, in µm. Blending edges that do not match lowers
+    /// them.
     pub rms_um: [f64; 2],
-    /// Seams of the field as it was.
+    /// Seams of the whole field before.
     pub seams_before: Seams,
     /// Seams of the tile.
     pub seams_after: Seams,
@@ -67,13 +71,13 @@ impl HeightField {
 
     /// A tile of the relief that repeats without a seam, and a report of the changes.
     ///
-    /// Along each axis, x first: the strip of `blend_um` beyond the tile's end is blended over the tile's beginning
-    /// with a raised cosine, so that the end continues into the beginning. Other heights stay unchanged. Without
-    /// `blend_um` a tenth of each axis is blended.
+    /// Along each axis, x first, the strip of `blend_um` beyond the tile's end is blended over the tile's beginning
+    /// with a raised cosine. The end then continues into the beginning. Other heights stay unchanged. Without
+    /// `blend_um`, a tenth of each axis is blended.
     ///
-    /// The length of the tile is chosen so that both strips match best, which is a whole number of periods for a
-    /// periodic relief. Lengths from two thirds of the axis (without the strip) are tried; of those that match nearly
-    /// equally well the longest is taken.
+    /// The length of the tile is chosen so that both strips match, which is a whole number of periods for a periodic
+    /// relief. Lengths from two thirds of the axis (without the strip) on are tried. Of all that match nearly equally
+    /// well the longest is taken, or the next shorter one that matches better than its neighbours.
     ///
     /// ```
     /// use ndarray::Array2;
@@ -94,7 +98,8 @@ impl HeightField {
     pub fn made_tileable(&self, blend_um: Option<f64>) -> Result<(Self, TileReport), HeightFieldError> {
         let (nx, ny) = self.size();
         let (extent_x, extent_y) = self.extent_um();
-        let strip = |axis, count: usize, step_um: f64, extent_um: f64| {
+        // Width of the strip in pixels; 0 along an axis of one pixel.
+        let strip_pixels = |axis, count: usize, step_um: f64, extent_um: f64| {
             let width_um = blend_um.unwrap_or((BLEND_FRACTION * extent_um).max(step_um));
             let pixels = (width_um / step_um).round();
             match count {
@@ -103,8 +108,8 @@ impl HeightField {
                 _ => Err(HeightFieldError::Blend { axis, width_um, extent_um }),
             }
         };
-        let strip_x = strip("x", nx, self.dx_um, extent_x)?;
-        let strip_y = strip("y", ny, self.dy_um, extent_y)?;
+        let strip_x = strip_pixels("x", nx, self.dx_um, extent_x)?;
+        let strip_y = strip_pixels("y", ny, self.dy_um, extent_y)?;
         // Blending along y is blending along x of the transpose.
         let along_x = blended(&self.heights_um, strip_x);
         let heights = blended(&along_x.t().to_owned(), strip_y).t().as_standard_layout().into_owned();
@@ -112,6 +117,7 @@ impl HeightField {
 
         let (kept_x, kept_y) = tile.size();
         let kept = Self { heights_um: self.heights_um.slice(s![..kept_y, ..kept_x]).to_owned(), ..tile.clone() };
+        // Pixels in either strip.
         let blended_count = kept_x * kept_y - (kept_x - strip_x) * (kept_y - strip_y);
         let squares: f64 =
             tile.heights_um.iter().zip(&kept.heights_um).map(|(after, h)| (after - h) * (after - h)).sum();
@@ -134,16 +140,17 @@ fn seam(heights: &Array2<f64>, axis: Axis) -> Option<Seam> {
     if count < 2 {
         return None;
     }
-    let rms_between = |a: usize, b: usize| {
+    // Mean square difference between two lines across the axis, in µm².
+    let mean_square = |a: usize, b: usize| {
         let (a, b) = (heights.index_axis(axis, a), heights.index_axis(axis, b));
         a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / a.len() as f64
     };
-    let inside = (1..count).map(|i| rms_between(i - 1, i)).sum::<f64>() / (count - 1) as f64;
-    let (seam_rms_um, inside_rms_um) = (rms_between(count - 1, 0).sqrt(), inside.sqrt());
+    let inside = (1..count).map(|i| mean_square(i - 1, i)).sum::<f64>() / (count - 1) as f64;
+    let (seam_rms_um, inside_rms_um) = (mean_square(count - 1, 0).sqrt(), inside.sqrt());
     Some(Seam { seam_rms_um, inside_rms_um, ratio: (inside_rms_um > 0.0).then(|| seam_rms_um / inside_rms_um) })
 }
 
-/// The tile along x with a blended strip of `strip` pixels; unchanged for a strip of 0.
+/// The tile of the best length along x with a blended strip of `strip` pixels; unchanged for a strip of 0.
 fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
     let (ny, nx) = heights.dim();
     if strip == 0 {
@@ -154,13 +161,13 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
         beginning.iter().zip(beyond).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
     let longest = nx - strip;
-    let shortest = ((KEPT_FRACTION * longest as f64).ceil() as usize).clamp(strip, longest);
+    let shortest = ((SHORTEST_FRACTION * longest as f64).ceil() as usize).clamp(strip, longest);
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = mismatches.iter().copied().fold(0.0, f64::max);
-    let good = least + MISMATCH_TOLERANCE * largest;
-    let mut best = mismatches.iter().rposition(|m| *m <= good).unwrap_or(mismatches.len() - 1);
-    // Descend to the nearest local minimum: the whole number of periods near an acceptable length.
+    let accepted = least + MISMATCH_TOLERANCE * largest;
+    let mut best = mismatches.iter().rposition(|m| *m <= accepted).unwrap_or(mismatches.len() - 1);
+    // Descend to the next local minimum among shorter lengths: the whole number of periods near an accepted length.
     while best > 0 && mismatches[best - 1] < mismatches[best] {
         best -= 1;
     }
@@ -170,8 +177,8 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
         if ix >= strip {
             return own;
         }
-        let weight = 0.5 - 0.5 * (PI * (ix as f64 + 0.5) / strip as f64).cos();
-        weight * own + (1.0 - weight) * heights[[iy, length + ix]]
+        let own_weight = 0.5 - 0.5 * (PI * (ix as f64 + 0.5) / strip as f64).cos();
+        own_weight * own + (1.0 - own_weight) * heights[[iy, length + ix]]
     })
 }
 

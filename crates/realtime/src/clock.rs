@@ -1,14 +1,14 @@
 //! Times of GPU passes.
 //!
 //! With timestamps, the GPU writes its tick counter at the beginning and the end of a pass into a query set. The two
-//! values are resolved into a buffer and copied into a staging buffer, which the processor reads. Without timestamps
-//! the wall clock around the submission serves instead.
+//! values are resolved into a buffer and copied into a staging buffer, which the processor reads. Without timestamps,
+//! the wall-clock time of the submission is taken.
 
 use super::{Gpu, GpuError};
 use web_time::Instant;
 
-/// Measures the time of a submission of one pass: by timestamps of the GPU around the pass, or by the wall clock around
-/// the submission (see [`Gpu::has_timestamps`]).
+/// Measures the time of submissions that have one pass each, one after the other. [`Gpu::has_timestamps`] decides
+/// between the timestamps of the pass and the wall-clock time of the submission.
 pub(super) struct Clock {
     timestamps: Option<Timestamps>,
 }
@@ -27,7 +27,7 @@ struct Timestamps {
 const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
 
 impl Clock {
-    /// A clock for one pass; with timestamps if the device has them.
+    /// A clock for passes on this device.
     pub(crate) fn new(gpu: &Gpu) -> Self {
         let timestamps = gpu.has_timestamps().then(|| Timestamps {
             queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
@@ -46,7 +46,7 @@ impl Clock {
         Self { timestamps }
     }
 
-    /// The timestamps of a compute pass.
+    /// The timestamps for the descriptor of a compute pass; `None` if the wall clock is used.
     pub(crate) fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::ComputePassTimestampWrites {
             query_set: &timestamps.queries,
@@ -55,7 +55,7 @@ impl Clock {
         })
     }
 
-    /// The timestamps of a render pass.
+    /// The timestamps for the descriptor of a render pass; `None` if the wall clock is used.
     pub(crate) fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::RenderPassTimestampWrites {
             query_set: &timestamps.queries,
@@ -64,12 +64,14 @@ impl Clock {
         })
     }
 
-    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does; returns the time in ms.
+    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does; returns the time in ms. In
+    /// a browser, which does not wait, it is the time of the submission alone.
     pub(crate) async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         Ok(self.run_and_read(gpu, encoder, None).await?.0)
     }
 
-    /// [`Clock::run`] for work that fills a staging buffer; also returns the buffer's contents.
+    /// [`Clock::run`] for work that fills a staging buffer. Returns the time in ms and the buffer's contents, which are
+    /// empty without a buffer.
     pub(crate) async fn run_and_read(
         &self,
         gpu: &Gpu,
@@ -78,19 +80,20 @@ impl Clock {
     ) -> Result<(f64, Vec<u8>), GpuError> {
         let Some(timestamps) = &self.timestamps else {
             let start = Instant::now();
-            gpu.run(encoder).await?;
-            let ran = start.elapsed();
+            gpu.run(encoder)?;
+            let after_run = start.elapsed();
             let contents = gpu.read_staging_if(staging).await?;
-            // In a browser only the reading waits.
-            let spent = if cfg!(target_arch = "wasm32") { start.elapsed() } else { ran };
-            return Ok((spent.as_secs_f64() * 1e3, contents));
+            // In a browser only the reading waits for the work.
+            let elapsed = if cfg!(target_arch = "wasm32") { start.elapsed() } else { after_run };
+            return Ok((elapsed.as_secs_f64() * 1e3, contents));
         };
         encoder.resolve_query_set(&timestamps.queries, 0..2, &timestamps.resolved, 0);
         encoder.copy_buffer_to_buffer(&timestamps.resolved, 0, &timestamps.staging, 0, BYTES);
-        gpu.run(encoder).await?;
+        gpu.run(encoder)?;
         let ticks = gpu.read_staging(&timestamps.staging).await?;
         let [start, end] = bytemuck::pod_read_unaligned::<[u64; 2]>(&ticks);
-        let ms = end.saturating_sub(start) as f64 * f64::from(gpu.queue().get_timestamp_period()) * 1e-6;
+        let ns_per_tick = f64::from(gpu.queue().get_timestamp_period());
+        let ms = end.saturating_sub(start) as f64 * ns_per_tick * 1e-6;
         Ok((ms, gpu.read_staging_if(staging).await?))
     }
 }

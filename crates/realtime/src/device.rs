@@ -4,8 +4,8 @@
 //! store them in [`Faults`], and [`Gpu::check`] returns them as values after each step.
 //!
 //! A *submission* is a list of commands that the queue executes in order. A *staging buffer* is memory that both the
-//! GPU and the processor can reach; results are copied into it and then read. On native platforms [`Gpu`] waits for
-//! each submission. In a browser waiting is impossible, so only reading waits, as a future.
+//! GPU and the processor can reach; results are copied into it and then read. On native platforms [`Gpu`] blocks until
+//! each submission is done. In a browser the thread must not block, so only reading waits, as a future.
 
 use super::GpuError;
 use futures_channel::oneshot;
@@ -18,7 +18,7 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 /// The environment variable that [`AdapterChoice::from_env`] reads.
 pub const ADAPTER_VARIABLE: &str = "SUNBEAM_ADAPTER";
 
-/// Accepted adapters.
+/// Kinds of adapter that [`Gpu::open_async`] may open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
     /// A real GPU if there is one, else the software adapter.
@@ -45,7 +45,7 @@ impl FromStr for AdapterChoice {
 }
 
 impl AdapterChoice {
-    /// The choice in [`ADAPTER_VARIABLE`], or [`AdapterChoice::Any`] where the variable is not set.
+    /// The choice in the environment variable [`ADAPTER_VARIABLE`]; [`AdapterChoice::Any`] where it is not set.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] for a value other than `any` or `software`.
@@ -65,8 +65,12 @@ struct Faults {
     listener: Option<Listener>,
 }
 
-/// A function that is called once, with the reason for the loss of the device.
+/// Callback with the reason for the loss of the device.
 type Listener = Box<dyn FnOnce(&str) + Send>;
+
+/// Size in bytes of a buffer for empty contents: a binding must hold at least one element of the shader's array, and no
+/// array has larger elements.
+const EMPTY_BYTES: u64 = 64;
 
 /// An adapter with its device and queue. No window is needed.
 pub struct Gpu {
@@ -126,8 +130,9 @@ impl Gpu {
         })
     }
 
-    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps. The number of
-    /// storage buffers is limited to WebGPU's default, so that a program that runs on one adapter runs on all.
+    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps if the adapter
+    /// has them. The number of storage buffers is limited to WebGPU's default, so that a program that runs on one
+    /// adapter runs on all.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let limits = adapter.limits();
         wgpu::DeviceDescriptor {
@@ -147,16 +152,16 @@ impl Gpu {
     /// handlers are replaced.
     pub fn adopt(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let faults = Arc::<Mutex<Faults>>::default();
-        // The first error is the cause of the later ones.
-        let refused = Arc::clone(&faults);
+        // The first error is kept: it is the cause of the later ones.
+        let on_error = Arc::clone(&faults);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let message = error.to_string();
-            lock(&refused).refused.get_or_insert(message);
+            lock(&on_error).refused.get_or_insert(message);
         }));
-        let lost = Arc::clone(&faults);
+        let on_loss = Arc::clone(&faults);
         device.set_device_lost_callback(move |_, message| {
             let listener = {
-                let mut faults = lock(&lost);
+                let mut faults = lock(&on_loss);
                 faults.lost.get_or_insert_with(|| message.clone());
                 faults.listener.take()
             };
@@ -187,7 +192,7 @@ impl Gpu {
         self.device.adapter_info().backend.to_str()
     }
 
-    /// Whether the adapter is software.
+    /// Whether the adapter renders on the processor.
     pub fn is_software(&self) -> bool {
         self.device.adapter_info().device_type == wgpu::DeviceType::Cpu
     }
@@ -201,10 +206,11 @@ impl Gpu {
             && self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
-    /// The first error since the last call, if any.
+    /// Returns the error that the device has reported by a callback, if any.
     ///
     /// # Errors
-    /// [`GpuError::Lost`], then [`GpuError::Refused`].
+    /// [`GpuError::Lost`] in every call after the loss of the device; else [`GpuError::Refused`] for the first
+    /// validation error since the last call.
     pub fn check(&self) -> Result<(), GpuError> {
         let mut faults = lock(&self.faults);
         if let Some(reason) = faults.lost.clone() {
@@ -213,14 +219,14 @@ impl Gpu {
         faults.refused.take().map_or(Ok(()), |reason| Err(GpuError::Refused { adapter: self.adapter(), reason }))
     }
 
-    /// Registers a function that is called with the reason when the device is lost. It replaces an earlier one.
+    /// Registers a function that is called once with the reason when the device is lost. It replaces an earlier one.
     pub fn when_lost(&self, listener: impl FnOnce(&str) + Send + 'static) {
         lock(&self.faults).listener = Some(Box::new(listener));
     }
 
-    /// Submits work and waits until it is done; in a browser it only submits, because a wait costs a message to another
-    /// process and back. Submissions are executed in order, so a later read waits for all of them.
-    pub(super) async fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
+    /// Submits work and blocks until it is done. In a browser it only submits: submissions are executed in order, so a
+    /// later read waits for all of them.
+    pub(super) fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
         let commands = encoder.finish();
         self.check()?;
         let submission = self.queue.submit([commands]);
@@ -234,8 +240,8 @@ impl Gpu {
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub async fn idle_async(&self) -> Result<(), GpuError> {
         let (sender, receiver) = oneshot::channel();
-        // The receiver may be gone.
         self.queue.on_submitted_work_done(move || {
+            // The receiver is gone if this future was dropped.
             let _ = sender.send(());
         });
         #[cfg(not(target_arch = "wasm32"))]
@@ -243,21 +249,21 @@ impl Gpu {
         self.received(receiver).await.map(|_| ())
     }
 
+    /// Does nothing in a browser; see [`Gpu::run`].
     #[cfg(target_arch = "wasm32")]
-    /// Does not wait; see [`Gpu::run`].
     #[allow(clippy::unused_self, clippy::unnecessary_wraps, reason = "the native twin waits and can fail")]
     fn wait(&self, _: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         Ok(())
     }
 
-    /// Waits for this submission only: a window may have submitted more work since.
+    /// Blocks until this submission is done. It does not wait for later submissions, which a window may have made.
     #[cfg(not(target_arch = "wasm32"))]
     fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
     }
 
-    /// The value that a callback sends, `None` where it never will. A browser calls it by itself when the work
-    /// submitted before is done.
+    /// Waits for the value that a callback sends; `None` if the callback is dropped without being called. The browser
+    /// calls it when the work submitted before is done.
     #[cfg(target_arch = "wasm32")]
     async fn received<T>(&self, receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
         let value = receiver.await.ok();
@@ -265,17 +271,18 @@ impl Gpu {
         Ok(value)
     }
 
-    /// The value that a callback has sent, `None` where it has not. The work has been waited for before.
+    /// The value that a callback sends, `None` if it sends none. The caller has waited for the work, so the callback is
+    /// called by this poll at the latest.
     #[cfg(not(target_arch = "wasm32"))]
     async fn received<T>(&self, mut receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
         self.poll(wgpu::PollType::Poll)?;
         Ok(receiver.try_recv().ok().flatten())
     }
 
-    /// Lets wgpu call the callbacks of finished work, after a wait if `until` says so.
+    /// Lets wgpu call the callbacks of finished work. `until` is the work to wait for before that, if any.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
-        // wgpu panics when a wait finds the device lost.
+        // wgpu panics if the device is lost during a wait. `check` knows the driver's reason.
         let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
         self.check()?;
         waited.map_err(|Panic(reason)| GpuError::Lost { adapter: self.adapter(), reason })?;
@@ -287,9 +294,9 @@ impl Gpu {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// A storage buffer of `bytes` bytes whose contents can be copied in and out; not initialised.
+    /// A storage buffer of `bytes` bytes, or [`EMPTY_BYTES`] for 0, whose contents can be copied in and out.
     pub(super) fn storage(&self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
-        self.fits(label, bytes)?;
+        self.check_size(label, bytes)?;
         Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
             size: if bytes == 0 { EMPTY_BYTES } else { bytes },
@@ -298,22 +305,15 @@ impl Gpu {
         }))
     }
 
-    /// A storage buffer with these contents.
+    /// A storage buffer with these contents. wgpu refuses a length that is not a multiple of 4 bytes.
     pub(super) fn storage_of(&self, label: &str, contents: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.storage(label, contents.len() as u64)?;
-        // wgpu writes multiples of four bytes. The remaining bytes are padded to a word of their own.
-        let whole = contents.len() / 4 * 4;
-        self.queue.write_buffer(&buffer, 0, &contents[..whole]);
-        if whole < contents.len() {
-            let mut word = [0; 4];
-            word[..contents.len() - whole].copy_from_slice(&contents[whole..]);
-            self.queue.write_buffer(&buffer, whole as u64, &word);
-        }
+        self.queue.write_buffer(&buffer, 0, contents);
         self.check()?;
         Ok(buffer)
     }
 
-    /// A uniform buffer with these contents.
+    /// A uniform buffer with these contents, which can be overwritten.
     pub(super) fn uniform_of(&self, label: &str, contents: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.device.create_buffer_init(&BufferInitDescriptor {
             label: Some(label),
@@ -329,7 +329,7 @@ impl Gpu {
         let staging = self.staging(bytes);
         let mut encoder = self.encoder();
         encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
-        self.run(encoder).await?;
+        self.run(encoder)?;
         self.read_staging(&staging).await
     }
 
@@ -343,7 +343,7 @@ impl Gpu {
         })
     }
 
-    /// [`Gpu::read_staging`] where there is a buffer; otherwise no bytes.
+    /// [`Gpu::read_staging`] if there is a buffer; otherwise no bytes.
     pub(super) async fn read_staging_if(&self, staging: Option<&wgpu::Buffer>) -> Result<Vec<u8>, GpuError> {
         match staging {
             Some(staging) => self.read_staging(staging).await,
@@ -371,8 +371,8 @@ impl Gpu {
         Ok(contents)
     }
 
-    /// Refuses a buffer beyond the adapter's limits.
-    fn fits(&self, what: &str, needed: u64) -> Result<(), GpuError> {
+    /// Refuses a storage buffer of more bytes than the adapter can bind.
+    fn check_size(&self, what: &str, needed: u64) -> Result<(), GpuError> {
         let limits = self.device.limits();
         let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
         if needed <= most {
@@ -382,10 +382,7 @@ impl Gpu {
     }
 }
 
-/// Bytes of a buffer for empty contents: shaders cannot bind less than one element, and no element is larger.
-const EMPTY_BYTES: u64 = 64;
-
-/// Preference of a kind of adapter, the best first.
+/// Rank of a kind of adapter; 0 is the best.
 fn rank(kind: wgpu::DeviceType) -> u8 {
     match kind {
         wgpu::DeviceType::DiscreteGpu => 0,

@@ -5,20 +5,19 @@ use std::path::PathBuf;
 
 /// Reason why a call to the GPU failed.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum GpuError {
-    /// No adapter, or none of the requested kind.
+    /// No adapter of the requested kind.
     #[error(
-        "no {wanted} GPU adapter (found: {found}); install a Vulkan driver, for which Mesa's software one will do: \
+        "no {wanted} GPU adapter (found: {found}); install a Vulkan driver, for instance Mesa's software driver: \
          apt-get install libvulkan1 mesa-vulkan-drivers on Debian"
     )]
     NoAdapter {
-        /// The requested kind.
+        /// The requested kind: `usable` or `software`.
         wanted: String,
-        /// Names of the adapters found.
+        /// Names of the adapters found, separated by commas, or `none`.
         found: String,
     },
-    /// An adapter that gives no device.
+    /// An adapter that refuses to open a device.
     #[error("the GPU adapter {adapter} gives no device: {reason}")]
     NoDevice {
         /// The adapter's name.
@@ -26,7 +25,7 @@ pub enum GpuError {
         /// The message of the driver.
         reason: String,
     },
-    /// An error of the graphics interface's validation, or of the driver.
+    /// Work that the validation of the graphics interface or the driver refuses.
     #[error("the GPU adapter {adapter} refused the work: {reason}")]
     Refused {
         /// The adapter's name.
@@ -66,7 +65,8 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
-    /// Loops that the adapter ends too early even in the smallest parts of an answer.
+    /// A method whose loops the adapter ends too early, even after each answer was divided into the largest number of
+    /// parts (shader.rs).
     #[error("the GPU adapter {adapter} cuts the method's loops short; use fewer terms or a smaller neighbourhood")]
     CutShort {
         /// The adapter's name.
@@ -78,7 +78,7 @@ pub enum GpuError {
     /// A value out of range.
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     Parameter {
-        /// The parameter.
+        /// Name of the parameter.
         parameter: &'static str,
         /// The refused value.
         found: String,
@@ -93,7 +93,7 @@ pub enum GpuError {
         /// The reason.
         reason: String,
     },
-    /// A mesh that cannot be drawn.
+    /// A mesh that cannot be drawn, or bytes that are not a scene.
     #[error("the mesh has {found}, but must have {accepted}")]
     Mesh {
         /// The fault.

@@ -32,16 +32,17 @@ impl Query {
     /// [`Query::kind`] of a ray that meets the mesh.
     pub const SKIN: u32 = 2;
 
-    /// A pair of directions in the grating's frame, lit.
+    /// A sunlit point of the mesh with these directions in the grating's frame, and (0, 0) as texture coordinates.
     pub fn new(wi: [f32; 3], wo: [f32; 3]) -> Self {
         Self { wi, kind: Self::SKIN, wo, lit: 1, ..Self::default() }
     }
 }
 
-/// Options of the factors of the reflectance that do not depend on the relief (docs/model.md#the-reflectance).
+/// Options of the factors of the reflectance that do not depend on the relief (docs/model.md#the-reflectance). The
+/// default is a perfect conductor with Stam's obliquity factor and without shadowing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Optics {
-    /// The refractive index; `None` reflects everything.
+    /// The refractive index; `None` is a perfect conductor, which reflects all light at every angle.
     pub index: Option<ComplexIndex>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
@@ -62,7 +63,7 @@ pub(super) struct OpticsUniform {
 }
 
 impl OpticsUniform {
-    /// The uniform for `optics` around a method whose answers are of the kind `answers`.
+    /// The uniform for `optics` and a method whose answers are of the kind `answers`.
     pub(crate) fn new(optics: &Optics, answers: AnswerKind) -> Self {
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
         Self {
@@ -149,6 +150,16 @@ pub(super) struct SunlightUniform {
     pub half_height: f32,
     pub to_sun: [f32; 3],
     pub half_depth: f32,
+}
+
+/// The first three of every four `f32` in the contents of a buffer of `vec4<f32>`: colours without their fourth
+/// component.
+pub(super) fn colours(contents: &[u8]) -> Vec<[f32; 3]> {
+    let colour = |bytes: &[u8]| {
+        let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(bytes);
+        [r, g, b]
+    };
+    contents.chunks_exact(size_of::<[f32; 4]>()).map(colour).collect()
 }
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
 //! Resolutions of a picture that becomes finer step by step.
 //!
-//! The levels have 1/16, 1/8, 1/4, 1/2 and all of the pixels along each side with one ray for each pixel, and at last
-//! all pixels with the full number of rays. [`next`] skips levels for fast methods.
+//! The first levels have 1/16, 1/8, 1/4, 1/2 and all of the pixels along each side, with one ray for each pixel. If
+//! more rays per pixel are requested, the last level has all pixels with all rays. [`next`] skips levels for fast
+//! methods.
 
-/// Divisor of the coarsest picture's sides. Chosen: the picture has 1/256 of the rays, for slow methods.
-const COARSEST: u32 = 16;
+/// Divisor of the sides of the coarsest picture. A larger divisor shows the first picture of a slow method sooner, with
+/// less detail. With 16, it has 1/256 of the pixels.
+const COARSEST_DIVISOR: u32 = 16;
 
 /// Resolution of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,67 +18,83 @@ pub struct Level {
 }
 
 impl Level {
+    /// The coarsest level.
+    const COARSEST: Self = Self { divisor: COARSEST_DIVISOR, supersample: 1 };
+
     /// The finest level: all pixels, with `supersample` rays along each side of a pixel.
     pub fn finest(supersample: u32) -> Self {
         Self { divisor: 1, supersample }
     }
 
-    /// Width and height in pixels of a picture whose full size is `size`.
-    pub fn size(self, (width, height): (u32, u32)) -> (u32, u32) {
-        (width.div_ceil(self.divisor).max(1), height.div_ceil(self.divisor).max(1))
+    /// Width and height in pixels of the picture at this level, at least 1. `full` is the size at the finest level.
+    pub fn size(self, full: (u32, u32)) -> (u32, u32) {
+        (full.0.div_ceil(self.divisor).max(1), full.1.div_ceil(self.divisor).max(1))
     }
 
-    /// Number of rays of a picture whose full size is `size`.
-    pub fn rays(self, size: (u32, u32)) -> f64 {
-        let (width, height) = self.size(size);
+    /// Number of rays of the picture at this level. `full` is the size in pixels at the finest level.
+    pub fn rays(self, full: (u32, u32)) -> f64 {
+        let (width, height) = self.size(full);
         f64::from(width) * f64::from(height) * f64::from(self.supersample).powi(2)
     }
 
     /// Whether this is the finest level for `supersample` rays along each side of a pixel.
-    pub fn is_last(self, supersample: u32) -> bool {
-        self.divisor == 1 && self.supersample == supersample
+    pub fn is_finest(self, supersample: u32) -> bool {
+        self == Self::finest(supersample)
     }
 
-    /// The next finer level.
+    /// The next finer level on the way to `supersample` rays along each side of a pixel; `None` after the finest one.
     fn finer(self, supersample: u32) -> Option<Self> {
-        match self.divisor {
-            1 if self.supersample == supersample => None,
-            1 => Some(Self { divisor: 1, supersample }),
-            divisor => Some(Self { divisor: divisor / 2, ..self }),
+        if self.divisor > 1 {
+            return Some(Self { divisor: self.divisor / 2, ..self });
         }
+        (!self.is_finest(supersample)).then_some(Self::finest(supersample))
     }
 }
 
 /// Speed of a method, estimated from the pictures drawn so far.
 ///
-/// The time of a small picture is mostly a constant, so the largest picture tells the time per ray.
+/// The time of a picture is a constant plus a time per ray. The quotient of time and rays is therefore too large, and
+/// the larger the picture, the closer it is to the time per ray.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pace {
-    /// Rays of the picture that the estimate comes from, and ms per ray.
-    learnt: Option<(f64, f64)>,
+    /// `None` before the first picture.
+    estimate: Option<Estimate>,
+}
+
+/// Time per ray of one picture.
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    /// Number of rays of the picture.
+    rays: f64,
+    ms_per_ray: f64,
 }
 
 impl Pace {
     /// Updates the estimate with a picture of `rays` rays that was drawn in `ms` milliseconds.
     pub fn learn(&mut self, rays: f64, ms: f64) {
-        let per_ray = ms / rays;
-        if self.learnt.is_none_or(|(most, before)| rays >= most || per_ray < before) {
-            self.learnt = Some((rays, per_ray));
+        let ms_per_ray = ms / rays;
+        // A smaller picture overestimates the time per ray more. If its quotient is nevertheless smaller, the method
+        // has become faster since.
+        if self.estimate.is_none_or(|before| rays >= before.rays || ms_per_ray < before.ms_per_ray) {
+            self.estimate = Some(Estimate { rays, ms_per_ray });
         }
     }
 
     /// Whether a picture of `rays` rays is estimated to take at most `ms` milliseconds; false before the first picture.
     pub fn fits(&self, rays: f64, ms: f64) -> bool {
-        self.learnt.is_some_and(|(_, per_ray)| per_ray * rays <= ms)
+        self.estimate.is_some_and(|estimate| estimate.ms_per_ray * rays <= ms)
     }
 }
 
-/// The level to draw after `done`: the finest that takes at most `preview_ms`, and at least one step finer than `done`.
-/// `None` after the finest level.
+/// The level to draw after the level `done`: the finest that takes at most `preview_ms` milliseconds by the estimate of
+/// `pace`, and at least one step finer than `done`.
+///
+/// `done` is `None` before the first picture. The result is `None` after the finest level, which has `size` pixels and
+/// `supersample` rays along each side of a pixel.
 pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, pace: &Pace, preview_ms: f64) -> Option<Level> {
     let mut level = match done {
         Some(done) => done.finer(supersample)?,
-        None => Level { divisor: COARSEST, supersample: 1 },
+        None => Level::COARSEST,
     };
     let fits = |level: &Level| pace.fits(level.rays(size), preview_ms);
     while let Some(finer) = level.finer(supersample).filter(fits) {
@@ -92,8 +110,9 @@ mod tests {
     const SIZE: (u32, u32) = (1000, 700);
     const PREVIEW_MS: f64 = 70.0;
 
-    fn all(supersample: u32, ms_per_ray: Option<f64>) -> Vec<(u32, u32)> {
-        let pace = Pace { learnt: ms_per_ray.map(|ms| (1.0, ms)) };
+    /// Divisor and supersampling of the levels drawn in succession; `ms_per_ray` is `None` before the first picture.
+    fn drawn_levels(supersample: u32, ms_per_ray: Option<f64>) -> Vec<(u32, u32)> {
+        let pace = Pace { estimate: ms_per_ray.map(|ms_per_ray| Estimate { rays: 1.0, ms_per_ray }) };
         let mut levels = Vec::new();
         let mut done = None;
         while let Some(level) = next(done, SIZE, supersample, &pace, PREVIEW_MS) {
@@ -105,28 +124,28 @@ mod tests {
 
     #[test]
     fn a_fast_method_is_drawn_in_full_at_once() {
-        assert_eq!(all(1, Some(1e-6)), [(1, 1)]);
-        assert_eq!(all(2, Some(1e-6)), [(1, 2)]);
+        assert_eq!(drawn_levels(1, Some(1e-6)), [(1, 1)]);
+        assert_eq!(drawn_levels(2, Some(1e-6)), [(1, 2)]);
     }
 
     #[test]
     fn a_slow_or_unknown_method_begins_coarse_and_reaches_the_finest_level() {
         let slow = [(16, 1), (8, 1), (4, 1), (2, 1), (1, 1), (1, 3)];
-        assert_eq!(all(3, Some(10.0)), slow);
-        assert_eq!(all(3, None), slow);
-        // 11 025 pixels of a quarter of the side fit, twice the side does not.
-        assert_eq!(all(1, Some(1e-3)), [(4, 1), (2, 1), (1, 1)]);
+        assert_eq!(drawn_levels(3, Some(10.0)), slow);
+        assert_eq!(drawn_levels(3, None), slow);
+        // In 70 ms at 1 µs per ray, 250 × 175 pixels fit, but not 500 × 350.
+        assert_eq!(drawn_levels(1, Some(1e-3)), [(4, 1), (2, 1), (1, 1)]);
     }
 
     #[test]
     fn the_constant_time_of_a_picture_is_not_counted_per_ray() {
-        // 50 ms per picture, and 1 µs per ray.
+        // 50 ms for each picture and 1 µs for each ray.
         let mut pace = Pace::default();
         for rays in [1e3, 1e6, 1e3] {
             pace.learn(rays, 50.0 + 1e-3 * rays);
         }
         assert!(pace.fits(6e4, PREVIEW_MS) && !pace.fits(1e5, PREVIEW_MS));
-        // A frame of equal resolution that takes longer.
+        // A picture as large as the largest one that takes longer.
         pace.learn(1e6, 1e5);
         assert!(!pace.fits(6e4, PREVIEW_MS));
     }

@@ -1,25 +1,28 @@
-//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window; and the snake that it
-//! draws.
+//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window. [`snake`] is the mesh that
+//! it draws by default.
 //!
-//! [`Gpu`] opens an adapter. A [`Shader`] is a method with its data on the GPU, and answers arrays of [`Query`] pairs
-//! ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`] into a [`Target`] as a
-//! [`View`] shows it, in four stages.
+//! [`Gpu`] opens an adapter. A [`Shader`] is a method with its data on the GPU. It answers arrays of [`Query`], each
+//! with a pair of directions ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`]
+//! into a [`Target`], with the camera and the sun of a [`View`], in four stages:
 //!
 //! 1. *raster*: the triangle at each pixel. Nothing is interpolated.
 //! 2. *locate*: the point of the triangle on the pixel's ray, the shading frame there, the directions in the frame, and
-//!    the visibility of the sun. A depth map from the sun decides it for nearly every pixel, and a ray through a tree
-//!    of boxes for the others. The conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
-//! 3. *shade*: the method, for the lit samples only, in submissions of bounded time.
-//! 4. *resolve*: pigment and light of the same samples, and the mean over a pixel's samples.
+//!    the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and a ray
+//!    through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so that pictures
+//!    agree pixel by pixel.
+//! 3. *shade*: the reflectance by the method, for the lit samples of the mesh only, in submissions of bounded time.
+//! 4. *resolve*: the radiance of these samples with the pigment, added to the mean over the samples of a pixel.
 //!
-//! Supersampling repeats the stages for each sample of a pixel, so memory does not grow with it. Light is direct
-//! sunlight only. Methods are single precision, and only the colour table can conserve energy.
+//! Supersampling repeats the stages for each sample of a pixel, so the memory does not depend on the number of samples.
+//! Light is direct sunlight only. Methods compute in single precision. Only
+//! [`Table`](sunbeam::methods::MethodKind::Table) can conserve energy.
 //!
-//! Calls that wait for the GPU are futures, as a browser needs. On other platforms each has a blocking form without
-//! `_async` in its name.
+//! Calls that wait for the GPU are futures, because the event loop of a browser must not block. On other platforms most
+//! of them have a blocking form without `_async` in its name.
 //!
-//! `wi` is the direction to the light, `wo` that to the viewer, both in the grating's frame. Radiance is linear sRGB,
-//! not clamped. A white diffuse plane that faces the sun has the radiance 1.
+//! `wi` is the direction to the light and `wo` the direction to the viewer, both in the grating's frame: z is the
+//! normal, and x the relief's x axis. Radiance is linear sRGB, not clamped. A white diffuse plane that faces the sun
+//! has the radiance 1.
 //!
 //! ```no_run
 //! use sunbeam::Preset;
@@ -79,11 +82,11 @@ pub use target::Target;
 pub use tone::TonePass;
 pub use view::{Blend, Camera, KERATIN, Light, PIGMENT_SCALE, SOIL, View};
 
-/// Sets `XDG_RUNTIME_DIR` where it is missing, as in containers: without it, Mesa's Vulkan drivers print a complaint to
-/// stderr. They only look for a window system in the folder.
+/// Sets `XDG_RUNTIME_DIR` to the folder for temporary files if it is not set, as in containers. Without the variable,
+/// Mesa's Vulkan drivers print a complaint to stderr. They only look for the socket of a window system in the folder.
 ///
 /// # Safety
-/// No other thread may access environment variables meanwhile. Programs call it first.
+/// No other thread may access environment variables during the call. Programs make it the first call of `main`.
 pub unsafe fn give_drivers_a_runtime_folder() {
     const VARIABLE: &str = "XDG_RUNTIME_DIR";
     if cfg!(target_os = "linux") && std::env::var_os(VARIABLE).is_none() {

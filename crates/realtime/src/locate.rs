@@ -1,35 +1,40 @@
 //! The locate stage on the processor's side: pipelines, bindings and submissions of `locate.wgsl`, which explains the
 //! lists of pixels `skin`, `bare`, `rest` and `chosen`.
 //!
-//! The length of a list sizes the dispatch of the next pass, so it is read back after each submission.
+//! The lengths of the lists are read back after each submission, because they size the next dispatches.
 
 use super::clock::Clock;
 use super::pipeline::{self, Access};
 use super::scene::Scene;
-use super::target::Target;
+use super::target::{ListLengths, Target};
 use super::{Gpu, GpuError, program};
+use bytemuck::Zeroable;
 
-/// Number of pixels or entries that an invocation sorts; equal to `LOCATE_RUN` of `locate.wgsl`.
+/// Number of pixels or list entries that an invocation of `locate_sort` or `locate_choose` processes; equal to
+/// `LOCATE_RUN` of `locate.wgsl`.
 const RUN: u32 = 32;
 
-/// Bindings of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight,
-/// sunlit.
+/// Accesses of the bindings 0, 1, … of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists,
+/// picture, sunlight, sunlit.
 const GROUP: [Access; 11] = [
     Access::Uniform,
     Access::Read,
     Access::Read,
     Access::Read,
     Access::Texture,
-    Access::Write,
-    Access::Write,
-    Access::Write,
-    Access::Write,
+    Access::ReadWrite,
+    Access::ReadWrite,
+    Access::ReadWrite,
+    Access::ReadWrite,
     Access::Uniform,
     Access::Read,
 ];
 
-/// Turns triangles into queries (`locate.wgsl`), in three submissions: pixels are sorted; pixels with and without a
-/// triangle are located; pixels that need a ray are located, and the queries that need an answer are listed.
+/// Turns the triangles of pixels into queries (`locate.wgsl`), in three submissions:
+///
+/// 1. `sort`: pixels are sorted into the lists `skin` (with a triangle) and `bare` (without one).
+/// 2. `bare` and `found`: the queries of both lists are written. Pixels that need a ray are added to `rest`.
+/// 3. `rest` and `choose`: the queries of `rest` are written, and sunlit queries of the mesh are listed in `chosen`.
 pub(super) struct Locate {
     layout: wgpu::BindGroupLayout,
     sort: wgpu::ComputePipeline,
@@ -71,7 +76,7 @@ impl Locate {
         )
     }
 
-    /// Writes the queries of a sample; returns the time in ms and the number of queries that need an answer.
+    /// Writes the queries of a sample; returns the time in ms and the number of entries of `chosen`.
     pub(crate) async fn run(
         &self,
         gpu: &Gpu,
@@ -79,25 +84,26 @@ impl Locate {
         bindings: &wgpu::BindGroup,
     ) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
-        gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&[0u32; Target::LISTS]));
-        let (sort_ms, [_, _, skin, bare]) =
-            self.submit(gpu, target, bindings, &[(&self.sort, width.div_ceil(RUN) * height)]).await?;
-        let (found_ms, [_, rest, ..]) =
+        gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&ListLengths::zeroed()));
+        let runs = width.div_ceil(RUN) * height;
+        let (sort_ms, ListLengths { skin, bare, .. }) =
+            self.submit(gpu, target, bindings, &[(&self.sort, runs)]).await?;
+        let (found_ms, ListLengths { rest, .. }) =
             self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.found, skin)]).await?;
-        let (rest_ms, [chosen, ..]) =
+        let (rest_ms, ListLengths { chosen, .. }) =
             self.submit(gpu, target, bindings, &[(&self.rest, rest), (&self.choose, skin.div_ceil(RUN))]).await?;
         Ok((sort_ms + found_ms + rest_ms, chosen))
     }
 
-    /// Submits a compute pass of pipelines with their numbers of invocations; returns the time in ms and the lengths of
-    /// the lists.
+    /// Submits a compute pass that dispatches each pipeline with its number of invocations; returns the time in ms and
+    /// the lengths of the lists after the pass.
     async fn submit(
         &self,
         gpu: &Gpu,
         target: &Target,
         bindings: &wgpu::BindGroup,
         dispatches: &[(&wgpu::ComputePipeline, u32)],
-    ) -> Result<(f64, [u32; Target::LISTS]), GpuError> {
+    ) -> Result<(f64, ListLengths), GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -110,9 +116,9 @@ impl Locate {
             pipeline::dispatch_over(&mut pass, count);
         }
         drop(pass);
-        let counts = gpu.staging(Target::LIST_COUNTS_BYTES);
-        encoder.copy_buffer_to_buffer(&target.lists, 0, &counts, 0, Target::LIST_COUNTS_BYTES);
-        let (ms, counts) = clock.run_and_read(gpu, encoder, Some(&counts)).await?;
-        Ok((ms, bytemuck::pod_read_unaligned(&counts)))
+        let staging = gpu.staging(ListLengths::BYTES);
+        encoder.copy_buffer_to_buffer(&target.lists, 0, &staging, 0, ListLengths::BYTES);
+        let (ms, lengths) = clock.run_and_read(gpu, encoder, Some(&staging)).await?;
+        Ok((ms, bytemuck::pod_read_unaligned(&lengths)))
     }
 }

@@ -1,5 +1,5 @@
-//! Triangle meshes, and their PLY files. A PLY file has an element `vertex` with named numbers and an element `face`
-//! with a list of vertex indices.
+//! Triangle meshes, and their PLY files. A PLY file has an element `vertex`, whose properties are named numbers, and an
+//! element `face`, whose property is a list of vertex indices.
 
 use super::GpuError;
 use crate::snake::SnakeMesh;
@@ -45,26 +45,36 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Accepted names of each number of a vertex in PLY files.
-const NUMBERS: [&[&str]; 8] = [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s"], &["v", "t"]];
-/// Accepted names of a face's list of vertex indices in PLY files.
-const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
+/// Largest number of triangles: their corners and the nodes of their tree are counted with 32 bits.
+const TRIANGLES_MAX: usize = 1_000_000_000;
 
-/// The numbers of a vertex, in the order of [`NUMBERS`].
-struct Vertex([f32; NUMBERS.len()]);
+/// Accepted names of each property of a vertex in PLY files.
+const VERTEX_NAMES: [&[&str]; 8] = [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s"], &["v", "t"]];
+/// Accepted names of a face's list of vertex indices in PLY files.
+const INDICES_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// The properties of a vertex, in the order of [`VERTEX_NAMES`].
+struct Vertex([f32; VERTEX_NAMES.len()]);
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self([0.0; NUMBERS.len()])
+        Self([0.0; VERTEX_NAMES.len()])
     }
 
     fn set_property(&mut self, name: &str, property: Property) {
-        let Some(number) = NUMBERS.iter().position(|names| names.contains(&name)) else { return };
-        match property {
-            Property::Float(value) => self.0[number] = value,
-            Property::Double(value) => self.0[number] = value as f32,
-            _ => {}
-        }
+        let Some(index) = VERTEX_NAMES.iter().position(|names| names.contains(&name)) else { return };
+        self.0[index] = match property {
+            Property::Float(value) => value,
+            Property::Double(value) => value as f32,
+            Property::Char(value) => f32::from(value),
+            Property::UChar(value) => f32::from(value),
+            Property::Short(value) => f32::from(value),
+            Property::UShort(value) => f32::from(value),
+            Property::Int(value) => value as f32,
+            Property::UInt(value) => value as f32,
+            // A list is no number: [`Mesh::check`] refuses it.
+            _ => f32::NAN,
+        };
     }
 }
 
@@ -77,7 +87,7 @@ impl PropertyAccess for Face {
     }
 
     fn set_property(&mut self, name: &str, property: Property) {
-        if !INDICES.contains(&name) {
+        if !INDICES_NAMES.contains(&name) {
             return;
         }
         self.0 = match property {
@@ -86,6 +96,8 @@ impl PropertyAccess for Face {
             Property::ListUShort(list) => list.into_iter().map(i64::from).collect(),
             Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
             Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
+            // Not a list of integers; a face without corners is refused.
             _ => Vec::new(),
         };
     }
@@ -96,8 +108,8 @@ impl Mesh {
     /// `sunbeam snake` writes it.
     ///
     /// # Errors
-    /// [`GpuError::File`] for a file that cannot be read or lacks normals or texture coordinates, and those of
-    /// [`Mesh::check`].
+    /// [`GpuError::File`] for a file that cannot be read, lacks normals or texture coordinates, or has faces other than
+    /// triangles. The errors of [`Mesh::check`].
     pub fn read_ply(path: impl AsRef<Path>) -> Result<Self, GpuError> {
         let path = path.as_ref();
         let mesh = parse(path).map_err(|reason| GpuError::File { path: path.to_owned(), reason })?;
@@ -108,8 +120,8 @@ impl Mesh {
     /// Refuses a mesh that cannot be drawn.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] without triangles, with indices out of range, with numbers that are not finite, or with a
-    /// normal of length 0.
+    /// [`GpuError::Mesh`] for vectors of different lengths, no triangles or more than 10⁹, indices out of
+    /// range, numbers that are not finite, or a normal of length 0.
     pub fn check(&self) -> Result<(), GpuError> {
         let refuse = |found: String, accepted| Err(GpuError::Mesh { found, accepted });
         let count = self.positions.len();
@@ -134,10 +146,7 @@ impl Mesh {
     }
 }
 
-/// Most triangles: their corners and the nodes of their tree are counted with 32 bits.
-const TRIANGLES_MAX: usize = 1_000_000_000;
-
-/// Reads a PLY file.
+/// Reads a PLY file without checking the mesh; the error is the reason without the path.
 fn parse(path: &Path) -> Result<Mesh, String> {
     let unreadable = |error: std::io::Error| format!("cannot be read as PLY: {error}");
     let mut reader = BufReader::new(File::open(path).map_err(|error| format!("cannot be opened: {error}"))?);
@@ -147,7 +156,7 @@ fn parse(path: &Path) -> Result<Mesh, String> {
         let has = |names: &[&str]| names.iter().any(|name| element.properties.contains_key(*name));
         match name.as_str() {
             "vertex" => {
-                if let Some(missing) = NUMBERS.iter().find(|names| !has(names)) {
+                if let Some(missing) = VERTEX_NAMES.iter().find(|names| !has(names)) {
                     return Err(format!(
                         "its vertices lack {:?}; normals and texture coordinates are needed",
                         missing[0]
@@ -171,8 +180,9 @@ fn parse(path: &Path) -> Result<Mesh, String> {
                 }
             }
             _ => {
-                let read = Parser::<Face>::new().read_payload_for_element(&mut reader, element, &header);
-                read.map_err(unreadable)?;
+                // Reads past an unknown element; the type of the parser does not matter.
+                let skipped = Parser::<Face>::new().read_payload_for_element(&mut reader, element, &header);
+                skipped.map_err(unreadable)?;
             }
         }
     }

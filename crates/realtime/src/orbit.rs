@@ -7,17 +7,18 @@ use super::Camera;
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
-/// Turn of camera or sun in degrees per point of a drag. Chosen: a drag over 500 points turns by about half a circle.
+/// Rotation of the camera or the sun in degrees per point of a drag: a drag over 500 points turns by about half a
+/// circle. Larger values turn faster; smaller ones are more precise.
 pub const DEGREES_PER_POINT: f64 = 0.35;
 
 /// A camera that orbits its target; z is up. Drags are in points of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// Point in the middle of the picture, in cm.
-    target: DVec3,
-    /// Distance of the camera from the target in cm.
-    distance: f64,
-    /// Azimuth of the camera seen from the target, counter-clockwise from +x seen from above.
+    /// Point in the middle of the picture.
+    target_cm: DVec3,
+    /// Distance of the camera from the target.
+    distance_cm: f64,
+    /// Azimuth of the camera seen from the target, counter-clockwise from +x seen from above. It is not wrapped.
     azimuth_deg: f64,
     /// Elevation of the camera seen from the target.
     elevation_deg: f64,
@@ -26,21 +27,36 @@ pub struct Orbit {
 }
 
 impl Orbit {
-    /// Accepted elevations of the camera in degrees; at ±90° the upward direction of the picture is undefined.
+    /// Accepted elevations of the camera in degrees. At ±90° the upward direction of the picture is undefined.
     pub const ELEVATION_DEG: RangeInclusive<f64> = -89.0..=89.0;
     /// Accepted distances of the camera from its target in cm.
     pub const DISTANCE_CM: RangeInclusive<f64> = 0.2..=200.0;
 
-    /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. Elevation
-    /// and distance are clamped to their ranges. The azimuth is counter-clockwise from +x seen from above.
+    /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. The
+    /// azimuth is counter-clockwise from +x seen from above. Elevation and distance are clamped to their ranges.
+    /// `fov_deg` is the horizontal field of view in degrees.
     pub fn new(target: [f64; 3], azimuth_deg: f64, elevation_deg: f64, distance_cm: f64, fov_deg: f64) -> Self {
         Self {
-            target: target.into(),
-            distance: clamp(distance_cm, &Self::DISTANCE_CM),
+            target_cm: target.into(),
+            distance_cm: clamp(distance_cm, &Self::DISTANCE_CM),
             azimuth_deg,
             elevation_deg: clamp(elevation_deg, &Self::ELEVATION_DEG),
             fov_deg,
         }
+    }
+
+    /// The camera for the renderer.
+    pub fn camera(&self) -> Camera {
+        Camera {
+            origin: (self.target_cm + self.distance_cm * self.outward()).to_array(),
+            target: self.target_cm.to_array(),
+            fov_deg: self.fov_deg,
+        }
+    }
+
+    /// Azimuth of the camera seen from the target in degrees, counter-clockwise from +x seen from above.
+    pub fn azimuth_deg(&self) -> f64 {
+        self.azimuth_deg
     }
 
     /// Elevation of the camera seen from the target, in degrees.
@@ -50,38 +66,7 @@ impl Orbit {
 
     /// Distance of the camera from the target, in cm.
     pub fn distance_cm(&self) -> f64 {
-        self.distance
-    }
-}
-
-impl From<&Camera> for Orbit {
-    fn from(camera: &Camera) -> Self {
-        let target = DVec3::from(camera.target);
-        let offset = DVec3::from(camera.origin) - target;
-        let distance = offset.length();
-        Self {
-            target,
-            distance,
-            azimuth_deg: offset.y.atan2(offset.x).to_degrees(),
-            elevation_deg: (offset.z / distance).asin().to_degrees(),
-            fov_deg: camera.fov_deg,
-        }
-    }
-}
-
-impl Orbit {
-    /// The camera for the renderer.
-    pub fn camera(&self) -> Camera {
-        Camera {
-            origin: (self.target + self.distance * self.outward()).to_array(),
-            target: self.target.to_array(),
-            fov_deg: self.fov_deg,
-        }
-    }
-
-    /// Azimuth of the camera seen from the target, in degrees.
-    pub fn azimuth_deg(&self) -> f64 {
-        self.azimuth_deg
+        self.distance_cm
     }
 
     /// Turns the camera so that the scene follows a drag by `right` and `down` points.
@@ -91,26 +76,44 @@ impl Orbit {
         self.elevation_deg = clamp(elevation, &Self::ELEVATION_DEG);
     }
 
-    /// Shifts the target so that the scene follows a drag by `right` and `down` points, in a picture that is `width`
-    /// points wide.
+    /// Shifts the target so that the scene follows a drag by `right` and `down` points. The picture is `width` points
+    /// wide.
     pub fn pan(&mut self, right: f32, down: f32, width: f32) {
         let forward = -self.outward();
         let right_axis = forward.cross(DVec3::Z).normalize();
-        let up = right_axis.cross(forward);
-        let per_point = 2.0 * self.distance * (0.5 * self.fov_deg).to_radians().tan() / f64::from(width.max(1.0));
-        self.target += per_point * (f64::from(down) * up - f64::from(right) * right_axis);
+        let up_axis = right_axis.cross(forward);
+        let picture_width_cm = 2.0 * self.distance_cm * (0.5 * self.fov_deg).to_radians().tan();
+        let cm_per_point = picture_width_cm / f64::from(width.max(1.0));
+        self.target_cm += cm_per_point * (f64::from(down) * up_axis - f64::from(right) * right_axis);
     }
 
-    /// Multiplies the distance; factors below 1 go nearer.
+    /// Multiplies the distance by `factor`, within its range; factors below 1 move the camera nearer.
     pub fn zoom(&mut self, factor: f64) {
-        self.distance = clamp(self.distance * factor, &Self::DISTANCE_CM);
+        self.distance_cm = clamp(self.distance_cm * factor, &Self::DISTANCE_CM);
     }
 
-    /// Unit vector from the target to the camera.
+    /// Unit vector d from the target to the camera.
     fn outward(&self) -> DVec3 {
         let (sin_a, cos_a) = self.azimuth_deg.to_radians().sin_cos();
         let (sin_e, cos_e) = self.elevation_deg.to_radians().sin_cos();
         DVec3::new(cos_a * cos_e, sin_a * cos_e, sin_e)
+    }
+}
+
+/// The orbit of a camera that does not lie at its target. Elevation and distance are not clamped, so that
+/// [`Orbit::camera`] gives back the camera.
+impl From<&Camera> for Orbit {
+    fn from(camera: &Camera) -> Self {
+        let target = DVec3::from(camera.target);
+        let offset = DVec3::from(camera.origin) - target;
+        let distance_cm = offset.length();
+        Self {
+            target_cm: target,
+            distance_cm,
+            azimuth_deg: offset.y.atan2(offset.x).to_degrees(),
+            elevation_deg: (offset.z / distance_cm).asin().to_degrees(),
+            fov_deg: camera.fov_deg,
+        }
     }
 }
 

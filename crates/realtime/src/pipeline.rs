@@ -1,11 +1,12 @@
 //! Short forms of wgpu's calls that create pipelines and bind groups.
 //!
 //! A *bind group* ties buffers and textures to the numbers `@binding(0)`, `@binding(1)`, … of one `@group` in WGSL; its
-//! *layout* says how the shader uses each. A *dispatch* starts workgroups of [`WORKGROUP`] invocations.
+//! *layout* says how the shader uses each. A *dispatch* starts workgroups of [`WORKGROUP`] invocations. Errors of these
+//! calls are reported by [`Gpu::check`].
 
 use super::{Gpu, GpuError};
 
-/// Compiles a WGSL program.
+/// Creates a shader module from a WGSL program.
 pub(super) fn module(gpu: &Gpu, label: &str, source: String) -> wgpu::ShaderModule {
     gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
@@ -21,31 +22,33 @@ pub(super) enum Access {
     /// A storage buffer that is only read.
     Read,
     /// A storage buffer that is read and written.
-    Write,
+    ReadWrite,
     /// A texture of unsigned integers.
     Texture,
 }
 
-/// Invocations of a workgroup in `locate.wgsl` and `resolve.wgsl`.
-const WORKGROUP: u32 = 64;
+/// Number of invocations of a workgroup in `locate.wgsl`, `shade.wgsl` and `resolve.wgsl`.
+pub(super) const WORKGROUP: u32 = 64;
 /// Largest number of workgroups of a dispatch along one axis on every adapter; WebGPU's default limit.
 pub(super) const WORKGROUPS_MAX: u32 = 65_535;
 
-/// Dispatches at least `count` invocations, in rows of workgroups. A `count` of 0 gets one workgroup, too, because
-/// drivers finish compiling at the first dispatch.
+/// Dispatches at least `count` invocations. The workgroups form a grid of up to [`WORKGROUPS_MAX`] columns, and the
+/// shader ignores the invocations beyond `count`. A `count` of 0 gets one workgroup, too, because drivers finish
+/// compiling at the first dispatch.
 pub(super) fn dispatch_over(pass: &mut wgpu::ComputePass<'_>, count: u32) {
     let groups = count.div_ceil(WORKGROUP).max(1);
     let columns = groups.min(WORKGROUPS_MAX);
-    pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
+    let rows = groups.div_ceil(columns);
+    pass.dispatch_workgroups(columns, rows, 1);
 }
 
-/// The layout of a bind group with the bindings 0, 1, …; a shader may leave some of them unused.
+/// The layout of a bind group with these accesses to the bindings 0, 1, …; a shader may leave some of them unused.
 pub(super) fn layout(gpu: &Gpu, accesses: &[Access]) -> wgpu::BindGroupLayout {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let kind = |access: &Access| match access {
         Access::Uniform => buffer(wgpu::BufferBindingType::Uniform),
         Access::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-        Access::Write => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        Access::ReadWrite => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
         Access::Texture => wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Uint,
             view_dimension: wgpu::TextureViewDimension::D2,
@@ -64,7 +67,11 @@ pub(super) fn layout(gpu: &Gpu, accesses: &[Access]) -> wgpu::BindGroupLayout {
     gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// A compute pipeline over these groups; `None` derives them from the shader.
+/// A compute pipeline with the entry point `entry` and the layouts of the groups 0, 1, … With `groups` = `None` wgpu
+/// derives the layouts from the shader. In the list, `None` is a group that the shader does not use.
+///
+/// # Errors
+/// [`GpuError::Refused`] for WGSL or layouts that wgpu refuses, [`GpuError::Lost`].
 pub(super) fn compute(
     gpu: &Gpu,
     module: &wgpu::ShaderModule,

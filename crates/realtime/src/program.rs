@@ -1,5 +1,5 @@
 //! WGSL programs for the GPU. WGSL has no includes, so a program is the concatenation of the files that it needs. The
-//! head of each file says what it is for.
+//! first comment of each file explains its purpose.
 
 use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
@@ -25,8 +25,8 @@ const TRACE: &str = wgsl!("wgsl/trace.wgsl");
 /// The program of [`super::Shader`] for a method.
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
     let shade = wgsl!("wgsl/shade.wgsl");
-    let around = [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, shade];
-    [&[COMMON_WGSL], method.wgsl.as_slice(), &around].concat().join("\n")
+    let after_method = [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, shade];
+    [&[COMMON_WGSL], method.wgsl.as_slice(), &after_method].concat().join("\n")
 }
 
 /// The program that finds the nearest triangle of each pixel.
@@ -49,16 +49,16 @@ pub(super) fn resolve() -> String {
     [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, wgsl!("wgsl/resolve.wgsl")].join("\n")
 }
 
-/// Every program of this crate with its name, for tests that pass the programs to other compilers of WGSL.
+/// Name and source of every program of this crate, for tests that pass the programs to other compilers of WGSL.
 ///
 /// # Errors
-/// Errors of building the methods' tables.
+/// Errors of building the methods.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let default = MethodOptions::default();
     let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
-    // A grating whose period is so short that only order 0 propagates is solved quickly.
+    // With a period of 0.3 µm only order 0 propagates, which is solved quickly.
     let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05))?.ok_or("this preset is no grating")?;
     let grating = GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none())?;
     let fixed = [
@@ -79,7 +79,7 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     Ok(programs)
 }
 
-/// A method that reads no data.
+/// A stand-in for a method that reads no data. Its answer has no meaning.
 pub(super) fn no_method() -> MethodShader<'static> {
     let wgsl = vec!["fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return wi + wo; }"];
     MethodShader { name: "none", wgsl, uniform: Vec::new(), storage: Vec::new() }
@@ -91,7 +91,8 @@ pub(super) mod tests {
     use std::path::{Path, PathBuf};
     use std::sync::LazyLock;
 
-    /// Parses and validates a program as wgpu does; panics with naga's message.
+    /// The module of a program, parsed and validated as wgpu does; panics with naga's message if the program is
+    /// invalid.
     pub(crate) fn validated(source: &str) -> naga::Module {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
@@ -130,9 +131,10 @@ pub(super) mod tests {
         }
         for path in found {
             let text = std::fs::read_to_string(&path).unwrap();
-            let code = text.lines().map(|line| line.split("//").next().unwrap_or_default());
-            let text = code.collect::<Vec<_>>().join("\n");
-            assert!(PROGRAMS.iter().any(|(_, source)| source.contains(&text)), "{}", path.display());
+            // Programs have no comments.
+            let lines = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+            let code = lines.collect::<Vec<_>>().join("\n");
+            assert!(PROGRAMS.iter().any(|(_, source)| source.contains(&code)), "{}", path.display());
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Pictures that begin coarse and become finer while nothing changes, as the window and the page show them.
 //!
-//! A [`Progressive`] holds scene, method and [`Job`], and decides how fine the next picture is. It never waits for the
-//! GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands it back:
+//! A [`Progressive`] holds a scene, a method and a [`Job`], and decides how fine the next picture is. It never waits
+//! for the GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands the frame back:
 //!
 //! ```no_run
 //! # use sunbeam_realtime::{Gpu, GpuError, Renderer, progressive::Progressive};
@@ -16,16 +16,16 @@
 //! # Ok(()) }
 //! ```
 //!
-//! A scene, method or job that is set between [`Progressive::frame`] and [`Progressive::finish`] makes the frame stale:
-//! it may be shown, and the pictures begin anew.
+//! A scene, method or job that is set between [`Progressive::frame`] and [`Progressive::finish`] makes the frame stale.
+//! A stale frame may be shown, but the next picture is a first one again.
 
 use crate::levels::{self, Level, Pace};
 use crate::{FrameReport, Gpu, GpuError, Optics, Renderer, Scene, Shader, Target, View};
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Number of targets kept for the next pictures. Two sizes times two: during a drag, pictures of two sizes alternate,
-/// and one target is shown while another is drawn.
+/// Number of targets kept for the next pictures: two for each of two sizes. During a drag, pictures of two sizes
+/// alternate, and one target is shown while another is drawn into.
 const TARGETS_KEPT: usize = 4;
 
 /// The picture to draw, at its full resolution.
@@ -41,11 +41,11 @@ pub struct Job {
 
 /// One picture to draw.
 pub struct Frame {
-    /// The memory that the picture is drawn into.
+    /// Memory that the picture is drawn into.
     pub target: Arc<Target>,
     /// The picture's resolution.
     pub level: Level,
-    /// Whether a coarser picture of the same job is there already.
+    /// Whether a coarser picture of the same job was drawn before.
     pub refines: bool,
     /// Whether no finer picture follows.
     pub is_finest: bool,
@@ -55,7 +55,7 @@ pub struct Frame {
     view: View,
     /// Number of rays of the picture.
     rays: f64,
-    /// [`Progressive::generation`] when the frame was made.
+    /// The field `generation` of the [`Progressive`] when the frame was made.
     generation: u64,
 }
 
@@ -78,25 +78,30 @@ impl Frame {
     }
 }
 
-/// Scene, method and job, and the pictures drawn of them so far.
+/// A scene, a method and a job, and the finest picture drawn of them so far.
 pub struct Progressive {
+    /// The full scene.
     scene: Option<Rc<Scene>>,
     /// The scene of coarse pictures, and of all pictures until there is a full scene.
     draft: Option<Rc<Scene>>,
+    /// The method.
     shader: Option<Rc<Shader>>,
     job: Option<Job>,
     /// The finest picture of the job so far.
     latest: Option<(Arc<Target>, Level)>,
+    /// Targets of earlier frames. Those that nobody else holds are drawn into again.
     targets: Vec<Arc<Target>>,
+    /// Speed of the method.
     pace: Pace,
-    /// Time in ms that the first picture after a change may take.
+    /// Intended time in ms of the first picture after a change.
     preview_ms: f64,
     /// Number of changes of scene, method and job.
     generation: u64,
 }
 
 impl Progressive {
-    /// A state without scene, method and job. The first picture after each change is as fine as `preview_ms` allows.
+    /// A state without scene, method and job. The first picture after each change is the finest one that is estimated
+    /// to take at most `preview_ms` milliseconds, and the coarsest one if there is none.
     pub fn new(preview_ms: f64) -> Self {
         Self {
             scene: None,
@@ -117,7 +122,7 @@ impl Progressive {
         self.start_over();
     }
 
-    /// Replaces the draft and drops the present scene; the full scene of the draft follows later.
+    /// Replaces the draft and drops the full scene until [`Progressive::set_scene`] gives the draft's full scene.
     pub fn set_draft(&mut self, draft: Scene) {
         (self.draft, self.scene) = (Some(Rc::new(draft)), None);
         self.start_over();
@@ -146,12 +151,12 @@ impl Progressive {
         true
     }
 
-    /// Removes the job: [`Progressive::next_level`] is `None` until there is another job.
+    /// Removes the job, for instance after an error. [`Progressive::next_level`] is `None` until there is another job.
     pub fn give_up(&mut self) {
         self.job = None;
     }
 
-    /// Begins with the coarsest picture again, after a change of scene, method or job.
+    /// Makes the next picture a first one again, after a change of scene, method or job.
     fn start_over(&mut self) {
         self.latest = None;
         self.generation += 1;
@@ -167,20 +172,22 @@ impl Progressive {
         self.shader.as_ref()
     }
 
-    /// The finest picture drawn of the job so far.
+    /// The finest picture drawn of the job so far, with its resolution.
     pub fn latest(&self) -> Option<&(Arc<Target>, Level)> {
         self.latest.as_ref()
     }
 
-    /// The resolution of the next picture; `None` when the finest one is there, or scene, method or job are missing.
+    /// The resolution of the next picture; `None` after the finest one, or if scene, method or job are missing.
     pub fn next_level(&self) -> Option<Level> {
         let (Some(job), Some(_)) = (&self.job, &self.shader) else { return None };
-        self.scene.as_ref().or(self.draft.as_ref())?;
-        let latest = self.latest.as_ref().map(|(_, level)| *level);
-        levels::next(latest, job.size, job.view.supersample, &self.pace, self.preview_ms)
+        if self.scene.is_none() && self.draft.is_none() {
+            return None;
+        }
+        let done = self.latest.as_ref().map(|(_, level)| *level);
+        levels::next(done, job.size, job.view.supersample, &self.pace, self.preview_ms)
     }
 
-    /// A picture of the job at this level, ready to be drawn; `None` where scene, method or job are missing.
+    /// A picture of the job at this level, ready to be drawn; `None` if scene, method or job are missing.
     ///
     /// # Errors
     /// The errors of [`Target::new`].
@@ -193,7 +200,7 @@ impl Progressive {
             target: self.free_target(gpu, level.size(job.size))?,
             level,
             refines: self.latest.is_some(),
-            is_finest: level.is_last(job.view.supersample),
+            is_finest: level.is_finest(job.view.supersample),
             scene,
             shader,
             view: View { supersample: level.supersample, ..job.view },
@@ -202,13 +209,13 @@ impl Progressive {
         }))
     }
 
-    /// Whether scene, method and job are still those of the frame.
+    /// Whether scene, method and job are unchanged since the frame was made.
     pub fn is_current(&self, frame: &Frame) -> bool {
         self.generation == frame.generation
     }
 
-    /// Records a frame that was drawn and shown in `ms` milliseconds. The time updates the estimated speed if the
-    /// method is still the frame's. The picture becomes the latest one if the frame is current.
+    /// Records a frame that was drawn in `ms` milliseconds. The time updates the estimated speed if the frame was drawn
+    /// with the present method. The picture becomes [`Progressive::latest`] if the frame is current.
     pub fn finish(&mut self, frame: &Frame, ms: f64) {
         if self.shader.as_ref().is_some_and(|shader| Rc::ptr_eq(shader, &frame.shader)) {
             self.pace.learn(frame.rays, ms);
@@ -218,13 +225,15 @@ impl Progressive {
         }
     }
 
-    /// The scene to draw at a level: the draft for coarse levels and the full scene for fine ones, if both exist.
+    /// The scene to draw at a level: the draft for levels without all pixels and the full scene for the others. If one
+    /// of them is missing, the other is drawn at all levels.
     fn scene_at(&self, level: Level) -> Option<&Rc<Scene>> {
-        let (first, second) = if level.divisor > 1 { (&self.draft, &self.scene) } else { (&self.scene, &self.draft) };
-        first.as_ref().or(second.as_ref())
+        let (preferred, other) =
+            if level.divisor > 1 { (&self.draft, &self.scene) } else { (&self.scene, &self.draft) };
+        preferred.as_ref().or(other.as_ref())
     }
 
-    /// A target of this size that neither a frame nor the caller holds; a new one if there is none.
+    /// A kept target of this size that nobody else holds, or a new one. New targets replace the oldest free ones.
     fn free_target(&mut self, gpu: &Gpu, size: (u32, u32)) -> Result<Arc<Target>, GpuError> {
         let is_free = |target: &Arc<Target>| Arc::strong_count(target) == 1;
         if let Some(target) = self.targets.iter().find(|target| target.size() == size && is_free(target)) {

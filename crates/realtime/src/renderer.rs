@@ -1,9 +1,10 @@
 //! The renderer: runs the four stages of a picture (raster, locate, shade, resolve; lib.rs) for each sample of a pixel.
 //!
-//! Before the first sample, and only if the sun has moved, the sun's depth map is drawn (sunlight.rs). The number of
-//! queries that the locate stage chooses comes back to the processor, which sizes the next two stages by it.
+//! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The number of queries that
+//! the locate stage chooses is read back, because it sizes the dispatches of the next two stages.
 
 use super::clock::Clock;
+use super::layout::FrameUniform;
 use super::locate::Locate;
 use super::scene::Scene;
 use super::shader::Shader;
@@ -12,26 +13,27 @@ use super::view::View;
 use super::{Gpu, GpuError, pipeline, program};
 use bytemuck::Zeroable;
 
-/// GPU times of a picture in ms; see [`Gpu::has_timestamps`].
+/// Times of the stages of a picture in ms, measured by the GPU or, without [`Gpu::has_timestamps`], by the wall clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
-    /// Time of the sun's depth map, if the sun has moved, and of the triangle of each pixel.
+    /// Time of finding the triangle of each pixel, and of the sun's depth map if the sun has moved.
     pub raster: f64,
-    /// Time of shading frames, directions and shadows.
+    /// Time of shading frames, directions and the visibility of the sun.
     pub locate: f64,
     /// Time of the method.
     pub shade: f64,
-    /// Time of pigment, light, and the sum over a pixel's samples.
+    /// Time of the pigment, the radiance, and the sum over the samples of a pixel.
     pub resolve: f64,
 }
 
 impl StageTimes {
-    /// Sum of all stages.
+    /// Sum over all stages in ms.
     pub fn total(&self) -> f64 {
         self.raster + self.locate + self.shade + self.resolve
     }
 
-    /// The median of each stage over several pictures; 0 without pictures.
+    /// The median of each stage over several pictures, the upper one of the two middle values for an even number of
+    /// pictures; 0 without pictures.
     pub fn medians(times: &[Self]) -> Self {
         let median = |stage: fn(&Self) -> f64| {
             let mut sorted: Vec<f64> = times.iter().map(stage).collect();
@@ -50,11 +52,11 @@ impl StageTimes {
 /// Time and work of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameReport {
-    /// Times of the stages.
+    /// Times of the stages, summed over the samples of a pixel.
     pub gpu_ms: StageTimes,
-    /// Queries that the method answered: lit samples of the mesh.
+    /// Number of queries that the method answered: sunlit samples of the mesh.
     pub answered: u64,
-    /// Number of submissions of the method.
+    /// Number of submissions of the stage `shade`.
     pub submissions: u32,
 }
 
@@ -68,7 +70,7 @@ pub struct Renderer {
     locate: Locate,
     /// Adds the answers to the picture (resolve.wgsl).
     resolve: wgpu::ComputePipeline,
-    /// The uniform struct `Frame` of the present sample (frame.wgsl).
+    /// The uniform struct `Frame` of the current sample (frame.wgsl).
     frame: wgpu::Buffer,
 }
 
@@ -76,10 +78,10 @@ impl Renderer {
     /// Compiles all programs except the method's.
     ///
     /// # Errors
-    /// [`GpuError::Refused`].
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let resolve = pipeline::module(gpu, "resolve", program::resolve());
-        let frame = super::layout::FrameUniform::zeroed();
+        let frame = FrameUniform::zeroed();
         Ok(Self {
             shadow: depth_pipeline(gpu, program::shadow(), "sunlit_corner", None)?,
             raster: depth_pipeline(gpu, program::raster(), "corner", Some("triangle_number"))?,
@@ -92,8 +94,8 @@ impl Renderer {
     /// Draws a picture into [`Target::picture`].
     ///
     /// # Errors
-    /// [`GpuError::Parameter`] as [`View::check`], [`GpuError::Refused`], [`GpuError::Lost`],
-    /// [`GpuError::CutShort`].
+    /// The errors of [`View::check`]; [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], and
+    /// [`GpuError::Stopped`] when the flag of [`Shader::stop_when`] is set.
     pub async fn draw_async(
         &self,
         gpu: &Gpu,
@@ -107,28 +109,29 @@ impl Renderer {
         let mut report = FrameReport::default();
         let to_sun = view.light.to_sun();
         if scene.sunlight.begins(gpu, to_sun) {
-            let (sunlight, map) = (&scene.sunlight, scene.sunlight.view());
+            let map = scene.sunlight.view();
             report.gpu_ms.raster += self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &map).await?;
-            sunlight.copy(gpu).await?;
-            sunlight.ends(to_sun);
+            scene.sunlight.copy(gpu)?;
+            scene.sunlight.ends(to_sun);
         }
         for sample in 0..view.samples() {
             let uniform = view.uniform(target.size(), sample)?;
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
             report.gpu_ms.raster +=
                 self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth).await?;
-            let (ms, chosen) = self.locate.run(gpu, target, &bindings.locate).await?;
-            report.gpu_ms.locate += ms;
+            let (locate_ms, chosen) = self.locate.run(gpu, target, &bindings.locate).await?;
+            report.gpu_ms.locate += locate_ms;
             let spent = shader.run(gpu, &bindings.shade, chosen).await?;
             report.gpu_ms.shade += spent.gpu_ms;
             report.submissions += spent.submissions;
             report.answered += u64::from(chosen);
-            report.gpu_ms.resolve += self.finish(gpu, &bindings, chosen).await?;
+            report.gpu_ms.resolve += self.add_radiance(gpu, &bindings, chosen).await?;
         }
         Ok(report)
     }
 
-    /// Draws the triangles into the depth map `depth` and, where given, the texture `colour`; returns the time in ms.
+    /// Draws the triangles into the depth map `depth` and, if given, the texture `colour`; returns the time in ms. The
+    /// depth is cleared to 0, the farthest one, and the texture to 0.
     async fn rasterise(
         &self,
         gpu: &Gpu,
@@ -165,8 +168,8 @@ impl Renderer {
         clock.run(gpu, encoder).await
     }
 
-    /// Adds the radiance of the answered queries to the picture; returns the time in ms.
-    async fn finish(&self, gpu: &Gpu, bindings: &Bindings, chosen: u32) -> Result<f64, GpuError> {
+    /// Adds the radiance of the `chosen` answered queries to the picture; returns the time in ms.
+    async fn add_radiance(&self, gpu: &Gpu, bindings: &Bindings, chosen: u32) -> Result<f64, GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -219,8 +222,8 @@ impl Bindings {
     }
 }
 
-/// A pipeline that draws triangles into a depth map in which larger depths are in front. With `fragment` it also writes
-/// a number for each pixel.
+/// A pipeline that draws triangles into a depth map in which larger depths are in front. `vertex` and `fragment` are
+/// entry points of the WGSL `source`. With `fragment` the pipeline also writes a triangle number for each pixel.
 fn depth_pipeline(
     gpu: &Gpu,
     source: String,
@@ -229,7 +232,7 @@ fn depth_pipeline(
 ) -> Result<wgpu::RenderPipeline, GpuError> {
     let module = pipeline::module(gpu, vertex, source);
     let target = [Some(SEEN_FORMAT.into())];
-    let raster = gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    let created = gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(vertex),
         layout: None,
         vertex: wgpu::VertexState {
@@ -258,5 +261,5 @@ fn depth_pipeline(
         cache: None,
     });
     gpu.check()?;
-    Ok(raster)
+    Ok(created)
 }

@@ -6,25 +6,25 @@ use super::sunlight::Sunlight;
 use super::{Gpu, GpuError};
 use crate::snake::PigmentTexture;
 
-/// Number of texels along each side of the sun's depth map. Chosen: a finer map takes longer to draw, and a coarser one
-/// leaves more pixels to rays.
+/// Number of texels along each side of the sun's depth map. A finer map takes longer to draw; a coarser one leaves more
+/// pixels to rays.
 const SUNLIGHT_SIDE: u32 = 1024;
-/// Number of texels along each side of the sun's depth map of a draft. Chosen for the time of a map while the sun
-/// moves.
+/// Number of texels along each side of the sun's depth map of a draft. The map is drawn again for each picture while
+/// the sun moves, so its time matters more than its resolution.
 const DRAFT_SUNLIGHT_SIDE: u32 = 256;
 
 /// A mesh and its pigment on the GPU, to be drawn with any camera and sun.
 pub struct Scene {
     /// Array of `Vertex` (mesh.wgsl).
     pub(super) vertices: wgpu::Buffer,
-    /// Three vertex indices for each triangle.
+    /// Three vertex indices (u32) for each triangle.
     pub(super) triangles: wgpu::Buffer,
     /// Array of `Node` (trace.wgsl).
     pub(super) nodes: wgpu::Buffer,
     /// The struct `Pigment` (resolve.wgsl).
     pub(super) pigment: wgpu::Buffer,
     pub(super) sunlight: Sunlight,
-    /// Number of corners of all triangles.
+    /// Number of corners of all triangles, three for each.
     corners: u32,
 }
 
@@ -32,7 +32,7 @@ impl Scene {
     /// Uploads the mesh with a tree over its triangles, and the pigment.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] as [`Mesh::check`], [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
+    /// The errors of [`SceneData::new`] and [`Scene::of`].
     pub fn new(gpu: &Gpu, mesh: &Mesh, pigment: &PigmentTexture) -> Result<Self, GpuError> {
         Self::of(gpu, &SceneData::new(mesh, pigment)?)
     }
@@ -40,13 +40,13 @@ impl Scene {
     /// Uploads data that [`SceneData::new`] has prepared.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
+    /// [`GpuError::TooLarge`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn of(gpu: &Gpu, data: &SceneData) -> Result<Self, GpuError> {
         Self::with_sunlight(gpu, data, SUNLIGHT_SIDE)
     }
 
-    /// [`Scene::of`] with a coarser depth map of the sun, for pictures while the sun moves: edges of shadows are less
-    /// exact.
+    /// [`Scene::of`] with a coarser depth map of the sun, for pictures while the sun moves. The map is drawn faster,
+    /// but edges of shadows may be less exact.
     ///
     /// # Errors
     /// The errors of [`Scene::of`].
@@ -54,19 +54,19 @@ impl Scene {
         Self::with_sunlight(gpu, data, DRAFT_SUNLIGHT_SIDE)
     }
 
-    /// Uploads data, with `side` texels along each side of the sun's depth map.
-    fn with_sunlight(gpu: &Gpu, data: &SceneData, side: u32) -> Result<Self, GpuError> {
+    /// Uploads data, with `sunlight_side` texels along each side of the sun's depth map.
+    fn with_sunlight(gpu: &Gpu, data: &SceneData, sunlight_side: u32) -> Result<Self, GpuError> {
         Ok(Self {
             vertices: gpu.storage_of("vertices", data.vertices())?,
             triangles: gpu.storage_of("triangles", data.triangles())?,
             nodes: gpu.storage_of("tree over the triangles", data.nodes())?,
             pigment: gpu.storage_of("pigment", data.pigment())?,
-            sunlight: Sunlight::new(gpu, data.bounds(), side)?,
+            sunlight: Sunlight::new(gpu, data.bounds(), sunlight_side)?,
             corners: data.corners(),
         })
     }
 
-    /// Number of corners of all triangles.
+    /// Number of corners of all triangles, three for each.
     pub(super) fn corners(&self) -> u32 {
         self.corners
     }

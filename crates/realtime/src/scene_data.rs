@@ -1,8 +1,7 @@
 //! A scene as bytes in the layout of the GPU, which another thread or process can prepare.
 //!
-//! The bytes are a [`Header`] and four parts: vertices and tree nodes (layout.rs), vertex indices of the triangles
-//! (three u32 each), and the pigment texture (`Pigment` in resolve.wgsl). The order is vertices, triangles, nodes,
-//! pigment.
+//! The bytes are a [`Header`] and four parts: vertices (`Vertex` in layout.rs), vertex indices of the triangles (three
+//! u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
 
 use super::GpuError;
 use super::layout::{Node, Vertex};
@@ -10,34 +9,42 @@ use super::mesh::Mesh;
 use super::tree::tree;
 use crate::snake::PigmentTexture;
 use bytemuck::{Pod, Zeroable};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// A mesh, the tree over its triangles and its pigment, in the layout of the GPU, for [`super::Scene::of`]. It is built
 /// without a GPU, so that another thread or process can build it and hand over the bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneData {
-    /// The header, then the parts that it counts.
+    /// The header and the parts.
     bytes: Vec<u8>,
+    /// Copy of the header in `bytes`.
     header: Header,
 }
 
-/// Magic number, length of each part in bytes, and bounding box of the mesh in cm.
+/// Number of parts after the header.
+const PARTS: usize = 4;
+// Indices of the parts.
+const VERTICES: usize = 0;
+const TRIANGLES: usize = 1;
+const NODES: usize = 2;
+const PIGMENT: usize = 3;
+
+/// Magic number, lengths of the parts, and bounding box of the mesh.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 struct Header {
     /// [`MAGIC`].
     magic: u32,
-    vertices: u32,
-    triangles: u32,
-    nodes: u32,
-    pigment: u32,
-    /// Opposite corners of the box around the mesh.
+    /// Length of each part in bytes.
+    lengths: [u32; PARTS],
+    /// Lower corner of the bounding box in cm.
     low: [f32; 3],
+    /// Upper corner of the bounding box in cm.
     high: [f32; 3],
 }
 
-/// Smallest number of u32 of a texture. The struct in `resolve.wgsl` is at least 16 bytes: its size, 12 bytes, is
-/// rounded up to a multiple of 8.
+/// Smallest number of u32 of a pigment texture. The struct `Pigment` in `resolve.wgsl` takes at least 16 bytes: two u32
+/// and one texel are 12 bytes, rounded up to a multiple of 8.
 const PIGMENT_WORDS_MIN: usize = 4;
 /// Magic number at the beginning of the bytes, the characters "sun1".
 const MAGIC: u32 = u32::from_le_bytes(*b"sun1");
@@ -46,7 +53,7 @@ impl SceneData {
     /// Checks the mesh and builds the tree.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] as [`Mesh::check`], and for more bytes than 32 bits count.
+    /// The errors of [`Mesh::check`], and [`GpuError::Mesh`] for a part of 4 GiB or more.
     pub fn new(mesh: &Mesh, pigment: &PigmentTexture) -> Result<Self, GpuError> {
         mesh.check()?;
         let vertices: Vec<Vertex> = (0..mesh.positions.len())
@@ -59,26 +66,26 @@ impl SceneData {
             .collect();
         let nodes: Vec<Node> = tree(mesh);
         let pigment = words(pigment);
-        let parts: [&[u8]; 4] = [
+        // In the order of the indices of the parts.
+        let parts: [&[u8]; PARTS] = [
             bytemuck::cast_slice(&vertices),
             bytemuck::cast_slice(&mesh.triangles),
             bytemuck::cast_slice(&nodes),
             bytemuck::cast_slice(&pigment),
         ];
-        let too_large = || GpuError::Mesh {
-            found: format!("{} triangles", mesh.triangles.len()),
-            accepted: "fewer than 4 GB of them",
-        };
-        let length = |part: usize| u32::try_from(parts[part].len()).map_err(|_| too_large());
-        let points = || mesh.positions.iter().map(|&position| glam::Vec3::from(position));
+        let mut lengths = [0; PARTS];
+        for (length, part) in lengths.iter_mut().zip(parts) {
+            *length = u32::try_from(part.len()).map_err(|_| GpuError::Mesh {
+                found: format!("{} triangles", mesh.triangles.len()),
+                accepted: "less than 4 GB each of vertices, triangles, tree nodes and pigment",
+            })?;
+        }
+        let points = || mesh.positions.iter().map(|&position| Vec3::from(position));
         let header = Header {
             magic: MAGIC,
-            vertices: length(0)?,
-            triangles: length(1)?,
-            nodes: length(2)?,
-            pigment: length(3)?,
-            low: points().fold(glam::Vec3::INFINITY, glam::Vec3::min).to_array(),
-            high: points().fold(glam::Vec3::NEG_INFINITY, glam::Vec3::max).to_array(),
+            lengths,
+            low: points().fold(Vec3::INFINITY, Vec3::min).to_array(),
+            high: points().fold(Vec3::NEG_INFINITY, Vec3::max).to_array(),
         };
         let mut bytes = bytemuck::bytes_of(&header).to_vec();
         for part in parts {
@@ -87,10 +94,11 @@ impl SceneData {
         Ok(Self { bytes, header })
     }
 
-    /// The scene of bytes from [`SceneData::into_bytes`].
+    /// The scene of bytes from [`SceneData::into_bytes`]. The magic number and the lengths are checked; the contents of
+    /// the parts are not.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] for bytes that are no scene.
+    /// [`GpuError::Mesh`] for bytes that are not a scene.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, GpuError> {
         let refused = || GpuError::Mesh {
             found: format!("{} bytes", bytes.len()),
@@ -98,9 +106,8 @@ impl SceneData {
         };
         let head = bytes.get(..size_of::<Header>()).ok_or_else(refused)?;
         let header = bytemuck::pod_read_unaligned::<Header>(head);
-        let counted = [header.vertices, header.triangles, header.nodes, header.pigment];
-        let whole: u64 = counted.into_iter().map(u64::from).sum::<u64>() + size_of::<Header>() as u64;
-        if header.magic != MAGIC || whole != bytes.len() as u64 {
+        let total = size_of::<Header>() as u64 + header.lengths.iter().map(|&length| u64::from(length)).sum::<u64>();
+        if header.magic != MAGIC || total != bytes.len() as u64 {
             return Err(refused());
         }
         Ok(Self { bytes, header })
@@ -111,46 +118,50 @@ impl SceneData {
         self.bytes
     }
 
+    /// Array of [`Vertex`].
     pub(super) fn vertices(&self) -> &[u8] {
-        self.part(&[], self.header.vertices)
+        self.part(VERTICES)
     }
 
+    /// Three vertex indices (u32) for each triangle.
     pub(super) fn triangles(&self) -> &[u8] {
-        self.part(&[self.header.vertices], self.header.triangles)
+        self.part(TRIANGLES)
     }
 
+    /// Array of [`Node`].
     pub(super) fn nodes(&self) -> &[u8] {
-        self.part(&[self.header.vertices, self.header.triangles], self.header.nodes)
+        self.part(NODES)
     }
 
+    /// The struct `Pigment` of resolve.wgsl.
     pub(super) fn pigment(&self) -> &[u8] {
-        self.part(&[self.header.vertices, self.header.triangles, self.header.nodes], self.header.pigment)
+        self.part(PIGMENT)
     }
 
-    /// Number of corners of all triangles.
+    /// Number of corners of all triangles, three for each.
     pub(super) fn corners(&self) -> u32 {
-        self.header.triangles / size_of::<u32>() as u32
+        self.header.lengths[TRIANGLES] / size_of::<u32>() as u32
     }
 
-    /// Opposite corners of the box around the mesh.
+    /// Lower and upper corner of the mesh's bounding box in cm.
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
-        let corner = |point: [f32; 3]| DVec3::from(point.map(f64::from));
-        (corner(self.header.low), corner(self.header.high))
+        (Vec3::from(self.header.low).as_dvec3(), Vec3::from(self.header.high).as_dvec3())
     }
 
-    /// The part of `bytes` bytes that follows parts with the lengths `before`.
-    fn part(&self, before: &[u32], bytes: u32) -> &[u8] {
-        let start = size_of::<Header>() + before.iter().map(|&bytes| bytes as usize).sum::<usize>();
-        &self.bytes[start..start + bytes as usize]
+    /// Bytes of the part with this index.
+    fn part(&self, index: usize) -> &[u8] {
+        let length = |index: usize| self.header.lengths[index] as usize;
+        let start = size_of::<Header>() + (0..index).map(length).sum::<usize>();
+        &self.bytes[start..start + length(index)]
     }
 }
 
-/// The pigment for `resolve.wgsl`: width and height, then one word per texel.
+/// The struct `Pigment` of `resolve.wgsl`: width and height, then the sRGB bytes of each texel, red lowest.
 fn words(pigment: &PigmentTexture) -> Vec<u32> {
     let size = [pigment.width as u32, pigment.height as u32];
     let texels = pigment.pixels.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
     let mut words: Vec<u32> = size.into_iter().chain(texels).collect();
-    // A texture of one texel is shorter than the struct of the shader.
+    // A texture of one texel is padded to the size of the struct.
     words.resize(words.len().max(PIGMENT_WORDS_MIN), 0);
     words
 }

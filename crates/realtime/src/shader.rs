@@ -1,14 +1,16 @@
 //! A method on the GPU: answers arrays of queries in submissions of bounded time.
 //!
-//! `shade.wgsl` computes `f_r` for the queries (layout.rs) whose indices are listed in a buffer `chosen`. A submission
-//! processes a range of this list. [`Shader`] keeps two numbers that it adapts from submission to submission:
+//! `shade.wgsl` computes the reflectance `f_r` of the queries (layout.rs) whose indices are listed in a buffer
+//! `chosen`. A submission processes a range of this list. [`Shader`] keeps two numbers that it adapts from submission
+//! to submission:
 //!
-//! - the number of queries, so that a submission takes about [`SUBMISSION_MS`];
+//! - the number of queries in the range, so that a submission takes about [`SUBMISSION_MS`];
 //! - the number of parts of an answer (src/methods/common.wgsl), which doubles when the adapter ends long loops early.
+//!   Each part is a submission of its own, and the parts are summed on the GPU.
 
 use super::clock::Clock;
-use super::layout::{Optics, OpticsUniform, Query, RangeUniform};
-use super::pipeline::{self, Access, WORKGROUPS_MAX};
+use super::layout::{self, Optics, OpticsUniform, Query, RangeUniform};
+use super::pipeline::{self, Access, WORKGROUP, WORKGROUPS_MAX};
 use super::{Gpu, GpuError, program};
 use bytemuck::Zeroable;
 use std::sync::Arc;
@@ -16,24 +18,26 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
 use sunbeam::scattering::map_direction;
 
-/// Intended time of a submission in ms. Chosen: drivers reset a GPU that does not answer for a second or two, and a
-/// window on the same GPU should not stutter.
+/// Intended time of a submission in ms. Longer submissions waste less time between them. Shorter ones keep a window on
+/// the same GPU from stuttering, and drivers reset a GPU that does not answer for a second or two.
 const SUBMISSION_MS: f64 = 250.0;
-/// Number of queries of the first submission, before the speed is known. Chosen small.
+/// Number of queries of the first submission. It is small because the speed of the method is not known yet.
 const FIRST_QUERIES: u32 = 1024;
-/// Largest ratio of the numbers of queries of consecutive submissions. Chosen: start-up time dominates small
-/// submissions, so the speed measured from them is too low.
-const GROWTH: u32 = 8;
-/// Invocations of a workgroup in `shade.wgsl`.
-const WORKGROUP: u32 = 64;
-/// Largest number of parts of an answer. Chosen; a method that needs more is refused with [`GpuError::CutShort`].
+/// Largest ratio of the numbers of queries of consecutive submissions. The time of a small submission predicts that of
+/// a large one badly, so larger ratios may overshoot the intended time. Smaller ratios take more submissions to reach
+/// it.
+const GROWTH_MAX: u32 = 8;
+/// Largest number of parts of an answer; a method that needs more is refused with [`GpuError::CutShort`]. Each part
+/// costs a submission, so such a method would be too slow for pictures.
 const PARTS_MAX: u32 = 4096;
-/// Largest number of queries that [`Shader::evaluate_async`] holds on the GPU at a time. Chosen to bound the memory.
+/// Largest number of queries that [`Shader::evaluate_async`] holds on the GPU at a time: 68 MiB of queries, indices and
+/// answers.
 const BATCH: usize = 1 << 20;
 
-/// Bindings of `shade.wgsl`: range, optics, queries, chosen, reflectances, cut_short.
+/// Accesses of the bindings 0, 1, … in group 0 of `shade.wgsl`: range, optics, queries, chosen, reflectances,
+/// cut_short.
 const OWN_GROUP: [Access; 6] =
-    [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::Write, Access::Write];
+    [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite];
 
 /// A method on the GPU with the optics around it. It answers arrays of queries.
 pub struct Shader {
@@ -44,33 +48,34 @@ pub struct Shader {
     parameters: wgpu::Buffer,
     /// The uniform struct [`OpticsUniform`].
     optics: wgpu::Buffer,
+    /// Kind of the method's answers.
     answers: AnswerKind,
-    /// The uniform struct [`RangeUniform`] of the present submission.
+    /// The uniform struct [`RangeUniform`] of the current submission.
     range: wgpu::Buffer,
-    /// Bytes of the method's data.
+    /// Bytes of the method's uniform and data.
     bytes: u64,
-    /// Number of answers of the present submission whose loops the adapter ended early.
+    /// Number (u32) of answers of the current submission whose loops the adapter ended early.
     cut_short: wgpu::Buffer,
-    /// Number of queries of the next submission.
+    /// Number of queries of the next submission, adapted by [`Shader::run`].
     queries: AtomicU32,
-    /// Number of parts of an answer.
+    /// Number of parts of an answer, adapted by [`Shader::run`].
     parts: AtomicU32,
-    /// Whether the work is to be stopped; set by another thread.
+    /// Flag of [`Shader::stop_when`].
     stop: Arc<AtomicBool>,
 }
 
 /// The answers of [`Shader::evaluate_async`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
-    /// `f_r` of each query, linear sRGB in 1/sr.
+    /// Reflectance `f_r` of each query, linear sRGB in 1/sr.
     pub reflectances: Vec<[f32; 3]>,
-    /// Time of the GPU in ms; see [`Gpu::has_timestamps`].
+    /// Time of the GPU in ms, or wall-clock time without [`Gpu::has_timestamps`].
     pub gpu_ms: f64,
     /// Number of submissions.
     pub submissions: u32,
 }
 
-/// Time in ms and number of submissions of a run.
+/// Time in ms and number of submissions of [`Shader::run`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Spent {
     pub gpu_ms: f64,
@@ -81,7 +86,8 @@ impl Shader {
     /// Compiles the method's WGSL and uploads its data.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] where the adapter cannot bind the data, [`GpuError::Refused`] where it refuses the WGSL.
+    /// [`GpuError::TooLarge`] where the adapter cannot bind the data, [`GpuError::Refused`] where it refuses the WGSL,
+    /// [`GpuError::Lost`], [`GpuError::CutShort`].
     pub async fn new_async(gpu: &Gpu, method: &dyn Method, optics: &Optics) -> Result<Self, GpuError> {
         Self::of_async(gpu, &method.shader(), method.answers(), optics).await
     }
@@ -99,8 +105,9 @@ impl Shader {
         let module = pipeline::module(gpu, shader.name, program::shade(shader));
         let mut accesses = vec![Access::Read; shader.storage.len() + 1];
         accesses[0] = Access::Uniform;
-        let (own, methods) = (pipeline::layout(gpu, &OWN_GROUP), pipeline::layout(gpu, &accesses));
-        let pipeline = pipeline::compute(gpu, &module, "shade", Some(&[Some(&own), Some(&methods)]))?;
+        let (own_layout, method_layout) = (pipeline::layout(gpu, &OWN_GROUP), pipeline::layout(gpu, &accesses));
+        let layouts = [Some(&own_layout), Some(&method_layout)];
+        let pipeline = pipeline::compute(gpu, &module, "shade", Some(&layouts))?;
         let parameters = gpu.uniform_of(shader.name, &shader.uniform)?;
         let storage = shader
             .storage
@@ -109,7 +116,7 @@ impl Shader {
             .map(|(i, contents)| gpu.storage_of(&format!("data {i} of method {}", shader.name), contents))
             .collect::<Result<Vec<_>, _>>()?;
         let buffers: Vec<&wgpu::Buffer> = std::iter::once(&parameters).chain(&storage).collect();
-        let method = pipeline::bind(gpu, &methods, &buffers);
+        let method = pipeline::bind(gpu, &method_layout, &buffers);
         let range = gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform::zeroed()))?;
         let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::new(optics, answers)))?;
         gpu.check()?;
@@ -119,13 +126,13 @@ impl Shader {
         let stop = Arc::default();
         let shader =
             Self { pipeline, method, parameters, optics, answers, range, bytes, cut_short, queries, parts, stop };
-        // Drivers finish compiling at the first use, whose time says nothing about the method's speed.
+        // Drivers finish compiling at the first use, so the number of queries is not adapted to its time.
         shader.evaluate_async(gpu, &[Query::default()]).await?;
         shader.queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)
     }
 
-    /// Bytes of the method's data on the GPU.
+    /// Bytes of the method's uniform and data on the GPU.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -136,16 +143,16 @@ impl Shader {
         gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&uniform));
     }
 
-    /// Registers a flag. When it is set, answers and pictures end with [`GpuError::Stopped`] after the present
-    /// submission.
+    /// Registers a flag that another thread may set. While it is set, answers and pictures end with
+    /// [`GpuError::Stopped`] before their next submission.
     pub fn stop_when(&mut self, flag: Arc<AtomicBool>) {
         self.stop = flag;
     }
 
-    /// Changes the method's uniform to [`MethodShader::uniform`] of a method with the same storage.
+    /// Replaces the method's uniform by the [`MethodShader::uniform`] of a method with the same storage.
     ///
     /// # Errors
-    /// [`GpuError::Parameter`] for a uniform of another size.
+    /// [`GpuError::Parameter`] for a uniform of another size, [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn set_parameters(&self, gpu: &Gpu, uniform: &[u8]) -> Result<(), GpuError> {
         if uniform.len() as u64 != self.parameters.size() {
             let (found, accepted) = (format!("{} bytes", uniform.len()), "as long as the method's");
@@ -155,11 +162,12 @@ impl Shader {
         gpu.check()
     }
 
-    /// Answers queries, of which only the directions matter. An answer is 0 unless both directions are finite and above
-    /// the surface.
+    /// Answers queries. Only their directions are read. An answer is 0 unless both directions are finite and above the
+    /// surface.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`].
+    /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], [`GpuError::TooLarge`], and
+    /// [`GpuError::Stopped`] when the flag of [`Shader::stop_when`] is set.
     pub async fn evaluate_async(&self, gpu: &Gpu, queries: &[Query]) -> Result<Answers, GpuError> {
         let mut answers = Answers::default();
         for batch in queries.chunks(BATCH) {
@@ -173,14 +181,13 @@ impl Shader {
             answers.gpu_ms += spent.gpu_ms;
             answers.submissions += spent.submissions;
             let contents = gpu.read(&reflectances, bytes).await?;
-            let colour = |bytes: &[u8]| bytemuck::pod_read_unaligned::<[f32; 3]>(&bytes[..12]);
-            answers.reflectances.extend(contents.chunks_exact(16).map(colour));
+            answers.reflectances.extend(layout::colours(&contents));
         }
         Ok(answers)
     }
 
-    /// Answers over the hemisphere for light from `wi`, in the layout of [`map_direction`] with `side` pixels along
-    /// each side, rows from the top; `None` outside the disc.
+    /// Reflectances `f_r` over the hemisphere of `wo` for light from `wi`, linear sRGB in 1/sr. The map has `side`²
+    /// pixels in the layout of [`map_direction`], rows from the top; `None` outside the disc of the hemisphere.
     ///
     /// # Errors
     /// The errors of [`Shader::evaluate_async`].
@@ -197,7 +204,8 @@ impl Shader {
         Ok(directions.iter().map(|direction| direction.and_then(|_| answers.next())).collect())
     }
 
-    /// The bind group of queries, chosen indices and reflectances.
+    /// The bind group 0 for these buffers: `Query`s, indices of the queries to answer (u32), and a `vec4<f32>` for each
+    /// query, where the answers are written.
     pub(super) fn bind(
         &self,
         gpu: &Gpu,
@@ -214,14 +222,14 @@ impl Shader {
         &self.optics
     }
 
-    /// Answers the first `count` of the chosen queries, in submissions of about [`SUBMISSION_MS`].
-    pub(super) async fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, count: u32) -> Result<Spent, GpuError> {
+    /// Answers the first `total` of the chosen queries, in submissions of about [`SUBMISSION_MS`].
+    pub(super) async fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, total: u32) -> Result<Spent, GpuError> {
         let clock = Clock::new(gpu);
         let mut spent = Spent::default();
         let mut first = 0;
-        while first < count {
-            // Number of queries of this submission.
-            let some = self.queries.load(Relaxed).min(count - first);
+        while first < total {
+            let planned = self.queries.load(Relaxed);
+            let count = planned.min(total - first);
             let parts = self.parts.load(Relaxed);
             let mut longest_ms = 0.0f64;
             let mut cut_short = false;
@@ -229,31 +237,31 @@ impl Shader {
                 if self.stop.load(Relaxed) {
                     return Err(GpuError::Stopped);
                 }
-                let range = RangeUniform { first, count: some, part, parts, two: 2 };
-                let (ms, cut) = self.submit(gpu, &clock, bindings, &range).await?;
+                let range = RangeUniform { first, count, part, parts, two: 2 };
+                let (ms, is_part_cut_short) = self.submit(gpu, &clock, bindings, &range).await?;
                 spent.gpu_ms += ms;
                 spent.submissions += 1;
                 longest_ms = longest_ms.max(ms);
-                cut_short = cut;
-                if cut_short {
+                if is_part_cut_short {
+                    cut_short = true;
                     break;
                 }
             }
-            // Repeats the range with twice the number of parts.
             if cut_short {
+                // The range is repeated with twice the number of parts. Part 0 replaces the wrong sums.
                 if parts >= PARTS_MAX {
                     return Err(GpuError::CutShort { adapter: gpu.adapter() });
                 }
                 self.parts.store(2 * parts, Relaxed);
                 continue;
             }
-            self.queries.store(next_queries(self.queries.load(Relaxed), some, longest_ms), Relaxed);
-            first += some;
+            self.queries.store(next_queries(planned, count, longest_ms), Relaxed);
+            first += count;
         }
         Ok(spent)
     }
 
-    /// Does one submission; returns its time in ms and whether loops were cut short.
+    /// Computes one part of the answers in a range; returns the time in ms and whether loops were cut short.
     async fn submit(
         &self,
         gpu: &Gpu,
@@ -273,22 +281,23 @@ impl Shader {
         pass.set_bind_group(1, &self.method, &[]);
         pass.dispatch_workgroups(range.count.div_ceil(WORKGROUP), 1, 1);
         drop(pass);
-        let cut_short = gpu.staging(self.cut_short.size());
-        encoder.copy_buffer_to_buffer(&self.cut_short, 0, &cut_short, 0, cut_short.size());
-        let (ms, cut_short) = clock.run_and_read(gpu, encoder, Some(&cut_short)).await?;
-        Ok((ms, cut_short.iter().any(|&byte| byte != 0)))
+        let staging = gpu.staging(self.cut_short.size());
+        encoder.copy_buffer_to_buffer(&self.cut_short, 0, &staging, 0, staging.size());
+        let (ms, bytes) = clock.run_and_read(gpu, encoder, Some(&staging)).await?;
+        Ok((ms, bytes.iter().any(|&byte| byte != 0)))
     }
 }
 
-/// Number of queries of the next submission. `planned` queries were intended for the last one, `some` were submitted,
+/// Number of queries of the next submission. `planned` queries were intended for the last one, `submitted` were left,
 /// and the longest of its parts took `ms` milliseconds.
-fn next_queries(planned: u32, some: u32, ms: f64) -> u32 {
-    let fitting = f64::from(some) * SUBMISSION_MS / ms.max(1e-6);
-    if some < planned && fitting > f64::from(planned) {
-        // The last, smaller submission says nothing about larger ones.
+fn next_queries(planned: u32, submitted: u32, ms: f64) -> u32 {
+    let fitting = f64::from(submitted) * SUBMISSION_MS / ms.max(1e-6);
+    if submitted < planned && fitting > f64::from(planned) {
+        // A submission smaller than planned does not show that more than planned would fit.
         return planned;
     }
-    (fitting as u32).clamp(WORKGROUP, planned.saturating_mul(GROWTH).min(WORKGROUP * WORKGROUPS_MAX))
+    let most = planned.saturating_mul(GROWTH_MAX).min(WORKGROUP * WORKGROUPS_MAX);
+    (fitting as u32).clamp(WORKGROUP, most)
 }
 
 #[cfg(test)]
@@ -300,7 +309,7 @@ mod tests {
     use sunbeam::scattering::Options;
     use sunbeam::table::Model;
 
-    /// Roundings of single precision, in another order.
+    /// Tolerance of the sum over parts: rounding errors of single precision, relative to values above 1.
     const TOLERANCE: f32 = 1e-5;
 
     #[test]

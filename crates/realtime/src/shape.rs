@@ -1,21 +1,21 @@
 //! Shapes that carry the relief in a picture: the snake, a square and a sphere.
 
 use super::{GpuError, Mesh};
-use crate::snake::{PigmentTexture, SnakeError, SnakeMesh, SnakeOptions, pigment_texture};
+use crate::snake::{BACK_REFLECTANCE, PigmentTexture, SnakeError, SnakeMesh, SnakeOptions, pigment_texture};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 use std::str::FromStr;
 use sunbeam::colour::srgb_bytes;
 
-/// Number of cells of the sphere around its axis, and from pole to pole. Chosen: cells are square at the equator, and
-/// the outline looks round.
+/// Number of cells of the sphere around its axis and from pole to pole. Cells are square at the equator. More cells
+/// make the outline rounder; fewer take less memory.
 const SPHERE_CELLS: (u32, u32) = (192, 96);
 
 /// A shape that carries the relief, in view of the default camera. Lengths are in cm; z is up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
-    /// [`crate::snake`].
+    /// The procedural snake of [`crate::snake`].
     #[default]
     Snake,
     /// A square just above the ground; the relief's x is +x.
@@ -27,18 +27,18 @@ pub enum Shape {
 impl Shape {
     /// All shapes, the default first.
     pub const ALL: [Self; 3] = [Self::Snake, Self::Flat, Self::Sphere];
-    /// Linear reflectance of the pigment of square and sphere, that of the snake's back.
-    pub const BARE_PIGMENT: [f64; 3] = [0.022, 0.017, 0.014];
-    /// Middle of the square, in cm.
+    /// Linear sRGB reflectance of the pigment of square and sphere, that of the snake's back.
+    pub const BARE_PIGMENT: [f64; 3] = BACK_REFLECTANCE;
+    /// Middle of the square, in cm. In x and y it is the target of the default camera.
     pub const FLAT_CENTRE_CM: [f64; 3] = [-1.0, 0.55, 0.05];
     /// Half the side of the square, in cm.
     pub const FLAT_HALF_SIDE_CM: f64 = 2.6;
-    /// Middle of the sphere, in cm.
+    /// Middle of the sphere, in cm: above the square's middle, one radius over the ground.
     pub const SPHERE_CENTRE_CM: [f64; 3] = [-1.0, 0.55, 1.6];
     /// Radius of the sphere, in cm.
     pub const SPHERE_RADIUS_CM: f64 = 1.6;
 
-    /// The name in the users' interfaces.
+    /// The name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Snake => "snake",
@@ -49,16 +49,16 @@ impl Shape {
 
     /// The mesh, and the pigment for its texture coordinates.
     ///
-    /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]), and `pigment`
+    /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]). `pigment_size`
     /// is the size of its texture in pixels along and around the body. The other shapes ignore both.
     ///
     /// # Errors
-    /// The errors of [`SnakeMesh::build`].
-    pub fn make(self, resolution: f64, pigment: (usize, usize)) -> Result<(Mesh, PigmentTexture), SnakeError> {
+    /// The errors of [`SnakeMesh::build`] and [`pigment_texture`].
+    pub fn make(self, resolution: f64, pigment_size: (usize, usize)) -> Result<(Mesh, PigmentTexture), SnakeError> {
         Ok(match self {
             Self::Snake => {
                 let options = SnakeOptions::default().with_resolution(resolution);
-                let pigment = pigment_texture(&options, pigment.0, pigment.1)?;
+                let pigment = pigment_texture(&options, pigment_size.0, pigment_size.1)?;
                 (Mesh::from(&SnakeMesh::build(&options)?), pigment)
             }
             Self::Flat => (flat(), bare_pigment()),
@@ -79,15 +79,15 @@ impl FromStr for Shape {
     }
 }
 
-/// A texture of one texel.
+/// A texture of one texel with [`Shape::BARE_PIGMENT`].
 fn bare_pigment() -> PigmentTexture {
     PigmentTexture { width: 1, height: 1, pixels: vec![srgb_bytes(Shape::BARE_PIGMENT)] }
 }
 
-/// The mesh of the square.
+/// The mesh of the square, with u along +x and v along +y.
 fn flat() -> Mesh {
     let ([x, y, z], half) = (Shape::FLAT_CENTRE_CM, Shape::FLAT_HALF_SIDE_CM);
-    let corner = |right: f64, up: f64| [x + right * half, y + up * half, z].map(|coordinate| coordinate as f32);
+    let corner = |sign_x: f64, sign_y: f64| [x + sign_x * half, y + sign_y * half, z].map(|c| c as f32);
     Mesh {
         positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
         normals: vec![[0.0, 0.0, 1.0]; 4],
@@ -96,34 +96,35 @@ fn flat() -> Mesh {
     }
 }
 
-/// The mesh of the sphere.
+/// The mesh of the sphere: u in [0, 1] around the axis from +x towards +y, v in [0, 1] from the upper to the lower
+/// pole.
 fn sphere() -> Mesh {
-    let (around, down) = SPHERE_CELLS;
+    let (columns, rows) = SPHERE_CELLS;
     let mut mesh = Mesh::default();
-    for row in 0..=down {
-        for column in 0..=around {
+    for row in 0..=rows {
+        for column in 0..=columns {
             // A pole has a vertex for each column, in the middle of the column's range of u.
-            let shift = if row == 0 || row == down { 0.5 } else { 0.0 };
-            let (u, v) = ((f64::from(column) + shift) / f64::from(around), f64::from(row) / f64::from(down));
-            let ((sin_p, cos_p), (sin_t, cos_t)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
-            let normal = [sin_t * cos_p, sin_t * sin_p, cos_t];
-            let coordinate = |c: usize| Shape::SPHERE_CENTRE_CM[c] + Shape::SPHERE_RADIUS_CM * normal[c];
-            mesh.positions.push([0, 1, 2].map(|c| coordinate(c) as f32));
-            mesh.normals.push(normal.map(|c| c as f32));
+            let shift = if row == 0 || row == rows { 0.5 } else { 0.0 };
+            let (u, v) = ((f64::from(column) + shift) / f64::from(columns), f64::from(row) / f64::from(rows));
+            let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
+            let normal = [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta];
+            let coordinate = |axis: usize| Shape::SPHERE_CENTRE_CM[axis] + Shape::SPHERE_RADIUS_CM * normal[axis];
+            mesh.positions.push([0, 1, 2].map(|axis| coordinate(axis) as f32));
+            mesh.normals.push(normal.map(|component| component as f32));
             mesh.uvs.push([u as f32, v as f32]);
         }
     }
-    for row in 0..down {
-        for column in 0..around {
-            let above = row * (around + 1) + column;
-            let below = above + around + 1;
-            // A cell at a pole is one triangle with the pole's vertex of the column.
-            let is_last = row + 1 == down;
-            if !is_last {
+    for row in 0..rows {
+        for column in 0..columns {
+            let above = row * (columns + 1) + column;
+            let below = above + columns + 1;
+            // A cell at a pole is one triangle with the pole's vertex of the column; other cells are two triangles.
+            let is_at_lower_pole = row + 1 == rows;
+            if !is_at_lower_pole {
                 mesh.triangles.push([above, below, below + 1]);
             }
             if row > 0 {
-                mesh.triangles.push([above, if is_last { below } else { below + 1 }, above + 1]);
+                mesh.triangles.push([above, if is_at_lower_pole { below } else { below + 1 }, above + 1]);
             }
         }
     }

@@ -1,38 +1,43 @@
 //! The sun's depth map: an orthographic depth buffer of the mesh, seen from the sun.
 //!
-//! The map covers a box with one axis towards the sun that contains the mesh's bounding box. shadow.wgsl draws it, and
-//! locate.wgsl reads it to decide whether the sun is visible. It is drawn again only when the sun has moved:
-//! [`Sunlight::begins`], drawing, [`Sunlight::copy`], [`Sunlight::ends`].
+//! The map covers a box with one axis towards the sun that contains the mesh's bounding box. shadow.wgsl draws the map,
+//! and locate.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has moved,
+//! by the calls [`Sunlight::begins`], drawing, [`Sunlight::copy`], [`Sunlight::ends`].
 
 use super::layout::SunlightUniform;
 use super::target::DEPTH_FORMAT;
 use super::{Gpu, GpuError};
 use bytemuck::Zeroable;
 use glam::DVec3;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Width in texels of the empty border around the mesh. Chosen: the four texels around a point of the mesh always
-/// exist, and a point outside the map is lit.
-const MARGIN: f64 = 4.0;
+/// Approximate width in texels of the empty border around the mesh's box. With a border, the four texels around a
+/// point of the mesh always exist, and a point outside the map is lit. A wider border makes the texels larger.
+const MARGIN_TEXELS: f64 = 4.0;
+/// Smallest extent of the map's box in cm, for the flat side of a flat mesh: positions are divided by the extents.
+const EXTENT_MIN_CM: f64 = 1e-6;
 
-/// The sun's depth map of the mesh, drawn again when the sun has moved.
+/// The sun's depth map of a mesh.
 pub(super) struct Sunlight {
+    /// The render target.
     map: wgpu::Texture,
-    /// Texels along each side of the map.
+    /// Number of texels along each side of the map.
     side: u32,
-    /// The map's depths, rows from the top.
+    /// Copy of the map for shaders: a `f32` for each texel, rows from the top.
     pub depths: wgpu::Buffer,
     /// The uniform struct [`SunlightUniform`].
     pub uniform: wgpu::Buffer,
-    /// Opposite corners of the box around the mesh.
+    /// Lower corner of the mesh's bounding box in cm.
     low: DVec3,
+    /// Upper corner of the mesh's bounding box in cm.
     high: DVec3,
-    /// Direction to the sun that the map is drawn for.
-    drawn: Mutex<Option<[f64; 3]>>,
+    /// Direction to the sun that the map was drawn for; `None` while the map is not complete.
+    drawn_for: Mutex<Option<[f64; 3]>>,
 }
 
 impl Sunlight {
-    /// An empty map of `side`² texels for a mesh between these corners of a box; `side` is a multiple of 64.
+    /// An empty map of `side`² texels for a mesh whose bounding box has the corners `low` and `high` in cm. `side` is a
+    /// multiple of 64, because copied rows must have multiples of 256 bytes.
     pub(crate) fn new(gpu: &Gpu, (low, high): (DVec3, DVec3), side: u32) -> Result<Self, GpuError> {
         let map = gpu.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("sunlight"),
@@ -51,25 +56,29 @@ impl Sunlight {
             uniform: gpu.uniform_of("sunlight", bytemuck::bytes_of(&SunlightUniform::zeroed()))?,
             low,
             high,
-            drawn: Mutex::new(None),
+            drawn_for: Mutex::new(None),
         })
     }
 
-    /// Prepares the map for the direction `to_sun`, a unit vector. Returns whether the map has to be drawn; the caller
-    /// then draws it and calls [`Sunlight::ends`].
+    /// Prepares the map for the direction `to_sun`, a unit vector. Returns whether the map must be drawn. If so, the
+    /// caller draws it, copies it and calls [`Sunlight::ends`].
     pub(crate) fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
-        let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
-        if *drawn == Some(to_sun) {
+        let mut drawn_for = self.lock();
+        if *drawn_for == Some(to_sun) {
             return false;
         }
-        *drawn = None;
+        *drawn_for = None;
         gpu.queue().write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.frame(to_sun.into())));
         true
     }
 
-    /// Records that the map is drawn for the direction `to_sun`.
+    /// Records that the map is complete for the direction `to_sun`.
     pub(crate) fn ends(&self, to_sun: [f64; 3]) {
-        *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = Some(to_sun);
+        *self.lock() = Some(to_sun);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<[f64; 3]>> {
+        self.drawn_for.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The render target of the map.
@@ -78,7 +87,7 @@ impl Sunlight {
     }
 
     /// Copies the map into [`Sunlight::depths`].
-    pub(crate) async fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
+    pub(crate) fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
         let mut encoder = gpu.encoder();
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
@@ -87,26 +96,26 @@ impl Sunlight {
         };
         let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.depths, layout };
         encoder.copy_texture_to_buffer(self.map.as_image_copy(), buffer, self.map.size());
-        gpu.run(encoder).await
+        gpu.run(encoder)
     }
 
-    /// The box around the mesh with an axis towards the sun.
+    /// The map's box, whose axes are two arbitrary ones orthogonal to the sun's direction, and this direction. Along
+    /// each axis, half the extent of the mesh's box is the dot product of its half diagonal and the absolute axis.
     fn frame(&self, to_sun: DVec3) -> SunlightUniform {
         let centre = 0.5 * (self.low + self.high);
         let (right, up) = to_sun.any_orthonormal_pair();
-        let half = 0.5 * (self.high - self.low);
-        let margin = 1.0 + 2.0 * MARGIN / f64::from(self.side);
-        // At least 1e-6 cm: the extents are divided by, also for a flat mesh.
-        let extent = |axis: DVec3| (margin * axis.abs().dot(half)).max(1e-6) as f32;
+        let half_diagonal = 0.5 * (self.high - self.low);
+        let scale = 1.0 + 2.0 * MARGIN_TEXELS / f64::from(self.side);
+        let half_extent = |axis: DVec3| (scale * axis.abs().dot(half_diagonal)).max(EXTENT_MIN_CM) as f32;
         SunlightUniform {
             centre: centre.as_vec3().to_array(),
             side: self.side as f32,
             right: right.as_vec3().to_array(),
-            half_width: extent(right),
+            half_width: half_extent(right),
             up: up.as_vec3().to_array(),
-            half_height: extent(up),
+            half_height: half_extent(up),
             to_sun: to_sun.as_vec3().to_array(),
-            half_depth: extent(to_sun),
+            half_depth: half_extent(to_sun),
         }
     }
 }

@@ -1,11 +1,31 @@
 //! Memory of a picture on the GPU: textures of the rasteriser, buffers of the later stages (lib.rs), and the picture.
 
-use super::layout::Query;
+use super::layout::{self, Query};
 use super::{Gpu, GpuError};
+use bytemuck::{Pod, Zeroable};
 
-/// Bytes of the lists of `locate.wgsl` per pixel: a u32 of `skin` or `bare`, and a u32 of `rest`.
-const LISTED_BYTES: u64 = size_of::<[u32; 2]>() as u64;
-/// Accepted sides of a picture in pixels. A column or row fits in the 16 bits of an entry of the lists.
+/// Lengths of the lists of pixels in `locate.wgsl`, the first members of its struct `Lists`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct ListLengths {
+    pub chosen: u32,
+    pub rest: u32,
+    pub skin: u32,
+    pub bare: u32,
+}
+
+impl ListLengths {
+    /// Size of the struct in bytes.
+    pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
+}
+
+/// Bytes of the entries of the lists for each pixel: a u32 in `skin` or `bare`, and a u32 in `rest`.
+const ENTRIES_BYTES_PER_PIXEL: u64 = size_of::<[u32; 2]>() as u64;
+/// Bytes of a colour in `reflectances` and `picture`, a `vec4<f32>`.
+const COLOUR_BYTES: u64 = size_of::<[f32; 4]>() as u64;
+/// Bytes of a [`Query`].
+const QUERY_BYTES: u64 = size_of::<Query>() as u64;
+/// Accepted sides of a picture in pixels. A column or row must fit in 16 bits of an entry of the lists.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
 /// Format of the rasteriser's triangle numbers.
@@ -13,45 +33,40 @@ pub(super) const SEEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint
 /// Format of depth maps.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// All data of a picture on the GPU.
+/// All data of a picture on the GPU. Buffers with an entry for each pixel have rows from the top.
 pub struct Target {
     width: u32,
     height: u32,
-    /// The rasteriser's triangle number plus 1 of each pixel.
+    /// The rasteriser's triangle number plus 1 of each pixel; 0 for none.
     pub(super) seen: wgpu::TextureView,
     /// The rasteriser's depth buffer.
     pub(super) depth: wgpu::TextureView,
-    /// One [`Query`] for each pixel.
+    /// A [`Query`] for each pixel.
     pub(super) queries: wgpu::Buffer,
-    /// Indices of the queries that the method answers.
+    /// Indices (u32) of the queries that the method answers.
     pub(super) chosen: wgpu::Buffer,
     /// The struct `Lists` of `locate.wgsl`.
     pub(super) lists: wgpu::Buffer,
-    /// The method's answers, four `f32` for each pixel.
+    /// The method's answer for each pixel, `vec4<f32>` with an unused fourth component.
     pub(super) reflectances: wgpu::Buffer,
-    /// Radiance, four `f32` for each pixel.
+    /// See [`Target::picture`].
     picture: wgpu::Buffer,
 }
 
 impl Target {
-    /// Number of lists.
-    pub(super) const LISTS: usize = 4;
-    /// Bytes of the lists' lengths, which precede their entries.
-    pub(super) const LIST_COUNTS_BYTES: u64 = size_of::<[u32; Self::LISTS]>() as u64;
-
     /// A target for pictures of `width` × `height` pixels.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] unless both sides are 1 to 16 384, [`GpuError::TooLarge`] or
-    /// [`GpuError::TooWide`] where the adapter cannot hold it.
+    /// [`GpuError::TooWide`] where the adapter cannot hold the target, [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, width: u32, height: u32) -> Result<Self, GpuError> {
-        let most = gpu.device().limits().max_texture_dimension_2d;
+        let side_max = gpu.device().limits().max_texture_dimension_2d;
         for (parameter, side) in [("width", width), ("height", height)] {
             if !SIDE.contains(&side) {
                 return Err(GpuError::Parameter { parameter, found: side.to_string(), accepted: "1 to 16384 pixels" });
             }
-            if side > most {
-                let (needed, most) = (u64::from(side), u64::from(most));
+            if side > side_max {
+                let (needed, most) = (u64::from(side), u64::from(side_max));
                 return Err(GpuError::TooWide { what: "the picture", needed, most, adapter: gpu.adapter() });
             }
         }
@@ -67,22 +82,22 @@ impl Target {
                 view_formats: &[],
             })
         };
-        let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
-        let shown = wgpu::TextureUsages::TEXTURE_BINDING;
+        let drawn_into = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let read_by_shaders = wgpu::TextureUsages::TEXTURE_BINDING;
         let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let per_pixel = |label: &str, bytes: usize| {
-            gpu.storage(&format!("{label} of {width} x {height} pixels"), pixels(width, height) * bytes as u64)
-        };
+        let pixels = u64::from(width) * u64::from(height);
+        let per_pixel =
+            |label: &str, bytes: u64| gpu.storage(&format!("{label} of {width} x {height} pixels"), pixels * bytes);
         let target = Self {
             width,
             height,
-            seen: view(&texture("seen", SEEN_FORMAT, drawn | shown)),
-            depth: view(&texture("depth", DEPTH_FORMAT, drawn)),
-            queries: per_pixel("queries", size_of::<Query>())?,
-            chosen: per_pixel("chosen", size_of::<u32>())?,
-            lists: gpu.storage("lists", Self::LIST_COUNTS_BYTES + pixels(width, height) * LISTED_BYTES)?,
-            reflectances: per_pixel("reflectances", size_of::<[f32; 4]>())?,
-            picture: per_pixel("picture", size_of::<[f32; 4]>())?,
+            seen: view(&texture("seen", SEEN_FORMAT, drawn_into | read_by_shaders)),
+            depth: view(&texture("depth", DEPTH_FORMAT, drawn_into)),
+            queries: per_pixel("queries", QUERY_BYTES)?,
+            chosen: per_pixel("chosen", size_of::<u32>() as u64)?,
+            lists: gpu.storage("lists", ListLengths::BYTES + pixels * ENTRIES_BYTES_PER_PIXEL)?,
+            reflectances: per_pixel("reflectances", COLOUR_BYTES)?,
+            picture: per_pixel("picture", COLOUR_BYTES)?,
         };
         gpu.check()?;
         Ok(target)
@@ -101,7 +116,7 @@ impl Target {
         (inside(x) && inside(y)).then(|| (pixel(x, self.width), pixel(y, self.height)))
     }
 
-    /// The picture on the GPU: four `f32` for each pixel, linear radiance and alpha 1, rows from the top.
+    /// The picture on the GPU: a `vec4<f32>` for each pixel, linear sRGB radiance and alpha 1, rows from the top.
     pub fn picture(&self) -> &wgpu::Buffer {
         &self.picture
     }
@@ -111,10 +126,8 @@ impl Target {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub async fn read_picture_async(&self, gpu: &Gpu) -> Result<Vec<[f32; 3]>, GpuError> {
-        let bytes = pixels(self.width, self.height) * size_of::<[f32; 4]>() as u64;
-        let contents = gpu.read(&self.picture, bytes).await?;
-        let colour = |bytes: &[u8]| bytemuck::pod_read_unaligned::<[f32; 3]>(&bytes[..12]);
-        Ok(contents.chunks_exact(16).map(colour).collect())
+        let contents = gpu.read(&self.picture, self.pixels() * COLOUR_BYTES).await?;
+        Ok(layout::colours(&contents))
     }
 
     /// The query of each pixel's last ray, rows from the top.
@@ -122,8 +135,7 @@ impl Target {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub async fn read_queries_async(&self, gpu: &Gpu) -> Result<Vec<Query>, GpuError> {
-        let bytes = pixels(self.width, self.height) * size_of::<Query>() as u64;
-        let contents = gpu.read(&self.queries, bytes).await?;
+        let contents = gpu.read(&self.queries, self.pixels() * QUERY_BYTES).await?;
         Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
@@ -132,17 +144,15 @@ impl Target {
     /// # Errors
     /// [`GpuError::Refused`], also for a pixel outside the picture, [`GpuError::Lost`].
     pub async fn read_query_async(&self, gpu: &Gpu, column: u32, row: u32) -> Result<Query, GpuError> {
-        let bytes = size_of::<Query>() as u64;
         let index = u64::from(row) * u64::from(self.width) + u64::from(column);
-        let staging = gpu.staging(bytes);
+        let staging = gpu.staging(QUERY_BYTES);
         let mut encoder = gpu.encoder();
-        encoder.copy_buffer_to_buffer(&self.queries, index * bytes, &staging, 0, bytes);
-        gpu.run(encoder).await?;
+        encoder.copy_buffer_to_buffer(&self.queries, index * QUERY_BYTES, &staging, 0, QUERY_BYTES);
+        gpu.run(encoder)?;
         Ok(bytemuck::pod_read_unaligned(&gpu.read_staging(&staging).await?))
     }
-}
 
-/// Number of pixels.
-fn pixels(width: u32, height: u32) -> u64 {
-    u64::from(width) * u64::from(height)
+    fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
 }

@@ -9,7 +9,8 @@ pub struct TonePass {
 }
 
 impl TonePass {
-    /// Compiles the pass for textures of this format. The pass encodes sRGB itself, so the format has no sRGB suffix.
+    /// Compiles the pass for textures of this format. The pass encodes sRGB itself, so the format must not be one whose
+    /// name ends in `Srgb`.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("tone"),
@@ -46,8 +47,8 @@ impl TonePass {
         Self { pipeline, uniform }
     }
 
-    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) whose rows have `width` pixels. The
-    /// radiance is multiplied by `2^stops`.
+    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) of the same size, whose rows have `width`
+    /// pixels. The radiance is multiplied by `2^stops` before tone mapping.
     pub fn draw(
         &self,
         device: &wgpu::Device,
@@ -57,8 +58,9 @@ impl TonePass {
         shown: &wgpu::TextureView,
         stops: f64,
     ) {
-        // The struct `Tone` of tone.wgsl, padded.
-        let uniform = [(stops.exp2() as f32).to_bits(), width, 0, 0];
+        // The members `gain` and `width` of the struct `Tone` of tone.wgsl, padded to the size of the buffer.
+        let gain = stops.exp2() as f32;
+        let uniform = [gain.to_bits(), width, 0, 0];
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("tone"),
@@ -81,6 +83,7 @@ impl TonePass {
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bindings, &[]);
+        // One triangle covers the texture.
         pass.draw(0..3, 0..1);
         drop(pass);
         queue.submit([encoder.finish()]);

@@ -1,5 +1,5 @@
-//! A tree of axis-aligned bounding boxes over the triangles of a mesh, for rays (trace.wgsl). The crate `bvh` builds
-//! it.
+//! A tree of axis-aligned bounding boxes over the triangles of a mesh, built by the crate `bvh`. trace.wgsl intersects
+//! rays with it.
 
 use super::layout::Node;
 use super::mesh::Mesh;
@@ -8,20 +8,20 @@ use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use bvh::bvh::Bvh;
 use nalgebra::Point3;
 
-/// A triangle for the builder of the tree.
-struct Shape {
+/// Bounding box of a triangle, for the builder of the tree.
+struct Leaf {
     bounds: Aabb<f32, 3>,
-    /// Index of the triangle's node; the builder requires a place for it, and nothing reads it here.
+    /// Index of the leaf's node, which the builder stores here. This crate does not read it.
     node: usize,
 }
 
-impl Bounded<f32, 3> for Shape {
+impl Bounded<f32, 3> for Leaf {
     fn aabb(&self) -> Aabb<f32, 3> {
         self.bounds
     }
 }
 
-impl BHShape<f32, 3> for Shape {
+impl BHShape<f32, 3> for Leaf {
     fn set_bh_node_index(&mut self, index: usize) {
         self.node = index;
     }
@@ -31,17 +31,19 @@ impl BHShape<f32, 3> for Shape {
     }
 }
 
-/// The tree as a list in depth-first order; trace.wgsl explains the members `triangle` and `next`.
+/// The nodes of the tree in depth-first order, in the layout that trace.wgsl explains.
 pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
-    let mut shapes: Vec<Shape> = mesh
+    let mut leaves: Vec<Leaf> = mesh
         .triangles
         .iter()
         .map(|corners| {
             let point = |i: usize| Point3::from(mesh.positions[corners[i] as usize]);
-            Shape { bounds: Aabb::empty().grow(&point(0)).grow(&point(1)).grow(&point(2)), node: 0 }
+            Leaf { bounds: Aabb::empty().grow(&point(0)).grow(&point(1)).grow(&point(2)), node: 0 }
         })
         .collect();
-    Bvh::build_par(&mut shapes).flatten_custom(&|bounds, _, next, triangle| Node {
+    // The arguments of the closure are the box, the index of the first child, the index after the subtree, and the
+    // index of the leaf, which is `u32::MAX` (`TRACE_NONE`) for an inner node.
+    Bvh::build_par(&mut leaves).flatten_custom(&|bounds, _, next, triangle| Node {
         low: bounds.min.into(),
         triangle,
         high: bounds.max.into(),
@@ -60,7 +62,7 @@ mod tests {
         let mesh = Mesh::from(&SnakeMesh::build(&options).unwrap());
         let nodes = tree(&mesh);
         let mut seen = vec![0; mesh.triangles.len()];
-        // Boxes around the present node, with the ends of their subtrees.
+        // Inner nodes whose subtrees contain the current node, with the ends of the subtrees.
         let mut open: Vec<(&Node, usize)> = Vec::new();
         for (index, node) in nodes.iter().enumerate() {
             open.retain(|&(_, end)| index < end);

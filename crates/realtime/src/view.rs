@@ -1,7 +1,7 @@
 //! Camera, sun and blending of a picture, and the uniform struct that carries them to the shaders (frame.wgsl).
 //!
-//! The defaults are those of the Mitsuba scene of the snake (mitsuba_scenes), so that pictures can be compared. Lengths
-//! are in cm, z points up, and azimuths are counter-clockwise from +x seen from above.
+//! The defaults are those of the Mitsuba scene of the snake in the folder mitsuba_scenes, so that pictures can be
+//! compared. Lengths are in cm, z points up, and azimuths are counter-clockwise from +x seen from above.
 
 use super::GpuError;
 use super::layout::FrameUniform;
@@ -9,19 +9,19 @@ use glam::DVec3;
 use std::str::FromStr;
 use sunbeam::scattering::ComplexIndex;
 
-/// Linear reflectance of the ground, that of the Mitsuba scene.
+/// Linear sRGB reflectance of the ground.
 pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
-/// Refractive index of keratin, the material of scales.
+/// Refractive index of keratin, the material of a snake's scales.
 pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
-/// Factor on the pigment's reflectance, that of the Mitsuba scene.
+/// Factor on the reflectance of the pigment texture.
 pub const PIGMENT_SCALE: f32 = 0.35;
 
-/// A pinhole camera; z is up. The defaults are those of the Mitsuba scene.
+/// A pinhole camera; z is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Position in cm.
     pub origin: [f64; 3],
-    /// Point in the middle of the picture, in cm.
+    /// Point in the middle of the picture, in cm. It lies neither at the origin nor straight above or below it.
     pub target: [f64; 3],
     /// Horizontal field of view in degrees, in (0, 180).
     pub fov_deg: f64,
@@ -33,8 +33,8 @@ impl Default for Camera {
     }
 }
 
-/// A sun at infinity with the spectrum D65. A white diffuse plane that faces it has the radiance 1 (irradiance π).
-/// There is no sky: surfaces without sun are black.
+/// A sun at infinity with the spectrum D65. Its irradiance is π, so a white diffuse plane that faces the sun has the
+/// radiance 1. There is no sky: surfaces without sun are black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Unit vector to the sun.
@@ -42,15 +42,14 @@ pub struct Light {
 }
 
 impl Default for Light {
-    /// The sun of the Mitsuba scene: azimuth −150°, elevation 40°.
+    /// The sun at the azimuth −150° and the elevation 40°.
     fn default() -> Self {
         Self { to_sun: toward(-150.0, 40.0) }
     }
 }
 
 impl Light {
-    /// Lowest elevation of the sun that sliders of the interfaces offer, in degrees. Chosen above 0, at which the
-    /// ground is dark.
+    /// Lowest elevation of the sun in degrees that the controls of window and page offer. At 0 the ground is dark.
     pub const ELEVATION_MIN_DEG: f64 = 0.5;
 
     /// The sun at an azimuth in degrees, counter-clockwise from +x seen from above, and an elevation in degrees.
@@ -70,7 +69,7 @@ impl Light {
     /// The sun in the direction of a vector of any length.
     ///
     /// # Errors
-    /// [`GpuError::Parameter`] unless it is finite and not zero.
+    /// [`GpuError::Parameter`] unless the vector is finite and not zero.
     pub fn from_direction(to_sun: [f64; 3]) -> Result<Self, GpuError> {
         match DVec3::from(to_sun).try_normalize() {
             Some(unit) => Ok(Self { to_sun: unit.to_array() }),
@@ -90,16 +89,18 @@ fn toward(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
     [cos_a * cos_e, sin_a * cos_e, sin_e]
 }
 
-/// Blending of the relief's colour with the pigment below.
+/// Blending of the diffraction colour with the pigment below the surface. resolve.wgsl has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Blend {
-    /// Diffuse pigment, weighted by the light that passes the surface on the way in and out: `(1 − R(θi))·(1 −
-    /// R(θo))/π`, with the Fresnel reflectance R of the macroscopic surface.
+    /// Sum of the diffraction colour and the diffuse pigment, which has the weight `(1 − R(θi))·(1 − R(θo))`: the
+    /// fraction of light that passes the surface on the way in and out. R is the Fresnel reflectance of the macroscopic
+    /// surface.
     #[default]
     Physical,
-    /// Single 2014's texture blending: a fixed mix of diffraction colour and pigment.
+    /// Weighted mean of the diffraction colour and the pigment, the texture blending of Single 2014 (M. Single's
+    /// thesis).
     FixedMix {
-        /// Fraction of the diffraction colour, in [0, 1].
+        /// Weight of the diffraction colour, in [0, 1].
         share: f32,
     },
     /// No pigment.
@@ -113,7 +114,7 @@ impl FromStr for Blend {
     fn from_str(name: &str) -> Result<Self, GpuError> {
         match name {
             "physical" => Ok(Self::Physical),
-            // `sources` is an older name.
+            // `sources` is accepted for scripts that use this older name.
             "mix" | "sources" => Ok(Self::FixedMix { share: 0.5 }),
             "none" => Ok(Self::None),
             _ => refuse("blend", &name, "\"physical\", \"mix\" or \"none\""),
@@ -121,7 +122,7 @@ impl FromStr for Blend {
     }
 }
 
-/// Camera, light and blending of a picture. A change needs no rebuilding of tables, meshes or programs.
+/// Camera, light and blending of a picture. A change does not require new tables, meshes or programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The camera.
@@ -130,11 +131,13 @@ pub struct View {
     pub light: Light,
     /// Blending with the pigment.
     pub blend: Blend,
-    /// Whether there is a ground: a plane of [`SOIL`] at z = 0.
+    /// Whether there is a ground: a square of 4 m with the reflectance [`SOIL`] at z = 0.
     pub ground: bool,
-    /// Angle in degrees from the tangent of the mesh along u to the relief's x axis, about the normal.
+    /// Angle in degrees from the tangent of the mesh along u to the relief's x axis, counter-clockwise seen from
+    /// outside.
     pub rotation_deg: f64,
-    /// Rays along each side of a pixel, 1 to 64, through the centres of equal squares. The pixel is their mean.
+    /// Rays along each side of a pixel, 1 to 64. They pass through the centres of equal squares, and the pixel is the
+    /// mean of their radiances.
     pub supersample: u32,
 }
 
@@ -152,12 +155,12 @@ impl Default for View {
 }
 
 impl View {
-    /// Rays of each pixel.
+    /// Number of rays of each pixel.
     pub(super) fn samples(&self) -> u32 {
         self.supersample * self.supersample
     }
 
-    /// Refuses a camera without a picture, and numbers out of range.
+    /// Refuses a camera whose viewing direction is zero or vertical, and numbers out of range.
     ///
     /// # Errors
     /// [`GpuError::Parameter`].
@@ -165,10 +168,14 @@ impl View {
         self.uniform((1, 1), 0).map(|_| ())
     }
 
-    /// The uniform struct of one sample of a picture.
+    /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the rays of
+    /// a pixel from 0, by rows from the upper left one.
     ///
-    /// Its vectors are those of Mitsuba's `look_at` and `perspective`: rows from the top, the field of view along a
-    /// row.
+    /// The camera's vectors are those of Mitsuba's `look_at` and `perspective`: rows are stored from the top, and the
+    /// field of view is the horizontal one.
+    ///
+    /// # Errors
+    /// The errors of [`View::check`].
     pub(super) fn uniform(&self, (width, height): (u32, u32), sample: u32) -> Result<FrameUniform, GpuError> {
         let Camera { origin, target, fov_deg } = self.camera;
         if !(fov_deg > 0.0 && fov_deg < 180.0) {
@@ -190,8 +197,9 @@ impl View {
             let found = format!("{target:?} seen from {origin:?}");
             return refuse("camera-target", &found, "a place neither at the camera, nor straight above or below it");
         };
-        let half_row = right * (0.5 * fov_deg).to_radians().tan();
-        let down = forward.cross(right) * (half_row.length() * f64::from(height) / f64::from(width));
+        // Vectors from the middle of the picture to its edges, at distance 1.
+        let right_edge = right * (0.5 * fov_deg).to_radians().tan();
+        let lower_edge = forward.cross(right) * (right_edge.length() * f64::from(height) / f64::from(width));
         let subpixel = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
         Ok(FrameUniform {
@@ -199,9 +207,9 @@ impl View {
             width,
             forward: forward.as_vec3().to_array(),
             height,
-            right: half_row.as_vec3().to_array(),
+            right: right_edge.as_vec3().to_array(),
             mix: share,
-            down: down.as_vec3().to_array(),
+            down: lower_edge.as_vec3().to_array(),
             pigment_scale: PIGMENT_SCALE,
             to_sun: DVec3::from(self.light.to_sun).as_vec3().to_array(),
             blend: match self.blend {

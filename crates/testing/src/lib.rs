@@ -1,8 +1,8 @@
 //! Optional parts of the machine that tests run on: how a test skips without one, and where the measured scans are.
 //!
-//! `tests/needs.txt` lists the parts. `SUNBEAM_REQUIRE=gpu,scans` names those that this machine has: a test that
-//! skips for want of one of them fails. Other skips are printed and appended to the file that `SUNBEAM_SKIPS` names.
-//! `tests/needs.py` does the same for Python.
+//! `tests/needs.txt` lists the parts. The environment variable `SUNBEAM_REQUIRE`, such as `gpu,scans`, names the parts
+//! that this machine has: a test that skips because one of them is missing fails. Other skips are printed, and appended
+//! to the file that `SUNBEAM_SKIPS` names, if any. `tests/needs.py` does the same for Python.
 
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -20,8 +20,8 @@ const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 /// Reports that the running test is skipped because the part `need` is missing; the test then returns.
 ///
 /// # Panics
-/// Where `SUNBEAM_REQUIRE` names the part, where it names one that `tests/needs.txt` does not list, or where the
-/// report cannot be written.
+/// If `SUNBEAM_REQUIRE` names the part, if `tests/needs.txt` lacks the part or one that `SUNBEAM_REQUIRE` names, or if
+/// the report cannot be written.
 pub fn skip(need: &str, reason: impl Display) {
     let required = env::var("SUNBEAM_REQUIRE").unwrap_or_default();
     let line = match skip_line(need, &required, &reason) {
@@ -34,7 +34,8 @@ pub fn skip(need: &str, reason: impl Display) {
     }
 }
 
-/// The line that reports a skip of the running test, or the reason why the test must fail.
+/// The line that reports a skip of the running test, or the reason why the test must fail. `required` is the value of
+/// `SUNBEAM_REQUIRE`.
 fn skip_line(need: &str, required: &str, reason: &dyn Display) -> Result<String, String> {
     let known: Vec<&str> = NEEDS.lines().filter_map(|line| line.split_whitespace().next()).collect();
     let required: Vec<&str> = required.split(',').map(str::trim).filter(|name| !name.is_empty()).collect();
@@ -48,7 +49,7 @@ fn skip_line(need: &str, required: &str, reason: &dyn Display) -> Result<String,
     Ok(format!("SKIPPED {test} ({need}): {reason}"))
 }
 
-/// Writes the line to stderr, past the capture of test output, and appends it to the file `skips`.
+/// Writes the line to stderr, past the capture of test output, and appends it to the file `skips`, if given.
 fn report(line: &str, skips: Option<&OsStr>) -> io::Result<()> {
     writeln!(io::stderr(), "{line}")?;
     if let Some(path) = skips {
@@ -58,7 +59,7 @@ fn report(line: &str, skips: Option<&OsStr>) -> io::Result<()> {
     Ok(())
 }
 
-/// The folder of measured data: `SUNBEAM_DATA`, or `../shared/data` beside the checkout.
+/// The folder of measured data: `SUNBEAM_DATA`, or `../shared/data` beside the repository.
 ///
 /// Atomic-force scans are in its folder `afm`; crops of them with the orders' efficiencies by a Maxwell solver are in
 /// `maxwell`. The repository holds neither.

@@ -1,1 +1,1 @@
-//! Holds no code; see Cargo.toml.
+//! No code: the dependencies in Cargo.toml give all builds of the workspace the same features.

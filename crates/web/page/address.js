@@ -1,20 +1,20 @@
-// The page's address, which holds the settings after the #.
+// The page's address, which has the settings after the #.
 
 import { toHash } from "./link.js";
 import { page } from "./state.js";
 
-/** Delay in ms before an address is written: browsers refuse more than some hundred changes in half a minute. */
+/** Delay in ms before the address is written: browsers refuse hundreds of changes within half a minute. */
 const DELAY_MS = 250;
 
 let timer = 0;
 
-/** Writes the settings into the address a little later. */
+/** Writes the settings into the address after a delay, which each call starts anew. */
 export function updateAddress() {
   clearTimeout(timer);
   timer = setTimeout(() => history.replaceState(null, "", address()), DELAY_MS);
 }
 
-/** The address of the page with its present settings: path, query and #. */
+/** Address of the page with its current settings: path, query, and the part after the #. */
 export function address() {
   const checksum = (page.source ?? page.wanted)?.sha256;
   const hash = toHash(page.engine.compact(page.settings), page.settings.surface.filename ? checksum : null);

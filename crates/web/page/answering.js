@@ -1,14 +1,16 @@
-// The workers' side of the messages between page and Web Workers; channel.js is the page's side.
+// The workers' side of the messages between page and Web Workers. channel.js is the page's side.
 
 import init from "./wasm/sunbeam_web.js";
 
 /**
- * Answers each message {id, type, …fields} by the handler of its type.
+ * Answers each message {id, type, …fields} by the handler of its type: handlers[type](fields, progress).
  *
- * The handler gets the fields and a function that reports progress, as {id, type: "progress", fraction}. The answer is
- * {id, type: "done", value} or {id, type: "error", message, kind, parameter}.
+ * progress(fraction) sends {id, type: "progress", fraction}. The answer is {id, type: "done", value} with the handler's
+ * result, or {id, type: "error", message, kind, parameter}. A message without an id gets no answer unless it fails. The
+ * first message has the type "start" and the compiled library as its field `module`.
  */
 export function answer(handlers) {
+  // Promise of the started library.
   let ready = null;
   onmessage = async ({ data }) => {
     const { id, type, ...fields } = data;
@@ -20,13 +22,13 @@ export function answer(handlers) {
       if (id !== undefined) postMessage({ id, type: "done", value }, buffers(value));
     } catch (error) {
       const { message, kind, parameter } = error instanceof Error ? error : { message: String(error) };
-      // Errors without a kind are not the library's own: a panic, or memory that ran out.
+      // The library gives each of its errors a kind. Others are panics, or memory that ran out.
       postMessage({ id, type: "error", message, kind: kind ?? "internal", parameter });
     }
   };
 }
 
-/** Buffers of the typed arrays in an answer, which are handed over instead of copied. */
+/** Buffers of the typed arrays in an answer, or in the fields of one. They are transferred instead of copied. */
 function buffers(value) {
   const arrays = value && typeof value === "object" && !ArrayBuffer.isView(value) ? Object.values(value) : [value];
   return arrays.filter(ArrayBuffer.isView).map((array) => array.buffer);

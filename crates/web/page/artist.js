@@ -1,40 +1,41 @@
-// The drawing worker: a Web Worker with the page's canvas and the graphics device.
+// The artist: the Web Worker with the page's canvas and the graphics device.
 //
-// `artist` is the Rust object of crates/web/src/wasm/artist.rs. It draws a picture in steps, from coarse to fine. Its
-// calls must not overlap, so each goes through the queue of `inTurn`. Events to the page: "drawn" with the report of a
-// step, "failed", and "lost" when the device is lost.
+// It keeps the scene, the method and the view that the page sends, and draws pictures of them in steps, from coarse to
+// fine. `artist` is the Rust object of crates/web/src/wasm/artist.rs. Its asynchronous calls must not overlap, so each
+// goes through the queue of `inTurn`. Events to the page: "drawn" with the report of a picture, "failed" with a
+// message, and "lost" when the device is lost.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
 /**
- * Pause in ms between the last change of the view and a finer picture. Chosen: the device cannot interrupt a picture,
- * and a visitor who moves on would have to wait for it.
+ * Time in ms from the last change of the view to the start of a finer picture. A longer one delays the finest picture.
+ * A shorter one starts it during short rests of a drag, which then waits for it: the device cannot interrupt a picture.
  */
 const REST_MS = 100;
 
 /** The Rust artist; null before the device is opened and after its loss. */
 let artist = null;
-// Data of the library, kept for a device that is opened after a loss.
+// Bytes of the coarse and the full scene and of the method, kept for a device that is opened after a loss.
 let draft = null;
 let scene = null;
 let method = null;
-/** The last ordered view: settings, size and serial number. */
+/** The last view that the page ordered: {settings, width, height, serial}. */
 let view = null;
-/** Number of changes of view, scene, method and device. */
-let changes = 0;
+/** Number of changes of view, scene, method and device so far. */
+let changeCount = 0;
 /** Whether `drawAll` is running. */
 let drawing = false;
-/** The report of the picture shown. */
-let last = null;
+/** Report of the picture shown, with the serial number of its order. */
+let shown = null;
 /** Time in ms of the last change of the view. */
-let movedAt = -Infinity;
+let viewChangedAt = -Infinity;
 /** Ends `rest` early. */
-let wake = () => {};
-/** Promise of the last queued call of the artist. */
+let endRest = () => {};
+/** Promise of the last queued task. It never fails. */
 let queue = Promise.resolve();
 
-/** Runs a task after all tasks that were queued before. */
+/** Runs a task after all tasks that were queued before. Returns the promise of its result. */
 function inTurn(task) {
   const done = queue.then(task);
   queue = done.catch(() => {});
@@ -43,38 +44,39 @@ function inTurn(task) {
 
 /** Waits until REST_MS have passed since the view's last change, or until it changes again. */
 async function rest() {
-  const ms = movedAt + REST_MS - performance.now();
+  const ms = viewChangedAt + REST_MS - performance.now();
   if (ms <= 0) return;
   await new Promise((resolve) => {
-    wake = resolve;
+    endRest = resolve;
     setTimeout(resolve, ms);
   });
 }
 
-/** Draws finer and finer pictures until the finest one of the last change is shown. */
+/** Draws finer and finer pictures until the finest one after the last change is shown. */
 async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
   try {
-    for (let drawnChanges = 0; artist && drawnChanges !== changes; ) {
-      drawnChanges = changes;
+    for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
+      handledChanges = changeCount;
+      // A step has no report if there is no finer picture, if data are missing, or if a change has stopped it.
       for (;;) {
-        // The view may change while the picture is drawn.
+        // The order at the start of the step, since the view may change while it is drawn.
         let serial;
         const report = await inTurn(() => {
           ({ serial } = view);
           return artist?.step();
         });
-        if (report !== undefined) last = { serial, ...JSON.parse(report) };
-        // The picture shown already answers the new order.
-        else if (last && drawnChanges === changes && last.serial !== serial) last.serial = serial;
+        if (report !== undefined) shown = { serial, ...JSON.parse(report) };
+        // The new order needs no new picture: the one shown is reported again under its number.
+        else if (shown && handledChanges === changeCount && shown.serial !== serial) shown.serial = serial;
         else break;
-        postMessage({ type: "drawn", ...last });
-        if (!last.finest) await rest();
+        postMessage({ type: "drawn", ...shown });
+        if (!shown.finest) await rest();
       }
     }
   } catch (error) {
-    // The callback of on_lost tells of the loss of the device.
+    // A loss of the device is reported by the callback of `on_lost`.
     if (error.kind !== "lost") postMessage({ type: "failed", message: error.message ?? String(error) });
   } finally {
     drawing = false;
@@ -84,18 +86,20 @@ async function drawAll() {
 /** Passes the view to the artist and starts drawing, after a change of view, scene, method or device. */
 function restart() {
   if (!artist || !view) return;
-  changes += 1;
-  wake();
+  changeCount += 1;
+  endRest();
   artist.set_view(view.settings, view.width, view.height, 1);
   drawAll();
 }
 
+// Messages of the page; engine.js has a method for each.
 answer({
   async open({ canvas }) {
     const opened = await sunbeam.Artist.open(canvas);
-    last = null;
+    shown = null;
     artist = opened;
     opened.on_lost((message) => {
+      // Another device may be open already.
       if (artist === opened) artist = null;
       postMessage({ type: "lost", message });
     });
@@ -106,6 +110,7 @@ answer({
     return JSON.parse(opened.adapter());
   },
   async scene({ bytes, draft: isDraft }) {
+    // A draft announces another scene, so the old one is dropped.
     if (isDraft) [draft, scene] = [bytes, null];
     else scene = bytes;
     await inTurn(() => artist?.set_scene(bytes, isDraft));
@@ -119,7 +124,7 @@ answer({
   },
   view(fields) {
     view = fields;
-    movedAt = performance.now();
+    viewChangedAt = performance.now();
     restart();
   },
   pixels: () =>
@@ -127,7 +132,7 @@ answer({
       const [width, height] = artist.size();
       return { width, height, rgb: await artist.pixels() };
     }),
-  // The finest picture, also before the steps have reached it.
+  // Saves the finest picture, even if the steps have not reached it yet.
   png: () =>
     inTurn(async () => {
       await artist.draw();

@@ -1,6 +1,10 @@
-// The page's side of the messages to a Web Worker: questions, with answers as promises (answering.js is the worker's).
+// The page's side of the messages to a Web Worker: questions with answers as promises. answering.js is the worker's
+// side.
 
-/** An error of a worker; its kind is one of the library's (crates/web/README.md) or "cancelled". */
+/**
+ * An error of a worker. Its kind is one of the library's (crates/web/README.md) or "cancelled". `parameter` is the
+ * missing setting of the kind "scale".
+ */
 export class WorkerError extends Error {
   constructor({ message, kind = "internal", parameter }) {
     super(message);
@@ -9,15 +13,15 @@ export class WorkerError extends Error {
   }
 }
 
-/** A worker that is asked questions. */
+/** A Web Worker that answers questions. */
 export class Channel {
   #worker;
-  /** Promises of unanswered questions, by the number of the question. */
+  /** Unanswered questions by number: {resolve, reject} of the promise, and the listener `progress`. */
   #waiting = new Map();
   /** Number of the last question. */
   #last = 0;
 
-  /** Starts the worker at `url` with the compiled library; `onEvent` gets messages that answer no question. */
+  /** Starts the worker at `url` with the compiled library `module`. `onEvent` gets messages that answer no question. */
   constructor(url, module, onEvent = () => {}) {
     this.#worker = new Worker(url, { type: "module" });
     this.#worker.onmessage = ({ data }) => {
@@ -30,11 +34,10 @@ export class Channel {
     };
     this.#worker.onerror = (event) => {
       event.preventDefault();
-      this.#end({ message: event.message || "the worker could not be started", kind: "internal" });
+      this.#terminate({ message: event.message || "the worker could not be started", kind: "internal" });
     };
-    this.started = this.ask("start", { module });
-    // A failed start is reported by every other question.
-    this.started.catch(() => {});
+    // After a failed start every other question fails, too, and reports the reason.
+    this.ask("start", { module }).catch(() => {});
   }
 
   /** Whether questions are unanswered. */
@@ -42,7 +45,10 @@ export class Channel {
     return this.#waiting.size > 0;
   }
 
-  /** Asks a question; a promise of its answer. `transfer` lists buffers that are handed over. */
+  /**
+   * Sends a question of a type with its fields. Returns the promise of the answer. `transfer` lists objects that are
+   * transferred instead of copied. `progress` is called with the finished fraction, from 0 to 1.
+   */
   ask(type, fields = {}, { transfer = [], progress } = {}) {
     const id = ++this.#last;
     return new Promise((resolve, reject) => {
@@ -58,10 +64,11 @@ export class Channel {
 
   /** Ends the worker; its unanswered questions fail with the kind "cancelled". */
   end() {
-    this.#end({ message: "cancelled", kind: "cancelled" });
+    this.#terminate({ message: "cancelled", kind: "cancelled" });
   }
 
-  #end(error) {
+  /** Ends the worker; its unanswered questions fail with this error. */
+  #terminate(error) {
     this.#worker.terminate();
     const waiting = [...this.#waiting.values()];
     this.#waiting.clear();

@@ -1,4 +1,4 @@
-// Listens to the controls, each of which changes a setting; panel.js shows the settings in them.
+// Listens to the controls, each of which changes a setting. panel.js shows the settings in them.
 
 import { goBack } from "./making.js";
 import { recover, resetView } from "./picture.js";
@@ -11,7 +11,8 @@ import { showMessage, showProgress } from "./words.js";
 
 /** Adds the listeners of all controls. */
 export function listenToControls() {
-  const surface = (id, read) =>
+  // The control with this id changes the field of the surface with the same name. Undefined stands for its default.
+  const listenForSurface = (id, read) =>
     byId(id).addEventListener("change", () => {
       const value = read(byId(id));
       change(({ surface }) => {
@@ -20,20 +21,20 @@ export function listenToControls() {
       });
     });
   const number = (field) => (field.value === "" ? undefined : field.valueAsNumber);
-  for (const id of ["period", "height", "coherence_length", "eta"]) surface(id, number);
-  // `k` needs `eta`, so both are set.
+  for (const id of ["period", "height", "coherence_length", "eta"]) listenForSurface(id, number);
+  // The library accepts `k` only with `eta`, so both are set. A `k` of 0 is left out.
   byId("k").addEventListener("change", () => change(({ surface }) => {
     surface.k = number(byId("k")) || undefined;
     surface.eta ??= number(byId("eta"));
   }));
-  for (const id of ["level", "tiling", "fill"]) surface(id, (field) => field.value);
-  surface("channel", (field) => field.value.trim() || undefined);
-  surface("conserve_energy", (field) => field.checked);
+  for (const id of ["level", "tiling", "fill"]) listenForSurface(id, (field) => field.value);
+  listenForSurface("channel", (field) => field.value.trim() || undefined);
+  listenForSurface("conserve_energy", (field) => field.checked);
   byId("preset").addEventListener("change", () => choosePreset(byId("preset").value));
   byId("file").addEventListener("change", () => {
     const [file] = byId("file").files;
     if (file) chooseFile(file);
-    // Cleared, so that choosing one file twice is a change.
+    // Cleared, so that the same file can be chosen again.
     byId("file").value = "";
   });
   byId("scale").addEventListener("submit", (event) => {
@@ -47,11 +48,13 @@ export function listenToControls() {
     });
   });
   byId("method").addEventListener("change", () => change((settings) => {
+    // Options belong to one method.
     settings.method = byId("method").value;
     settings.options = {};
   }));
   byId("material").addEventListener("change", () => {
     const { eta, k } = byId("material").selectedOptions[0].dataset;
+    // The entry "another index" has none.
     if (eta === undefined) return byId("eta").focus();
     change(({ surface }) => {
       surface.eta = Number(eta);
@@ -80,7 +83,7 @@ export function listenToControls() {
     page.engine.cancel();
     showProgress(null);
     goBack();
-    // Not in the line of the picture, which is drawn again and would replace it.
+    // Not in the status line, which the next picture overwrites.
     showMessage(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
   });
   byId("recover").addEventListener("click", recover);
@@ -93,6 +96,7 @@ export function listenToControls() {
       byId("drop").classList.add("over");
     });
   }
+  // An event without relatedTarget says that the pointer has left the window.
   document.addEventListener("dragleave", (event) => event.relatedTarget ?? byId("drop").classList.remove("over"));
   document.addEventListener("drop", (event) => {
     event.preventDefault();

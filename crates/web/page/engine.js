@@ -2,10 +2,11 @@
 //
 // - `quick`: calls without long computations, on the page's own thread.
 // - The maker (maker.js): a Web Worker that reads a relief and builds a method's data and spectra. A second maker
-//   builds scenes. A maker cannot be interrupted, so it is ended and replaced to cancel its work.
+//   builds scenes. A maker cannot be interrupted. To cancel its work, it is ended and replaced.
 // - The artist (artist.js): the Web Worker that draws with WebGPU.
 //
-// A *key* is a string of `keys`; data are out of date when the key of the settings differs from theirs.
+// A *key* is a string that changes whenever the relief, the method's data or the scene have to be built again
+// (`Engine.keys`). Settings are objects here and JSON in the library.
 
 import init, * as sunbeam from "./wasm/sunbeam_web.js";
 import { Channel, WorkerError } from "./channel.js";
@@ -16,16 +17,17 @@ const MODULE = new URL("./wasm/sunbeam_web_bg.wasm", import.meta.url);
 const MAKER = new URL("./maker.js", import.meta.url);
 const ARTIST = new URL("./artist.js", import.meta.url);
 
-/** Compiles the library once, for the page and its workers. `listener` gets the events of the artist. */
+/** Compiles the library once, for the page and its workers. Returns the engine. `listener` gets the artist's events. */
 export async function openEngine(listener) {
   const response = await fetch(MODULE);
   if (!response.ok) throw new Error(`${MODULE.pathname}: ${response.status} ${response.statusText}`);
-  // compileStreaming would need a host that knows the file type of wasm.
+  // `compileStreaming` would need a host that serves the type application/wasm.
   const module = await WebAssembly.compile(await response.arrayBuffer());
   await init({ module_or_path: module });
   return new Engine(module, listener);
 }
 
+/** The library and its workers. Failed calls throw a `WorkerError`, or on the page's own thread the library's error. */
 export class Engine {
   /** Calls without long computations, on the page's own thread (crates/web/src/wasm/quick.rs). */
   quick = sunbeam;
@@ -34,9 +36,10 @@ export class Engine {
   /** Maker of the relief, the method's data and the spectra. */
   #maker = null;
   /** Maker of scenes. */
-  #scenes = null;
+  #sceneMaker = null;
+  /** The artist; null before its device is opened. */
   #artist = null;
-  /** Keys of the data that the maker holds. */
+  /** Keys of the relief and of the two evaluators that the maker has; null for none. */
   #reliefKey = null;
   #reflectanceKey = null;
   #spectraKey = null;
@@ -44,15 +47,16 @@ export class Engine {
   constructor(module, listener) {
     this.#module = module;
     this.#listener = listener;
+    /** Entries of the page's lists (crates/web/README.md). */
     this.catalogue = JSON.parse(sunbeam.catalogue());
   }
 
-  /** Keys of relief, method and scene for these settings. */
+  /** Keys for these settings: {relief, method, scene}. */
   keys(settings) {
     return JSON.parse(sunbeam.keys(JSON.stringify(settings)));
   }
 
-  /** The settings, checked and with all fields; throws an error with the library's message if one is refused. */
+  /** The settings, checked and with all fields. Throws an error with the library's message if one is refused. */
   complete(settings) {
     return JSON.parse(sunbeam.complete_settings(JSON.stringify(settings)));
   }
@@ -72,33 +76,37 @@ export class Engine {
     return this.#maker;
   }
 
-  /** A maker without work: a busy one is ended. */
+  /** A maker without work. A busy one is ended and replaced. */
   #idleMaker() {
     return this.#maker && !this.#maker.busy ? this.#maker : this.#newMaker();
   }
 
-  /** Ends the making of data of the relief. */
+  /** Cancels all work of the maker of reliefs, methods and spectra. */
   cancel() {
     if (this.#maker?.busy) this.#newMaker();
   }
 
-  /** Asks a worker; replaces the maker after a fault of its module. */
+  /** Asks a worker a question: type, fields and options of `Channel.ask`. */
   async #ask(channel, ...question) {
     try {
       return await channel.ask(...question);
     } catch (error) {
-      // The module is unusable after a fault of its own.
+      // The library is unusable after a panic, so the maker is replaced.
       if (error.kind === "internal" && channel === this.#maker) this.#newMaker();
       throw error;
     }
   }
 
-  /** SHA-256 of a file, hexadecimal. */
+  /** SHA-256 of a file in hexadecimal. */
   checksum(file) {
     return this.#ask(this.#idleMaker(), "checksum", { file });
   }
 
-  /** Reads the relief of a preset or a file; answers with its facts and picture. `key` is the relief's, for `holds`. */
+  /**
+   * Reads the relief of the settings, from `file` unless it is a preset. `key` is its key, for `holds`.
+   *
+   * Returns its facts (relief.rs) and its picture: {facts, width, height, bar_um, um_per_pixel, rgba}.
+   */
   async relief(settings, file, key) {
     const maker = this.#idleMaker();
     this.#reliefKey = this.#reflectanceKey = this.#spectraKey = null;
@@ -107,22 +115,22 @@ export class Engine {
     return read;
   }
 
-  /** Whether the maker has the relief of this key. */
+  /** Whether the maker has the relief with this key. */
   holds(key) {
     return this.#reliefKey === key;
   }
 
-  /** Memory and time of the method's data: {bytes, seconds, too_much?}. */
+  /** Estimated memory and time of the method's data: {bytes, seconds, too_much?}; too_much says why it is refused. */
   estimate(settings) {
     return this.#ask(this.#maker, "estimate", { settings: JSON.stringify(settings) });
   }
 
-  /** Builds the method's data for the relief that was read last; answers with their bytes. */
+  /** Builds the method's data for the relief that was read last. Returns their bytes, for `setMethod`. */
   method(settings, progress) {
     return this.#ask(this.#maker, "method", { settings: JSON.stringify(settings) }, { progress });
   }
 
-  /** Builds the evaluator on the CPU, for maps without WebGPU. */
+  /** Builds the evaluator of colours on the CPU, for maps without WebGPU. `key` is the method's. */
   async reflectance(settings, key, progress) {
     const maker = this.#maker;
     this.#reflectanceKey = null;
@@ -130,12 +138,12 @@ export class Engine {
     if (maker === this.#maker) this.#reflectanceKey = key;
   }
 
-  /** Whether the maker holds the evaluator on the CPU for this key. */
+  /** Whether the maker has the evaluator of colours for this key of the method. */
   hasReflectance(key) {
     return this.#reflectanceKey !== null && this.#reflectanceKey === key;
   }
 
-  /** Builds the evaluator of spectra. */
+  /** Builds the evaluator of spectra. `key` is the method's. */
   async spectra(settings, key, progress) {
     const maker = this.#maker;
     this.#spectraKey = null;
@@ -143,41 +151,50 @@ export class Engine {
     if (maker === this.#maker) this.#spectraKey = key;
   }
 
-  /** Whether the maker holds the evaluator of spectra for this key. */
+  /** Whether the maker has the evaluator of spectra for this key of the method. */
   hasSpectra(key) {
     return this.#spectraKey !== null && this.#spectraKey === key;
   }
 
-  /** Reflectance in 1/sr at 380, 385, …, 780 nm; empty where the method has no spectrum. */
+  /**
+   * Reflectance `f_r` in 1/sr at 380, 385, …, 780 nm, for the unit vectors to the light and to the viewer. Empty if the
+   * method has no values by wavelength.
+   */
   spectrum(settings, wi, wo) {
     const directions = { wi: Float32Array.from(wi), wo: Float32Array.from(wo) };
     return this.#ask(this.#maker, "spectrum", { settings: JSON.stringify(settings), ...directions });
   }
 
-  /** The BRDF map by the evaluator on the CPU; angles of the light in degrees. */
+  /** The BRDF map by the evaluator on the CPU, as `map` returns it, for light from these angles in degrees. */
   mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
     const question = { settings: JSON.stringify(settings), theta_deg, phi_deg, side };
     return this.#ask(this.#maker, "map", question, { progress });
   }
 
-  /** Builds mesh, bounding-volume tree and pigment; a draft is coarser and takes a fifth of the time. */
+  /**
+   * Builds mesh, bounding-volume hierarchy and pigment. Returns their bytes, for `setScene`. A draft is coarser and
+   * takes a fifth of the time. A call ends the work of an earlier one.
+   */
   async scene(settings, draft, progress) {
-    if (this.#scenes?.busy) {
-      this.#scenes.end();
-      this.#scenes = null;
+    if (this.#sceneMaker?.busy) {
+      this.#sceneMaker.end();
+      this.#sceneMaker = null;
     }
-    const channel = (this.#scenes ??= new Channel(MAKER, this.#module));
+    const maker = (this.#sceneMaker ??= new Channel(MAKER, this.#module));
     try {
-      return await channel.ask("scene", { settings: JSON.stringify(settings), draft }, { progress });
+      return await maker.ask("scene", { settings: JSON.stringify(settings), draft }, { progress });
     } catch (error) {
-      if (this.#scenes === channel) this.#scenes = null;
+      if (this.#sceneMaker === maker) this.#sceneMaker = null;
       throw error;
     }
   }
 
   // The artist
 
-  /** Opens the graphics device on an unused canvas. Fails with an error of kind "no-webgpu" or "gpu". */
+  /**
+   * Opens the graphics device on an unused canvas. Returns {name, backend, software} of its adapter. Fails with an
+   * error of kind "no-webgpu" or "gpu".
+   */
   async openArtist(canvas) {
     if (!navigator.gpu) {
       const message = isSecureContext
@@ -188,6 +205,7 @@ export class Engine {
     if (!canvas.transferControlToOffscreen) {
       throw new WorkerError({ message: "this browser cannot draw from a worker", kind: "no-webgpu" });
     }
+    // After a loss of the device, the worker is used again: it keeps scene and method.
     const artist = this.#artist ?? new Channel(ARTIST, this.#module, (event) => this.#listener(event));
     const offscreen = canvas.transferControlToOffscreen();
     try {
@@ -201,22 +219,22 @@ export class Engine {
     }
   }
 
-  /** Hands the bytes of `scene` to the artist. */
+  /** Transfers the bytes of `scene` to the artist. */
   setScene(bytes, draft) {
     return this.#artist.ask("scene", { bytes, draft }, { transfer: [bytes.buffer] });
   }
 
-  /** Hands the bytes of `method` to the artist. */
+  /** Transfers the bytes of `method` to the artist. */
   setMethod(bytes) {
     return this.#artist.ask("method", { bytes }, { transfer: [bytes.buffer] });
   }
 
-  /** Orders a picture; the listener gets a report of each step towards it, with this serial number. */
+  /** Orders a picture of this size in pixels. The listener gets a report of each step, with this serial number. */
   view(settings, width, height, serial) {
     this.#artist?.tell("view", { settings: JSON.stringify(settings), width, height, serial });
   }
 
-  // Questions to the artist; crates/web/README.md documents its calls of the same names.
+  // Questions to the artist. crates/web/README.md documents its calls of the same names. `loseDevice` is for tests.
   draw = () => this.#artist.ask("draw");
   pixels = () => this.#artist.ask("pixels");
   png = () => this.#artist.ask("png");

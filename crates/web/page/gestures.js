@@ -1,23 +1,28 @@
-// Drags, wheel, two fingers and keys on the picture, in CSS pixels.
+// Gestures on the picture: drags, wheel, two fingers and keys. Lengths are in CSS pixels.
 
-/** Length in CSS pixels of the drag that equals one press of an arrow key. Chosen. */
+/** Length of the drag that equals one press of an arrow key. A longer one turns faster, a shorter one more finely. */
 const KEY_PIXELS = 16;
-/** Height in pixels of a line, for mice whose wheels count lines. */
+/** Usual height of a line, for mice whose wheels count lines. */
 const LINE_PIXELS = 16;
-/** Factor on the camera's distance for the keys plus and minus. Chosen. */
+/** Factor on the camera's distance for the keys plus and minus: five presses double or halve it. */
 const KEY_ZOOM = 1.15;
-/** Logarithm of the factor on the camera's distance per pixel of the wheel. Chosen. */
+/** Logarithm of the factor on the camera's distance per pixel of the wheel. A usual notch of 100 changes it by 10 %. */
 const WHEEL_ZOOM = 1e-3;
-/** Directions (right, down) of the arrow keys. */
+/** Directions [right, down] of the arrow keys. */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**
- * Listens to gestures on a canvas.
+ * Listens to gestures on a canvas and calls the functions of `actions`:
  *
- * `actions` has turn(right, down), sun(right, down) and pan(right, down) in pixels, and zoom(factor) of the distance.
- * It has reset(), hover(x, y) with coordinates in [0, 1), leave(), and dragsSun(): whether a plain drag turns the sun.
+ * - turn(right, down), sun(right, down), pan(right, down): turn the view, turn the sun, move the view;
+ * - zoom(factor): multiplies the camera's distance;
+ * - reset(): sets the view to its default;
+ * - hover(x, y): the pointer is over this point, with coordinates in [0, 1) from the upper left;
+ * - leave(): the pointer has left the canvas;
+ * - dragsSun(): whether a drag with the left button turns the sun.
  */
 export function listenToGestures(canvas, actions) {
+  // Pressed pointers by id: {pointerId, button, clientX, clientY}.
   const fingers = new Map();
 
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -38,15 +43,16 @@ export function listenToGestures(canvas, actions) {
       const other = a.pointerId === event.pointerId ? b : a;
       const distance = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
       actions.zoom(Math.max(distance(before), 1) / Math.max(distance(event), 1));
-      // The middle of two fingers moves by half the way of one.
+      // If one of two fingers moves, their middle moves by half the way.
       actions.pan(right / 2, down / 2);
     } else if (fingers.size === 1) {
-      // Left button: turns the view; middle button: moves it; right button: turns the sun. The native window agrees.
+      // The left button turns the view, the middle one moves it, and the right one turns the sun, as in the native
+      // window.
       if (before.button === 1 || (before.button === 0 && event.shiftKey)) actions.pan(right, down);
       else if (before.button === 2 || event.ctrlKey || actions.dragsSun()) actions.sun(right, down);
       else actions.turn(right, down);
     }
-    // Events of a drag do not carry its button.
+    // Events of movements do not have the pressed button, so it is kept.
     fingers.set(event.pointerId, {
       pointerId: event.pointerId, button: before.button, clientX: event.clientX, clientY: event.clientY,
     });
@@ -66,6 +72,7 @@ export function listenToGestures(canvas, actions) {
   );
   canvas.addEventListener("keydown", (event) => {
     const arrow = ARROWS[event.key];
+    // Shortcuts of the browser.
     if (event.altKey || event.metaKey || event.ctrlKey) return;
     if (arrow) (event.shiftKey ? actions.sun : actions.turn)(KEY_PIXELS * arrow[0], KEY_PIXELS * arrow[1]);
     else if (event.key === "+" || event.key === "=") actions.zoom(1 / KEY_ZOOM);

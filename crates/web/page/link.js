@@ -1,20 +1,18 @@
-// Settings in the page's address, after the #, as `dotted.path=value` joined by &:
+// Settings as the part of the page's address after the #: fields `dotted.path=value` joined by &, such as
 // `surface.preset=cd&sun.elevation_deg=20`. Browsers never send this part to a server.
 
-/** Fields that are text even where they look like numbers. */
+/** Fields that are text even if they look like numbers. */
 const TEXTS = new Set(["surface.filename", "surface.channel", "sha256"]);
 
-/** Appends [dotted.path, text] of every field of a value. */
-function flatten(value, path, into) {
+/** Pairs [dotted.path, text] of all fields of a value, which itself is at `path`. */
+function flatten(value, path = "") {
   if (value !== null && typeof value === "object" && !Array.isArray(value)) {
-    for (const [key, inner] of Object.entries(value)) flatten(inner, path ? `${path}.${key}` : key, into);
-  } else {
-    into.push([path, Array.isArray(value) ? value.join(",") : String(value)]);
+    return Object.entries(value).flatMap(([key, inner]) => flatten(inner, path ? `${path}.${key}` : key));
   }
-  return into;
+  return [[path, Array.isArray(value) ? value.join(",") : String(value)]];
 }
 
-/** The value of a field from its text: booleans, numbers, names, and lists of these with commas. */
+/** Value of the field at `path` from its text: a boolean, a number, a name, or with commas a list of these. */
 function parsed(path, text) {
   if (TEXTS.has(path)) return text;
   const scalar = (word) => {
@@ -24,25 +22,29 @@ function parsed(path, text) {
   return text.includes(",") ? text.split(",").map(scalar) : scalar(text);
 }
 
-/** The part of an address after the #, for compact settings and the checksum of their file. */
+/**
+ * The part of an address after the #, for compact settings (`Engine.compact`) and the SHA-256 checksum of their file,
+ * or null. Empty for default settings.
+ */
 export function toHash(compact, sha256) {
-  const fields = flatten(compact, "", []);
+  const fields = flatten(compact);
   if (sha256) fields.push(["sha256", sha256]);
-  // Lists stay readable.
+  // Commas need no encoding, and without it lists stay readable.
   return fields.map(([path, text]) => `${path}=${encodeURIComponent(text).replaceAll("%2C", ",")}`).join("&");
 }
 
-/** The settings and the checksum in the part of an address after the #. */
+/** {settings, sha256} in the part of an address after the #; sha256 is null without a checksum. Nothing is checked. */
 export function fromHash(hash) {
   const settings = {};
   let sha256 = null;
+  // URLSearchParams would read + as a space.
   for (const [path, text] of new URLSearchParams(hash.replace(/^#/, "").replaceAll("+", "%2B"))) {
     if (path === "sha256") {
       sha256 = text;
       continue;
     }
     const keys = path.split(".");
-    // These names would change every object of the page.
+    // These names would change the prototype of every object of the page.
     if (keys.some((key) => key === "__proto__" || key === "constructor" || key === "prototype")) continue;
     let inner = settings;
     for (const key of keys.slice(0, -1)) {

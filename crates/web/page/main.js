@@ -1,4 +1,4 @@
-// Starts the page, and opens the settings of its address.
+// Starts the page and opens the settings of its address.
 
 import { listenToControls } from "./controls.js";
 import { openEngine } from "./engine.js";
@@ -12,10 +12,10 @@ import { change, settingsChanged } from "./settings.js";
 import { Sky } from "./sky.js";
 import { chooseExample, fetched, showExamples, showStill, showWanted } from "./sources.js";
 import { Spectrum } from "./spectrum.js";
-import { byId, page, views } from "./state.js";
+import { byId, page, SUN_ELEVATION_MIN_DEG, views } from "./state.js";
 import { showMessage } from "./words.js";
 
-/** Opens the settings of an address's part after the #; without settings, the first example. */
+/** Opens the settings in the part of an address after the #, or the first example if there are none. */
 async function open(hash) {
   const { settings, sha256 } = fromHash(hash);
   if (Object.keys(settings).length === 0 && page.examples.length > 0) {
@@ -26,7 +26,7 @@ async function open(hash) {
   try {
     complete = page.engine.complete(settings);
   } catch (error) {
-    showMessage(`The link's settings are left aside: ${error.message}`);
+    showMessage(`The link's settings are ignored: ${error.message}`);
     complete = JSON.parse(page.engine.quick.default_settings());
   }
   page.settings = complete;
@@ -38,6 +38,7 @@ async function open(hash) {
     const { preset } = complete.surface;
     page.example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset)?.name;
   } else if (page.source?.name !== filename || (sha256 && page.source.sha256 !== sha256)) {
+    // The file is an example, or the visitor has to drop it.
     const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!sha256 || sum === sha256));
     page.example = example?.name ?? null;
     page.source = example ? await fetched(example) : null;
@@ -46,14 +47,14 @@ async function open(hash) {
   showWanted();
   showStill(page.examples.find(({ name }) => name === page.example));
   settingsChanged();
-  // The new address may differ in the light of the map alone. After data are made, the map is drawn anyway.
+  // The new address may differ only in the light of the map. If data are being built, the map is drawn afterwards.
   if (page.good && !page.making) refreshMap();
 }
 
-/** The list of examples, empty where the page was built without. */
+/** The list of examples (crates/web/README.md); empty if the page was built without any. */
 async function fetchExamples() {
-  const answer = await fetch("examples/index.json");
-  return answer.ok ? answer.json() : [];
+  const response = await fetch("examples/index.json");
+  return response.ok ? response.json() : [];
 }
 
 /** Loads the library, opens the graphics device, and shows the settings of the address. */
@@ -63,7 +64,9 @@ async function start() {
   Object.assign(page, { engine, examples });
   performance.mark("loaded");
   views.sky = new Sky(byId("sky"), (azimuth_deg, elevation_deg) =>
-    change(({ sun }) => Object.assign(sun, { azimuth_deg, elevation_deg: Math.max(0.5, elevation_deg) })),
+    change(({ sun }) =>
+      Object.assign(sun, { azimuth_deg, elevation_deg: Math.max(SUN_ELEVATION_MIN_DEG, elevation_deg) }),
+    ),
   );
   views.map = new MapView(byId("map"), byId("map-marks"), readAt);
   fillLists();
@@ -71,11 +74,12 @@ async function start() {
   listenToControls();
   listenToSaving();
   addEventListener("hashchange", () => open(location.hash));
-  // The device opens while tables are made.
+  // The device opens while the first tables are built.
   const opening = openArtist();
   await open(location.hash);
   const error = await opening;
   if (error) showWithoutArtist(error);
+  // For tests.
   document.body.dataset.ready = "";
 }
 

@@ -1,21 +1,26 @@
 // The maker: a Web Worker that reads files and builds data by the calls of crates/web/src/wasm/maker.rs.
 //
-// Its calls block, so the page ends the worker and starts another to cancel them. It holds one relief, and the
+// Its calls block. To cancel one, the page ends the worker and starts another. The maker holds one relief and the
 // evaluators that were built from it.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
-/** Largest side of the relief's picture in pixels. Chosen. */
+/** Largest side of the relief's picture in pixels. A larger one shows finer details and needs more memory. */
 const PICTURE_SIDE = 512;
 
+// Objects of the library, which are not garbage collected: `free` releases their memory.
 let relief = null;
+/** Evaluator of colours on the CPU. */
 let reflectance = null;
+/** Evaluator of spectra. */
 let spectra = null;
 
+// Messages of the page; engine.js has a method for each. `settings` is JSON.
 answer({
   async relief({ settings, file }) {
     const bytes = file ? new Uint8Array(await file.arrayBuffer()) : undefined;
+    // If this throws, the old relief stays.
     const read = new sunbeam.Relief(settings, bytes);
     relief?.free();
     reflectance?.free();
@@ -33,6 +38,7 @@ answer({
   estimate: ({ settings }) => JSON.parse(relief.estimate(settings)),
   method: ({ settings }, progress) => relief.method(settings, progress),
   reflectance({ settings }, progress) {
+    // Freed first, so that both do not need memory at the same time.
     reflectance?.free();
     reflectance = null;
     reflectance = relief.reflectance(settings, progress);

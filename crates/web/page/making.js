@@ -1,8 +1,8 @@
-// Builds the data that the settings need and that do not exist yet; returns to the last good state if a build fails.
+// Builds the data that the settings need and that do not exist yet. Returns to the last good state if a build fails.
 //
 // Two kinds of data are built in parallel: the surface (relief, then the method's data) and the scene (mesh and
 // pigment). A change of one kind does not disturb the other. Each start of a kind increments its number in `turns`. A
-// task that resumes after an await is stale if the number has changed, and must end without an effect.
+// task that resumes after an `await` is stale if this number has changed. It must then end without an effect.
 
 import { updateAddress } from "./address.js";
 import { showControls } from "./panel.js";
@@ -12,19 +12,22 @@ import { byId, currentKeys, isFile, page, views } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress, titleOf } from "./words.js";
 
-/** Delay in ms before the data of spectra are built. Chosen: no picture needs them. */
+/**
+ * Delay in ms before the evaluator of spectra is built, which no picture needs. A shorter one would start it between
+ * two quick changes of the settings, in vain.
+ */
 const SPECTRA_DELAY_MS = 300;
 
-/** The tasks under way, by kind. */
+/** Promises of the last task of each kind; null before the first and after a return to the last good state. */
 const pending = { surface: null, scene: null };
-/** Number of starts, by kind. */
+/** Number of starts by kind; `all` counts those of either. `goBack` increments all three: every task becomes stale. */
 const turns = { surface: 0, scene: 0, all: 0 };
 /** Finished fraction of the scene; null while none is being built. */
 let sceneFraction = null;
-/** Keys of the data that the artist has. */
+/** Keys of the data that the artist has; null for none. */
 const held = { method: null, scene: null };
 
-/** Starts a turn of this kind; returns the function `stale`, true once another turn has started. */
+/** Starts a turn of this kind. Returns the function `stale`, which is true after another turn has started. */
 function startTurn(kind) {
   const turn = ++turns[kind];
   return () => turn !== turns[kind];
@@ -32,10 +35,11 @@ function startTurn(kind) {
 
 /** Builds all data whose keys have changed, then orders picture, map and spectrum. */
 export async function makeMissing() {
-  // The file of a link may not be here yet.
+  // The visitor may not have dropped the file of a link yet.
   if (isFile() && !page.source) return;
   const keys = currentKeys();
   const surfaceChanged = keys.relief !== page.keys.relief || keys.method !== page.keys.method;
+  // Without a device no pictures are drawn, and no scene is needed.
   const sceneChanged = keys.scene !== page.keys.scene && page.adapter !== null;
   if (!surfaceChanged && !sceneChanged) return;
   page.keys = { ...keys, scene: sceneChanged ? keys.scene : page.keys.scene };
@@ -51,14 +55,13 @@ export async function makeMissing() {
     showProgress(null);
     orderPicture();
     refreshMap();
-    // Spectra need data of their own.
     setTimeout(() => !stale() && makeSpectra(), SPECTRA_DELAY_MS);
   } catch (error) {
-    if (!stale()) failed(error);
+    if (!stale()) handleFailure(error);
   }
 }
 
-/** Reads the relief and builds the method's data: for the artist, or without WebGPU for maps on the CPU. */
+/** Reads the relief and builds the method's data for the artist, or without WebGPU its evaluator on the CPU. */
 async function makeSurface(keys, stale) {
   const { engine, settings, source } = page;
   engine.cancel();
@@ -75,10 +78,11 @@ async function makeSurface(keys, stale) {
   const { too_much } = await engine.estimate(settings);
   if (too_much) throw Object.assign(new Error(too_much), { kind: "limit" });
   if (stale()) return;
-  const name = settings.method === "table" ? "Making the colour table" : `Making the data of ${settings.method}`;
-  showProgress(name, 0);
+  const task = settings.method === "table" ? "Making the colour table" : `Making the data of ${settings.method}`;
+  showProgress(task, 0);
   const start = performance.now();
-  const report = (fraction) => stale() || showProgress(name, fraction);
+  const report = (fraction) => stale() || showProgress(task, fraction);
+  // While the device is still being opened, the data are built for it.
   const bytes = page.adapter === null ? null : await engine.method(settings, report);
   const seconds = (performance.now() - start) / 1e3;
   await page.opening;
@@ -99,8 +103,7 @@ async function makeScene(keys, stale) {
   const { engine, settings } = page;
   for (const draft of [true, false]) {
     const bytes = await engine.scene(settings, draft, (fraction) => (sceneFraction = fraction));
-    if (draft) sceneFraction = 0;
-    else sceneFraction = null;
+    sceneFraction = draft ? 0 : null;
     await page.opening;
     if (stale() || !page.adapter) return;
     held.scene = keys.scene;
@@ -108,17 +111,17 @@ async function makeScene(keys, stale) {
   }
 }
 
-/** Shows an error and returns to the last good state; a missing scale of a file is asked for instead. */
-function failed(error) {
+/** Shows an error and returns to the last good state. If a file has no scale, asks the visitor for it instead. */
+function handleFailure(error) {
   showProgress(null);
   page.making = false;
   if (error.kind === "scale") return askScale(error);
-  const prefix = error.kind === "internal" ? "The computation broke off: " : "";
+  const prefix = error.kind === "internal" ? "The computation failed: " : "";
   if (error.kind !== "cancelled") showMessage(prefix + error.message);
   goBack();
 }
 
-/** Returns to the last state whose data were complete, `page.good`. */
+/** Returns to the last state whose data were complete, `page.good`. Settings without data, such as the sun, stay. */
 export function goBack() {
   const { good } = page;
   for (const kind in turns) turns[kind] += 1;
@@ -140,16 +143,15 @@ export function goBack() {
   byId("scale").hidden = true;
   showControls();
   updateAddress();
-  // The artist may already have the new method or scene. The old one is then made again, and until then no state is
+  // If the artist already has the new method or scene, the old one has to be built again. Until then no state is
   // complete.
   if (page.keys.method !== good.keys.method || page.keys.scene !== good.keys.scene) page.good = null;
   makeMissing();
   orderPicture();
 }
 
-/** Asks for the scale that the file does not have. */
-function askScale(error) {
-  const { parameter } = error;
+/** Asks the visitor for the scale that the file does not have: `parameter` is the name of the setting. */
+function askScale({ parameter }) {
   byId("scale").hidden = false;
   byId("relief-name").textContent = page.source.name;
   byId("scale-question").textContent =
@@ -161,7 +163,7 @@ function askScale(error) {
   page.read = null;
 }
 
-/** Builds the data of spectra in the background. */
+/** Builds the evaluator of spectra in the background, then shows the spectrum. Its errors go to the plot. */
 async function makeSpectra() {
   const { engine, settings } = page;
   if (isFile() && !page.source) return;

@@ -1,40 +1,46 @@
 // The BRDF map: f_r over all viewing directions for one direction of the light. It shows the hemisphere from above: a
-// unit vector (x, y, z) is at the point (x, y) of the unit disc, with x to the right and y up.
+// unit vector [x, y, z] is at the point (x, y) of the unit disc, with x to the right and y up.
+//
+// A map is {rgb, side, wi}: f_r in 1/sr as linear sRGB, three numbers for each of side² pixels, rows from the top, and
+// the unit vector to the light. `wo` is the unit vector to the viewer.
 
 import { svg } from "./svg.js";
 
 /** One degree in radians. */
 const RADIAN = Math.PI / 180;
-/** Largest radius that arrow keys reach. Chosen just inside the horizon, which is at 1. */
+/** Largest radius that arrow keys reach, just inside the horizon at 1. */
 const KEY_RADIUS_MAX = 0.995;
+/** Steps of the arrow keys without and with the shift key, as fractions of the disc's radius. */
+const [KEY_STEP, KEY_STEP_LARGE] = [0.02, 0.1];
 
-/** The unit vector of a polar angle and an azimuth. */
+/** The unit vector with the angle theta to the normal and the azimuth phi, from +x towards +y. */
 export function direction(theta_deg, phi_deg) {
   const sine = Math.sin(theta_deg * RADIAN);
   return [sine * Math.cos(phi_deg * RADIAN), sine * Math.sin(phi_deg * RADIAN), Math.cos(theta_deg * RADIAN)];
 }
 
-/** Polar angle and azimuth in degrees of a unit vector. */
+/** Angle to the normal and azimuth of a unit vector: {theta_deg, phi_deg}. The azimuth of the normal is 0. */
 export function angles([x, y, z]) {
-  const theta = Math.acos(Math.min(1, Math.max(-1, z))) / RADIAN;
-  return { theta_deg: theta, phi_deg: Math.hypot(x, y) < 1e-9 ? 0 : Math.atan2(y, x) / RADIAN };
+  const theta_deg = Math.acos(Math.min(1, Math.max(-1, z))) / RADIAN;
+  const isNormal = Math.hypot(x, y) < 1e-9;
+  return { theta_deg, phi_deg: isNormal ? 0 : Math.atan2(y, x) / RADIAN };
 }
 
-/** The direction halfway between two. */
+/** The half vector of two directions; the normal if they are opposite. */
 export function halfway(wi, wo) {
   const sum = wi.map((value, i) => value + wo[i]);
   const length = Math.hypot(...sum);
   return length > 0 ? sum.map((value) => value / length) : [0, 0, 1];
 }
 
-/** The direction at a point of the map, each coordinate in [0, 1] from the upper left; null outside the disc. */
-export function directionAt(x, y) {
-  const [u, v] = [2 * x - 1, 1 - 2 * y];
-  const square = u * u + v * v;
-  return square < 1 ? [u, v, Math.sqrt(1 - square)] : null;
+/** Direction at a point of the map's square. Coordinates are in [0, 1] from the upper left. Null outside the disc. */
+export function directionAt(right, down) {
+  const [x, y] = [2 * right - 1, 1 - 2 * down];
+  const radiusSquared = x * x + y * y;
+  return radiusSquared < 1 ? [x, y, Math.sqrt(1 - radiusSquared)] : null;
 }
 
-/** The colour of the map in a direction, linear sRGB in 1/sr. */
+/** The map's value in a direction: three numbers in 1/sr. */
 export function colourAt({ rgb, side }, [x, y]) {
   const column = Math.min(side - 1, Math.floor((0.5 + 0.5 * x) * side));
   const row = Math.min(side - 1, Math.floor((0.5 - 0.5 * y) * side));
@@ -44,49 +50,55 @@ export function colourAt({ rgb, side }, [x, y]) {
 /** The map on its canvas, with marks. */
 export class MapView {
   #canvas;
+  // Marks of the mirror direction, the viewer and the half vector.
   #mirror = svg("circle", { class: "mirror", r: 0.045 });
   #read = svg("path", { class: "read", d: "M-.08 0H.08M0-.08V.08" });
   #half = svg("path", { class: "half", d: "M0-.055 .055 0 0 .055-.055 0Z" });
 
-  /** Draws marks into the SVG element `marks`; `read` gets the direction under the pointer or chosen by keys. */
+  /**
+   * Draws the map into a canvas and marks into the SVG element `marks`, whose units are the disc's radius. `read` is
+   * called with the direction under the pointer or chosen by keys.
+   */
   constructor(canvas, marks, read) {
     this.#canvas = canvas;
     for (const theta of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta * RADIAN) }));
     marks.append(svg("path", { class: "grid", d: "M-1 0H1M0-1V1" }), this.#mirror, this.#half, this.#read);
     this.mark(null, null);
-    let at = [0, 0];
-    const point = (event) => {
+    // The point of the disc that was read last.
+    let current = [0, 0];
+    const readPointer = (event) => {
       const box = canvas.getBoundingClientRect();
       const found = directionAt((event.clientX - box.x) / box.width, (event.clientY - box.y) / box.height);
       if (found) {
-        at = [found[0], found[1]];
+        current = [found[0], found[1]];
         read(found);
       }
     };
-    canvas.addEventListener("pointermove", point);
-    canvas.addEventListener("pointerdown", point);
+    canvas.addEventListener("pointermove", readPointer);
+    canvas.addEventListener("pointerdown", readPointer);
     canvas.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
       if (!step) return;
       event.preventDefault();
-      const size = event.shiftKey ? 0.1 : 0.02;
-      const next = [at[0] + size * step[0], at[1] + size * step[1]];
+      const size = event.shiftKey ? KEY_STEP_LARGE : KEY_STEP;
+      const next = [current[0] + size * step[0], current[1] + size * step[1]];
       if (Math.hypot(...next) >= KEY_RADIUS_MAX) return;
-      at = next;
-      read([...at, Math.sqrt(1 - at[0] ** 2 - at[1] ** 2)]);
+      current = next;
+      read([...next, Math.sqrt(1 - next[0] ** 2 - next[1] ** 2)]);
     });
   }
 
-  /** Shows RGBA pixels, rows from the top. */
+  /** Shows side² pixels of RGBA bytes (a Uint8Array), rows from the top. */
   show(rgba, side) {
     this.#canvas.width = this.#canvas.height = side;
     this.#canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), side, side), 0, 0);
   }
 
-  /** Marks the mirror direction of the light, the viewer, and the half vector of both. */
+  /** Marks the mirror direction of the light, the viewer, and the half vector of both. Null hides the marks. */
   mark(wi, wo) {
     const put = (mark, point) => {
       mark.style.display = point ? "" : "none";
+      // y is downwards in SVG.
       if (point) mark.setAttribute("transform", `translate(${point[0]} ${-point[1]})`);
     };
     put(this.#mirror, wi && [-wi[0], -wi[1]]);

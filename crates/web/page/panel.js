@@ -1,20 +1,20 @@
-// Writes the settings into the controls; controls.js is the reverse way.
+// Shows the settings in the controls. controls.js reads them back.
 
 import { byId, isFile, page, views } from "./state.js";
 import { degrees, signed } from "./words.js";
 
-/** Refractive index of keratin, which the library takes where none is given. */
+/** Refractive index of keratin, the library's default. */
 const KERATIN_ETA = 1.56;
 
 /** Dielectrics with their refractive index at 550 nm. */
 const DIELECTRICS = [{ name: "Keratin", eta: KERATIN_ETA }, { name: "Polycarbonate", eta: 1.58 }];
 
-/** Shows all settings. */
+/** Shows all settings. Fields without a value show the default that the library takes. */
 export function showControls() {
   const { settings } = page;
   const { surface } = settings;
   const put = (id, value) => {
-    // A field with the focus keeps its text.
+    // The visitor may be typing in the field with the focus.
     if (document.activeElement !== byId(id)) byId(id).value = value ?? "";
   };
   const preset = page.engine.catalogue.presets.find(({ name }) => name === surface.preset);
@@ -28,7 +28,7 @@ export function showControls() {
   byId("fill").value = surface.fill ?? "none";
   put("channel", surface.channel);
   byId("level").value = surface.level ?? (isFile() ? "plane" : "none");
-  // The published methods have periodic tiles only.
+  // The published methods have only periodic tiles.
   const published = settings.method !== "table";
   byId("tiling").value = published ? "periodic" : (surface.tiling ?? (isFile() ? "aperiodic" : "periodic"));
   byId("tiling").disabled = published;
@@ -36,9 +36,9 @@ export function showControls() {
   const method = page.engine.catalogue.methods.find(({ name }) => name === settings.method);
   byId("method-note").textContent = method?.title ?? "";
   put("coherence_length", surface.coherence_length);
-  const conserves = method?.conserves_energy;
-  byId("conserve_energy").disabled = !conserves;
-  byId("conserve_energy").checked = Boolean(conserves && surface.conserve_energy);
+  const canConserve = method?.conserves_energy;
+  byId("conserve_energy").disabled = !canConserve;
+  byId("conserve_energy").checked = Boolean(canConserve && surface.conserve_energy);
   put("eta", surface.eta ?? KERATIN_ETA);
   put("k", surface.k ?? 0);
   const material = [...byId("material").options].find(
@@ -50,6 +50,7 @@ export function showControls() {
   byId("exposure-value").textContent = `${settings.exposure > 0 ? "+" : ""}${signed(settings.exposure)} stops`;
   for (const radio of document.querySelectorAll("input[name=scene]")) radio.checked = radio.value === settings.shape;
   for (const radio of document.querySelectorAll("input[name=example]")) {
+    // The values of these radio buttons are positions in the list.
     radio.checked = page.examples[radio.value]?.name === page.example;
   }
   showSun();
@@ -62,7 +63,7 @@ export function showMapLight() {
   byId("map_phi").value = page.settings.map.phi_deg;
 }
 
-/** Shows the sun. */
+/** Shows the sun in the sky and its angles. */
 export function showSun() {
   const { sun, camera } = page.settings;
   views.sky.show(sun, camera);
@@ -72,7 +73,7 @@ export function showSun() {
   byId("elevation-value").textContent = degrees(sun.elevation_deg);
 }
 
-/** Fills the lists of presets, materials and file types. */
+/** Fills the lists of presets, materials and accepted file types, and shows the version. */
 export function fillLists() {
   const { presets, conductors, extensions, version } = page.engine.catalogue;
   const option = (value, text, data = {}) => {
@@ -80,13 +81,13 @@ export function fillLists() {
     Object.assign(element.dataset, data);
     return element;
   };
-  // Shown where the surface is a file.
+  // Selected while the surface is a file.
   const none = option("", "none, a file");
   none.hidden = true;
   byId("preset").replaceChildren(none, ...presets.map(({ name, title }) => option(name, title)));
-  const index = ({ name, eta, k = 0 }) => option(name, `${name}, ${eta}${k ? ` + ${k}i` : ""}`, { eta, k });
+  const material = ({ name, eta, k = 0 }) => option(name, `${name}, ${eta}${k ? ` + ${k}i` : ""}`, { eta, k });
   const other = option("other", "another index");
-  byId("material").replaceChildren(...DIELECTRICS.map(index), ...conductors.map(index), other);
+  byId("material").replaceChildren(...DIELECTRICS.map(material), ...conductors.map(material), other);
   byId("file").accept = extensions.join(",");
   byId("about").textContent = `sunbeam ${version}`;
 }

@@ -13,19 +13,21 @@ import { orderPicture } from "./view.js";
 import { rounded, showMessage, showStatus } from "./words.js";
 
 /**
- * Time in ms after which an unfinished picture is reported in the status line. Chosen: laying out the text takes a
- * tenth of the time of a draft.
+ * Time in ms after which an unfinished picture is reported in the status line. During a drag the line stays as it is:
+ * laying out its text takes a tenth of the time of a draft.
  */
 const STATUS_DELAY_MS = 100;
-/** Time in ms after a loss of the device within which a second loss waits for the visitor's click. Chosen. */
+/** Two losses of the device within this time in ms are not by chance: after the second, the visitor is asked. */
 const LOSS_MS = 10000;
 
+/** Timer of the next report in the status line. */
 let statusTimer = 0;
 
-/** Handles an event of the artist: a picture that was drawn, a failure, or the loss of the device. */
+/** Handles an event of the artist (artist.js): a picture that was drawn, a failure, or the loss of the device. */
 export function handleArtistEvent(event) {
   if (event.type === "lost") return handleLoss(event.message);
   if (event.type === "failed") return showMessage(event.message);
+  // The marks are for measurements.
   if (!page.drawn) performance.mark("first-picture");
   if (page.good && !page.making) page.good.at ??= performance.now();
   page.drawn = event;
@@ -35,7 +37,7 @@ export function handleArtistEvent(event) {
   else statusTimer = setTimeout(showStatus, STATUS_DELAY_MS);
 }
 
-/** Replaces the canvas: a device can only be opened on one that nothing has drawn on. */
+/** Replaces the canvas by a new one and returns it. A device can only be opened on a canvas that was never drawn on. */
 function newCanvas() {
   const old = byId("picture");
   const canvas = old.cloneNode(false);
@@ -46,22 +48,22 @@ function newCanvas() {
   return canvas;
 }
 
-/** Time in ms of the last loss. */
+/** Time in ms of the last loss of the device. */
 let lastLoss = -Infinity;
 
-/** Opens the device again after its loss, or asks the visitor where it was lost shortly before. */
+/** Opens the device again after its loss. Asks the visitor first if it was lost before within LOSS_MS. */
 async function handleLoss(message) {
   page.adapter = undefined;
-  const again = performance.now() - lastLoss < LOSS_MS;
+  const repeated = performance.now() - lastLoss < LOSS_MS;
   lastLoss = performance.now();
   showMessage(null);
   byId("lost").hidden = false;
   byId("lost-text").textContent = `The graphics device was lost: ${message || "no reason was given"}.`;
-  byId("recover").hidden = !again;
-  if (!again) await recover();
+  byId("recover").hidden = !repeated;
+  if (!repeated) await recover();
 }
 
-/** Opens the device again and makes its data. */
+/** Opens the device again and builds the data that it lacks. */
 export async function recover() {
   byId("lost-text").textContent = "The graphics device was lost. It is being started again.";
   const error = await openArtist();
@@ -75,7 +77,7 @@ export async function recover() {
   makeMissing();
 }
 
-/** Opens the graphics device; returns the error where that fails, else null. */
+/** Opens the graphics device. Returns the error if that fails, otherwise null. */
 export async function openArtist() {
   page.adapter = undefined;
   const opening = page.engine.openArtist(newCanvas());
@@ -90,25 +92,25 @@ export async function openArtist() {
   return null;
 }
 
-/** Shows that there is no graphics device, and ready-made pictures instead. */
+/** Shows why there is no graphics device, and a ready-made picture instead. */
 export function showWithoutArtist(error) {
   byId("no-gpu").hidden = false;
   byId("no-gpu-reason").textContent = `The reason: ${error.message}.`;
-  // Controls of pictures.
+  // These controls change pictures, which are not drawn.
   for (const field of document.querySelectorAll("#save-png, #reset, #size, #blend, .tabs input")) field.disabled = true;
   showStill(page.examples.find(({ name }) => name === page.example));
   showStatus();
 }
 
-/** Changes camera or sun by the function `call` of quick.rs. */
-const move = (call, ...numbers) => {
-  page.settings = JSON.parse(page.engine.quick[call](JSON.stringify(page.settings), ...numbers));
+/** Changes camera or sun by a function of quick.rs, with these arguments after the settings. */
+const move = (name, ...numbers) => {
+  page.settings = JSON.parse(page.engine.quick[name](JSON.stringify(page.settings), ...numbers));
   showSun();
   updateAddress();
   orderPicture();
 };
 
-/** The effects of gestures, in CSS pixels. */
+/** Effects of gestures, for `listenToGestures`. */
 const actions = {
   turn: (right, down) => move("turned", right, down),
   sun: (right, down) => move("sunned", right, down),
@@ -117,6 +119,7 @@ const actions = {
   reset: resetView,
   dragsSun: () => document.querySelector("input[name=drag]:checked").value === "sun",
   hover,
+  // Draws the map of the last point at full resolution.
   leave: () => refreshMap(),
 };
 
@@ -131,7 +134,11 @@ let hovering = false;
 /** The newest point under the pointer that `hover` has not read yet. */
 let hoverNext = null;
 
-/** Shows the surface at a point of the picture, each coordinate in [0, 1) from the upper left, in the map. */
+/**
+ * Shows the point of the surface under the pointer in the map: the map for its light, read at the direction to the
+ * viewer. Coordinates in the picture are in [0, 1) from the upper left. Of calls that come meanwhile, only the last is
+ * handled.
+ */
 async function hover(x, y) {
   hoverNext = [x, y];
   if (hovering || !page.adapter || !page.drawn) return;
@@ -150,7 +157,7 @@ async function hover(x, y) {
     }
     refreshMap();
   } catch (error) {
-    // handleLoss tells of the loss of the device.
+    // `handleLoss` reports the loss of the device.
     if (error.kind !== "lost" && error.kind !== "cancelled") showMessage(error.message);
   } finally {
     hovering = false;

@@ -1,23 +1,23 @@
-// Draws the BRDF map, and reads colour and spectrum at a direction of it.
+// Draws the BRDF map, and shows the colour and the spectrum at one of its directions.
 //
-// `wi` is the direction to the light and `wo` that to the viewer, unit vectors in the relief's frame.
+// `wi` is the direction to the light and `wo` that to the viewer, as unit vectors in the relief's frame.
 
 import { updateAddress } from "./address.js";
 import { angles, colourAt, direction, halfway } from "./map.js";
 import { byId, currentKeys, page, views } from "./state.js";
 import { degrees, showMessage, signed } from "./words.js";
 
-/** Side of the map in pixels. Chosen. */
+/** Side of the map in pixels. Its time grows with the square. */
 const MAP_SIDE = 128;
-/** Side in pixels of a map that follows the pointer. */
+/** Side in pixels of a map that follows the pointer, small enough to be drawn for each of its movements. */
 export const DRAFT_SIDE = 48;
 
 /** Whether `drawMap` is running. */
 let mapping = false;
-/** Light and side of the newest map that is not drawn yet. */
+/** Light and side of the newest map that is not drawn yet: {wi, side}. */
 let mapNext = null;
 
-/** Draws the map for light from `wi`. Of calls that come while one is drawn, only the last is drawn after it. */
+/** Draws the map for light from `wi`. Of calls that come while a map is drawn, only the last is drawn after it. */
 export async function drawMap(wi, side) {
   mapNext = { wi, side };
   if (mapping) return;
@@ -39,7 +39,7 @@ export async function drawMap(wi, side) {
   }
 }
 
-/** The map for light from `wi`, linear sRGB in 1/sr; null where its data are not made yet. */
+/** Promise of the map for light from `wi`: the `rgb` of map.js. Null if its data are not built yet. */
 export function mapOf(wi, side) {
   const { engine } = page;
   if (page.adapter) return engine.map(wi, side);
@@ -48,7 +48,7 @@ export function mapOf(wi, side) {
   return engine.mapOnProcessor(page.settings, theta_deg, phi_deg, side);
 }
 
-/** Draws the map for the light of the settings. */
+/** Draws the map for the light of the settings, and writes this light into the address. Shows errors. */
 export async function refreshMap() {
   const { theta_deg, phi_deg } = page.settings.map;
   updateAddress();
@@ -59,13 +59,13 @@ export async function refreshMap() {
   }
 }
 
-/** Polar angle and azimuth of a unit vector as text. */
+/** Angle to the normal and azimuth of a unit vector as text. */
 const inDegrees = (unit) => {
   const { theta_deg, phi_deg } = angles(unit);
   return `θ ${degrees(theta_deg)}, φ ${degrees(phi_deg)}`;
 };
 
-/** Shows colour, angles and spectrum of the map towards `wo`. */
+/** Shows colour, angles and spectrum of the current map towards `wo`. */
 export function readAt(wo) {
   page.wo = wo;
   const { wi, map } = page;
@@ -75,18 +75,19 @@ export function readAt(wo) {
   byId("fact-wo").textContent = inDegrees(wo);
   byId("fact-h").textContent = inDegrees(halfway(wi, wo));
   byId("fact-rgb").textContent = Array.from(rgb, (value) => signed(Number(value.toPrecision(3)))).join(", ");
-  // Radiance of the surface in this light, relative to a white diffuse plane that faces the sun.
-  const shown = Float32Array.from(rgb, (value) => value * Math.PI * wi[2]);
-  byId("swatch").style.backgroundColor = `rgb(${page.engine.quick.to_srgb(shown, page.settings.exposure).join(" ")})`;
+  // The picture's sun has an irradiance of π. On the surface it is π cos θi, and the radiance is f_r times this.
+  const radiance = Float32Array.from(rgb, (value) => value * Math.PI * wi[2]);
+  const swatch = page.engine.quick.to_srgb(radiance, page.settings.exposure);
+  byId("swatch").style.backgroundColor = `rgb(${swatch.join(" ")})`;
   readSpectrum();
 }
 
 /** Whether `readSpectrum` is running. */
 let reading = false;
-/** Whether it was called again meanwhile. */
+/** Whether `readSpectrum` has been called since it last asked for a spectrum. */
 let readNext = false;
 
-/** Shows the spectrum at page.wi and page.wo. Calls that come while one is computed are answered once, by the last. */
+/** Shows the spectrum at page.wi and page.wo. Calls during a computation lead to one more computation at its end. */
 export async function readSpectrum() {
   readNext = true;
   if (reading || !page.wo || !page.engine.hasSpectra(currentKeys().method)) return;

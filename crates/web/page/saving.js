@@ -7,22 +7,24 @@ import { byId, page } from "./state.js";
 import { pictureSize } from "./view.js";
 import { showMessage } from "./words.js";
 
-/** Side of a saved map in pixels. Chosen. */
+/** Side of a saved map in pixels. A larger one resolves finer orders and takes longer. */
 const EXR_SIDE = 256;
+/** Time in ms after which the data of a saved file are released. The browser has read them by then. */
+const RELEASE_MS = 1e4;
 
-/** Has the browser save bytes as a file. */
+/** Makes the browser save bytes as a file of this name and MIME type. */
 function save(bytes, name, type) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([bytes], { type }));
   link.download = name;
   link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1e4);
+  setTimeout(() => URL.revokeObjectURL(link.href), RELEASE_MS);
 }
 
-/** Name of saved files without extension: the relief's. */
+/** Name of saved files without extension: that of the relief's file or preset. */
 const fileStem = () => (page.source?.name ?? page.settings.surface.preset).replace(/\.[^.]*$/, "");
 
-/** Copies text to the clipboard, or shows it where the browser refuses; `name` is its kind for the status line. */
+/** Copies text to the clipboard, or shows it if the browser refuses. `name` is the kind of text for the status line. */
 async function copy(text, name) {
   try {
     await navigator.clipboard.writeText(text);
@@ -32,7 +34,7 @@ async function copy(text, name) {
   }
 }
 
-/** Runs a task when the button is clicked; its errors become a message. */
+/** Runs a task when the button with this id is clicked. Its errors become a message. */
 function onClick(id, task) {
   byId(id).addEventListener("click", async () => {
     try {

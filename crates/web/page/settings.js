@@ -8,7 +8,7 @@ import { page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage } from "./words.js";
 
-/** Applies `edit` to a copy of the settings, which replaces them if the library accepts it; else shows its message. */
+/** Applies `edit` to a copy of the settings and makes the copy current. If the library refuses it, shows the error. */
 export function change(edit) {
   const next = structuredClone(page.settings);
   edit(next);
@@ -23,10 +23,10 @@ export function change(edit) {
   settingsChanged();
 }
 
-/** Refractive index of the last map; a change of the index alone builds no data, but changes the map. */
+/** Text of the refractive index of the last map. A change of the index alone builds no data, but changes the map. */
 let mappedIndex = "";
 
-/** Brings controls, address, data and pictures up to date after the settings have changed in any way. */
+/** Updates controls, address, data and pictures after any change of the settings. */
 export function settingsChanged() {
   showControls();
   updateAddress();
@@ -36,7 +36,6 @@ export function settingsChanged() {
   const index = `${eta} ${k}`;
   if (index === mappedIndex) return;
   mappedIndex = index;
-  if (!page.good) return;
-  // The picture's order has told the artist of the index already.
-  refreshMap();
+  // `orderPicture` has sent the index to the artist, so the map has it, too. Without data there is no map yet.
+  if (page.good) refreshMap();
 }

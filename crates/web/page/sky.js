@@ -1,17 +1,18 @@
 // The sky from above, with the viewer at the lower edge and a sun that can be dragged.
 //
-// A direction of elevation e is at the radius cos e, so the horizon is the rim and the zenith the centre.
+// A direction of elevation e is at the radius cos e, so the horizon is the rim and the zenith the centre. Azimuths are
+// counter-clockwise; that of the camera points down. y is downwards, as in SVG.
 
 import { svg } from "./svg.js";
 
-/** Half the side of the drawing, in its own units. */
+/** Half the side of the drawing, in the units of its viewBox. */
 const HALF = 52;
-/** Radius of the horizon in units of the drawing. */
+/** Radius of the horizon in the same units. */
 const RADIUS = 44;
 /** One degree in radians. */
 const RADIAN = Math.PI / 180;
 
-/** The drawing of the sky in its SVG element. */
+/** Drawing of the sky in an SVG element. */
 export class Sky {
   #element;
   #sun = svg("circle", { class: "disc", r: 5.5 });
@@ -19,7 +20,7 @@ export class Sky {
   /** Azimuth of the camera in degrees. */
   #camera = 0;
 
-  /** `changed` gets the sun's azimuth and elevation in degrees. */
+  /** Calls `changed` with azimuth in [−180, 180) and elevation of the sun in degrees when it is dragged. */
   constructor(element, changed) {
     this.#element = element;
     element.append(svg("circle", { class: "rim", r: RADIUS }));
@@ -30,7 +31,9 @@ export class Sky {
       const x = (((event.clientX - box.x) / box.width) * 2 * HALF - HALF) / RADIUS;
       const y = (((event.clientY - box.y) / box.height) * 2 * HALF - HALF) / RADIUS;
       const azimuth = Math.atan2(x, y) / RADIAN + this.#camera;
-      changed(((((azimuth + 180) % 360) + 360) % 360) - 180, Math.acos(Math.min(1, Math.hypot(x, y))) / RADIAN);
+      // The operator % has the sign of its left operand.
+      const wrapped = ((((azimuth + 180) % 360) + 360) % 360) - 180;
+      changed(wrapped, Math.acos(Math.min(1, Math.hypot(x, y))) / RADIAN);
     };
     element.addEventListener("pointerdown", (event) => {
       element.setPointerCapture(event.pointerId);
@@ -41,7 +44,7 @@ export class Sky {
     });
   }
 
-  /** Shows the sun as a camera sees it. */
+  /** Shows the sun, with the camera at the lower edge. Both have the fields of the settings. */
   show(sun, camera) {
     this.#camera = camera.azimuth_deg;
     const angle = (sun.azimuth_deg - camera.azimuth_deg) * RADIAN;

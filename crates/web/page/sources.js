@@ -1,11 +1,11 @@
-// Selects the source of the heights: a preset, a visitor's file, or an example.
+// Selection of the relief: a preset, a visitor's file, or an example.
 
 import { showControls } from "./panel.js";
 import { change, settingsChanged } from "./settings.js";
 import { byId, page } from "./state.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** The surface without the fields that belong to its source of heights. */
+/** The settings of a surface without the fields that select its relief. */
 const withoutSource = (surface) =>
   Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
 
@@ -17,7 +17,7 @@ export function choosePreset(preset) {
   change((settings) => (settings.surface = { ...withoutSource(settings.surface), preset }));
 }
 
-/** Selects a file of the visitor. If a link waits for a file, the file completes the link's settings. */
+/** Selects a file of the visitor. If the page waits for the file of a link, the link's settings apply to this file. */
 export async function chooseFile(file) {
   showMessage(null);
   const { file_bytes_max } = page.engine.catalogue;
@@ -37,7 +37,7 @@ export async function chooseFile(file) {
   }
   showProgress(null);
   const { wanted } = page;
-  // A file dropped a second time is read again, so that its scale can be entered anew.
+  // Clears the key: a file that is dropped a second time is read again, so that its scale can be entered anew.
   page.keys = { ...page.keys, relief: null };
   page.source = { name: file.name, file, sha256 };
   page.example = null;
@@ -47,7 +47,7 @@ export async function chooseFile(file) {
     if (wanted.sha256 && wanted.sha256 !== sha256) {
       showMessage(`${file.name} is not the file that the link was made with, and gives another picture.`);
     }
-    // The link's settings belong to this file, whatever its name is now.
+    // The visitor may have renamed the file.
     page.settings.surface.filename = file.name;
     settingsChanged();
     return;
@@ -57,7 +57,7 @@ export async function chooseFile(file) {
   change((settings) => (settings.surface = { ...withoutSource(settings.surface), filename: file.name }));
 }
 
-/** Shows the file that a link waits for. */
+/** Shows which file the page waits for, or hides this line. */
 export function showWanted() {
   const { wanted } = page;
   byId("wanted").hidden = !wanted;
@@ -66,7 +66,7 @@ export function showWanted() {
   byId("wanted").textContent = `This link is about the file ${wanted.name}${sum}. Drop it here to see the picture.`;
 }
 
-/** Selects an example: its file, if it has one, and its settings. */
+/** Selects an example: its file, if it has one, and its settings. Camera, sun and map stay unless it sets them. */
 export async function chooseExample(example) {
   let source = null;
   if (example.file) {
@@ -98,14 +98,14 @@ export async function chooseExample(example) {
   settingsChanged();
 }
 
-/** The file of an example, as page.source. */
+/** Fetches the file of an example. Returns it in the form of page.source. */
 export async function fetched(example) {
-  const answer = await fetch(`examples/${example.file}`);
-  if (!answer.ok) throw new Error(`examples/${example.file}: ${answer.status} ${answer.statusText}`);
-  return { name: example.file, file: new File([await answer.blob()], example.file), sha256: example.sha256 };
+  const response = await fetch(`examples/${example.file}`);
+  if (!response.ok) throw new Error(`examples/${example.file}: ${response.status} ${response.statusText}`);
+  return { name: example.file, file: new File([await response.blob()], example.file), sha256: example.sha256 };
 }
 
-/** Shows the ready-made picture of an example where there is no graphics device. */
+/** Shows the ready-made picture of an example if there is no graphics device. Undefined stands for no example. */
 export function showStill(example) {
   byId("still").hidden = page.adapter !== null || !example;
   if (byId("still").hidden) return;

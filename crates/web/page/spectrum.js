@@ -1,12 +1,12 @@
-// A plot of reflectance over wavelength.
+// Plot of the reflectance over the wavelength.
 
 import { svg } from "./svg.js";
 
-/** Edges of the plot in units of its SVG element. */
+/** Edges of the plot area in the units of the SVG element's viewBox. */
 const [LEFT, RIGHT, TOP, BOTTOM] = [44, 294, 8, 128];
-/** Range of the wavelengths. */
+/** First and last wavelength. */
 const [FIRST_NM, LAST_NM] = [380, 780];
-/** Approximate colours of wavelengths in nm, for the area under the curve. */
+/** Pairs of wavelength in nm and approximate colour, for the area under the curve. */
 const HUES = [
   [380, "#3b1a6b"], [420, "#4a32c0"], [460, "#2b62e0"], [490, "#1f9fc4"], [520, "#28a745"],
   [560, "#8fb51f"], [580, "#d8b41c"], [610, "#e0701f"], [650, "#c22b20"], [780, "#4d0f0f"],
@@ -15,15 +15,16 @@ const HUES = [
 /** Abscissa of a wavelength in nm. */
 const abscissa = (nm) => LEFT + ((nm - FIRST_NM) / (LAST_NM - FIRST_NM)) * (RIGHT - LEFT);
 
-/** The value rounded up to one significant digit. */
+/** A positive value rounded up to one significant digit. Rounding errors of 1e-9 do not raise the digit. */
 function roundUp(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return Math.ceil(value / power - 1e-9) * power;
 }
 
-/** The plot in its SVG element. */
+/** Plot in an SVG element. */
 export class Spectrum {
   #element;
+  // Coloured area under the curve, the curve, the number at the upper end of the ordinate, and a text in the middle.
   #area = svg("path", { fill: "url(#hues)" });
   #curve = svg("path", { class: "curve" });
   #top = svg("text", { x: LEFT - 4, y: TOP + 8, "text-anchor": "end" });
@@ -49,7 +50,7 @@ export class Spectrum {
     this.say("");
   }
 
-  /** Shows text instead of a curve. */
+  /** Shows text instead of a curve; the empty text clears the plot. */
   say(text) {
     this.#area.setAttribute("d", "");
     this.#curve.setAttribute("d", "");
@@ -58,7 +59,7 @@ export class Spectrum {
     this.#element.setAttribute("aria-label", text ? `Spectrum: ${text}` : "Spectrum");
   }
 
-  /** Reflectances in 1/sr at equal steps from 380 to 780 nm. */
+  /** Shows reflectances in 1/sr at equal steps from FIRST_NM to LAST_NM. */
   show(values) {
     const most = Math.max(...values);
     const scale = most > 0 ? roundUp(most) : 1;

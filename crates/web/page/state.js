@@ -1,57 +1,61 @@
 // The state that the page's modules share, in one object `page`.
 
-/** The element with this id. */
+/** The page's element with this id. */
 export const byId = (id) => document.getElementById(id);
 
-/** Largest polar angle of the map's light in degrees, as in settings.rs; at 90° the light misses the surface. */
+/** Largest polar angle of the map's light in degrees, as in settings.rs. At 90° the light misses the surface. */
 export const THETA_MAX_DEG = 89.9;
 
+/** Smallest elevation of the sun in degrees, as in settings.rs. */
+export const SUN_ELEVATION_MIN_DEG = 0.5;
+
+/** The state. main.js sets `engine` and `settings` at the start. */
 export const page = {
-  /** The library, with its workers; see engine.js. */
+  /** The library with its workers (engine.js). */
   engine: null,
-  /** The settings of the library (crates/web/README.md), complete. */
+  /** The settings (crates/web/README.md), with all fields. */
   settings: null,
-  /** The file that was dropped or fetched: {name, file, sha256}; null for a preset. */
+  /** The file that was dropped or fetched: {name, file, sha256}; null for a preset and while a file is awaited. */
   source: null,
-  /** The file that a link names and that is not here: {name, sha256}; null for none. */
+  /** The file that is awaited, because a link names it: {name, sha256}; null for none. */
   wanted: null,
-  /** Examples of examples/index.json. */
+  /** The entries of examples/index.json (crates/web/README.md). */
   examples: [],
-  /** Name of the example whose settings these are; null for none. */
+  /** Name of the example that was selected last; null or undefined for none. */
   example: null,
   /** The graphics device: {name, backend, software}; null without one, undefined while it is being opened. */
   adapter: undefined,
-  /** Promise of the graphics device being opened. */
+  /** Promise that is fulfilled when the graphics device is open or has failed to open. */
   opening: null,
   /**
    * The last state whose data were complete, for `goBack`: {settings, source, read, keys}, and `at`, the time in ms of
-   * its first picture.
+   * its first picture. Null before the first.
    */
   good: null,
-  /** Keys (Engine.keys) of the relief, method and scene that exist or are being built. */
+  /** Keys (`currentKeys`) of the relief, method and scene that exist or are being built; null for none. */
   keys: { relief: null, method: null, scene: null },
-  /** Whether data are being built that a picture needs. */
+  /** Whether data that a picture needs are being built. */
   making: false,
-  /** Facts and picture of the relief that was read last. */
+  /** The relief that was read last, as Engine.relief returns it; null for none. */
   read: null,
-  /** Size and time of the method's data: {bytes, seconds}. */
+  /** Size and build time of the method's data: {bytes, seconds}; null for none. */
   made: null,
-  /** The BRDF map shown: {rgb, side, wi}. */
+  /** The BRDF map shown (map.js); null for none. */
   map: null,
-  /** Directions to the light and to the viewer at which the map is read. */
+  /** Directions to the light and to the viewer at which the map is read; null for none. */
   wi: null,
   wo: null,
-  /** Reflectance in 1/sr at equal steps from 380 to 780 nm, at wi and wo. */
+  /** Reflectance in 1/sr at equal steps from 380 to 780 nm, for wi and wo; null for none. */
   spectrum: null,
   /** Serial number of the last picture ordered. */
   asked: 0,
-  /** The artist's report of the last picture drawn, with the serial number of its order. */
+  /** The artist's report of the last picture drawn, with the serial number of its order; null for none. */
   drawn: null,
 };
-// For the browser's console, and for tests.
+// For the browser's console and for tests.
 globalThis.sunbeam = page;
 
-/** Parts of the page that draw themselves; main.js makes them. */
+/** Parts of the page that draw themselves: objects of Spectrum, Sky and MapView, which main.js creates. */
 export const views = { spectrum: null, sky: null, map: null };
 
 /** Whether the relief comes from a file. */
@@ -59,7 +63,7 @@ export function isFile() {
   return page.settings.surface.filename !== undefined;
 }
 
-/** Keys of relief, method and scene for the present settings, with the checksum of the file. */
+/** Keys for the current settings: {relief, method, scene}. The first two also depend on the contents of the file. */
 export function currentKeys() {
   const { relief, method, scene } = page.engine.keys(page.settings);
   const content = page.source?.sha256 ?? "";

@@ -1,13 +1,13 @@
-// Orders pictures from the artist.
+// Orders of pictures from the artist.
 
 import { byId, page } from "./state.js";
 
-/** Largest width in pixels of a picture whose size follows the window. Chosen. */
+/** Largest width in pixels of a picture whose size follows the window. A larger picture takes longer to draw. */
 const WIDTH_MAX = 1536;
-/** Smallest width in pixels of a picture whose size follows the window. Chosen. */
+/** Smallest width in pixels of a picture whose size follows the window, for windows that are nearly closed. */
 const WIDTH_MIN = 96;
 
-/** Width and height in pixels of the finest picture. */
+/** Width and height of the finest picture in pixels: chosen by the visitor, or 3:2 in the width of its frame. */
 export function pictureSize() {
   const chosen = byId("size").value;
   if (chosen !== "auto") return chosen.split("x").map(Number);
@@ -16,8 +16,8 @@ export function pictureSize() {
 }
 
 /**
- * Orders a picture of the present settings. It may be called for every event of a drag: browsers send these once a
- * frame, and the artist draws the last order only.
+ * Orders a picture of the current settings. It may be called for every event of a drag: browsers send one each frame,
+ * and the artist draws only the last order.
  */
 export function orderPicture() {
   if (!page.adapter) return;

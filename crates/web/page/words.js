@@ -1,21 +1,21 @@
-// Numbers as text, and the page's lines of text.
+// Conversion of numbers to text, and the page's lines of text.
 
 import { byId, page } from "./state.js";
 
-/** The text with a minus sign that is as wide as a digit. */
-export const signed = (text) => String(text).replace("-", "−");
-/** The angle to two decimals. */
-export const rounded = (angle) => Number(angle.toFixed(2));
-/** The angle in degrees as text, to one decimal. */
+/** Text of a number with the minus sign of typography, which is as wide as a digit, instead of a hyphen. */
+export const signed = (number) => String(number).replace("-", "−");
+/** A number rounded to two decimals. */
+export const rounded = (number) => Number(number.toFixed(2));
+/** Text of an angle in degrees with one decimal. */
 export const degrees = (angle) => `${signed(angle.toFixed(1))}°`;
 
-/** Shows a line of text that can be dismissed; null hides it. */
+/** Shows a message that the visitor can dismiss; null hides it. */
 export function showMessage(text) {
   byId("message").hidden = !text;
   byId("message").firstElementChild.textContent = text ?? "";
 }
 
-/** Shows the work under way, with its fraction where it is known; null hides the line. */
+/** Shows the current work, with its finished fraction if it is known; null hides the line. */
 export function showProgress(text, fraction) {
   byId("progress").hidden = text === null;
   if (text === null) return;
@@ -40,5 +40,5 @@ export function showStatus() {
   byId("status").textContent = parts.join(" · ");
 }
 
-/** The preset's name for readers. */
+/** Title of a preset for readers. */
 export const titleOf = (preset) => page.engine.catalogue.presets.find(({ name }) => name === preset)?.title ?? preset;

@@ -1,26 +1,36 @@
 //! Catalogue: the entries of the page's drop-down lists, as JSON. `README.md` of this crate documents the object.
 
 use crate::relief::FILE_BYTES_MAX;
+use serde::Serialize;
 use serde_json::{Value, json};
 use sunbeam::config::ReliefSource;
 use sunbeam::height_field::{Preset, READABLE};
 use sunbeam::methods::MethodKind;
 
-/// Metals with their refractive index `eta + i k` at 550 nm (Rakić 1998 for aluminium and chromium, Johnson and Christy
-/// 1972 for the others). The renderer
-/// takes one index for all wavelengths, so gold is as grey as silver.
-const CONDUCTORS: [(&str, f64, f64); 5] = [
-    ("aluminium", 0.96, 6.69),
-    ("chromium", 3.18, 3.33),
-    ("copper", 1.04, 2.59),
-    ("gold", 0.42, 2.35),
-    ("silver", 0.06, 3.59),
+/// A metal with its refractive index `eta + ik` at 550 nm.
+#[derive(Serialize)]
+struct Conductor {
+    name: &'static str,
+    eta: f64,
+    k: f64,
+}
+
+/// Metals of the page's list (Rakić 1998 for aluminium and chromium, Johnson and Christy 1972 for the others). The
+/// renderer has one index for all wavelengths, so gold is as grey as silver.
+const CONDUCTORS: [Conductor; 5] = [
+    Conductor { name: "aluminium", eta: 0.96, k: 6.69 },
+    Conductor { name: "chromium", eta: 3.18, k: 3.33 },
+    Conductor { name: "copper", eta: 1.04, k: 2.59 },
+    Conductor { name: "gold", eta: 0.42, k: 2.35 },
+    Conductor { name: "silver", eta: 0.06, k: 3.59 },
 ];
 
-/// Presets, methods, metals, extensions of readable files, the version, and the fields of [`Settings::surface`] that
-/// select a relief (`source_fields`), as one JSON object.
+/// One JSON object with these fields:
 ///
-/// [`Settings::surface`]: crate::Settings::surface
+/// - `presets`, `methods`, `conductors`: entries of the lists;
+/// - `extensions`: extensions of readable files; `file_bytes_max`: the largest file in bytes;
+/// - `source_fields`: fields of [`Settings::surface`](crate::Settings::surface) that select a relief;
+/// - `version`: version of this crate.
 pub fn catalogue() -> Value {
     let preset = |preset: Preset| {
         let mut entry = json!({ "name": preset.name(), "title": preset_title(preset) });
@@ -33,11 +43,10 @@ pub fn catalogue() -> Value {
         let conserves_energy = !kind.is_patch_only();
         json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": conserves_energy })
     };
-    let conductor = |(name, eta, k): (&str, f64, f64)| json!({ "name": name, "eta": eta, "k": k });
     json!({
         "presets": Preset::ALL.map(preset),
         "methods": MethodKind::ALL.map(method),
-        "conductors": CONDUCTORS.map(conductor),
+        "conductors": CONDUCTORS,
         "extensions": extensions(),
         "source_fields": ReliefSource::NAMES,
         "file_bytes_max": FILE_BYTES_MAX,
@@ -45,7 +54,8 @@ pub fn catalogue() -> Value {
     })
 }
 
-/// Extensions of readable files, each with a dot. `.001` stands for the running numbers that Nanoscope files end in.
+/// Extensions of readable files, each with a dot. Of the numbers at the end of Nanoscope files (".000 to .999" in
+/// [`READABLE`]), only `.000` is listed.
 fn extensions() -> Vec<&'static str> {
     READABLE.split(", ").filter_map(|extension| extension.split(' ').next()).collect()
 }

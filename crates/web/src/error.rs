@@ -8,42 +8,43 @@ use sunbeam::table::TableError;
 use sunbeam_realtime::GpuError;
 use sunbeam_realtime::snake::SnakeError;
 
-/// Reason why a call failed. Each message is one plain line.
+/// Reason for which a call failed. Each message is one line of plain text.
 #[derive(Debug, thiserror::Error)]
 pub enum WebError {
-    /// A setting is unknown, out of range or contradicts another.
+    /// A setting is unknown, is out of range, or contradicts another one.
     #[error("{0}")]
     Settings(String),
     /// A file cannot be read.
     #[error("{0}")]
     File(String),
-    /// A file states no pixel size or height scale, and the settings give none.
+    /// Neither a file nor the settings give the pixel size or the scale of the heights.
     #[error("{line}")]
     Scale {
-        /// Message of one line.
+        /// The message.
         line: String,
-        /// Field of the surface's settings that supplies the scale, such as `pixel_size`.
+        /// Field of [`Settings::surface`](crate::Settings::surface) that supplies the scale: `pixel_size` or
+        /// `max_height`.
         parameter: &'static str,
     },
-    /// The work would take too much memory or time.
+    /// A file is too large, or the work would take too much memory or time.
     #[error("{0}")]
     Limit(String),
-    /// The browser gives the page no GPU.
+    /// The browser does not offer WebGPU, or no adapter for it.
     #[error("{0}")]
     NoWebGpu(String),
-    /// The GPU's device is lost.
+    /// The GPU's device is lost; another one has to be opened.
     #[error("{0}")]
     Lost(String),
-    /// The device refused the work.
+    /// The GPU's device refused the work.
     #[error("{0}")]
     Gpu(String),
-    /// A fault of the page: bytes or calls in the wrong order.
+    /// A fault of the page or of this library: malformed bytes, or a call at the wrong time.
     #[error("{0}")]
     Internal(String),
 }
 
 impl WebError {
-    /// Identifier of the variant, which the page's JavaScript compares.
+    /// Name of the variant, by which the page's JavaScript distinguishes errors.
     pub const fn kind(&self) -> &'static str {
         match self {
             Self::Settings(_) => "settings",

@@ -1,7 +1,7 @@
 //! Encodes reliefs, BRDF maps and rendered pictures: RGBA bytes for a canvas, OpenEXR and PNG files.
 //!
-//! A BRDF map shows the hemisphere of outgoing directions as a disc in a square of `side`² pixels, rows from the top;
-//! [`map_direction`] is its projection. Colours are linear sRGB.
+//! A BRDF map has `f_r` in 1/sr over the hemisphere of outgoing directions, as a disc in a square of `side`² pixels
+//! ([`map_direction`]). Colours are linear sRGB. All pictures have their pixels row by row, from the top.
 
 use crate::error::WebError;
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage};
@@ -14,21 +14,21 @@ use sunbeam::scattering::map_direction;
 pub struct ReliefPicture {
     /// Width and height in pixels.
     pub size: (usize, usize),
-    /// Size of a pixel in µm.
+    /// Size of a pixel of the picture in µm.
     pub um_per_pixel: f64,
-    /// A round length in µm for the scale bar, a sixth to a third of the width.
+    /// Length of the scale bar in µm: 1, 2 or 5 times a power of ten, between 2/15 and 1/3 of the width.
     pub bar_um: f64,
     /// RGBA bytes, rows from the top.
     pub rgba: Vec<u8>,
 }
 
-/// A grey picture of the relief in true proportions, at most `side_max` pixels along a side. The lowest height is
-/// black, the highest white; +y is up.
+/// A grey picture of the relief in true proportions, of at most `side_max` pixels along each side. The lowest height is
+/// black and the highest white. +x is right and +y up.
 pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let (lx, ly) = field.extent_um();
     let (nx, ny) = field.size();
     let long_um = lx.max(ly);
-    // At most four pixels of the picture per pixel of the relief and axis: more would only repeat heights. Chosen.
+    // At most four pixels per pixel of the relief: more would only repeat heights.
     let side = side_max.max(1).min(4 * nx.max(ny));
     let um_per_pixel = long_um / side as f64;
     let pixels = |length_um: f64| ((length_um / um_per_pixel).round() as usize).clamp(1, side);
@@ -37,6 +37,7 @@ pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let scale = if high > low { 255.0 / (high - low) } else { 0.0 };
     let mut rgba = Vec::with_capacity(4 * size.0 * size.1);
     for row in 0..size.1 {
+        // Rows of the relief grow along +y, rows of the picture downwards.
         let iy = ny - 1 - row * ny / size.1;
         for column in 0..size.0 {
             let height = field.heights_um()[[iy, column * nx / size.0]];
@@ -60,12 +61,12 @@ fn round_length(most: f64) -> f64 {
 /// [`WebError::Internal`] for another number of pixels than `side²`.
 pub fn map_picture(rgb: &[[f32; 3]], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, WebError> {
     check_square(rgb, side)?;
-    let inside = |i: usize| map_direction(i % side, i / side, side).is_some();
-    let lit = (0..rgb.len()).filter(|&i| inside(i)).map(|i| rgb[i].map(f64::from));
-    let factor = exposure.unwrap_or_else(|| automatic_exposure(lit));
+    let is_inside = |i: usize| map_direction(i % side, i / side, side).is_some();
+    let inside = (0..rgb.len()).filter(|&i| is_inside(i)).map(|i| rgb[i].map(f64::from));
+    let factor = exposure.unwrap_or_else(|| automatic_exposure(inside));
     let pixel = |(i, colour): (usize, &[f32; 3])| {
         let [r, g, b] = srgb_bytes(colour.map(|value| f64::from(value) * factor));
-        [r, g, b, if inside(i) { 255 } else { 0 }]
+        [r, g, b, if is_inside(i) { 255 } else { 0 }]
     };
     Ok(rgb.iter().enumerate().flat_map(pixel).collect())
 }
@@ -76,7 +77,8 @@ pub fn map_picture(rgb: &[[f32; 3]], side: usize, exposure: Option<f64>) -> Resu
 /// [`WebError::Internal`] for another number of pixels than `side²`.
 pub fn map_exr(rgb: &[[f32; 3]], side: usize) -> Result<Vec<u8>, WebError> {
     check_square(rgb, side)?;
-    let pixel = |at: exr::math::Vec2<usize>| -> (f32, f32, f32) { rgb[at.y() * side + at.x()].into() };
+    let pixel =
+        |position: exr::math::Vec2<usize>| -> (f32, f32, f32) { rgb[position.y() * side + position.x()].into() };
     let layer =
         Layer::new((side, side), LayerAttributes::named(""), Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
     let mut file = Cursor::new(Vec::new());
@@ -85,12 +87,13 @@ pub fn map_exr(rgb: &[[f32; 3]], side: usize) -> Result<Vec<u8>, WebError> {
     Ok(file.into_inner())
 }
 
-/// A picture as a PNG file like those of `sunbeam render --png`: brightened by `stops`, tone-mapped, 8-bit sRGB.
+/// A rendered picture as a PNG file like those of `sunbeam render --png`: brightened by `stops`, tone-mapped, 8-bit
+/// sRGB.
 ///
 /// # Errors
-/// [`WebError::Internal`] for another number of pixels than the size says.
+/// [`WebError::Internal`] for another number of pixels than `width · height`.
 pub fn picture_png(rgb: &[[f32; 3]], (width, height): (u32, u32), stops: f64) -> Result<Vec<u8>, WebError> {
-    let pixels: Vec<u8> = rgb.iter().flat_map(|pixel| shown(*pixel, stops)).collect();
+    let pixels: Vec<u8> = rgb.iter().flat_map(|pixel| tone_mapped_bytes(*pixel, stops)).collect();
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Rgb);
@@ -103,8 +106,8 @@ pub fn picture_png(rgb: &[[f32; 3]], (width, height): (u32, u32), stops: f64) ->
     Ok(file)
 }
 
-/// Linear radiance brightened by `stops`, tone-mapped, as sRGB bytes.
-pub fn shown(rgb: [f32; 3], stops: f64) -> [u8; 3] {
+/// sRGB bytes of a colour of a rendered picture (linear sRGB), brightened by `stops` and tone-mapped.
+pub fn tone_mapped_bytes(rgb: [f32; 3], stops: f64) -> [u8; 3] {
     srgb_bytes(tone_map(rgb.map(f64::from), stops))
 }
 

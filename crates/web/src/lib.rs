@@ -1,12 +1,14 @@
 //! The library behind the page that shows a relief's colours in a browser.
 //!
 //! `README.md` of this crate documents the interface to the page. Code that needs a browser (`wasm/`) is compiled for
-//! `wasm32` only. Everything else is tested natively: `examples/page_twin.rs` draws the page's pictures with it.
+//! `wasm32` only. All other code is tested natively: `examples/page_twin.rs` draws the page's pictures with it.
 //!
 //! - [`Settings`] are the page's controls as JSON.
-//! - [`Relief`] reads heights. It makes a method's data for the GPU, a [`Reflectance`] or [`Spectra`] for the
-//!   processor, and a picture of the heights.
-//! - [`share`] turns settings into a command and into a scene for Mitsuba.
+//! - [`Relief`] reads heights. It builds a realtime method as bytes for the GPU ([`MethodData`]), or evaluators for the
+//!   CPU: [`Reflectance`] for colours and [`Spectra`] for spectra.
+//! - [`mod@image`] encodes reliefs, BRDF maps and rendered pictures.
+//! - [`share`] exports settings as a command and as a scene for Mitsuba.
+//! - [`catalogue()`] lists the choices of the page's controls.
 
 mod catalogue;
 mod error;

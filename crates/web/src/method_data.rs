@@ -1,4 +1,4 @@
-//! Serialised realtime methods: the worker that builds a method hands it as bytes to the worker that draws.
+//! Realtime methods as bytes, by which the worker that builds a method passes it to the worker that draws.
 
 use crate::error::WebError;
 use serde::{Deserialize, Serialize};
@@ -7,21 +7,26 @@ use sunbeam::methods::{AnswerKind, Method, MethodShader};
 
 /// A method for the GPU (its [`MethodShader`]), read from bytes.
 ///
-/// Layout of the bytes: length of the header (`u32`, little-endian), header (JSON), uniform buffer, storage buffers.
+/// The bytes are the length of the header (`u32`, little-endian), the header (JSON), the uniform buffer, and the
+/// storage buffers, without gaps.
 pub struct MethodData {
+    /// All bytes, with the header.
     bytes: Vec<u8>,
     header: Header,
-    /// Index of the first byte after the header.
+    /// Position of the uniform buffer, the first byte after the header.
     body: usize,
 }
 
-/// JSON header: the fields of a [`MethodShader`] with the lengths of its buffers in bytes instead of the buffers.
+/// Header of the bytes: the fields of a [`MethodShader`] with the lengths of its buffers instead of their contents, and
+/// the kind of its answers.
 #[derive(Serialize, Deserialize)]
 struct Header {
     name: String,
     wgsl: Vec<String>,
     answers: AnswerKind,
+    /// Length of the uniform buffer in bytes.
     uniform: usize,
+    /// Lengths of the storage buffers in bytes.
     storage: Vec<usize>,
 }
 
@@ -29,7 +34,7 @@ impl MethodData {
     /// Serialises a method.
     ///
     /// # Errors
-    /// [`WebError::Internal`] if the header cannot be written as JSON or is longer than 4 GB.
+    /// [`WebError::Internal`] if the header cannot be written as JSON or is 4 GiB or longer.
     pub fn to_bytes(method: &dyn Method) -> Result<Vec<u8>, WebError> {
         let shader = method.shader();
         let header = Header {
@@ -45,18 +50,18 @@ impl MethodData {
         Ok(length.to_le_bytes().into_iter().chain(header).chain(shader.uniform).chain(storage).collect())
     }
 
-    /// Reads bytes from [`MethodData::to_bytes`].
+    /// Reads the bytes of [`MethodData::to_bytes`].
     ///
     /// # Errors
-    /// [`WebError::Internal`] for other bytes.
+    /// [`WebError::Internal`] for bytes with a malformed header or of another length than the header says.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, WebError> {
         let refused = || WebError::Internal("these bytes are not those of a method".to_owned());
         let length: [u8; 4] = bytes.get(..4).and_then(|word| word.try_into().ok()).ok_or_else(refused)?;
         let body = 4 + u32::from_le_bytes(length) as usize;
         let header = bytes.get(4..body).ok_or_else(refused)?;
         let header: Header = serde_json::from_slice(header).map_err(|_| refused())?;
-        let counted = header.storage.iter().try_fold(header.uniform, |sum, length| sum.checked_add(*length));
-        if counted.and_then(|counted| counted.checked_add(body)) != Some(bytes.len()) {
+        let buffers = header.storage.iter().try_fold(header.uniform, |sum, length| sum.checked_add(*length));
+        if buffers.and_then(|buffers| buffers.checked_add(body)) != Some(bytes.len()) {
             return Err(refused());
         }
         Ok(Self { bytes, header, body })
@@ -78,7 +83,7 @@ impl MethodData {
         }
     }
 
-    /// Quantity that the shader computes; see [`Method::answers`].
+    /// Meaning of the shader's answers ([`Method::answers`]).
     pub fn answers(&self) -> AnswerKind {
         self.header.answers
     }

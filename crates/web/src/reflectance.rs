@@ -1,9 +1,12 @@
 //! Evaluates a realtime method's BRDF `f_r` on the CPU: for BRDF maps and single directions, also without a GPU.
 //!
-//! `f_r = interface · angular factor · answer`. A method answers either the relief's part alone
-//! ([`AnswerKind::Relief`]), which these factors complete, or the whole `f_r` ([`AnswerKind::Reflectance`]). The
-//! interface factor ([`Pair::interface`]) has Fresnel's reflectance, the angular factor ([`Options::angular_factor`])
-//! the obliquity and shadowing.
+//! The answer of a method is either the whole `f_r` ([`AnswerKind::Reflectance`]), or only the relief's part
+//! ([`AnswerKind::Relief`]). The relief's part is completed by two factors:
+//!
+//! `f_r` = interface · angular factor · relief's part
+//!
+//! The interface factor ([`Pair::interface`]) is Fresnel's reflectance or the small-slope factor. The angular factor
+//! ([`Options::angular_factor`]) has the obliquity and shadowing.
 
 use crate::settings::Settings;
 use sunbeam::methods::{AnswerKind, Method};
@@ -23,14 +26,14 @@ impl Reflectance {
         Self { method, model: settings.model(), index: settings.index() }
     }
 
-    /// Replaces the refractive index by that of `settings`. Only data with energy conservation depend on the index and
-    /// would have to be built again.
+    /// Replaces the refractive index by that of `settings`. With energy conservation the method's data also depend on
+    /// the index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index();
     }
 
-    /// `f_r` integrated over the visible spectrum, linear sRGB in 1/sr, for the unit vectors `wi` to the light and `wo`
-    /// to the viewer. It is 0 unless both lie above the surface.
+    /// `f_r` in 1/sr, integrated over the visible spectrum to linear sRGB. `wi` is the unit vector to the light and
+    /// `wo` that to the viewer. It is 0 unless both lie above the surface.
     pub fn rgb(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
@@ -42,26 +45,28 @@ impl Reflectance {
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
-    /// BRDF map for light from `wi`: [`Reflectance::rgb`] at the direction [`map_direction`] of each of `side`² pixels,
-    /// rows from the top, and 0 outside its disc.
+    /// BRDF map for light from `wi`: [`Reflectance::rgb`] at the outgoing direction of each of `side`² pixels
+    /// ([`map_direction`]), rows from the top. It is 0 outside the disc of the hemisphere. Progress is reported by
+    /// rows.
     pub fn map(&self, wi: Vec3, side: usize, progress: &Progress) -> Vec<[f32; 3]> {
-        let rows = progress.of_steps(side);
+        let finished_rows = progress.of_steps(side);
         let mut map = Vec::with_capacity(side * side);
         for row in 0..side {
             for column in 0..side {
                 let rgb = map_direction(column, row, side).map_or([0.0; 3], |wo| self.rgb(wi, wo));
                 map.push(rgb.map(|value| value as f32));
             }
-            rows.one();
+            finished_rows.one();
         }
         map
     }
 }
 
-/// The unit vector with the polar angle `theta_deg` and the azimuth `phi_deg`, from +x towards +y.
+/// The unit vector with the angle `theta_deg` to the normal and the azimuth `phi_deg`, counted from +x towards +y.
 pub fn direction(theta_deg: f64, phi_deg: f64) -> Vec3 {
-    let ((sin, cos), (sin_phi, cos_phi)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
-    [sin * cos_phi, sin * sin_phi, cos]
+    let (sin_theta, cos_theta) = theta_deg.to_radians().sin_cos();
+    let (sin_phi, cos_phi) = phi_deg.to_radians().sin_cos();
+    [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta]
 }
 
 /// Direction in single precision, the argument of [`Method::answer_rgb`].

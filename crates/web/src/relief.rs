@@ -1,4 +1,4 @@
-//! Reads, levels and describes a relief, and builds the data with which it is drawn.
+//! Reads, levels and describes a relief, and builds the methods and evaluators that draw it.
 
 use crate::error::WebError;
 use crate::method_data::MethodData;
@@ -11,35 +11,40 @@ use sunbeam::methods::{self, Method, MethodKind};
 use sunbeam::table::{BuildDemand, Progress, Purpose, Tiling};
 use sunbeam::transform::{Periods, periods};
 
-/// Largest estimated memory of a build in bytes. Chosen below the 4 GB of a page, since phones give less.
+/// Largest estimated memory of a build in bytes. WebAssembly has at most 4 GB, and phones give a page less. A larger
+/// limit admits builds that phones end; a smaller one refuses builds that most machines can do.
 const LIMIT_BYTES: f64 = 1.5e9;
-/// Factor on the library's estimated build times: a page has one thread, and WebAssembly is slower than native code.
+/// Factor on the library's estimated build times, which are for native code on two cores. A page has one thread, and
+/// WebAssembly is slower.
 const SLOWER: f64 = 3.0;
-/// Largest number of points of a height field: 4096², the largest usual scan.
+/// Largest number of points of a height field: 4096², the size of the largest usual scans.
 const POINTS_MAX: usize = 4096 * 4096;
-/// Largest file in bytes. Chosen: a page's memory must hold a file twice, and a scan of 4096² in double precision has
-/// 134e6 bytes.
+/// Largest file in bytes, 512 MiB. A scan of 4096² in double precision has 134e6 bytes, and text is a few times longer.
+/// The page's memory holds a file twice, so a larger limit would not leave enough of it.
 pub(crate) const FILE_BYTES_MAX: usize = 512 << 20;
 
 /// A levelled height field, with the reader's findings about its file.
 pub struct Relief {
+    /// The levelled heights.
     field: HeightField,
+    /// Channel of the file that was read ([`Facts::channel`]).
     channel: Option<String>,
     /// Number of points of the file without a height, which the reader filled.
     filled: usize,
+    /// Sources of the file's properties ([`Facts::provenance`]).
     provenance: Option<Provenance>,
     /// Warnings of the reader about implausible data.
     doubts: Vec<String>,
 }
 
-/// Facts about a relief; the fields are those of `sunbeam height-field`.
+/// Facts about a relief, serialised as JSON with the field names of `sunbeam height-field`.
 #[derive(Debug, Serialize)]
 pub struct Facts {
     /// Pixels along x and y.
     pub pixels: [usize; 2],
-    /// Size of a pixel in µm.
+    /// Size of a pixel along x and y in µm.
     pub pixel_um: [f64; 2],
-    /// Size of the relief in µm.
+    /// Size of the relief along x and y in µm.
     pub extent_um: [f64; 2],
     /// Lowest and highest height in µm.
     pub range_um: [f64; 2],
@@ -53,27 +58,27 @@ pub struct Facts {
     pub roughness: Roughness,
     /// The strongest periods along x and y.
     pub periods: Periods,
-    /// The channel that was read, of a file that can hold several.
+    /// The channel that was read; `None` for formats with a single channel and for presets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channel: Option<String>,
-    /// Points of the file without a height, which were filled.
+    /// Number of points of the file without a height, which were filled; `None` if there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filled_points: Option<usize>,
-    /// Origin of the file's size, unit, orientation, channel and holes.
+    /// How the reader knows the file's pixel size, unit, orientation, channel and holes; `None` for presets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
     /// Warnings about implausible data, such as properties that no real relief has.
     pub doubts: Vec<String>,
 }
 
-/// Estimated memory and time of building a method's data.
+/// Estimated memory and time of building a method in the page, serialised as JSON.
 #[derive(Debug, Serialize)]
 pub struct WebEstimate {
     /// Peak memory in bytes.
     pub bytes: f64,
-    /// Build time in seconds, right to within a factor of three.
+    /// Build time in seconds, accurate to a factor of three.
     pub seconds: f64,
-    /// Message of one line if the build is refused for its memory or time.
+    /// Message of one line if the build is refused for its memory or time; `None` if it is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub too_much: Option<String>,
 }
@@ -111,12 +116,13 @@ impl Relief {
         })
     }
 
-    /// The heights.
+    /// The levelled heights.
     pub fn field(&self) -> &HeightField {
         &self.field
     }
 
-    /// Size, heights, roughness and periods of the relief, with the reader's findings.
+    /// Size, heights, roughness and periods of the relief, with the reader's findings. `settings` says whether the tile
+    /// repeats, which the periods depend on.
     pub fn facts(&self, settings: &Settings) -> Facts {
         let field = &self.field;
         let ((nx, ny), (lx, ly), (low, high)) = (field.size(), field.extent_um(), field.range_um());
@@ -144,6 +150,7 @@ impl Relief {
         let estimate = demand.estimate();
         let (bytes, seconds) = (estimate.bytes, SLOWER * estimate.seconds);
         let too_large = bytes.is_nan() || bytes > LIMIT_BYTES;
+        // The library's own limit comes first, then the page's.
         let refused = demand.check(settings.surface.build_limit).err().map(|error| error.to_string());
         let too_much = refused.or_else(|| {
             too_large.then(|| {
@@ -158,8 +165,8 @@ impl Relief {
         WebEstimate { bytes, seconds, too_much }
     }
 
-    /// Parameters of the library's estimate. Only the colour table with energy conservation builds an albedo table,
-    /// too.
+    /// Parameters of the library's estimate. A table of albedos is built only for the colour table with energy
+    /// conservation.
     fn demand(&self, settings: &Settings) -> BuildDemand {
         let model = settings.model();
         let purpose = match settings.method {
@@ -171,10 +178,10 @@ impl Relief {
 
     /// Builds the realtime method of the settings for this relief.
     ///
-    /// # Errors
-    /// [`WebError::Limit`] for too much memory or time, [`WebError::Settings`] for options that the relief does not
-    /// allow.
+    /// # Errors [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options
+    /// that do not fit the relief.
     pub fn method(&self, settings: &Settings, progress: &Progress) -> Result<Box<dyn Method>, WebError> {
+        // The published methods check limits of their own.
         if settings.method == MethodKind::Table
             && let Some(line) = self.estimate(settings).too_much
         {
@@ -186,7 +193,7 @@ impl Relief {
         Ok(method)
     }
 
-    /// Builds the method and serialises it for another worker ([`MethodData`]).
+    /// Builds the method and serialises it for the worker that draws ([`MethodData`]).
     ///
     /// # Errors
     /// The errors of [`Relief::method`].

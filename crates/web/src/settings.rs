@@ -1,10 +1,11 @@
 //! The page's settings as a JSON object, and their conversion to objects of the library and the renderer.
 //!
-//! Frame of the scene: cm, z up; see [`Camera`]. Azimuths are counter-clockwise from +x, seen from above. The methods
-//! are those of `docs/realtime.md`, the surface's fields those of `docs/plugin.md`.
+//! Lengths in the scene are in cm, and z is up ([`Camera`]). Azimuths are counter-clockwise from +x, seen from above.
+//! `docs/realtime.md` describes the methods, `docs/plugin.md` the fields of the surface.
 
 use crate::error::WebError;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 use std::path::{Component, Path};
 use sunbeam::config::{ObliquityChoice, ReliefSource, SurfaceConfig, Theory};
 use sunbeam::height_field::Preset;
@@ -15,19 +16,21 @@ use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture};
 use sunbeam_realtime::{Blend, Camera, KERATIN, Light, Mesh, Optics, Orbit, Shape, View};
 
 /// Accepted exposures in stops.
-const EXPOSURE: std::ops::RangeInclusive<f64> = -20.0..=20.0;
-/// Accepted factors on the number of cells of the snake's mesh in each direction.
-const RESOLUTION: std::ops::RangeInclusive<f64> = 0.5..=8.0;
+const EXPOSURE_STOPS: RangeInclusive<f64> = -20.0..=20.0;
+/// Accepted values of [`Settings::resolution`].
+const RESOLUTION: RangeInclusive<f64> = 0.5..=8.0;
 /// Accepted elevations of the sun in degrees.
-pub(crate) const SUN_ELEVATION: std::ops::RangeInclusive<f64> = Light::ELEVATION_MIN_DEG..=90.0;
-/// Divisor of the width and height of the pigment texture in a draft, the coarse scene that is shown first. Chosen.
+pub(crate) const SUN_ELEVATION_DEG: RangeInclusive<f64> = Light::ELEVATION_MIN_DEG..=90.0;
+/// Accepted polar angles of the map's light in degrees. At 90° the light would not reach the surface.
+const MAP_THETA_DEG: RangeInclusive<f64> = 0.0..=89.9;
+/// Divisor of the width and height of the pigment texture in a draft, the coarse scene that is shown first. A larger
+/// one shows the draft sooner; a smaller one makes it less blurred.
 const DRAFT_PIGMENT: usize = 4;
-/// Factor on the cells of the snake's mesh in a draft ([`Shape::make`]). Chosen; coarser than all of [`RESOLUTION`].
+/// [`Settings::resolution`] of a draft, below all accepted values. A smaller one shows the draft sooner; a larger one
+/// makes its outline smoother.
 const DRAFT_RESOLUTION: f64 = 0.35;
-/// Accepted polar angles of the map's light in degrees; at 90° the light would not reach the surface.
-const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
 
-/// Everything that a picture depends on. Fields missing in the JSON take their defaults.
+/// All settings of a picture and of the BRDF map. Fields missing in the JSON take their defaults.
 ///
 /// ```
 /// use sunbeam_web::Settings;
@@ -40,7 +43,7 @@ const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// The relief and its reflectance.
+    /// The relief and its material.
     pub surface: SurfaceConfig,
     /// The realtime method that draws the picture.
     pub method: MethodKind,
@@ -48,23 +51,23 @@ pub struct Settings {
     pub options: MethodOptions,
     /// The shape that carries the relief.
     pub shape: Shape,
-    /// The camera.
+    /// Position of the camera.
     pub camera: CameraSettings,
-    /// The sun.
+    /// Direction of the sun.
     pub sun: SunSettings,
     /// Rotation of the relief's x axis from the mesh's tangent, counter-clockwise in degrees.
     pub rotation_deg: f64,
-    /// Blending with the pigment.
+    /// Blending of the relief's colour with the pigment.
     pub pigment: Pigment,
     /// Fraction of the relief's colour with [`Pigment::Mix`], in [0, 1].
     pub share: f64,
-    /// Whether there is a ground.
+    /// Whether the scene has a ground.
     pub ground: bool,
-    /// Stops by which the picture is brightened for the screen.
+    /// Stops by which the picture is brightened for the screen, −20 to 20.
     pub exposure: f64,
-    /// Factor on the snake's cells in each direction.
+    /// Factor on the number of cells of the snake's mesh in each direction, 0.5 to 8.
     pub resolution: f64,
-    /// The light of the BRDF map.
+    /// Light of the BRDF map.
     pub map: MapSettings,
 }
 
@@ -72,11 +75,11 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraSettings {
-    /// Azimuth in degrees of the camera, seen from the target.
+    /// Azimuth of the camera as seen from the target, in degrees.
     pub azimuth_deg: f64,
-    /// Elevation in degrees.
+    /// Elevation of the camera as seen from the target, in degrees ([`Orbit::ELEVATION_DEG`]).
     pub elevation_deg: f64,
-    /// Distance from the target in cm.
+    /// Distance from the target in cm ([`Orbit::DISTANCE_CM`]).
     pub distance_cm: f64,
     /// Target in cm: the point in the middle of the picture.
     pub target: [f64; 3],
@@ -90,28 +93,28 @@ pub struct CameraSettings {
 pub struct SunSettings {
     /// Azimuth in degrees, counter-clockwise from +x seen from above.
     pub azimuth_deg: f64,
-    /// Elevation in degrees.
+    /// Elevation above the horizon in degrees, 0.5 to 90.
     pub elevation_deg: f64,
 }
 
-/// Blending with the pigment below the relief; see [`Blend`].
+/// Blending of the relief's colour with the pigment below it ([`Blend`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pigment {
-    /// Diffuse, weighted by the light that passes the surface.
+    /// The pigment is added, lit by the light that passes the surface.
     #[default]
     Physical,
-    /// Mixed with the relief's colour at a fixed fraction.
+    /// Both are mixed at the fixed fraction [`Settings::share`].
     Mix,
     /// No pigment.
     None,
 }
 
-/// The light of the BRDF map, in the relief's frame.
+/// Direction to the light of the BRDF map, in the relief's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapSettings {
-    /// Angle with the normal in degrees.
+    /// Angle to the normal in degrees, 0 to 89.9.
     pub theta_deg: f64,
     /// Azimuth in degrees from +x towards +y.
     pub phi_deg: f64,
@@ -165,7 +168,7 @@ impl From<&Orbit> for CameraSettings {
 }
 
 impl CameraSettings {
-    /// The camera as an orbit, which drags turn.
+    /// The camera as an orbit about its target, which drags turn.
     pub fn orbit(&self) -> Orbit {
         Orbit::new(self.target, self.azimuth_deg, self.elevation_deg, self.distance_cm, self.fov_deg)
     }
@@ -195,7 +198,7 @@ impl Settings {
         let mut settings: Self =
             serde_json::from_value(value).map_err(|error| WebError::Settings(error.to_string()))?;
         if let Some(surface) = surface {
-            // The library's reader names the parameter in its messages.
+            // Unlike serde's, the messages of the library's own reader name the parameter.
             settings.surface = SurfaceConfig::from_json(&surface.to_string())
                 .map_err(|error| WebError::Settings(error.to_string()))?;
         }
@@ -217,12 +220,12 @@ impl Settings {
             return refuse(format!("parameter \"filename\" is {path:?}, but must be a name without folders"));
         }
         let ranges = [
-            ("exposure", self.exposure, EXPOSURE),
+            ("exposure", self.exposure, EXPOSURE_STOPS),
             ("resolution", self.resolution, RESOLUTION),
-            ("sun elevation", self.sun.elevation_deg, SUN_ELEVATION),
+            ("sun elevation", self.sun.elevation_deg, SUN_ELEVATION_DEG),
             ("camera elevation", self.camera.elevation_deg, Orbit::ELEVATION_DEG),
             ("camera distance", self.camera.distance_cm, Orbit::DISTANCE_CM),
-            ("map theta", self.map.theta_deg, MAP_THETA),
+            ("map theta", self.map.theta_deg, MAP_THETA_DEG),
             ("share", self.share, 0.0..=1.0),
         ];
         if let Some((name, found, range)) = ranges.iter().find(|(_, found, range)| !range.contains(found)) {
@@ -238,13 +241,14 @@ impl Settings {
         if let Some((name, found)) = finite.into_iter().chain(target).find(|(_, found)| !found.is_finite()) {
             return refuse(format!("parameter {name:?} is {found}, but must be finite"));
         }
+        // Checks the remaining values, such as the field of view.
         self.view(1).map(|_| ())
     }
 
-    /// The configuration from which the method is built: `surface` with the restrictions of the method.
+    /// The configuration from which the method is built: [`Settings::surface`] with the restrictions of the method.
     ///
-    /// The published methods have the patch model only (one coherence window at a fixed position) and a periodic
-    /// tiling. The patch model has no energy conservation.
+    /// The published methods have only the patch model (one coherence window at a fixed position) and a periodic
+    /// tiling. Energy is conserved only if the settings say so, and never with the patch model.
     pub fn config(&self) -> SurfaceConfig {
         let mut surface = self.surface.clone();
         if self.method.is_patch_only() {
@@ -255,23 +259,23 @@ impl Settings {
         surface
     }
 
-    /// The refractive index, keratin's where none is given.
+    /// The refractive index; that of keratin if none is given.
     pub fn index(&self) -> ComplexIndex {
         self.surface.index().unwrap_or(KERATIN)
     }
 
-    /// The model's options, with the defaults that depend on source, method and index filled in.
+    /// Options of the library for this configuration and index, with all defaults filled in.
     pub fn model(&self) -> Options {
         self.config().options_for(Some(&SpectralIndex::Constant(self.index())))
     }
 
-    /// The optics that the renderer's shader adds to the method: index, obliquity factor and shadowing.
+    /// The optics that the renderer's shader adds to the method's answer: index, obliquity factor and shadowing.
     pub fn optics(&self) -> Optics {
         let model = self.model();
         Optics { index: Some(self.index()), obliquity: model.obliquity, shadowing: model.shadowing }
     }
 
-    /// The view, with `supersample` rays along each side of a pixel.
+    /// Camera, light and blending for the renderer, with `supersample` rays along each side of a pixel.
     ///
     /// # Errors
     /// [`WebError::Settings`] for a camera or sun out of range.
@@ -311,7 +315,7 @@ impl Settings {
         Ok(self.shape.make(DRAFT_RESOLUTION, pigment)?)
     }
 
-    /// Keys of the relief, the method's data and the scene.
+    /// Keys of the relief, the method's data and the scene for these settings.
     pub fn keys(&self) -> Keys {
         let config = self.config();
         // Heights do not depend on the tiling.
@@ -319,13 +323,13 @@ impl Settings {
         relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
         let mut method = config;
         if method.conserve_energy != Some(true) {
-            // Without energy conservation the method's data do not depend on these fields: the shader applies them.
+            // Without energy conservation the method's data do not depend on these fields. The shader applies them.
             (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
             (method.eta, method.k) = (None, None);
         }
         Keys {
-            relief: text(&relief),
-            method: format!("{} {} {}", self.method, text(&self.options), text(&method)),
+            relief: serialised(&relief),
+            method: format!("{} {} {}", self.method, serialised(&self.options), serialised(&method)),
             scene: match self.shape {
                 Shape::Snake => format!("{} {}", self.shape.name(), self.resolution),
                 Shape::Flat | Shape::Sphere => self.shape.name().to_owned(),
@@ -335,13 +339,13 @@ impl Settings {
 
     /// All fields as JSON.
     pub fn to_json(&self) -> String {
-        text(self)
+        serialised(self)
     }
 
     /// The fields that differ from the defaults, as JSON.
     ///
-    /// `surface` is written if it differs from the page's default surface, then with all fields that differ from
-    /// [`SurfaceConfig::default`]: a reader fills missing fields of a surface from there.
+    /// `surface` is left out if it is the page's default surface. Otherwise it is written with all fields that differ
+    /// from [`SurfaceConfig::default`], from which a reader takes the missing fields.
     pub fn to_compact_json(&self) -> String {
         let default = Self::default();
         let value = |value: serde_json::Result<serde_json::Value>| value.unwrap_or_default();
@@ -357,7 +361,8 @@ impl Settings {
     }
 }
 
-/// Keys of the data that the page keeps: data are built again when their key changes.
+/// Keys of the data that the page keeps: text that changes whenever the data have to be built again. Its contents have
+/// no other meaning.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Keys {
     /// Key of the heights.
@@ -369,7 +374,7 @@ pub struct Keys {
 }
 
 /// A value as JSON.
-fn text(value: &impl Serialize) -> String {
+fn serialised(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 

@@ -1,17 +1,16 @@
-//! Exports the page's picture: as a `sunbeam render` command and as an XML scene for Mitsuba with the `diffraction`
-//! plugin. Options of the command and parameters of the plugin have the same names, except `height-field` for
-//! `filename`.
+//! Exports the page's picture: as a `sunbeam render` command, and as an XML scene for Mitsuba with the `diffraction`
+//! plugin. Options of the command have the names of the plugin's parameters with hyphens for underscores, except
+//! `height-field` for `filename`.
 
 use crate::settings::{Pigment, Settings};
 use serde::Serialize;
 use serde_json::Value;
-use std::fmt::Write;
 use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::methods::{MethodKind, MethodOptions, Repeats};
 use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
 
 /// The `sunbeam render` command that draws the picture of `width` × `height` pixels, with `supersample` rays along each
-/// side of a pixel. Options with their default values are left out.
+/// side of a pixel. Most options with default values are left out.
 pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u32) -> String {
     let mut words = vec!["sunbeam render -o picture.exr --png picture.png".to_owned()];
     let mut add = |flag: &str, value: String| words.push(format!("--{flag} {}", quoted(&value)));
@@ -20,8 +19,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
         add("supersample", supersample.to_string());
     }
     add("exposure", settings.exposure.to_string());
-    for (flag, value) in surface_words(settings).into_iter().chain(method_words(settings)) {
-        let flag = if flag == "filename" { "height-field".to_owned() } else { flag.replace('_', "-") };
+    for (name, value) in surface_parameters(settings).into_iter().chain(method_options(settings)) {
+        let flag = if name == "filename" { "height-field".to_owned() } else { name.replace('_', "-") };
         add(&flag, value);
     }
     match settings.shape {
@@ -43,8 +42,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
         add("rotation", settings.rotation_deg.to_string());
     }
     let Camera { origin, target, fov_deg } = settings.camera.orbit().camera();
-    add("camera-origin", point(origin, ","));
-    add("camera-target", point(target, ","));
+    add("camera-origin", coordinates(origin, ","));
+    add("camera-target", coordinates(target, ","));
     add("fov", fov_deg.to_string());
     add("light-azimuth", settings.sun.azimuth_deg.to_string());
     add("light-elevation", settings.sun.elevation_deg.to_string());
@@ -52,7 +51,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
 }
 
 /// The XML scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor
-/// [`Pigment::Mix`], so the scene has the plugin's own model of the relief, over a physical pigment.
+/// [`Pigment::Mix`]. The scene has the plugin's own model of the relief instead, over the pigment of
+/// [`Pigment::Physical`].
 pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
@@ -79,11 +79,12 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     }
     line("-->");
     line("<scene version=\"3.0.0\">");
+    // Light is reflected once, as in the page's picture.
     line("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
     let Camera { origin, target, fov_deg } = settings.camera.orbit().camera();
     line("    <sensor type=\"perspective\">");
     line(&format!("        <float name=\"fov\" value=\"{fov_deg}\"/>"));
-    let (origin, target) = (point(origin, ", "), point(target, ", "));
+    let (origin, target) = (coordinates(origin, ", "), coordinates(target, ", "));
     line("        <transform name=\"to_world\">");
     line(&format!("            <lookat origin=\"{origin}\" target=\"{target}\" up=\"0, 0, 1\"/>"));
     line("        </transform>");
@@ -93,7 +94,7 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     line(&format!("            <integer name=\"height\" value=\"{height}\"/>"));
     line("        </film>");
     line("    </sensor>");
-    line(&shape(settings));
+    scene_shape(settings, &mut line);
     if settings.ground {
         line("    <shape type=\"rectangle\">");
         line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
@@ -104,8 +105,9 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     }
     let (azimuth, elevation) = (settings.sun.azimuth_deg.to_radians(), settings.sun.elevation_deg.to_radians());
     let to_sun = [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
+    // An irradiance of π lights a white diffuse surface that faces the sun to a radiance of 1.
     line("    <emitter type=\"directional\">");
-    line(&format!("        <vector name=\"direction\" value=\"{}\"/>", point(to_sun.map(|c| -c), ", ")));
+    line(&format!("        <vector name=\"direction\" value=\"{}\"/>", coordinates(to_sun.map(|c| -c), ", ")));
     line("        <spectrum name=\"irradiance\" type=\"d65\">");
     line(&format!("            <float name=\"scale\" value=\"{}\"/>", std::f64::consts::PI));
     line("        </spectrum>");
@@ -114,12 +116,9 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     scene
 }
 
-/// XML of the shape with its material.
-fn shape(settings: &Settings) -> String {
-    let mut text = String::new();
-    let mut line = |words: &str| {
-        let _ = writeln!(text, "    {words}");
-    };
+/// Writes the XML of the shape with its material, line by line.
+fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
+    let mut line = |text: &str| write_line(&format!("    {text}"));
     match settings.shape {
         Shape::Snake => {
             line("<shape type=\"ply\">");
@@ -143,8 +142,9 @@ fn shape(settings: &Settings) -> String {
     line("    <bsdf type=\"twosided\">");
     line("        <bsdf type=\"diffraction\">");
     let is_number = |value: &str| value.parse::<f64>().is_ok();
-    for (name, value) in surface_words(settings) {
+    for (name, value) in surface_parameters(settings) {
         let kind = match (name, value.as_str()) {
+            // Strings, even if they look like numbers.
             ("filename" | "channel", _) => "string",
             (_, "true" | "false") => "boolean",
             (_, value) if is_number(value) => "float",
@@ -169,93 +169,72 @@ fn shape(settings: &Settings) -> String {
     }
     line("        </bsdf>");
     line("    </bsdf>");
-    text.push_str("    </shape>");
-    text
+    line("</shape>");
 }
 
-/// Names and values of the surface's parameters that differ from the library's defaults, and always `eta`.
-fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
+/// Names and values of the plugin's parameters: those that select the relief, those that differ from the library's
+/// defaults, and always `eta` and `conserve_energy`.
+fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
     let (mut config, default) = (settings.config(), SurfaceConfig::default());
     if let Source::Preset(preset) = config.source() {
         config.preset = Some(preset);
     }
     let fields = serde_json::to_value(&config).unwrap_or_default();
     let given = |name: &&'static str| Some((*name, plain(fields.get(name)?)));
-    let mut words: Vec<_> = ReliefSource::NAMES.iter().filter_map(given).collect();
+    let mut parameters: Vec<_> = ReliefSource::NAMES.iter().filter_map(given).collect();
     let mut number = |name, value: f64, default: f64| {
         if value != default {
-            words.push((name, value.to_string()));
+            parameters.push((name, value.to_string()));
         }
     };
     number("coherence_length", config.coherence_length, default.coherence_length);
     number("tolerance", config.tolerance, default.tolerance);
     number("build_limit", config.build_limit, default.build_limit);
     number("k", settings.index().k, 0.0);
-    // `eta` is written always: without an index the command's surface would reflect all light.
-    words.push(("eta", settings.index().eta.to_string()));
-    let mut choice = |name, value: Option<String>| words.extend(value.map(|value| (name, value)));
+    // `eta` is always written: without an index the surface of the command would reflect all light.
+    parameters.push(("eta", settings.index().eta.to_string()));
+    let mut choice = |name, value: Option<String>| parameters.extend(value.map(|value| (name, value)));
     choice("model", (config.model != default.model).then(|| named(config.model)));
     choice("obliquity", (config.obliquity != default.obliquity).then(|| named(config.obliquity)));
     choice("conserve_energy", config.conserve_energy.map(|conserves| conserves.to_string()));
     choice("shadowing", config.shadowing.then(|| "true".to_owned()));
+    parameters
+}
+
+/// The method, and names and values of the command's options for it. Options with default values and options that the
+/// method ignores are left out.
+fn method_options(settings: &Settings) -> Vec<(&'static str, String)> {
+    let (options, default) = (&settings.options, MethodOptions::default());
+    let supported = settings.method.options();
+    let mut words = vec![("method", settings.method.name().to_owned())];
+    // `field` is the name in `MethodOptions`, `option` that of the command. `value` is `None` for a default.
+    let mut add = |field: &'static str, option: &'static str, value: Option<String>| {
+        if supported.contains(&field) {
+            words.extend(value.map(|value| (option, value)));
+        }
+    };
+    let number = |value: f64, default: f64| (value != default).then(|| value.to_string());
+    add("lambda_step_nm", "lambda_step", number(options.lambda_step_nm, default.lambda_step_nm));
+    add("terms", "terms", options.terms.map(|terms| terms.to_string()));
+    add("neighbourhood", "neighbourhood", options.neighbourhood.map(|orders| orders.to_string()));
+    add("series", "series", (options.series != default.series).then(|| named(options.series)));
+    add("weighted", "weighted", (!options.weighted).then(|| "false".to_owned()));
+    add("repeats", "repeats", options.repeats.map(Repeats::xy).map(|[x, y]| format!("{x},{y}")));
+    add("period_um", "period_um", options.period_um.map(|period| period.to_string()));
+    add("stam_form", "stam_form", (options.stam_form != default.stam_form).then(|| named(options.stam_form)));
+    add("gems_sharpness", "gems_sharpness", number(options.gems_sharpness, default.gems_sharpness));
+    let highlight = options.gems_highlight;
+    add("gems_highlight", "gems_highlight", (highlight != default.gems_highlight).then(|| coordinates(highlight, ",")));
+    add("resolution", "table_resolution", number(options.resolution, default.resolution));
     words
 }
 
-/// Names and values of the method's options, except defaults and options that the method ignores.
-fn method_words(settings: &Settings) -> Vec<(&'static str, String)> {
-    let (options, default) = (&settings.options, MethodOptions::default());
-    let supported = settings.method.options();
-    let pair = |[x, y]: [u32; 2]| format!("{x},{y}");
-    // (name in the library's options, name of the command's option, whether to write it, value)
-    let candidates = [
-        (
-            "lambda_step_nm",
-            "lambda_step",
-            options.lambda_step_nm != default.lambda_step_nm,
-            options.lambda_step_nm.to_string(),
-        ),
-        ("terms", "terms", options.terms.is_some(), options.terms.unwrap_or_default().to_string()),
-        (
-            "neighbourhood",
-            "neighbourhood",
-            options.neighbourhood.is_some(),
-            options.neighbourhood.unwrap_or_default().to_string(),
-        ),
-        ("series", "series", options.series != default.series, named(options.series)),
-        ("weighted", "weighted", !options.weighted, options.weighted.to_string()),
-        (
-            "repeats",
-            "repeats",
-            options.repeats.is_some(),
-            options.repeats.map(Repeats::xy).map(pair).unwrap_or_default(),
-        ),
-        ("period_um", "period_um", options.period_um.is_some(), options.period_um.unwrap_or_default().to_string()),
-        ("stam_form", "stam_form", options.stam_form != default.stam_form, named(options.stam_form)),
-        (
-            "gems_sharpness",
-            "gems_sharpness",
-            options.gems_sharpness != default.gems_sharpness,
-            options.gems_sharpness.to_string(),
-        ),
-        (
-            "gems_highlight",
-            "gems_highlight",
-            options.gems_highlight != default.gems_highlight,
-            point(options.gems_highlight, ","),
-        ),
-        ("resolution", "table_resolution", options.resolution != default.resolution, options.resolution.to_string()),
-    ];
-    let method = ("method", settings.method.name().to_owned());
-    let chosen = candidates.into_iter().filter(|(field, _, differs, _)| *differs && supported.contains(field));
-    std::iter::once(method).chain(chosen.map(|(_, flag, _, value)| (flag, value))).collect()
-}
-
-/// Serialised name of an enum value, as in JSON and on the command line.
+/// Name of an enum's value, as in JSON and on the command line.
 fn named(value: impl Serialize) -> String {
     serde_json::to_value(value).as_ref().map(plain).unwrap_or_default()
 }
 
-/// Text of a JSON value without the quotes of strings and the `.0` of whole numbers.
+/// Text of a JSON value, without the quotes of strings and the `.0` of whole numbers.
 fn plain(value: &Value) -> String {
     match (value.as_str(), value.as_f64()) {
         (Some(name), _) => name.to_owned(),
@@ -264,15 +243,15 @@ fn plain(value: &Value) -> String {
     }
 }
 
-/// Three coordinates as text, separated by `between`.
-fn point(coordinates: [f64; 3], between: &str) -> String {
-    coordinates.map(|coordinate| coordinate.to_string()).join(between)
+/// Three numbers as text, separated by `between`.
+fn coordinates(numbers: [f64; 3], between: &str) -> String {
+    numbers.map(|number| number.to_string()).join(between)
 }
 
-/// A word of a shell command, in single quotes if it has other than safe characters.
+/// A word of a shell command, in single quotes unless the shell gives no meaning to any of its characters.
 fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-+.,/=@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
+    let is_safe = |c: char| c.is_ascii_alphanumeric() || "_-+.,/=@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_safe) {
         word.to_owned()
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))

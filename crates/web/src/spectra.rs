@@ -1,6 +1,5 @@
-//! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum.
-//!
-//! `f_r = interface · angular factor · answer`, as in `reflectance.rs`, at each wavelength.
+//! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum. The factors of `f_r` are those
+//! of `reflectance.rs`, at each wavelength.
 
 use crate::error::WebError;
 use crate::reflectance::single;
@@ -13,27 +12,31 @@ use sunbeam::table::Progress;
 
 /// Number of wavelengths of a spectrum: 380, 385, …, 780 nm.
 pub const SPECTRUM_COUNT: usize = 81;
+/// First wavelength of a spectrum in nm.
+const FIRST_NM: f64 = 380.0;
+/// Step between the wavelengths of a spectrum in nm.
+const STEP_NM: f64 = 5.0;
 
-/// A source of spectral values with the refractive index and the options that complete them to `f_r`.
+/// A source of values by wavelength, with the refractive index and the options that complete them to `f_r`.
 pub struct Spectra {
     source: Source,
     model: Options,
     index: ComplexIndex,
 }
 
-/// Source of spectral values.
+/// Source of values by wavelength.
 enum Source {
-    /// Spectral tables: the method `table` holds colours only. Includes the angular factor.
+    /// Spectral tables, for the method `table`, which itself has only colours. Values include the angular factor.
     Surface(Box<Surface>),
-    /// Another method, which answers by wavelength.
+    /// A published method, with values by wavelength. They leave out both factors.
     Method(Box<dyn Method>),
 }
 
 impl Spectra {
-    /// Builds the data that the settings' method needs for spectra.
+    /// Builds the source of spectra for the settings' method.
     ///
-    /// # Errors
-    /// [`WebError::Limit`] for tables that would take too much, [`WebError::Settings`].
+    /// # Errors [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options
+    /// that do not fit the relief.
     pub fn new(field: &HeightField, settings: &Settings, progress: &Progress) -> Result<Self, WebError> {
         let (model, index) = (settings.model(), settings.index());
         let source = match settings.method {
@@ -44,14 +47,14 @@ impl Spectra {
         Ok(Self { source, model, index })
     }
 
-    /// Replaces the refractive index by that of `settings`. Only data with energy conservation depend on the index and
-    /// would have to be built again.
+    /// Replaces the refractive index by that of `settings`. With energy conservation the tables also depend on the
+    /// index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index();
     }
 
-    /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths for unit vectors. It is empty where the method has no
-    /// values by wavelength, and 0 unless both directions lie above the surface.
+    /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths. `wi` is the unit vector to the light and `wo` that to
+    /// the viewer. It is empty if the method has no values by wavelength, and 0 unless both lie above the surface.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
         let Some(pair) = Pair::new(wi, wo) else { return vec![0.0; SPECTRUM_COUNT] };
         let interface = pair.interface(Some(self.index), self.model.obliquity);
@@ -62,7 +65,7 @@ impl Spectra {
                 Some(interface * self.model.angular_factor(&pair) * f64::from(relief))
             }
         };
-        let wavelengths_nm = (0..SPECTRUM_COUNT).map(|i| 380.0 + 5.0 * i as f64);
+        let wavelengths_nm = (0..SPECTRUM_COUNT).map(|i| FIRST_NM + STEP_NM * i as f64);
         wavelengths_nm.map_while(f_r).map(|value| value as f32).collect()
     }
 }
@@ -74,7 +77,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
     use sunbeam::colour::SpectralToRgb;
 
-    /// A sinusoidal grating, and settings with this method.
+    /// A sinusoidal grating, and settings that draw it with this method.
     fn with_method(method: &str) -> (Relief, Settings) {
         let json =
             format!(r#"{{"surface": {{"preset": "sinusoidal", "coherence_length": 10}}, "method": "{method}"}}"#);
@@ -86,7 +89,7 @@ mod tests {
     fn the_spectrum_integrates_to_the_colour() {
         // Near the first order of 480 nm.
         let (wi, wo) = (direction(30.0, 180.0), direction(18.0, 0.0));
-        let colours = SpectralToRgb::new(380.0, 5.0, SPECTRUM_COUNT).unwrap();
+        let colours = SpectralToRgb::new(FIRST_NM, STEP_NM, SPECTRUM_COUNT).unwrap();
         for method in ["table", "flss"] {
             let (relief, settings) = with_method(method);
             let spectra = relief.spectra(&settings, &Progress::none()).unwrap();

@@ -1,3 +1,6 @@
+//! The window's contents: controls on the left, the picture on the right. Work that takes long is done by other threads
+//! (task.rs, drawer.rs), whose results each repaint collects.
+
 use super::artist::Shot;
 use super::drawer::{Drawer, Event};
 use super::facts::{Facts, MethodFacts, PictureFacts};
@@ -16,41 +19,56 @@ use sunbeam_realtime::progressive::Job;
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{Gpu, Mesh, Target};
 
-/// Width of the panel in points.
+/// Width of the panel with the controls, in points.
 const PANEL_POINTS: f32 = 264.0;
-/// Interval at which a note that counts seconds is repainted.
-const TICK: Duration = Duration::from_millis(250);
+/// Interval of repaints while a note counts seconds.
+const NOTE_INTERVAL: Duration = Duration::from_millis(250);
 
-/// Makes the mesh and its pigment, which takes seconds.
+/// Function that makes the mesh and its pigment, which takes seconds.
 pub(crate) type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
+
+/// The last picture of the drawer.
+struct Shown {
+    target: Arc<Target>,
+    /// Exposure at which [`App::texture`] shows the picture; `None` before the first time.
+    stops: Option<f64>,
+}
 
 /// The window: its controls, the drawer behind it, and the results shown.
 pub(crate) struct App {
     settings: Settings,
-    at_start: Settings,
+    /// Settings to which [`App::reset`] returns camera and sun.
+    settings_at_start: Settings,
     form: SurfaceForm,
+    /// egui's device, queue and textures.
     window: RenderState,
     drawer: Drawer,
     tone: ToneMapper,
-    /// The picture shown, and the stops it was shown at.
-    shown: Option<(Arc<Target>, f64)>,
+    shown: Option<Shown>,
+    /// The tone-mapped picture.
     texture: Option<TextureId>,
     map: Option<(BrdfMap, TextureHandle)>,
+    /// The mesh while it is being made.
     scene: Option<Task<(Mesh, PigmentTexture)>>,
+    /// The method while it is being built.
     building: Option<(Recipe, Task<Built>)>,
-    /// The recipe of the last build.
+    /// The recipe of the last build, successful or not.
     tried: Option<Recipe>,
-    /// The last job of the drawer.
+    /// The last job ordered from the drawer.
     job: Option<Job>,
+    /// The point of the picture whose map was ordered last, each coordinate in [0, 1) from the upper left.
     cursor: Option<[f32; 2]>,
     facts: Facts,
+    /// File name of the first screenshot.
     screenshot: PathBuf,
+    /// Message about the last screenshot.
     saved: Option<String>,
+    /// Message of the last error, until the next build begins.
     error: Option<String>,
 }
 
 impl App {
-    /// The window's contents; mesh and method are started on other threads.
+    /// The window's contents. Other threads make the mesh and draw from now on.
     pub(crate) fn new(
         ctx: &egui::Context,
         window: RenderState,
@@ -66,7 +84,7 @@ impl App {
             ..Default::default()
         };
         Self {
-            at_start: settings.clone(),
+            settings_at_start: settings.clone(),
             form: SurfaceForm::from(&settings.surface),
             settings,
             drawer: Drawer::start(gpu, ctx),
@@ -87,7 +105,7 @@ impl App {
         }
     }
 
-    /// Takes the results of other threads, and starts the builds that the settings need.
+    /// Takes the results of other threads, and starts to build the method of the settings if no build is under way.
     fn collect(&mut self, ctx: &egui::Context) {
         if let Some(outcome) = self.scene.as_ref().and_then(Task::poll) {
             self.scene = None;
@@ -113,18 +131,18 @@ impl App {
         if self.building.is_none() && self.tried.as_ref() != Some(&recipe) {
             self.error = None;
             self.tried = Some(recipe.clone());
-            let work = recipe.clone();
-            self.building = Some((recipe, Task::start(ctx, move || work.build())));
+            let to_build = recipe.clone();
+            self.building = Some((recipe, Task::start(ctx, move || to_build.build())));
         }
         if self.building.is_some() || self.scene.is_some() {
-            ctx.request_repaint_after(TICK);
+            ctx.request_repaint_after(NOTE_INTERVAL);
         }
         while let Some(event) = self.drawer.next_event() {
             self.handle(event, ctx);
         }
     }
 
-    /// Shows an event of the drawer.
+    /// Stores the result of an event of the drawer.
     fn handle(&mut self, event: Event, ctx: &egui::Context) {
         match event {
             Event::Uploaded(bytes) => {
@@ -134,8 +152,7 @@ impl App {
             }
             Event::Picture(picture) => {
                 self.facts.picture = Some(PictureFacts::from(&picture));
-                // `picture` shows it at the stops of the settings.
-                self.shown = Some((picture.target, f64::NAN));
+                self.shown = Some(Shown { target: picture.target, stops: None });
             }
             Event::Map(Some(map)) => {
                 let texture = ctx.load_texture("BRDF map", map.image.clone(), egui::TextureOptions::NEAREST);
@@ -149,6 +166,7 @@ impl App {
         }
     }
 
+    /// The panel with the controls, the buttons and the facts.
     fn panel(&mut self, ui: &mut egui::Ui) {
         egui::ScrollArea::vertical().show(ui, |ui| {
             controls::show(ui, &mut self.settings, &mut self.form);
@@ -169,7 +187,7 @@ impl App {
         });
     }
 
-    /// The work that the picture waits for.
+    /// A line about the work that the picture waits for, if any.
     fn note(&self) -> Option<String> {
         if let Some((recipe, task)) = &self.building {
             return Some(format!("building {} … {:.1} s", recipe.name(), task.seconds()));
@@ -177,12 +195,14 @@ impl App {
         self.scene.as_ref().map(|task| format!("making the mesh … {:.1} s", task.seconds()))
     }
 
+    /// The picture with the BRDF map; orders the drawing of what the settings and the cursor require.
     fn picture(&mut self, ui: &mut egui::Ui) {
-        if let Some((target, at)) = &mut self.shown
-            && *at != self.settings.exposure
+        let stops = self.settings.exposure;
+        if let Some(shown) = &mut self.shown
+            && shown.stops != Some(stops)
         {
-            *at = self.settings.exposure;
-            self.texture = Some(self.tone.show(&self.window, target, *at));
+            shown.stops = Some(stops);
+            self.texture = Some(self.tone.show(&self.window, &shown.target, stops));
         }
         let note = self.error.clone().or_else(|| self.note());
         let (response, seen) = picture_view::show(ui, &mut self.settings, self.texture, note.as_deref());
@@ -190,7 +210,7 @@ impl App {
             picture_view::show_map(ui, response.rect, map, texture.id());
         }
         self.order(seen.size);
-        // During a drag the map stays at its point.
+        // During a drag, the map stays at the point where the drag began.
         if !response.dragged() && seen.cursor != self.cursor {
             self.cursor = seen.cursor;
             if self.cursor.is_none() {
@@ -200,8 +220,9 @@ impl App {
         }
     }
 
-    /// Orders the picture of the settings where it is not ordered yet.
-    fn order(&mut self, pixels: (u32, u32)) {
+    /// Orders the picture of the settings if it is not ordered yet. `screen_size` is the size of its area in pixels of
+    /// the screen.
+    fn order(&mut self, screen_size: (u32, u32)) {
         let scaled = |side: u32| ((side as f32 * self.settings.scale).round() as u32).max(1);
         let view = match self.settings.view() {
             Ok(view) => view,
@@ -210,24 +231,28 @@ impl App {
                 return;
             }
         };
-        let job = Job { view, optics: self.settings.optics(), size: (scaled(pixels.0), scaled(pixels.1)) };
+        let size = (scaled(screen_size.0), scaled(screen_size.1));
+        let job = Job { view, optics: self.settings.optics(), size };
         if self.job.as_ref() != Some(&job) {
             self.drawer.set_job(job.clone());
             self.job = Some(job);
         }
     }
 
+    /// Orders a screenshot of the finest picture.
     fn save(&mut self) {
         let png = screenshot::free_name(&self.screenshot);
         self.saved = Some(format!("{} follows when the picture is done", png.display()));
         self.drawer.save(Shot { png, exposure: self.settings.exposure });
     }
 
+    /// Returns camera and sun to their first positions.
     fn reset(&mut self) {
-        self.settings.orbit = self.at_start.orbit;
-        self.settings.sun = self.at_start.sun;
+        self.settings.orbit = self.settings_at_start.orbit;
+        self.settings.sun = self.settings_at_start.sun;
     }
 
+    /// Handles keys, unless a text field has the focus.
     fn keys(&mut self, ctx: &egui::Context) {
         if ctx.text_edit_focused() {
             return;

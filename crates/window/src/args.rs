@@ -1,3 +1,5 @@
+//! Command line of `sunbeam view`. The comments of [`ViewArgs`] are the text of `--help`.
+
 use crate::open::{Start, open};
 use crate::{Settings, Sun};
 use sunbeam::config::Theory;
@@ -48,7 +50,7 @@ pub(crate) struct ViewArgs {
     surface: SurfaceArgs,
 }
 
-/// Runs `sunbeam view`.
+/// Runs `sunbeam view`: checks the options, opens the window, and returns when the window is closed.
 pub(crate) fn run(args: &ViewArgs) -> Outcome {
     if !args.exposure.is_finite() {
         return Err(format!("parameter \"exposure\" is {}, but must be finite", args.exposure).into());

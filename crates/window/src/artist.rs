@@ -1,3 +1,6 @@
+//! Draws pictures, BRDF maps and screenshots, step by step. The thread of drawer.rs gives the orders and runs the
+//! steps.
+
 use super::hemisphere::{self, BrdfMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,22 +13,23 @@ use sunbeam_realtime::progressive::{Job, Progressive};
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer, Scene, Shader, Target};
 
-/// Time in ms that the first picture after a change may take: a drag is followed at 14 pictures a second.
+/// Intended time in ms of the first picture after a change: a drag shows 14 pictures a second.
 const PREVIEW_MS: f64 = 70.0;
 
 /// A drawn picture.
 pub(crate) struct Picture {
     pub target: Arc<Target>,
     pub report: FrameReport,
-    /// Wall-clock time in ms.
+    /// Wall-clock time of drawing in ms.
     pub ms: f64,
     /// Whether no finer picture follows.
     pub finest: bool,
 }
 
-/// Files of a screenshot: `png`, and its name with `.exr`.
+/// Order of a screenshot: a tone-mapped PNG, and a linear EXR beside it with the extension `.exr`.
 #[derive(Clone, Debug)]
 pub(crate) struct Shot {
+    /// Path of the PNG.
     pub png: PathBuf,
     /// Stops by which the PNG is brightened.
     pub exposure: f64,
@@ -34,9 +38,11 @@ pub(crate) struct Shot {
 /// One piece of work. Orders are read between steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Step {
+    /// Draws the picture at this level.
     Picture(Level),
-    /// The map with the side of this index.
+    /// Draws the map with this side in pixels.
     Map(usize),
+    /// Writes the screenshot.
     Save,
 }
 
@@ -45,6 +51,7 @@ pub(crate) enum Done {
     Picture(Picture),
     /// `None` where the cursor is not on the lit side of the mesh.
     Map(Option<BrdfMap>),
+    /// Path of the PNG.
     Saved(PathBuf),
 }
 
@@ -53,11 +60,14 @@ pub(crate) struct Artist {
     gpu: Arc<Gpu>,
     renderer: Renderer,
     progressive: Progressive,
-    /// Point of the picture whose map is wanted, each coordinate in [0, 1).
+    /// Point of the picture whose map is ordered, each coordinate in [0, 1) from the upper left; `None` for no map.
     cursor: Option<[f32; 2]>,
+    /// The ordered screenshot.
     shot: Option<Shot>,
-    /// Index of the side of the map that is drawn already.
-    map: Option<usize>,
+    /// Side in pixels of the map drawn for the cursor and the latest picture. It is [`hemisphere::FINEST_SIDE`], too,
+    /// where no map can be drawn.
+    map_side: Option<usize>,
+    /// Speed of the method in maps.
     map_pace: Pace,
 }
 
@@ -74,126 +84,136 @@ impl Artist {
             progressive: Progressive::new(PREVIEW_MS),
             cursor: None,
             shot: None,
-            map: None,
+            map_side: None,
             map_pace: Pace::default(),
         })
     }
 
-    /// Takes another mesh.
+    /// Replaces the mesh and its pigment.
     ///
     /// # Errors
     /// The errors of [`Scene::new`].
     pub(crate) fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
         self.progressive.set_scene(Scene::new(&self.gpu, mesh, pigment)?);
-        self.map = None;
+        self.map_side = None;
         Ok(())
     }
 
-    /// Takes another method, which stops when the flag is set; returns its bytes on the GPU.
+    /// Replaces the method; its work ends when the flag `stop` is set. Returns the bytes of the method on the GPU.
     ///
     /// # Errors
-    /// The errors of [`Shader::new`]; then the method before stays.
+    /// The errors of [`Shader::new`]; the previous method stays in use.
     pub(crate) fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
         let mut shader = Shader::new(&self.gpu, method, &Optics::default())?;
         shader.stop_when(stop);
         let bytes = shader.bytes();
         self.progressive.set_shader(&self.gpu, shader);
-        (self.map, self.map_pace) = (None, Pace::default());
+        (self.map_side, self.map_pace) = (None, Pace::default());
         Ok(bytes)
     }
 
-    /// Takes another job.
+    /// Replaces the job.
     pub(crate) fn set_job(&mut self, job: Job) {
         if self.progressive.set_job(&self.gpu, job) {
-            self.map = None;
+            self.map_side = None;
         }
     }
 
-    /// Orders the map of another point.
+    /// Orders the map of another point, each coordinate in [0, 1) from the upper left; `None` for no map.
     pub(crate) fn set_cursor(&mut self, cursor: Option<[f32; 2]>) {
         self.cursor = cursor;
-        self.map = None;
+        self.map_side = None;
     }
 
-    /// Orders files of the finest picture.
+    /// Orders a screenshot of the finest picture. It replaces an earlier order that is not done yet.
     pub(crate) fn set_shot(&mut self, shot: Shot) {
         self.shot = Some(shot);
     }
 
-    /// The next step: a first picture, a first map, then finer ones.
+    /// The next step; `None` if nothing is left to do. The order of steps is a first picture, a first map, finer
+    /// pictures, and finer maps. A screenshot needs the finest picture, so an ordered one comes before all maps.
     pub(crate) fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);
-        let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
-        let save = self.shot.as_ref().map(|_| Step::Save);
-        match (self.progressive.latest(), self.map) {
-            (None, _) => picture,
-            (Some(_), None) if self.shot.is_none() => map.or(picture),
-            _ => picture.or(save).or(map),
+        if self.progressive.latest().is_none() {
+            return picture;
         }
+        if self.shot.is_some() {
+            return picture.or(Some(Step::Save));
+        }
+        let map = self.cursor.and_then(|_| hemisphere::next(self.map_side, &self.map_pace)).map(Step::Map);
+        if self.map_side.is_none() { map.or(picture) } else { picture.or(map) }
     }
 
-    /// Whether the step only refines a picture or map that is shown already.
+    /// Whether the step refines a picture or map that has been drawn.
     pub(crate) fn refines(&self, step: Step) -> bool {
         match step {
             Step::Picture(_) => self.progressive.latest().is_some(),
-            Step::Map(_) => self.map.is_some(),
+            Step::Map(_) => self.map_side.is_some(),
             Step::Save => false,
         }
     }
 
-    /// Whether a screenshot is ordered.
+    /// Whether an ordered screenshot is not done yet.
     pub(crate) fn owes_shot(&self) -> bool {
         self.shot.is_some()
     }
 
-    /// Drops the orders after a failed step, until there is a new one.
+    /// Drops the job and the screenshot after a failed step, so that the step is not repeated.
     pub(crate) fn give_up(&mut self) {
         self.progressive.give_up();
         self.shot = None;
     }
 
-    /// Does a step of [`Artist::next_step`]; `None` where its order is gone.
+    /// Does a step of [`Artist::next_step`]; `None` if its order has been dropped.
     ///
     /// # Errors
-    /// [`Failure`]; [`GpuError::Stopped`] where the flag was set.
+    /// [`Failure`], with [`GpuError::Stopped`] if the flag of [`Artist::set_method`] was set.
     pub(crate) fn work(&mut self, step: Step) -> Result<Option<Done>, Failure> {
         match step {
             Step::Picture(level) => Ok(self.draw(level)?.map(Done::Picture)),
-            Step::Map(index) => Ok(self.draw_map(index)?.map(Done::Map)),
+            Step::Map(side) => Ok(self.draw_map(side)?),
             Step::Save => self.save(),
         }
     }
 
+    /// Draws the picture at a level; `None` if scene, method or job are missing.
     fn draw(&mut self, level: Level) -> Result<Option<Picture>, GpuError> {
         let Some(frame) = self.progressive.frame(&self.gpu, level)? else { return Ok(None) };
         let start = Instant::now();
         let report = frame.draw(&self.gpu, &self.renderer)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         self.progressive.finish(&frame, ms);
-        // A finer picture knows the surface under the cursor better.
-        self.map = None;
+        // The finer picture determines the surface under the cursor more exactly, so the map is drawn again.
+        self.map_side = None;
         Ok(Some(Picture { target: Arc::clone(&frame.target), report, ms, finest: frame.is_finest }))
     }
 
-    fn draw_map(&mut self, index: usize) -> Result<Option<Option<BrdfMap>>, GpuError> {
+    /// Draws the map for the surface under the cursor, with `side` pixels along each side. `None` if cursor, picture or
+    /// method are missing.
+    fn draw_map(&mut self, side: usize) -> Result<Option<Done>, GpuError> {
         let (Some([x, y]), Some((target, _)), Some(shader)) =
             (self.cursor, self.progressive.latest(), self.progressive.shader())
         else {
             return Ok(None);
         };
-        let Some((column, row)) = target.pixel_at(f64::from(x), f64::from(y)) else {
-            self.map = Some(hemisphere::LAST);
-            return Ok(Some(None));
+        let seen = match target.pixel_at(f64::from(x), f64::from(y)) {
+            Some((column, row)) => target.read_query(&self.gpu, column, row)?,
+            None => Query::default(),
         };
-        let seen = target.read_query(&self.gpu, column, row)?;
-        self.map = Some(index);
         if seen.kind != Query::SKIN || seen.wi[2] <= 0.0 {
-            self.map = Some(hemisphere::LAST);
-            return Ok(Some(None));
+            self.map_side = Some(hemisphere::FINEST_SIDE);
+            return Ok(Some(Done::Map(None)));
         }
-        Ok(Some(Some(hemisphere::draw(&self.gpu, shader, &seen, index, &mut self.map_pace)?)))
+        // A map that fails counts as drawn, so that it is not tried again. A stopped one is drawn later.
+        let before = self.map_side.replace(side);
+        let map = hemisphere::draw(&self.gpu, shader, &seen, side, &mut self.map_pace);
+        if matches!(map, Err(GpuError::Stopped)) {
+            self.map_side = before;
+        }
+        Ok(Some(Done::Map(Some(map?))))
     }
 
+    /// Writes the ordered screenshot of the latest picture; `None` if order or picture are missing.
     fn save(&mut self) -> Result<Option<Done>, Failure> {
         let (Some(shot), Some((target, _))) = (self.shot.take(), self.progressive.latest()) else { return Ok(None) };
         let picture = target.read_picture(&self.gpu)?;
@@ -203,7 +223,7 @@ impl Artist {
             let bytes = encoded.map_err(|error| Failure::File(error.to_string()))?;
             output::write(path, &bytes).map_err(Failure::File)
         };
-        // The PNG is written last: with it, both files are there.
+        // The PNG is written last: once it exists, both files do.
         write(&shot.png.with_extension("exr"), encode::exr(size, |i| picture[i]))?;
         write(&shot.png, encode::tone_mapped_png(size, &picture, shot.exposure))?;
         Ok(Some(Done::Saved(shot.png)))
@@ -213,6 +233,7 @@ impl Artist {
 /// Reason why a step failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
+    /// An error of the GPU.
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// A screenshot that cannot be written.

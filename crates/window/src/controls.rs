@@ -1,7 +1,10 @@
+//! The controls of the settings, in the panel on the left.
+
 use super::settings::Settings;
 use super::surface_form::SurfaceForm;
 use super::widgets::{choice, number, optional, row, switch};
 use eframe::egui::{self, Ui};
+use std::ops::RangeInclusive;
 use sunbeam::config::{ObliquityChoice, Theory};
 use sunbeam::methods::{
     GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
@@ -13,11 +16,13 @@ use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 
 /// Range of the exposure slider in stops.
-const EXPOSURE: std::ops::RangeInclusive<f64> = -6.0..=12.0;
-/// Range of the control for pixels of the picture per pixel of the window.
-const SCALE: std::ops::RangeInclusive<f32> = 0.1..=2.0;
-/// Range of the controls for the parts of a refractive index.
-const INDEX: std::ops::RangeInclusive<f64> = 0.01..=20.0;
+const EXPOSURE: RangeInclusive<f64> = -6.0..=12.0;
+/// Range of the control for pixels of the picture per pixel of the window, along each side.
+const SCALE: RangeInclusive<f32> = 0.1..=2.0;
+/// Range of the control for the real part of the refractive index.
+const INDEX_ETA: RangeInclusive<f64> = 0.01..=20.0;
+/// Range of the control for the imaginary part of the refractive index.
+const INDEX_K: RangeInclusive<f64> = 0.0..=20.0;
 
 /// All controls, from top to bottom.
 pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
@@ -28,7 +33,7 @@ pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm)
             ui.add(length.range(COHERENCE_LENGTH_UM).speed(0.5).suffix(" µm").max_decimals(2));
         });
         choice(ui, "Theory", &mut settings.surface.theory, Theory::ALL.map(|theory| (theory, theory.name())));
-        // The rigorous theory contains both.
+        // The rigorous theory contains obliquity and shadowing.
         if settings.surface.theory == Theory::Scalar {
             let obliquity = ObliquityChoice::ALL.map(|choice| (choice, choice.name()));
             choice(ui, "Obliquity", &mut settings.surface.obliquity, obliquity);
@@ -42,10 +47,12 @@ pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm)
     section(ui, "Picture", |ui| picture(ui, settings));
 }
 
+/// A section with a title that can be folded.
 fn section(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui)) {
     egui::CollapsingHeader::new(title).default_open(true).show_unindented(ui, add);
 }
 
+/// The refractive index; `None` is a perfect conductor, which reflects all light.
 fn index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
     let mut reflects_all = index.is_none();
     switch(ui, "Reflects all", &mut reflects_all);
@@ -53,13 +60,14 @@ fn index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
         _ if reflects_all => *index = None,
         None => *index = Some(sunbeam_realtime::KERATIN),
         Some(index) => {
-            number(ui, "eta", &mut index.eta, INDEX, 0.01, "");
-            number(ui, "k", &mut index.k, 0.0..=*INDEX.end(), 0.01, "");
+            number(ui, "eta", &mut index.eta, INDEX_ETA, 0.01, "");
+            number(ui, "k", &mut index.k, INDEX_K, 0.01, "");
         }
     }
 }
 
-/// The method and those of its options that it heeds.
+/// The method and the options that it reads. Values that an option takes when it is switched on are examples, not the
+/// automatic values.
 fn method(ui: &mut Ui, settings: &mut Settings) {
     choice(ui, "Method", &mut settings.kind, MethodKind::ALL.map(|kind| (kind, kind.name())));
     let options = &mut settings.options;
@@ -80,10 +88,11 @@ fn method(ui: &mut Ui, settings: &mut Settings) {
             "stam_form" => {
                 choice(ui, "Form", &mut options.stam_form, [(StamForm::Spacing, "spacing"), (StamForm::Gems, "gems")]);
             }
+            // Only the form of GPU Gems reads these.
             "gems_sharpness" | "gems_highlight" if options.stam_form != StamForm::Gems => {}
             "gems_sharpness" => number(ui, "Sharpness", &mut options.gems_sharpness, GEMS_SHARPNESS, 0.5, " /µm"),
             "resolution" => number(ui, "Table samples", &mut options.resolution, RESOLUTION, 0.05, " ×"),
-            // Options without a control keep the value of the command line.
+            // Options without a control keep their value from the command line.
             other => row(ui, other, |ui| {
                 ui.weak("by command line");
             }),
@@ -91,18 +100,20 @@ fn method(ui: &mut Ui, settings: &mut Settings) {
     }
 }
 
+/// The numbers of repetitions along x and y. Both are set, or none.
 fn repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
     let [x, y] = repeats.map_or([None; 2], |repeats| repeats.xy().map(Some));
     let (mut new_x, mut new_y) = (x, y);
     optional(ui, "Repeats along x", &mut new_x, 26, 1..=REPEATS_MAX, 0.2, "");
     optional(ui, "Repeats along y", &mut new_y, 1, 1..=REPEATS_MAX, 0.2, "");
     if (new_x, new_y) != (x, y) {
-        // Both numbers are given, or none.
-        let dropped = (x.is_some() && new_x.is_none()) || (y.is_some() && new_y.is_none());
-        *repeats = (!dropped).then(|| Repeats::Each([new_x.unwrap_or(1), new_y.unwrap_or(1)]));
+        // Switching off one number drops both; switching on one sets the other to 1.
+        let is_dropped = (x.is_some() && new_x.is_none()) || (y.is_some() && new_y.is_none());
+        *repeats = (!is_dropped).then(|| Repeats::Each([new_x.unwrap_or(1), new_y.unwrap_or(1)]));
     }
 }
 
+/// Exposure, blending with the pigment, ground and resolution.
 fn picture(ui: &mut Ui, settings: &mut Settings) {
     row(ui, "Exposure", |ui| {
         ui.spacing_mut().slider_width = 82.0;
@@ -140,9 +151,11 @@ impl From<Blend> for Blending {
 }
 
 impl Blending {
+    /// All kinds with their names.
     const ALL: [(Self, &'static str); 3] =
         [(Self::Physical, "physical"), (Self::FixedMix, "mix"), (Self::None, "none")];
 
+    /// The blending with equal parts for a fixed mix.
     fn with_default_share(self) -> Blend {
         match self {
             Self::Physical => Blend::Physical,

@@ -1,3 +1,6 @@
+//! The thread that draws. The window posts orders; the thread reads them between steps of the [`Artist`], and sends its
+//! results as events. An order may end the step under way, if the step is not worth finishing ([`Change`]).
+
 use super::artist::{Artist, Done, Failure, Picture, Shot};
 use super::hemisphere::BrdfMap;
 use eframe::egui;
@@ -11,51 +14,59 @@ use sunbeam_realtime::progressive::Job;
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{Gpu, GpuError, Mesh};
 
-/// The thread that draws. Pictures wait for the GPU, and the window must not. Only the last order is drawn.
+/// The window's handle of the thread that draws. Drawing waits for the GPU, and the window must not. A new order
+/// replaces an older one of its kind.
 pub(crate) struct Drawer {
     shared: Arc<Shared>,
     events: Receiver<Event>,
+    /// `None` only while the drawer is dropped.
     thread: Option<JoinHandle<()>>,
 }
 
-/// News of the drawing for the window.
+/// Result for the window.
 pub(crate) enum Event {
-    /// The method is on the GPU, with this many bytes.
+    /// The method is on the GPU and takes this number of bytes.
     Uploaded(u64),
+    /// A picture has been drawn.
     Picture(Picture),
-    /// `None` where the cursor is not on the lit side of the mesh.
+    /// A map has been drawn; `None` where the cursor is not on the lit side of the mesh.
     Map(Option<BrdfMap>),
+    /// The screenshot with this PNG has been written.
     Saved(PathBuf),
+    /// An order failed for this reason.
     Failed(String),
 }
 
+/// State that the window and the thread share.
 #[derive(Default)]
 struct Shared {
     pending: Mutex<Pending>,
+    /// Wakes the thread when an order has been posted.
     arrived: Condvar,
-    /// Ends the step under way.
+    /// Flag that ends the step under way ([`Artist::set_method`]).
     stop: Arc<AtomicBool>,
 }
 
-/// Orders since the thread last read them.
+/// Orders posted since the thread last read them; `None` for no order.
 #[derive(Default)]
 struct Pending {
     scene: Option<(Mesh, PigmentTexture)>,
     method: Option<Box<dyn Method>>,
     job: Option<Job>,
+    /// Order of a map at a point, or, with an inner `None`, of no map.
     cursor: Option<Option<[f32; 2]>>,
     shot: Option<Shot>,
+    /// Whether the thread is to end.
     quit: bool,
     /// The smallest change that ends the step under way.
     interruptible_by: Change,
 }
 
-/// Kinds of changes, from the largest to the smallest. A step ends at a change of a certain kind or a larger one. A
-/// first picture is drawn to its end in spite of new jobs: otherwise a drag would show no pictures.
+/// Kinds of changes, from the largest to the smallest. A step is ended by changes of a certain kind and by larger ones.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 enum Change {
+    /// Another method or mesh, or the end of the thread.
     #[default]
-    /// Another method or mesh, or the end.
     Method,
     /// Another job.
     Job,
@@ -68,11 +79,11 @@ impl Drawer {
     pub(crate) fn start(gpu: Arc<Gpu>, ctx: &egui::Context) -> Self {
         let shared = Arc::<Shared>::default();
         let (sender, events) = mpsc::channel();
-        let (at_work, ctx) = (Arc::clone(&shared), ctx.clone());
+        let (thread_shared, ctx) = (Arc::clone(&shared), ctx.clone());
         let thread = std::thread::spawn(move || {
             let reporter = Reporter { sender, ctx };
             match Artist::new(gpu) {
-                Ok(artist) => at_work.draw(artist, &reporter),
+                Ok(artist) => thread_shared.run(artist, &reporter),
                 Err(error) => reporter.report(Event::Failed(error.to_string())),
             }
         });
@@ -99,12 +110,12 @@ impl Drawer {
         self.shared.post(Change::Job, |pending| pending.job = Some(job));
     }
 
-    /// Draws maps of this point from now on.
+    /// Draws maps of this point from now on, each coordinate in [0, 1) from the upper left; `None` for no maps.
     pub(crate) fn set_cursor(&self, cursor: Option<[f32; 2]>) {
         self.shared.post(Change::Cursor, |pending| pending.cursor = Some(cursor));
     }
 
-    /// Saves the finest picture as soon as there is one.
+    /// Saves the finest picture of the job as soon as it is drawn.
     pub(crate) fn save(&self, shot: Shot) {
         self.shared.post(Change::Cursor, |pending| pending.shot = Some(shot));
     }
@@ -122,12 +133,12 @@ impl Drop for Drawer {
 }
 
 impl Shared {
+    /// The pending orders. A panic of the other thread leaves them intact.
     fn lock(&self) -> MutexGuard<'_, Pending> {
-        // A panic of the other thread leaves the orders intact.
         self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes an order and ends the step under way where the change is large enough.
+    /// Writes an order with `write`. Ends the step under way if `change` is large enough.
     fn post(&self, change: Change, write: impl FnOnce(&mut Pending)) {
         let mut pending = self.lock();
         write(&mut pending);
@@ -139,9 +150,10 @@ impl Shared {
     }
 
     /// The thread's loop: reads the orders, does a step.
-    fn draw(&self, mut artist: Artist, reporter: &Reporter) {
+    fn run(&self, mut artist: Artist, reporter: &Reporter) {
         loop {
             let mut pending = self.lock();
+            // Sleeps while there is nothing to do.
             while pending.is_empty() && artist.next_step().is_none() {
                 pending = self.arrived.wait(pending).unwrap_or_else(PoisonError::into_inner);
             }
@@ -151,15 +163,18 @@ impl Shared {
             }
             self.stop.store(false, Ordering::Relaxed);
             drop(pending);
-            if let Err(error) = self.read(orders, &mut artist, reporter) {
+            if let Err(error) = self.hand_over(orders, &mut artist, reporter) {
                 reporter.report(Event::Failed(error.to_string()));
             }
             let Some(step) = artist.next_step() else { continue };
-            if !self.begin(match (artist.refines(step), artist.owes_shot()) {
+            // A first picture or map is finished in spite of new jobs: otherwise a drag would show no pictures. A
+            // picture for a screenshot is finished in spite of a moved cursor.
+            let interruptible_by = match (artist.refines(step), artist.owes_shot()) {
                 (false, _) => Change::Method,
                 (true, true) => Change::Job,
                 (true, false) => Change::Cursor,
-            }) {
+            };
+            if !self.begin(interruptible_by) {
                 continue;
             }
             let done = artist.work(step);
@@ -170,6 +185,7 @@ impl Shared {
                 Ok(Some(Done::Saved(path))) => reporter.report(Event::Saved(path)),
                 Ok(None) | Err(Failure::Gpu(GpuError::Stopped)) => {}
                 Err(error) => {
+                    // The step would fail again. A screenshot that could not be written is dropped already.
                     if !matches!(error, Failure::File(_)) {
                         artist.give_up();
                     }
@@ -179,7 +195,8 @@ impl Shared {
         }
     }
 
-    /// Sets the changes that end the next step; false where an order came in, which is read first.
+    /// Sets the smallest change that ends the next step. Returns false if an order has been posted, which must be read
+    /// first.
     fn begin(&self, interruptible_by: Change) -> bool {
         let mut pending = self.lock();
         if !pending.is_empty() {
@@ -189,9 +206,9 @@ impl Shared {
         true
     }
 
-    /// Hands the orders to the artist.
-    fn read(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
-        // The job first: method and scene are drawn with its optics, even where one of them fails.
+    /// Hands the orders to the artist. The first order that fails ends it, and later orders are dropped.
+    fn hand_over(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
+        // Scene and method come last, because only they can fail.
         if let Some(job) = orders.job {
             artist.set_job(job);
         }
@@ -212,9 +229,10 @@ impl Shared {
 }
 
 impl Pending {
+    /// Whether there is no order.
     fn is_empty(&self) -> bool {
-        let nothing = self.scene.is_none() && self.method.is_none() && self.job.is_none();
-        nothing && self.cursor.is_none() && self.shot.is_none() && !self.quit
+        let Self { scene, method, job, cursor, shot, quit, interruptible_by: _ } = self;
+        scene.is_none() && method.is_none() && job.is_none() && cursor.is_none() && shot.is_none() && !quit
     }
 }
 

@@ -1,3 +1,5 @@
+//! Facts about adapter, method and picture, at the bottom of the panel.
+
 use super::artist::Picture;
 use super::widgets::row;
 use eframe::egui::Ui;
@@ -5,10 +7,15 @@ use eframe::egui::Ui;
 /// Facts about the machine, the method and the last picture.
 #[derive(Default)]
 pub(crate) struct Facts {
+    /// Name of the adapter.
     pub adapter: String,
+    /// Whether the adapter renders on the processor.
     pub software: bool,
+    /// Whether times come from timestamps of the GPU.
     pub timestamps: bool,
+    /// `None` before the first method.
     pub method: Option<MethodFacts>,
+    /// `None` before the first picture.
     pub picture: Option<PictureFacts>,
 }
 
@@ -16,16 +23,21 @@ pub(crate) struct Facts {
 pub(crate) struct MethodFacts {
     pub name: &'static str,
     pub build_seconds: f64,
+    /// Bytes on the GPU; 0 until the method is uploaded.
     pub bytes: u64,
 }
 
 /// Size, time and work of a picture.
 pub(crate) struct PictureFacts {
+    /// Width and height in pixels.
     size: (u32, u32),
+    /// Wall-clock time of drawing in ms.
     ms: f64,
     /// Whether no finer picture follows.
     finest: bool,
+    /// Number of queries that the method answered.
     answered: u64,
+    /// Name and time in ms of each stage.
     stages: [(&'static str, f64); 4],
 }
 
@@ -48,7 +60,7 @@ impl From<&Picture> for PictureFacts {
 }
 
 impl Facts {
-    /// Lines of text.
+    /// Shows the facts as lines of text.
     pub(crate) fn show(&self, ui: &mut Ui) {
         let line = |ui: &mut Ui, label: &str, text: String| {
             row(ui, label, |ui| {

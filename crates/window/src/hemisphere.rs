@@ -7,39 +7,39 @@ use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
 
 /// Sides of the map in pixels, from the coarsest to the finest.
 const SIDES: [usize; 4] = [16, 32, 64, 128];
-/// Index of the last side.
-pub(crate) const LAST: usize = SIDES.len() - 1;
-/// Time in ms that the first map after a change may take.
+/// Side of the finest map in pixels.
+pub(crate) const FINEST_SIDE: usize = SIDES[SIDES.len() - 1];
+/// Intended time in ms of the first map after a change.
 const PREVIEW_MS: f64 = 40.0;
 
-/// A map seen from above, in the layout of `sunbeam brdf-map`: right is the grating's +x, up is +y.
+/// A map of the hemisphere seen from above, in the layout of `sunbeam brdf-map`: right is the grating's +x, up is +y.
 #[derive(Clone)]
 pub(crate) struct BrdfMap {
+    /// sRGB colours, transparent outside the disc.
     pub image: egui::ColorImage,
-    /// Direction to the light.
+    /// Unit vector to the light in the grating's frame.
     pub wi: [f32; 3],
-    /// Direction from the point under the cursor to the viewer.
+    /// Unit vector from the point under the cursor to the viewer in the grating's frame.
     pub wo: [f32; 3],
-    /// Factor on the reflectance at which 1 % of the pixels exceed 1.
+    /// Factor on the reflectance (1/sr) in the image, at which 1 % of the lit pixels exceed 1.
     pub exposure: f64,
 }
 
-/// Index of the side to draw after `done`: the finest one in time, else the next.
+/// Side in pixels of the map to draw after a map with the side `done`: the finest in [`PREVIEW_MS`], else the next
+/// finer one. `done` is `None` before the first map; the result is `None` after the finest.
 pub(crate) fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
-    let first = done.map_or(0, |done| done + 1);
-    if first >= SIDES.len() {
-        return None;
-    }
-    let fits = |&index: &usize| pace.fits(pixels(index), PREVIEW_MS);
-    Some((first..SIDES.len()).rev().find(fits).unwrap_or(first))
+    let mut finer = SIDES.into_iter().filter(|&side| done.is_none_or(|done| side > done));
+    let fits = |&side: &usize| pace.fits(area(side), PREVIEW_MS);
+    finer.clone().rev().find(fits).or_else(|| finer.next())
 }
 
-/// Number of pixels of the map with the side of this index.
-fn pixels(index: usize) -> f64 {
-    (SIDES[index] * SIDES[index]) as f64
+/// Number of pixels of a map with this side.
+fn area(side: usize) -> f64 {
+    (side * side) as f64
 }
 
-/// Draws the map with the side of this index for the light at `seen`, and learns its speed.
+/// Draws a map with `side` pixels along each side for the light at the surface point `seen`, and updates the speed
+/// `pace`.
 ///
 /// # Errors
 /// The errors of [`Shader::brdf_map`].
@@ -47,13 +47,12 @@ pub(crate) fn draw(
     gpu: &Gpu,
     shader: &Shader,
     seen: &Query,
-    index: usize,
+    side: usize,
     pace: &mut Pace,
 ) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
-    let side = SIDES[index];
     let answers = shader.brdf_map(gpu, seen.wi, side)?;
-    pace.learn(pixels(index), start.elapsed().as_secs_f64() * 1e3);
+    pace.learn(area(side), start.elapsed().as_secs_f64() * 1e3);
 
     let linear: Vec<Option<[f64; 3]>> = answers.into_iter().map(|rgb| rgb.map(|rgb| rgb.map(f64::from))).collect();
     let exposure = automatic_exposure(linear.iter().copied().flatten());
@@ -61,8 +60,8 @@ pub(crate) fn draw(
         let [r, g, b] = srgb_bytes(rgb.map(|value| value * exposure));
         egui::Color32::from_rgb(r, g, b)
     };
-    let pixels = linear.iter().map(|rgb| rgb.map_or(egui::Color32::TRANSPARENT, colour)).collect();
-    let image = egui::ColorImage::new([side, side], pixels);
+    let colours = linear.iter().map(|rgb| rgb.map_or(egui::Color32::TRANSPARENT, colour)).collect();
+    let image = egui::ColorImage::new([side, side], colours);
     Ok(BrdfMap { image, wi: seen.wi, wo: seen.wo, exposure })
 }
 
@@ -77,10 +76,10 @@ mod tests {
             pace.learn(1.0, ms_per_pixel);
             pace
         };
-        assert_eq!(next(None, &pace(1e-5)), Some(LAST));
-        assert_eq!(next(Some(LAST), &pace(1e-5)), None);
+        assert_eq!(next(None, &pace(1e-5)), Some(FINEST_SIDE));
+        assert_eq!(next(Some(FINEST_SIDE), &pace(1e-5)), None);
         let mut done = None;
-        for expected in 0..SIDES.len() {
+        for expected in SIDES {
             done = next(done, &pace(1e3));
             assert_eq!(done, Some(expected));
         }

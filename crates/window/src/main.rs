@@ -1,9 +1,10 @@
-//! The window of the realtime renderer, `sunbeam view`: a program of its own, since it takes minutes more to build.
+//! The window of the realtime renderer, `sunbeam view`. It is a program of its own, because its dependencies take
+//! minutes to build.
 //!
-//! There are three kinds of threads. The window's own ([`app`]) never waits. Methods and the mesh are built on threads
-//! of their own ([`task`]). One thread draws ([`drawer`], [`artist`]) the last order on the window's device, with
-//! coarse pictures first where the method is slow ([`sunbeam_realtime::progressive`]). Its pictures are tone-mapped
-//! into a texture of the window ([`tone`]).
+//! There are three kinds of threads. The window's own thread ([`app`]) never waits. Methods and the mesh are built on
+//! threads of their own ([`task`]). One thread ([`drawer`], [`artist`]) draws on the window's device, with coarse
+//! pictures first if the method is slow ([`sunbeam_realtime::progressive`]). The window's thread tone-maps these
+//! pictures into a texture of the window ([`tone`]).
 
 mod app;
 mod args;

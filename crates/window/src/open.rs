@@ -12,11 +12,13 @@ use sunbeam_realtime::{AdapterChoice, Gpu, GpuError};
 /// Initial state of the window.
 pub(crate) struct Start {
     pub settings: Settings,
+    /// Makes the mesh and its pigment, on another thread.
     pub make_scene: SceneMaker,
     /// Width and height of the window in points.
     pub size: [f32; 2],
-    /// Where screenshots go.
+    /// File name of the first screenshot; later ones are numbered (screenshot.rs).
     pub screenshot: PathBuf,
+    /// Accepted adapters.
     pub adapter: AdapterChoice,
 }
 
@@ -25,15 +27,15 @@ pub(crate) struct Start {
 /// # Errors
 /// No display, no adapter that can draw on it, or no device.
 pub(crate) fn open(start: Start) -> Result<(), Box<dyn Error>> {
-    // winit panics without this library.
+    // winit panics if this library is missing.
     #[cfg(target_os = "linux")]
     if xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {
         return Err("libxkbcommon-x11 is missing: apt-get install libxkbcommon-x11-0 on Debian".into());
     }
     let mut setup = WgpuSetupCreateNew::without_display_handle();
-    let adapter = start.adapter;
+    let choice = start.adapter;
     setup.instance_descriptor.backends = wgpu::Backends::all().with_env();
-    setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| choose(adapter, adapters, surface)));
+    setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| choose(choice, adapters, surface)));
     setup.device_descriptor = Arc::new(Gpu::device_descriptor);
     let mut options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default().with_title("sunbeam").with_inner_size(start.size),
@@ -41,29 +43,29 @@ pub(crate) fn open(start: Start) -> Result<(), Box<dyn Error>> {
     };
     options.wgpu_options.wgpu_setup = WgpuSetup::CreateNew(setup);
     let Start { settings, make_scene, screenshot, .. } = start;
-    let make = move |creation: &eframe::CreationContext<'_>| {
+    let make_app = move |creation: &eframe::CreationContext<'_>| {
         let window = creation.wgpu_render_state.clone().ok_or("the window has no GPU device")?;
         let app = App::new(&creation.egui_ctx, window, settings, make_scene, screenshot);
         Ok(Box::new(app) as Box<dyn eframe::App>)
     };
-    eframe::run_native("sunbeam", options, Box::new(make)).map_err(explained)
+    eframe::run_native("sunbeam", options, Box::new(make_app)).map_err(explained)
 }
 
-/// The best accepted adapter that can draw on the window.
+/// The best accepted adapter that can draw on the window, whose surface is `surface`.
 fn choose(
     choice: AdapterChoice,
     adapters: &[wgpu::Adapter],
     surface: Option<&wgpu::Surface<'_>>,
 ) -> Result<wgpu::Adapter, String> {
-    let fit = |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
-    let fitting: Vec<wgpu::Adapter> = adapters.iter().filter(fit).cloned().collect();
+    let can_draw = |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
+    let fitting: Vec<wgpu::Adapter> = adapters.iter().filter(can_draw).cloned().collect();
     Gpu::choose(choice, &fitting).cloned().map_err(|error| error.to_string())
 }
 
-/// The error with advice.
+/// The error of eframe with advice for the user.
 fn explained(error: eframe::Error) -> Box<dyn Error> {
     let no_display = |error: String| {
-        // winit puts a position in its own source first.
+        // winit's message begins with a position in its source: `…/file.rs:line: `.
         let reason = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map(|(_, reason)| reason);
         let reason = reason.unwrap_or(&error).trim_end_matches('.');
         format!("there is no display to open a window on ({reason}); set DISPLAY, or use xvfb-run").into()

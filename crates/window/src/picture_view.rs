@@ -1,23 +1,29 @@
+//! The picture with its mouse controls, the note on it, and the BRDF map in its corner.
+
 use super::hemisphere::BrdfMap;
 use super::settings::Settings;
 use eframe::egui::{self, Color32, PointerButton, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2, pos2, vec2};
 
-/// Logarithm of the zoom factor per point of the wheel.
+/// Natural logarithm of the zoom factor per point that the wheel scrolls.
 const ZOOM_PER_POINT: f32 = 0.002;
-/// Side of the BRDF map in points.
+/// Largest side of the BRDF map in points.
 const MAP_POINTS: f32 = 150.0;
+/// Largest side of the BRDF map as a fraction of the picture's shorter side.
+const MAP_FRACTION: f32 = 0.4;
+/// Distance of note and map from the picture's edges in points.
+const MARGIN_POINTS: f32 = 12.0;
 /// Texture coordinates of a whole texture.
 const WHOLE: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
 
-/// Size of the picture and position of the cursor.
+/// Size of the picture's area and position of the cursor.
 pub(crate) struct Seen {
-    /// Size in pixels of the screen.
+    /// Width and height of the area in pixels of the screen, at least 1.
     pub size: (u32, u32),
-    /// Position of the cursor in the picture, each coordinate in [0, 1).
+    /// Position of the cursor in the area, each coordinate in [0, 1) from the upper left; `None` outside.
     pub cursor: Option<[f32; 2]>,
 }
 
-/// Shows the picture in the available space, and turns camera and sun with the mouse.
+/// Shows the picture `texture` with a line of text in the available space, and moves camera and sun with the mouse.
 pub(crate) fn show(
     ui: &mut Ui,
     settings: &mut Settings,
@@ -31,7 +37,7 @@ pub(crate) fn show(
         painter.image(texture, area, WHOLE, Color32::WHITE);
     }
     if let Some(note) = note {
-        let at = area.center_top() + vec2(0.0, 12.0);
+        let at = area.center_top() + vec2(0.0, MARGIN_POINTS);
         let font = egui::FontId::proportional(15.0);
         let galley = painter.layout_no_wrap(note.to_owned(), font, Color32::WHITE);
         let text = egui::Align2::CENTER_TOP.anchor_size(at, galley.size());
@@ -50,7 +56,8 @@ pub(crate) fn show(
     (response, Seen { size, cursor })
 }
 
-/// Left: orbit; middle or shift: pan; right or ctrl: the sun; wheel or pinch: zoom.
+/// Moves camera and sun. A drag with the left button turns the camera, with the middle button or shift it shifts the
+/// camera, and with the right button or ctrl it turns the sun. Wheel and pinch zoom.
 fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
     let (modifiers, scrolled, pinched) =
         ui.input(|input| (input.modifiers, input.smooth_scroll_delta().y, input.zoom_delta()));
@@ -69,14 +76,16 @@ fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
     }
 }
 
-/// The BRDF map in the lower right corner of the picture, with the mirror direction and the viewer marked.
+/// Shows the BRDF map in the lower right corner of the picture's area. A circle marks the mirror direction, a cross the
+/// direction to the viewer.
 pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     let painter = ui.painter_at(area);
-    let side = MAP_POINTS.min(0.4 * area.size().min_elem());
-    let disc = Rect::from_min_size(area.max - Vec2::splat(side + 12.0), Vec2::splat(side));
+    let side = MAP_POINTS.min(MAP_FRACTION * area.size().min_elem());
+    let disc = Rect::from_min_size(area.max - Vec2::splat(side + MARGIN_POINTS), Vec2::splat(side));
     painter.circle_filled(disc.center(), 0.5 * side, Color32::from_black_alpha(220));
     painter.image(texture, disc, WHOLE, Color32::WHITE);
     painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
+    // Position of a direction by its x and y in the grating's frame.
     let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));
     let viewer = at(map.wo[0], map.wo[1]);

@@ -1,6 +1,9 @@
+//! File names of screenshots.
+
 use std::path::{Path, PathBuf};
 
-/// The first of `PATH`, `PATH-2`, `PATH-3`, … that exists neither as PNG nor as EXR.
+/// The first of `NAME.png`, `NAME-2.png`, `NAME-3.png`, … that exists neither as PNG nor as EXR, where `NAME` is `path`
+/// without its extension.
 pub(crate) fn free_name(path: &Path) -> PathBuf {
     let png = path.with_extension("png");
     let taken = |path: &Path| path.exists() || path.with_extension("exr").exists();

@@ -1,3 +1,5 @@
+//! The settings that users change in the window, and the recipe of the method that follows from them.
+
 use super::sun::Sun;
 use std::time::Instant;
 use sunbeam::cache::Cache;
@@ -7,23 +9,28 @@ use sunbeam::scattering::{ComplexIndex, SpectralIndex};
 use sunbeam::table::{Model, Progress, Tiling};
 use sunbeam_realtime::{GpuError, Optics, Orbit, View};
 
-/// Everything that users choose.
+/// All choices of the user.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Settings {
+    /// The surface. [`Settings::index`] replaces its refractive index.
     pub surface: SurfaceConfig,
+    /// The method.
     pub kind: MethodKind,
+    /// Options of the method.
     pub options: MethodOptions,
-    /// The refractive index; `None` reflects everything.
+    /// The refractive index; `None` is a perfect conductor, which reflects all light.
     pub index: Option<ComplexIndex>,
-    /// The view, whose camera and light are those of [`Settings::orbit`] and [`Settings::sun`].
+    /// The view. [`Settings::orbit`] and [`Settings::sun`] replace its camera and light.
     pub view: View,
+    /// The camera.
     pub orbit: Orbit,
+    /// The sun.
     pub sun: Sun,
     /// Stops by which the picture is brightened.
     pub exposure: f64,
     /// Pixels of the picture for each pixel of the window, along each side.
     pub scale: f32,
-    /// Where tables are kept.
+    /// Storage of tables between runs.
     pub cache: Cache,
 }
 
@@ -44,8 +51,8 @@ impl Settings {
 
     /// The recipe of the method.
     pub(crate) fn recipe(&self) -> Recipe {
-        // The shader has the optics, so a change of them builds nothing. A grating by Maxwell's equations contains its
-        // optics and conserves energy.
+        // The optics are left out of the recipe of a scalar method: they are options of the shader, so that a change of
+        // them builds nothing. A grating by Maxwell's equations contains its refractive index and conserves energy.
         let rigorous = self.surface.theory == Theory::Rigorous;
         let mut surface = SurfaceConfig {
             obliquity: ObliquityChoice::default(),
@@ -54,6 +61,7 @@ impl Settings {
             ..self.surface.clone()
         };
         let index = self.index.filter(|_| rigorous);
+        // Some methods support only one coherence patch that repeats.
         if self.kind.is_patch_only() && !rigorous {
             (surface.model, surface.tiling) = (Model::Patch, Some(Tiling::Periodic));
         }
@@ -61,25 +69,26 @@ impl Settings {
     }
 }
 
-/// Everything that a method is built from.
+/// All inputs of building a method. The window builds a method again when its recipe changes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recipe {
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
-    /// The refractive index, where the method contains it.
+    /// The refractive index of a grating by Maxwell's equations; `None` for a perfect conductor and for scalar methods.
     index: Option<ComplexIndex>,
     cache: Cache,
 }
 
-/// A method and the seconds it took.
+/// A method and the time of building it.
 pub(crate) struct Built {
     pub method: Box<dyn Method>,
+    /// Time of building in seconds.
     pub seconds: f64,
 }
 
 impl Recipe {
-    /// Builds the method, which may take seconds.
+    /// Builds the method, which may take seconds. The error is a line of text.
     pub(crate) fn build(&self) -> Result<Built, String> {
         let start = Instant::now();
         let index = self.index.map(SpectralIndex::Constant);

@@ -1,15 +1,19 @@
+//! The direction of the sun, and the widgets that change it.
+
 use eframe::egui::{self, Color32, Pos2, Sense, Stroke, Vec2};
 use sunbeam_realtime::{DEGREES_PER_POINT, GpuError, Light};
 
-/// Side of the widget in points.
-const DISC_POINTS: f32 = 92.0;
+/// Side in points of the widget with the disc of the sky.
+const WIDGET_POINTS: f32 = 92.0;
+/// Radius of the disc in points; the sun at its edge still lies within the widget.
+const DISC_RADIUS_POINTS: f32 = 0.5 * WIDGET_POINTS - 4.0;
 
 /// Direction of the sun. Drags are in points of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sun {
     /// Azimuth in degrees, counter-clockwise from +x seen from above, −180 to 180.
     azimuth_deg: f64,
-    /// Elevation in degrees.
+    /// Elevation in degrees, [`Light::ELEVATION_MIN_DEG`] to 90.
     elevation_deg: f64,
 }
 
@@ -21,7 +25,7 @@ impl From<&Light> for Sun {
 }
 
 impl Sun {
-    /// A sun with angles brought into their ranges.
+    /// A sun with these angles. The azimuth is wrapped and the elevation clamped to its range.
     fn new(azimuth_deg: f64, elevation_deg: f64) -> Self {
         let azimuth_deg = (azimuth_deg + 180.0).rem_euclid(360.0) - 180.0;
         Self { azimuth_deg, elevation_deg: elevation_deg.clamp(Light::ELEVATION_MIN_DEG, 90.0) }
@@ -30,12 +34,12 @@ impl Sun {
     /// The light for the renderer.
     ///
     /// # Errors
-    /// The errors of [`Light::from_angles`]; the angles are within its ranges.
+    /// None for finite angles, because they are within the ranges of [`Light::from_angles`].
     pub(crate) fn light(&self) -> Result<Light, GpuError> {
         Light::from_angles(self.azimuth_deg, self.elevation_deg)
     }
 
-    /// Moves the sun along with a drag.
+    /// Turns the sun by a drag of `right` and `down` points: azimuth and elevation grow to the right and upwards.
     pub(crate) fn turn(&mut self, right: f32, down: f32) {
         let azimuth = self.azimuth_deg + DEGREES_PER_POINT * f64::from(right);
         *self = Self::new(azimuth, self.elevation_deg - DEGREES_PER_POINT * f64::from(down));
@@ -59,10 +63,11 @@ impl Sun {
         });
     }
 
-    /// The disc of the sky.
+    /// The disc of the sky: its centre is the zenith, its edge the horizon, and circles mark 30° and 60°. A click or
+    /// drag moves the sun there.
     fn disc(&mut self, ui: &mut egui::Ui, camera_azimuth_deg: f64) {
-        let (response, painter) = ui.allocate_painter(Vec2::splat(DISC_POINTS), Sense::click_and_drag());
-        let (centre, radius) = (response.rect.center(), 0.5 * DISC_POINTS - 4.0);
+        let (response, painter) = ui.allocate_painter(Vec2::splat(WIDGET_POINTS), Sense::click_and_drag());
+        let (centre, radius) = (response.rect.center(), DISC_RADIUS_POINTS);
         if let Some(at) = response.interact_pointer_pos() {
             *self = Self::from_disc((at - centre) / radius, camera_azimuth_deg);
         }
@@ -78,7 +83,7 @@ impl Sun {
             .on_hover_text("The sky from above, you at the lower edge. Drag the sun, here or with the right button.");
     }
 
-    /// Position in the unit disc, x right and y down.
+    /// Position in the unit disc: x right and y down, with the camera's azimuth at the lower edge.
     fn position(&self, camera_azimuth_deg: f64) -> Vec2 {
         let (sin, cos) = (self.azimuth_deg - camera_azimuth_deg).to_radians().sin_cos();
         let radius = self.elevation_deg.to_radians().cos();

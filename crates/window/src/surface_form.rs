@@ -1,24 +1,32 @@
+//! The controls of the relief's source: a preset or a file.
+
 use super::widgets::{choice, number, optional, row};
 use eframe::egui::{self, Ui};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
 /// Range of the control for periods in µm.
-const PERIOD_UM: std::ops::RangeInclusive<f64> = 0.2..=50.0;
-/// Range of the control for heights in µm.
-const HEIGHT_UM: std::ops::RangeInclusive<f64> = 0.001..=5.0;
+const PERIOD_UM: RangeInclusive<f64> = 0.2..=50.0;
+/// Range of the controls for heights in µm.
+const HEIGHT_UM: RangeInclusive<f64> = 0.001..=5.0;
 /// Range of the control for pixel sizes in µm.
-const PIXEL_UM: std::ops::RangeInclusive<f64> = 1e-4..=10.0;
+const PIXEL_UM: RangeInclusive<f64> = 1e-4..=10.0;
 
-/// The choice of the relief's source. A file's name and scale are typed here before the file is read.
+/// The choice of the relief's source. Name and scale of a file are edited here; the surface receives them together when
+/// the user opens the file.
 pub(crate) struct SurfaceForm {
     chosen: Chosen,
+    /// Name of the file as typed.
     path: String,
-    pixel_size: Option<f64>,
-    max_height: Option<f64>,
+    /// Size of a pixel of the file in µm; `None` takes it from the file.
+    pixel_size_um: Option<f64>,
+    /// Height of the file's largest value in µm; `None` takes it from the file.
+    max_height_um: Option<f64>,
 }
 
+/// Kind of source that the form shows.
 #[derive(Clone, Copy, PartialEq)]
 enum Chosen {
     Preset(Preset),
@@ -31,12 +39,12 @@ impl From<&SurfaceConfig> for SurfaceForm {
             Source::Preset(preset) => (Chosen::Preset(preset), String::new()),
             Source::File(path) => (Chosen::File, path.display().to_string()),
         };
-        Self { chosen, path, pixel_size: surface.pixel_size, max_height: surface.max_height }
+        Self { chosen, path, pixel_size_um: surface.pixel_size, max_height_um: surface.max_height }
     }
 }
 
 impl SurfaceForm {
-    /// The widgets; they change the surface when a choice is complete.
+    /// Shows the controls and changes the surface: at once for a preset, and on opening for a file.
     pub(crate) fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
         let before = self.chosen;
         let presets = Preset::ALL.map(|preset| (Chosen::Preset(preset), preset.name()));
@@ -55,28 +63,30 @@ impl SurfaceForm {
         }
     }
 
+    /// The controls for a file.
     fn file(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
+        // The enter key in the text field, or the button, opens the file.
         let mut open = false;
         row(ui, "File", |ui| {
             let edit = egui::TextEdit::singleline(&mut self.path).hint_text("skin.gsf").desired_width(f32::INFINITY);
-            let entered = |ui: &Ui| ui.input(|input| input.key_pressed(egui::Key::Enter));
-            open = ui.add(edit).lost_focus() && entered(ui);
+            open = ui.add(edit).lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         });
-        optional(ui, "Pixel size", &mut self.pixel_size, 0.065, PIXEL_UM, 0.001, " µm");
-        optional(ui, "Max height", &mut self.max_height, 0.4, HEIGHT_UM, 0.005, " µm");
+        optional(ui, "Pixel size", &mut self.pixel_size_um, 0.065, PIXEL_UM, 0.001, " µm");
+        optional(ui, "Max height", &mut self.max_height_um, 0.4, HEIGHT_UM, 0.005, " µm");
         row(ui, "", |ui| open |= ui.button("Open").clicked());
         if open && !self.path.trim().is_empty() {
             surface.set_relief_source(ReliefSource {
                 filename: Some(PathBuf::from(self.path.trim())),
-                pixel_size: self.pixel_size,
-                max_height: self.max_height,
+                pixel_size: self.pixel_size_um,
+                max_height: self.max_height_um,
                 ..ReliefSource::default()
             });
         }
     }
 }
 
-fn dimension(ui: &mut Ui, label: &str, value: &mut Option<f64>, default: f64, range: std::ops::RangeInclusive<f64>) {
+/// A length of a preset in µm; `None` is the default, and stays `None` until the user changes the number.
+fn dimension(ui: &mut Ui, label: &str, value: &mut Option<f64>, default: f64, range: RangeInclusive<f64>) {
     let mut shown = value.unwrap_or(default);
     number(ui, label, &mut shown, range, 0.005, " µm");
     if shown != value.unwrap_or(default) {

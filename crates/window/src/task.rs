@@ -1,11 +1,14 @@
+//! Work on a thread of its own, whose result the window polls.
+
 use eframe::egui;
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::time::Instant;
 
-/// Work that takes seconds, on a thread of its own. A dropped task runs to its end.
+/// Work that takes seconds, on a thread of its own. The work of a dropped task runs to its end.
 pub(crate) struct Task<T> {
+    /// Receives the result once.
     result: Receiver<Result<T, String>>,
-    since: Instant,
+    start: Instant,
 }
 
 impl<T: Send + 'static> Task<T> {
@@ -14,14 +17,14 @@ impl<T: Send + 'static> Task<T> {
         let (sender, result) = mpsc::channel();
         let ctx = ctx.clone();
         std::thread::spawn(move || {
-            // The task may be dropped.
+            // The task may have been dropped.
             let _ = sender.send(work());
             ctx.request_repaint();
         });
-        Self { result, since: Instant::now() }
+        Self { result, start: Instant::now() }
     }
 
-    /// The result, once; `None` before the end.
+    /// The result when the work has ended; `None` before. After the result has been returned, it is an error.
     pub(crate) fn poll(&self) -> Option<Result<T, String>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),
@@ -32,6 +35,6 @@ impl<T: Send + 'static> Task<T> {
 
     /// Seconds since the start.
     pub(crate) fn seconds(&self) -> f64 {
-        self.since.elapsed().as_secs_f64()
+        self.start.elapsed().as_secs_f64()
     }
 }

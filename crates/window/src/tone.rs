@@ -1,19 +1,41 @@
+//! Tone mapping of pictures into a texture that egui shows.
+
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use sunbeam_realtime::{Target, TonePass};
 
-/// Format of the texture that egui shows: encoded values, which egui does not decode.
+/// Format of the texture: sRGB-encoded values, which egui shows without decoding them.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Tone-maps pictures of linear radiance into a texture of the window, on the GPU.
 pub(crate) struct ToneMapper {
     pass: TonePass,
+    /// `None` before the first picture.
     shown: Option<Shown>,
 }
 
+/// The texture and its identifier in egui.
 struct Shown {
     texture: wgpu::Texture,
     id: TextureId,
+}
+
+impl Shown {
+    /// A texture of this size. It takes the place of the texture `id` in egui, or gets a new identifier.
+    fn new(window: &RenderState, size: wgpu::Extent3d, id: Option<TextureId>) -> Self {
+        let texture = texture(&window.device, size);
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut renderer = window.renderer.write();
+        let filter = wgpu::FilterMode::Linear;
+        let id = match id {
+            Some(id) => {
+                renderer.update_egui_texture_from_wgpu_texture(&window.device, &view, filter, id);
+                id
+            }
+            None => renderer.register_native_texture(&window.device, &view, filter),
+        };
+        Self { texture, id }
+    }
 }
 
 impl ToneMapper {
@@ -22,36 +44,24 @@ impl ToneMapper {
         Self { pass: TonePass::new(device, FORMAT), shown: None }
     }
 
-    /// Shows a picture brightened by `stops`. The texture keeps its identifier from picture to picture.
+    /// Tone-maps a picture, brightened by `stops`, into the texture and returns the texture's identifier. It is the
+    /// same for all pictures.
     pub(crate) fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
         let (width, height) = target.size();
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let id = match &mut self.shown {
-            Some(shown) if shown.texture.size() == size => shown.id,
-            shown => {
-                let texture = texture(&window.device, size);
-                let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-                let mut renderer = window.renderer.write();
-                let linear = wgpu::FilterMode::Linear;
-                let id = match shown {
-                    Some(Shown { id, .. }) => {
-                        renderer.update_egui_texture_from_wgpu_texture(&window.device, &view, linear, *id);
-                        *id
-                    }
-                    None => renderer.register_native_texture(&window.device, &view, linear),
-                };
-                *shown = Some(Shown { texture, id });
-                id
-            }
+        let shown = match self.shown.take() {
+            Some(shown) if shown.texture.size() == size => shown,
+            other_size => Shown::new(window, size, other_size.map(|shown| shown.id)),
         };
-        if let Some(shown) = &self.shown {
-            let view = shown.texture.create_view(&wgpu::TextureViewDescriptor::default());
-            self.pass.draw(&window.device, &window.queue, target.picture(), width, &view, stops);
-        }
+        let view = shown.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        self.pass.draw(&window.device, &window.queue, target.picture(), width, &view, stops);
+        let id = shown.id;
+        self.shown = Some(shown);
         id
     }
 }
 
+/// A texture that the pass can draw into, egui can show, and tests can read.
 fn texture(device: &wgpu::Device, size: wgpu::Extent3d) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some("shown"),
@@ -74,9 +84,10 @@ mod tests {
     use sunbeam_realtime::{AdapterChoice, Gpu, GpuError};
     use wgpu::util::DeviceExt;
 
-    /// A row of 16 texels of 4 bytes is padded to this when it is copied.
+    /// Bytes of a copied row of 16 texels, padded to wgpu's alignment.
     const ROW: u64 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as u64;
 
+    /// The bytes (r, g, b, a) of each colour, tone-mapped by the pass.
     fn on_gpu(gpu: &Gpu, colours: &[[f32; 3]; 16], stops: f64) -> Vec<u8> {
         let (device, queue) = (gpu.device(), gpu.queue());
         let size = wgpu::Extent3d { width: 16, height: 1, depth_or_array_layers: 1 };

@@ -3,7 +3,12 @@
 use eframe::egui::{Align2, ComboBox, DragValue, Sense, TextStyle, Ui, emath::Numeric, vec2};
 use std::ops::RangeInclusive;
 
-/// A choice among values with names.
+/// Width of the labels in points.
+const LABEL_POINTS: f32 = 112.0;
+/// Largest number of decimals of a number.
+const DECIMALS_MAX: usize = 4;
+
+/// A choice among values with names. The value shown is empty if it is not among them.
 pub(crate) fn choice<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
@@ -21,7 +26,7 @@ pub(crate) fn choice<T: Copy + PartialEq>(
     });
 }
 
-/// A number.
+/// A number to type or drag, clamped to its range. `speed` is the change per point of a drag.
 pub(crate) fn number<N: Numeric>(
     ui: &mut Ui,
     label: &str,
@@ -35,7 +40,7 @@ pub(crate) fn number<N: Numeric>(
     });
 }
 
-/// An optional number; `first` is its value when it is switched on.
+/// An optional number as [`number`], with a checkbox; `first` is its value when it is switched on.
 pub(crate) fn optional<N: Numeric>(
     ui: &mut Ui,
     label: &str,
@@ -79,12 +84,8 @@ pub(crate) fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// Width of the labels in points.
-const LABEL_POINTS: f32 = 112.0;
-/// Most decimals of a number.
-const DECIMALS: usize = 4;
-
+/// The widget of a number; numbers that are not integers have up to [`DECIMALS_MAX`] decimals.
 fn drag<'a, N: Numeric>(value: &'a mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) -> DragValue<'a> {
     let drag = DragValue::new(value).range(range).speed(speed).suffix(suffix.to_owned());
-    if N::INTEGRAL { drag } else { drag.max_decimals(DECIMALS) }
+    if N::INTEGRAL { drag } else { drag.max_decimals(DECIMALS_MAX) }
 }

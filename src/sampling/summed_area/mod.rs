@@ -1,16 +1,16 @@
 //! Summed-area table: masses on a rectangular lattice that are summed over, and sampled within, any rectangle.
 //!
-//! Each node holds a mass in each of [`BANDS`] bands, rounded to a whole number of counts with 12 significant bits
+//! Each node holds a mass in each of [`BANDS`] bands, rounded to a whole number of *counts* with 12 significant bits
 //! ([`encode`]). Sums of counts are exact, so a density equals the probability of the sample.
 //!
 //! ```text
 //! T[y][x][b] = Σ counts in band b of the blocks before column x and before row y      table of sums
-//! mass(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]
+//! counts(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]
 //! ```
 //!
-//! To save memory, sums are stored for blocks of 4 × 4 nodes, and rectangles consist of whole blocks. A sample bisects
-//! the sums for a block and reads the block's 16 masses for a node. A node takes 8 bytes and its part of the sums one
-//! more.
+//! To save memory, sums are stored for blocks of 4 × 4 nodes, and rectangles consist of whole blocks. A sample is drawn
+//! in two steps: bisection of the sums finds a block, and the counts of its 16 nodes give a node. A node takes 8 bytes
+//! for its counts and about one for its part of the sums.
 
 mod view;
 
@@ -18,8 +18,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 pub use view::{Drawn, Rectangle, SummedAreaView};
 
-/// Masses per node: bands of κ of the spectral sampler, slices of w of the colour sampler. Packed as four halves of two
-/// words, and read in packets of four.
+/// Masses per node: bands of κ of the spectral sampler, slices of w of the colour sampler. A node's counts fill the
+/// four halves of two words. The sums at a block's corner fill one packet.
 pub const BANDS: usize = 4;
 /// Nodes of a block along either axis, a power of two.
 const BLOCK: usize = 4;
@@ -27,13 +27,14 @@ const BLOCK: usize = 4;
 const BLOCK_SHIFT: u32 = BLOCK.ilog2();
 /// 32-bit words per packet, the unit of one gather.
 const PACKET_WORDS: u32 = 4;
-/// Packets of a block's masses: 16 nodes of two words each.
+/// Packets of a block's counts: 16 nodes of two words each.
 const BLOCK_PACKETS: u32 = (BLOCK * BLOCK) as u32 * 2 / PACKET_WORDS;
 /// Largest sum of counts in a band. Five bits of exponent hold counts below 2³¹; the margin allows for their rounding.
 const TOTAL_MAX: f64 = 0.999 * (1u64 << 31) as f64;
-/// Bits of a count after the leading one.
+/// Bits of an encoded count after the leading one.
 const MANTISSA_BITS: u32 = 11;
-/// Difference of the exponent biases of single precision and of an encoded count, in single precision's exponent field.
+/// Difference of the exponent biases of single precision (127) and of an encoded count (1), in the exponent's place
+/// above the 23 bits of mantissa.
 ///
 /// `(code << 12) + EXPONENT_SHIFT` are the bits of the count as a number of single precision. The code 0 reads as ½,
 /// which rounds down to 0.
@@ -46,8 +47,8 @@ pub struct SummedAreaLayout {
     pub nodes: [u32; 2],
     /// Blocks along x and y; the padding nodes of the last blocks have no mass.
     pub blocks: [u32; 2],
-    /// Start of the masses, in packets of four words:
-    /// `[block along y][block along x][node along y][node along x]`, two words per node.
+    /// Start of the counts, in packets of four words: `[block along y][block along x][node along y][node along x]`, two
+    /// words per node. Their halves are the codes of the four bands, the lower half first.
     pub masses: u32,
     /// Start of the sums T, in packets of four words: `[block along y][block along x][band]`, with one more row and
     /// column than there are blocks.
@@ -72,53 +73,58 @@ pub struct SummedArea {
 }
 
 impl SummedArea {
-    /// Rounds `values`, `[node along y][node along x][band]`, to counts and sums them.
+    /// Rounds `masses`, `[node along y][node along x][band]`, to counts and sums them. `nodes` are the numbers of nodes
+    /// along x and y.
     ///
-    /// A positive value becomes at least one count; a negative one or NaN becomes none.
-    pub fn new(nodes: [usize; 2], values: &[[f32; BANDS]]) -> Self {
+    /// A positive mass becomes at least one count; a negative one or NaN becomes none.
+    pub fn new(nodes: [usize; 2], masses: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
-        let positive = |value: f32| if value > 0.0 { f64::from(value) } else { 0.0 };
-        let total = values
+        let positive = |mass: f32| if mass > 0.0 { f64::from(mass) } else { 0.0 };
+        let total = masses
             .par_chunks(4096)
             .map(|chunk| {
-                chunk.iter().fold([0.0; BANDS], |sum, value| std::array::from_fn(|b| sum[b] + positive(value[b])))
+                chunk.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b])))
             })
             .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]));
-        let block_words = (PACKET_WORDS * BLOCK_PACKETS) as usize;
         // Each positive mass may gain a count by rounding up.
-        let counts = TOTAL_MAX - values.len() as f64;
-        let scale = total.map(|total: f64| if total > 0.0 { counts / total } else { 0.0 });
+        let total_counts = TOTAL_MAX - masses.len() as f64;
+        let counts_per_mass = total.map(|total: f64| if total > 0.0 { total_counts / total } else { 0.0 });
+        let block_words = (PACKET_WORDS * BLOCK_PACKETS) as usize;
         let mut words = vec![0u32; blocks[0] * blocks[1] * block_words];
+        // Encodes the counts, one row of blocks at a time.
         words.par_chunks_mut((blocks[0] * block_words).max(1)).enumerate().for_each(|(block_row, words)| {
             for row in block_row * BLOCK..((block_row + 1) * BLOCK).min(nodes[1]) {
                 for column in 0..nodes[0] {
-                    let value = &values[row * nodes[0] + column];
+                    let mass = &masses[row * nodes[0] + column];
                     let code: [u32; BANDS] = std::array::from_fn(|b| {
-                        let mass = positive(value[b]) * scale[b];
-                        if mass > 0.0 { encode(mass.round().max(1.0) as u32) } else { 0 }
+                        let counts = positive(mass[b]) * counts_per_mass[b];
+                        if counts > 0.0 { encode(counts.round().max(1.0) as u32) } else { 0 }
                     });
                     let at = column / BLOCK * block_words + 2 * (row % BLOCK * BLOCK + column % BLOCK);
-                    words[at] = code[0] | code[1] << 16;
-                    words[at + 1] = code[2] | code[3] << 16;
+                    words[at] = code[0] | (code[1] << 16);
+                    words[at + 1] = code[2] | (code[3] << 16);
                 }
             }
         });
-        let sums = words.len();
-        let stride = BANDS * (blocks[0] + 1);
-        words.resize(sums + stride * (blocks[1] + 1), 0);
-        let (masses, sums_to) = words.split_at_mut(sums);
+        // Appends the sums T, whose first row and column are zeros.
+        let sums_start = words.len();
+        let sums_stride = BANDS * (blocks[0] + 1);
+        words.resize(sums_start + sums_stride * (blocks[1] + 1), 0);
+        let (codes, sums) = words.split_at_mut(sums_start);
         for by in 0..blocks[1] {
-            let mut before = [0u32; BANDS];
+            // Counts of this row of blocks, up to and including block bx.
+            let mut in_row = [0u32; BANDS];
             for bx in 0..blocks[0] {
-                let block = &masses[(by * blocks[0] + bx) * block_words..][..block_words];
+                let block = &codes[(by * blocks[0] + bx) * block_words..][..block_words];
                 for node in block.chunks_exact(2) {
-                    for (b, sum) in before.iter_mut().enumerate() {
-                        *sum += decode(node[b / 2] >> (16 * (b % 2)) & 0xffff);
+                    for (b, sum) in in_row.iter_mut().enumerate() {
+                        *sum += decode((node[b / 2] >> (16 * (b % 2))) & 0xffff);
                     }
                 }
-                for (b, sum) in before.iter().enumerate() {
-                    let at = by * stride + BANDS * (bx + 1) + b;
-                    sums_to[at + stride] = sums_to[at] + sum;
+                for (b, sum) in in_row.iter().enumerate() {
+                    // T[by + 1][bx + 1] = T[by][bx + 1] + counts of the row.
+                    let before = by * sums_stride + BANDS * (bx + 1) + b;
+                    sums[before + sums_stride] = sums[before] + sum;
                 }
             }
         }
@@ -126,8 +132,8 @@ impl SummedArea {
             nodes: nodes.map(|n| n as u32),
             blocks: blocks.map(|n| n as u32),
             masses: 0,
-            sums: (sums / PACKET_WORDS as usize) as u32,
-            unit: scale.map(|scale| if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 }),
+            sums: (sums_start / PACKET_WORDS as usize) as u32,
+            unit: counts_per_mass.map(|scale| if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 }),
         };
         Self { layout, words }
     }
@@ -137,7 +143,7 @@ impl SummedArea {
         &self.layout
     }
 
-    /// Table data: 32-bit words, a multiple of four.
+    /// Table data, described by [`SummedArea::layout`]: 32-bit words, a multiple of four.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -148,8 +154,8 @@ impl SummedArea {
     }
 }
 
-/// Encodes a positive count, rounded to 12 significant bits, in 16 bits: its binary exponent plus one, then the 11 bits
-/// after the leading one. Zero has the code 0.
+/// Encodes a positive count, rounded to 12 significant bits, in 16 bits. The upper 5 bits are its binary exponent plus
+/// one, the lower 11 the bits after the leading one. No positive count has the code 0, which stands for zero.
 fn encode(count: u32) -> u32 {
     let exponent = count.ilog2();
     let mantissa = if exponent > MANTISSA_BITS {
@@ -208,7 +214,7 @@ mod tests {
 
     #[test]
     fn rectangle_mass_is_the_sum_of_its_nodes() {
-        // Half a unit of the twelfth bit; the weakest are rounded to whole counts.
+        // Half a unit of the twelfth bit. The smallest masses are rounded to whole counts.
         const RELATIVE: f64 = 1.0 / 4096.0;
         let (values, areas) = (values(), SummedArea::new(NODES, &values()));
         let view = view::<f32>(&areas);
@@ -250,7 +256,7 @@ mod tests {
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32], Real = F, Index = u32, Mask = bool>,
     {
-        // Stratified numbers leave the error of strata that straddle two nodes.
+        // The random numbers are stratified. Only strata that straddle two nodes cause errors.
         const STEPS: usize = 1000;
         let areas = SummedArea::new(NODES, &values());
         let view = view::<F>(&areas);

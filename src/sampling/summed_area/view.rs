@@ -1,4 +1,6 @@
 //! Evaluator of a [`super::SummedArea`] for all families of numbers: sums over rectangles, interpolation, sampling.
+//!
+//! All results are counts; [`SummedAreaLayout::unit`] is the mass of one count in each band.
 
 use super::{BANDS, BLOCK, BLOCK_PACKETS, BLOCK_SHIFT, EXPONENT_SHIFT, SummedAreaLayout};
 use crate::numeric::{Index, Number, Numbers, Real};
@@ -31,8 +33,8 @@ pub struct SummedAreaView<N: Numbers> {
 }
 
 impl<N: Numbers> SummedAreaView<N> {
-    /// The smallest rectangle of blocks that contains all nodes between two positions, given in nodes along x and y;
-    /// empty where there are none.
+    /// The smallest rectangle of blocks that contains all nodes between two positions, given in nodes along x and y.
+    /// Empty where there are none.
     #[inline(always)]
     pub fn rectangle(&self, low: [N::Real; 2], high: [N::Real; 2]) -> Rectangle<N> {
         let lit = N::Real::lit;
@@ -47,34 +49,36 @@ impl<N: Numbers> SummedAreaView<N> {
         Rectangle { low: [left, bottom], high: [right, top] }
     }
 
-    /// Counts of a rectangle in each band, from the sums at its four corners.
+    /// Counts of a rectangle in each band, from the sums at its four corners; zeros where the mask is false.
     #[inline(always)]
     pub fn mass(&self, rectangle: &Rectangle<N>, active: N::Mask) -> [N::Index; BANDS] {
-        let corner = |x: N::Index, y: N::Index| N::gather::<4>(self.words, self.corner(x, y), active);
-        let Rectangle { low, high } = *rectangle;
-        let (near, far) =
-            ([corner(low[0], low[1]), corner(high[0], low[1])], [low[0], high[0]].map(|x| corner(x, high[1])));
-        std::array::from_fn(|b| (far[1][b] - far[0][b]) - (near[1][b] - near[0][b]))
+        let sums = |x: N::Index, y: N::Index| N::gather::<4>(self.words, self.corner(x, y), active);
+        let Rectangle { low: [left, bottom], high: [right, top] } = *rectangle;
+        let (bottom_left, bottom_right) = (sums(left, bottom), sums(right, bottom));
+        let (top_left, top_right) = (sums(left, top), sums(right, top));
+        // In this order no difference is negative.
+        std::array::from_fn(|b| (top_right[b] - top_left[b]) - (bottom_right[b] - bottom_left[b]))
     }
 
-    /// Counts of a node in each band.
+    /// Counts of a node in each band, from its column and row; zeros where the mask is false.
     #[inline(always)]
     pub fn node(&self, node: [N::Index; 2], active: N::Mask) -> [N::Real; BANDS] {
         let [block_x, block_y] = node.map(|n| n >> BLOCK_SHIFT);
         let block = block_y * N::Index::lit(self.layout.blocks[0]) + block_x;
         let [x, y] = node.map(|n| n & N::Index::lit(BLOCK as u32 - 1));
         let within = y * N::Index::lit(BLOCK as u32) + x;
-        // In units of the two words of a node.
+        // Index in pairs of words, one pair per node.
         let index = N::Index::lit(2 * self.layout.masses) + block * N::Index::lit(2 * BLOCK_PACKETS) + within;
         let [a, b] = N::gather::<2>(self.words, index, active);
         let (low, high) = (N::Index::lit(0xffff), N::Index::lit(0xffff_0000));
         let shift = N::Index::lit(EXPONENT_SHIFT);
+        // The codes, each shifted left by 12 from its place in the lower half.
         [(a & low) << 12, (a & high) >> 4, (b & low) << 12, (b & high) >> 4]
             .map(|bits| N::from_bits(bits + shift).floor())
     }
 
-    /// Counts in each band at a position in nodes, interpolated bilinearly between the four nodes around it. Nodes
-    /// outside the rectangle count as zero.
+    /// Counts in each band at a position in nodes along x and y, interpolated bilinearly between the four nodes around
+    /// it. Nodes outside the rectangle count as zero.
     #[inline(always)]
     pub fn tents(&self, position: [N::Double; 2], rectangle: &Rectangle<N>, active: N::Mask) -> [N::Real; BANDS] {
         let taps = [0, 1].map(|axis| {
@@ -85,98 +89,102 @@ impl<N: Numbers> SummedAreaView<N> {
         self.weighted(&taps[0], &taps[1], rectangle, active)
     }
 
-    /// Weighted sum of counts in each band over the nodes `(index, weight)` along x times those along y. Nodes outside
-    /// the rectangle count as zero.
+    /// Weighted sum of counts in each band over the nodes of all columns and rows given. `columns` and `rows` are pairs
+    /// of a whole number of nodes and a weight; a node's weight is the product of both. Nodes outside the rectangle
+    /// count as zero.
     #[inline(always)]
     pub fn weighted(
         &self,
-        x: &[(N::Double, N::Real)],
-        y: &[(N::Double, N::Real)],
+        columns: &[(N::Double, N::Real)],
+        rows: &[(N::Double, N::Real)],
         rectangle: &Rectangle<N>,
         active: N::Mask,
     ) -> [N::Real; BANDS] {
-        let inside = |axis: usize, at: N::Double| {
+        let is_inside = |axis: usize, at: N::Double| {
             let edge = |block: N::Index| N::widen(N::real(block << BLOCK_SHIFT));
             edge(rectangle.low[axis]).le(at) & at.lt(edge(rectangle.high[axis]))
         };
+        // Clamped to the table, because outside of it an index does not exist.
         let index = |axis: usize, at: N::Double| {
             let last = f64::from(self.layout.blocks[axis] * BLOCK as u32 - 1);
             N::index_of_double(at.clip(N::Double::lit(0.0), N::Double::lit(last)))
         };
         let mut sum = [N::Real::lit(0.0); BANDS];
-        for &(row, along_y) in y {
-            let (inside_y, row) = (inside(1, row), index(1, row));
-            for &(column, along_x) in x {
-                let node = self.node([index(0, column), row], active & inside_y & inside(0, column));
-                let weight = along_x * along_y;
-                sum = std::array::from_fn(|b| node[b].fma(weight, sum[b]));
+        for &(row, row_weight) in rows {
+            let (is_row_inside, y) = (is_inside(1, row), index(1, row));
+            for &(column, column_weight) in columns {
+                let counts = self.node([index(0, column), y], active & is_row_inside & is_inside(0, column));
+                let weight = column_weight * row_weight;
+                sum = std::array::from_fn(|b| counts[b].fma(weight, sum[b]));
             }
         }
         sum
     }
 
     /// Draws a node of a rectangle with probability proportional to its count in one band, from two random numbers in
-    /// [0, 1). The rectangle's count in the band must be positive.
+    /// [0, 1). The rectangle's count in the band must be positive where the mask is true; elsewhere the result is
+    /// arbitrary.
     #[inline(always)]
     pub fn choose(&self, rectangle: &Rectangle<N>, band: N::Index, u: [N::Real; 2], active: N::Mask) -> Drawn<N> {
-        let Rectangle { low, high } = *rectangle;
+        let Rectangle { low: [left, bottom], high: [right, top] } = *rectangle;
         let sum = |x: N::Index, y: N::Index, active: N::Mask| {
             let [sum] = N::gather::<1>(self.words, (self.corner(x, y) << 2) + band, active);
             sum
         };
         let one = N::Index::lit(1);
         // Row of blocks: counts of the rectangle's columns in the rows before `row`.
-        let before_row = |row: N::Index, active: N::Mask| sum(high[0], row, active) - sum(low[0], row, active);
-        let (row, v) = bisect::<N>([low[1], high[1]], u[1], active, before_row);
+        let before_row = |row: N::Index, active: N::Mask| sum(right, row, active) - sum(left, row, active);
+        let (row, v) = bisect::<N>([bottom, top], u[1], active, before_row);
         // Column of blocks: counts of that row in the columns before `column`.
         let before_column =
             |column: N::Index, active: N::Mask| sum(column, row + one, active) - sum(column, row, active);
-        let (column, u) = bisect::<N>([low[0], high[0]], u[0], active, before_column);
-        // Node of the block: its row by the rows' totals, then its column.
+        let (column, u) = bisect::<N>([left, right], u[0], active, before_column);
+        // Counts of the block's nodes, [node along y][node along x], in the band. A packet holds two nodes.
         let block = row * N::Index::lit(self.layout.blocks[0]) + column;
         let packet = N::Index::lit(self.layout.masses) + block * N::Index::lit(BLOCK_PACKETS);
-        let (second_word, second_half) = (one.lt(band), one.le(band & one));
-        let mass = |first: N::Index, second: N::Index| {
-            let word = N::Index::select(second_word, second, first);
-            let code = N::Index::select(second_half, word >> 16, word & N::Index::lit(0xffff));
+        let (is_second_word, is_upper_half) = (one.lt(band), one.le(band & one));
+        let count = |first: N::Index, second: N::Index| {
+            let word = N::Index::select(is_second_word, second, first);
+            let code = N::Index::select(is_upper_half, word >> 16, word & N::Index::lit(0xffff));
             N::index(N::from_bits((code << 12) + N::Index::lit(EXPONENT_SHIFT)))
         };
-        let rows: [[N::Index; BLOCK]; BLOCK] = std::array::from_fn(|i| {
-            let read = |k: u32| N::gather::<4>(self.words, packet + N::Index::lit(2 * i as u32 + k), active);
+        let counts: [[N::Index; BLOCK]; BLOCK] = std::array::from_fn(|y| {
+            let read = |k: u32| N::gather::<4>(self.words, packet + N::Index::lit(2 * y as u32 + k), active);
             let ([a, b, c, d], [e, f, g, h]) = (read(0), read(1));
-            [mass(a, b), mass(c, d), mass(e, f), mass(g, h)]
+            [count(a, b), count(c, d), count(e, f), count(g, h)]
         });
-        let (row_within, v) = draw_of_four::<N>(rows.map(|[a, b, c, d]| a + b + (c + d)), v);
-        let chosen = std::array::from_fn(|i| element::<N>(rows.map(|row| row[i]), row_within));
-        let (column_within, u) = draw_of_four::<N>(chosen, u);
-        Drawn { node: [(column << BLOCK_SHIFT) + column_within, (row << BLOCK_SHIFT) + row_within], u: [u, v] }
+        // Row of the node by the totals of the rows, then its column.
+        let (y, v) = draw_of_four::<N>(counts.map(|[a, b, c, d]| a + b + (c + d)), v);
+        let chosen_row = std::array::from_fn(|x| element::<N>(counts.map(|row| row[x]), y));
+        let (x, u) = draw_of_four::<N>(chosen_row, u);
+        Drawn { node: [(column << BLOCK_SHIFT) + x, (row << BLOCK_SHIFT) + y], u: [u, v] }
     }
 
-    /// Index of the sums at the lower corner of a block, in packets of four words.
+    /// Index, in packets of four words, of the sums T before block column `x` and block row `y`.
     #[inline(always)]
     fn corner(&self, x: N::Index, y: N::Index) -> N::Index {
         N::Index::lit(self.layout.sums) + y * N::Index::lit(self.layout.blocks[0] + 1) + x
     }
 }
 
-/// Scales a random number to `[0, total)`: the whole number of counts below it, and the fraction of a count beyond.
+/// Scales a random number to `[0, total)`. Returns the whole part, below `total`, and the fraction.
 #[inline(always)]
 fn scaled<N: Numbers>(total: N::Index, u: N::Real) -> (N::Index, N::Real) {
     let target = u * N::real(total);
     // Rounding may raise the product to the total.
-    let count = N::index(target).min(total.max(N::Index::lit(1)) - N::Index::lit(1));
-    (count, (target - N::real(count)).clip(N::Real::lit(0.0), N::Real::lit(1.0)))
+    let whole = N::index(target).min(total.max(N::Index::lit(1)) - N::Index::lit(1));
+    (whole, (target - N::real(whole)).clip(N::Real::lit(0.0), N::Real::lit(1.0)))
 }
 
-/// Random number in [0, 1) from the position `count + rest` among `mass` counts.
+/// Random number in [0, 1) from the position `whole + fraction` among `count` counts, the inverse of [`scaled`].
 #[inline(always)]
-fn rescaled<N: Numbers>(count: N::Index, rest: N::Real, mass: N::Index) -> N::Real {
-    let mass = N::real(mass.max(N::Index::lit(1)));
-    ((N::real(count) + rest) / mass).min(N::Real::lit(BELOW_ONE))
+fn rescaled<N: Numbers>(whole: N::Index, fraction: N::Real, count: N::Index) -> N::Real {
+    let count = N::real(count.max(N::Index::lit(1)));
+    ((N::real(whole) + fraction) / count).min(N::Real::lit(BELOW_ONE))
 }
 
-/// Draws an index from `low` to before `high` by bisection of the cumulative counts `before(index)`; also returns the
-/// rescaled random number.
+/// Draws an index in `low..high` in proportion to its counts, by bisection of the cumulative counts `before(index)`.
+/// Also returns a random number in [0, 1), rescaled from `u`, that is independent of the index.
 #[inline(always)]
 fn bisect<N: Numbers>(
     [low, high]: [N::Index; 2],
@@ -186,34 +194,38 @@ fn bisect<N: Numbers>(
 ) -> (N::Index, N::Real) {
     let one = N::Index::lit(1);
     let start = before(low, active);
-    let (count, rest) = scaled::<N>(before(high, active) - start, u);
-    let target = start + count;
-    let more = |[low, high]: [N::Index; 2]| (low + one).lt(high) & active;
-    let [found, _] = N::while_loop(c"Bisection", [low, high], more, |[low, high]| {
+    let (whole, fraction) = scaled::<N>(before(high, active) - start, u);
+    let target = start + whole;
+    let has_several = |[low, high]: [N::Index; 2]| (low + one).lt(high) & active;
+    // Keeps before(low) ≤ target < before(high).
+    let [found, _] = N::while_loop(c"Bisection", [low, high], has_several, |[low, high]| {
         let middle = (low + high) >> 1;
-        let is_lower = target.lt(before(middle, more([low, high])));
+        let is_lower = target.lt(before(middle, has_several([low, high])));
         [N::Index::select(is_lower, low, middle), N::Index::select(is_lower, middle, high)]
     });
     let below = before(found, active);
-    (found, rescaled::<N>(target - below, rest, before(found + one, active) - below))
+    (found, rescaled::<N>(target - below, fraction, before(found + one, active) - below))
 }
 
-/// Element `i` of four.
+/// Element `i` of four, `i` in 0 to 3.
 #[inline(always)]
 fn element<N: Numbers>([a, b, c, d]: [N::Index; 4], i: N::Index) -> N::Index {
     let select = |below: u32, yes, no| N::Index::select(i.lt(N::Index::lit(below)), yes, no);
     select(2, select(1, a, b), select(3, c, d))
 }
 
-/// Draws one of four indices by their counts; also returns the rescaled random number.
+/// Draws one of four indices in proportion to their counts. Also returns a random number in [0, 1), rescaled from `u`,
+/// that is independent of the index.
 #[inline(always)]
-fn draw_of_four<N: Numbers>(masses: [N::Index; 4], u: N::Real) -> (N::Index, N::Real) {
-    let [a, b, c, d] = masses;
+fn draw_of_four<N: Numbers>(counts: [N::Index; 4], u: N::Real) -> (N::Index, N::Real) {
+    let [a, b, c, d] = counts;
     let zero = N::Index::lit(0);
-    let (first, second) = (a, a + b);
-    let third = second + c;
-    let (count, rest) = scaled::<N>(third + d, u);
-    let step = |edge: N::Index| N::Index::select(count.lt(edge), zero, N::Index::lit(1));
-    let i = step(first) + step(second) + step(third);
-    (i, rescaled::<N>(count - element::<N>([zero, first, second, third], i), rest, element::<N>(masses, i)))
+    // Cumulative counts before the indices 1, 2 and 3.
+    let (before_1, before_2) = (a, a + b);
+    let before_3 = before_2 + c;
+    let (whole, fraction) = scaled::<N>(before_3 + d, u);
+    let step = |edge: N::Index| N::Index::select(whole.lt(edge), zero, N::Index::lit(1));
+    let i = step(before_1) + step(before_2) + step(before_3);
+    let before_i = element::<N>([zero, before_1, before_2, before_3], i);
+    (i, rescaled::<N>(whole - before_i, fraction, element::<N>(counts, i)))
 }

@@ -1,23 +1,27 @@
 //! The pairs of directions (wi, wo) at which methods are timed and their errors computed.
 
 use crate::arguments::direction_from_degrees;
+use crate::reflector::single;
 use std::f64::consts::TAU;
 use sunbeam::height_field::random::Random;
 use sunbeam::lobe::Surface;
 use sunbeam::scattering::Vec3;
 
-/// Directions of incidence: angle with the normal and azimuth, in degrees. Chosen from normal to grazing incidence,
-/// along and across the grooves.
+/// Directions of incidence as `(angle with the normal, azimuth)` in degrees: from normal to grazing incidence, across
+/// (azimuth 0) and nearly along the grooves.
 pub(crate) const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)];
 
-/// Steps of the additive low-discrepancy sequence R₂ in the unit square (M. Roberts 2018): the reciprocals of the real
-/// root of x³ = x + 1 and of its square.
+/// Steps of the additive low-discrepancy sequence R₂ in the unit square (M. Roberts 2018): 1/x and 1/x² for the real
+/// root of x³ = x + 1.
 const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-/// Range of the wavelengths for which the sampler draws directions, in nm. Chosen: the part of the visible range with
-/// most of a colour's weight.
+/// Range of the wavelengths in nm for which the sampler draws directions. Beyond it wavelengths hardly contribute to a
+/// colour.
 const SAMPLED_NM: [f64; 2] = [400.0, 700.0];
-/// Smallest outgoing cosine, 89.9°. Directions nearer to the horizon belong to the stability benchmark.
+/// Smallest cosine of an outgoing direction with the normal, that of 89.9°. The stability benchmark has directions
+/// nearer to the horizon.
 const COSINE_MIN: f64 = 1.7e-3;
+/// Number of draws after which sampling gives up. Few samples lie below the horizon.
+const DRAWS_MAX: usize = 1000;
 
 /// A pair of directions. Components are rounded to single precision, so that every method gets the same ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,13 +31,13 @@ pub(crate) struct DirectionPair {
     /// Unit vector towards the viewer.
     pub(crate) wo: Vec3,
     /// Index of `wi` in [`INCIDENT_DEG`].
-    pub(crate) incident: usize,
+    pub(crate) incident_index: usize,
 }
 
 impl DirectionPair {
     /// `[wi, wo]` in single precision.
     pub(crate) fn single(&self) -> [[f32; 3]; 2] {
-        [self.wi, self.wo].map(|direction| direction.map(|c| c as f32))
+        [self.wi, self.wo].map(single)
     }
 
     /// `wi + wo` in single precision.
@@ -42,19 +46,19 @@ impl DirectionPair {
     }
 }
 
-/// `count` pairs, the same on every machine, in turn for each of [`INCIDENT_DEG`].
+/// `count` pairs, whose incident directions cycle through [`INCIDENT_DEG`]. They are equal in every run.
 ///
-/// Half of the outgoing directions are uniform over the hemisphere, half are drawn by the sampler of `surface`: a
-/// grating's orders cover so little of the hemisphere that uniform directions alone would be black.
-pub(crate) fn directions(surface: &Surface, count: usize) -> Vec<DirectionPair> {
+/// Half of the outgoing directions are uniform over the hemisphere, half are drawn by the sampler of `surface`. The
+/// orders of a grating cover so little of the hemisphere that nearly all uniform directions are black.
+pub(crate) fn direction_pairs(surface: &Surface, count: usize) -> Vec<DirectionPair> {
     let mut random = Random::new(1);
     (0..count)
         .map(|i| {
-            let (incident, round) = (i % INCIDENT_DEG.len(), i / INCIDENT_DEG.len());
-            let (theta_deg, phi_deg) = INCIDENT_DEG[incident];
+            let (incident_index, cycle) = (i % INCIDENT_DEG.len(), i / INCIDENT_DEG.len());
+            let (theta_deg, phi_deg) = INCIDENT_DEG[incident_index];
             let wi = rounded(direction_from_degrees(theta_deg, phi_deg));
-            let wo = if round % 2 == 0 { uniform(round / 2) } else { sampled(surface, wi, &mut random) };
-            DirectionPair { wi, wo: rounded(wo), incident }
+            let wo = if cycle % 2 == 0 { uniform(cycle / 2) } else { sampled(surface, wi, &mut random) };
+            DirectionPair { wi, wo: rounded(wo), incident_index }
         })
         .collect()
 }
@@ -64,18 +68,19 @@ fn rounded(direction: Vec3) -> Vec3 {
     direction.map(|c| f64::from(c as f32))
 }
 
-/// The `i`-th direction of a low-discrepancy sequence that is uniform in solid angle.
+/// The `i`-th direction of a low-discrepancy sequence that is uniform in solid angle over the upper hemisphere.
 fn uniform(i: usize) -> Vec3 {
     let [a, b] = R2_STEPS.map(|step| (0.5 + step * i as f64).fract());
-    let (z, phi) = (a.max(COSINE_MIN), TAU * b);
-    let r = (1.0 - z * z).sqrt();
-    [r * phi.cos(), r * phi.sin(), z]
+    // A cosine that is uniform in [0, 1) makes the direction uniform in solid angle.
+    let (cos_theta, phi) = (a.max(COSINE_MIN), TAU * b);
+    let sin_theta = (1.0 - cos_theta * cos_theta).sqrt();
+    [sin_theta * phi.cos(), sin_theta * phi.sin(), cos_theta]
 }
 
-/// A direction drawn by the sampler.
+/// A direction drawn by the sampler for a random wavelength. It is the normal if [`DRAWS_MAX`] draws in a row end below
+/// [`COSINE_MIN`].
 fn sampled(surface: &Surface, wi: Vec3, random: &mut Random) -> Vec3 {
-    // Few samples lie below the horizon. If a thousand in turn do, the normal is returned.
-    (0..1000)
+    (0..DRAWS_MAX)
         .find_map(|_| {
             let u = [random.unit(), random.unit(), random.unit()];
             let nm = SAMPLED_NM[0] + (SAMPLED_NM[1] - SAMPLED_NM[0]) * random.unit();

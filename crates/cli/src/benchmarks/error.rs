@@ -1,4 +1,4 @@
-//! Errors of the benchmarks. Candidates are defined in methods/candidate.rs, reference spectra in truth.rs.
+//! Errors of the benchmarks.
 
 use sunbeam::colour::ColourError;
 use sunbeam::height_field::HeightFieldError;
@@ -9,7 +9,7 @@ use sunbeam::table::TableError;
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "each message says what its fields are")]
 pub enum BenchError {
-    /// A method could not be built.
+    /// A method could not be built. `candidate` names it with its parameters.
     #[error("{candidate}: {source}")]
     Method { candidate: String, source: MethodError },
     /// Tables could not be built.
@@ -18,10 +18,10 @@ pub enum BenchError {
     /// A step between wavelengths is out of range.
     #[error(transparent)]
     Colour(#[from] ColourError),
-    /// A relief of a benchmark is not a height field.
+    /// The heights of a benchmark's relief were refused.
     #[error(transparent)]
     HeightField(#[from] HeightFieldError),
-    /// The reference spectra deviate from the direct sum.
+    /// The reference spectra (truth.rs) deviate from the direct sum. Both numbers are relative deviations.
     #[error("the reference spectra deviate from the direct sum by {found:e}, more than {limit:e}")]
     Oracle { found: f64, limit: f64 },
     /// The GPU refused a shader or its data.

@@ -1,12 +1,12 @@
-//! Benchmarks: speed against error of every method, numerical stability, and the sampler's weights.
+//! The measurements of `sunbeam bench`: speed against error of every method, numerical stability, and the sampler's
+//! weights.
 //!
 //! - `methods`: time, memory, build time and error of the published methods, the colour table and the spectral
 //!   tables, over their parameters.
 //! - [`sampler`]: statistics of the weights of importance sampling.
 //! - [`stability`]: the sweeps of docs/model.md#hard-cases: deep relief, grazing directions, random queries.
 //!
-//! `Truth` computes the reference spectra; `directions` the pairs of directions at which methods are compared. The
-//! subcommands of `sunbeam bench` print the results.
+//! `Truth` computes the reference spectra, `direction_pairs` the directions at which methods are compared.
 
 mod directions;
 mod error;
@@ -15,6 +15,12 @@ pub mod sampler;
 pub mod stability;
 mod truth;
 
-pub(crate) use directions::{DirectionPair, INCIDENT_DEG, directions};
+pub(crate) use directions::{DirectionPair, INCIDENT_DEG, direction_pairs};
 pub use error::BenchError;
 pub(crate) use truth::{Truth, TruthCheck};
+
+/// The 99th percentile: one of the values, which at least 99 % of them do not exceed; 0 without values. Sorts `values`.
+fn percentile_99(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get((0.99 * values.len().saturating_sub(1) as f64).ceil() as usize).copied().unwrap_or(0.0)
+}

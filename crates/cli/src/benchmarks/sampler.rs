@@ -1,5 +1,6 @@
-//! Statistics of the weight `f_r·cosθo/pdf` of importance sampling, which is constant for a perfect sampler. Its
-//! relative standard deviation determines the noise of a path tracer.
+//! Statistics of the weight `f_r·cosθo/pdf` of importance sampling.
+//!
+//! A perfect sampler has a constant weight. Its relative standard deviation determines the noise of a path tracer.
 
 use crate::arguments::direction_from_degrees;
 use rand::{RngExt, SeedableRng};
@@ -8,16 +9,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sunbeam::lobe::Surface;
 
-/// Incident polar angles in degrees; chosen from normal to grazing.
+/// Incident polar angles in degrees, from normal to grazing incidence.
 pub const THETAS_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
-/// Incident azimuths in degrees; chosen across, oblique to and along the grooves of a grating.
+/// Incident azimuths in degrees: across, oblique to and along the grooves of a grating.
 pub const PHIS_DEG: [f64; 3] = [0.0, 25.0, 90.0];
-/// Wavelengths in nm; chosen as blue, green and red.
+/// Wavelengths in nm: blue, green and red.
 pub const WAVELENGTHS_NM: [f64; 3] = [450.0, 530.0, 650.0];
 
-/// Statistics of the sampling weight at one incidence and wavelength, without the Fresnel factor.
+/// Statistics of the weight at one incidence and wavelength, without the Fresnel factor.
 ///
-/// A sample below the horizon is lost and has weight zero.
+/// A sample below the horizon is lost and has the weight 0. Ratios to the mean are 0 where the mean is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SamplerRow {
     /// Incident polar angle in degrees.
@@ -38,20 +39,24 @@ pub struct SamplerRow {
     pub lost: f64,
 }
 
-/// Statistics of `samples` weights for each of [`THETAS_DEG`], [`PHIS_DEG`] and [`WAVELENGTHS_NM`].
+/// Statistics of `samples` weights for each combination of [`THETAS_DEG`], [`PHIS_DEG`] and [`WAVELENGTHS_NM`]. The
+/// wavelength varies fastest.
 pub fn sampler(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
     let mut incidences = Vec::new();
-    for theta in THETAS_DEG {
-        for phi in PHIS_DEG {
-            incidences.extend(WAVELENGTHS_NM.map(|nm| (theta, phi, nm)));
+    for theta_deg in THETAS_DEG {
+        for phi_deg in PHIS_DEG {
+            incidences.extend(WAVELENGTHS_NM.map(|nm| (theta_deg, phi_deg, nm)));
         }
     }
-    incidences.par_iter().map(|&(theta, phi, nm)| sampler_row(surface, theta, phi, nm, samples)).collect()
+    incidences
+        .par_iter()
+        .map(|&(theta_deg, phi_deg, nm)| sampler_row(surface, theta_deg, phi_deg, nm, samples))
+        .collect()
 }
 
-/// Statistics of `samples` weights, at least one, at one incidence (degrees) and wavelength (nm).
+/// Statistics of `samples` weights (at least one) at one incidence and wavelength.
 ///
-/// The random numbers are the same in every call.
+/// Every call draws the same random numbers.
 pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_nm: f64, samples: usize) -> SamplerRow {
     // An arbitrary fixed seed.
     let mut random = Pcg64::seed_from_u64(31);

@@ -1,14 +1,26 @@
 //! Reference spectra of the phase screen (docs/model.md#the-phase-screen), at many pairs of directions at once.
 //!
-//! Symbols: q = wi + wo; λ the wavelength in µm; f = (qx, qy)/λ the spatial frequency in 1/µm; κ = 2π·qz/λ the phase
-//! rate in 1/µm; c_j(κ) the amplitude of order j (one DFT bin of the phase screen) and f_j its frequency; h the height
-//! and H half its range in µm; s a quarter of the coherence length in µm.
+//! Symbols:
 //!
-//! - patch: S = 4πs²·|Σ g·c_j|², ensemble: S = 4πs²·Σ g²·|c_j|², over the orders around f, with the Gaussian
-//!   g = exp(−2π²s²·|f − f_j|²) of the coherence window. Values are S/λ² in 1/sr.
-//! - c_j is a mean of exp(iκh) and |c_j|² one of exp(iκ(h − h′)), with |h − h′| ≤ 2H. Both are therefore smooth
-//!   functions of κ. The double-precision transform of the tile is computed at Chebyshev nodes of κ ∈ [0, κ_max] only,
-//!   and c_j and |c_j|² are interpolated by the polynomial through the nodes.
+//! - q = wi + wo: the scattering vector;
+//! - λ: the wavelength in µm;
+//! - f = (qx, qy)/λ: the spatial frequency in 1/µm;
+//! - κ = 2π·qz/λ: the phase rate in 1/µm;
+//! - c_j(κ): the amplitude of order j, one DFT bin of the phase screen;
+//! - f_j: the frequency of order j in 1/µm;
+//! - h: the height in µm;
+//! - H: half the range of heights in µm;
+//! - s: the standard deviation of the coherence window in µm;
+//! - g = exp(−2π²s²·|f − f_j|²): the weight of c_j by the coherence window.
+//!
+//! The power spectral density S, from which values S/λ² in 1/sr follow, is a sum over the orders around f:
+//!
+//! - patch: S = 4πs²·|Σ g·c_j|²;
+//! - ensemble: S = 4πs²·Σ g²·|c_j|².
+//!
+//! A transform of the tile for each λ and pair would take too long. c_j is a mean of exp(iκh), and |c_j|² a mean of
+//! exp(iκ(h − h′)) with |h − h′| ≤ 2H, so both are smooth functions of κ. The transform is computed at Chebyshev nodes
+//! of κ ∈ [0, κ_max] only. c_j and |c_j|² are interpolated by the polynomial through the nodes.
 //!
 //! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`], and [`Truth::check`]
 //! compares with [`Exact`] itself.
@@ -26,12 +38,16 @@ use sunbeam::transform::{OrderTransform, chebyshev_terms};
 
 /// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision.
 const REMAINDER: f64 = 1e-12;
-/// Negative logarithm of the smallest Gaussian weight of an amplitude that is summed: e⁻²⁹ = 2.5e-13.
-const NEGLIGIBLE_EXPONENT: f64 = 29.0;
+/// Largest exponent of a Gaussian g along one axis that is summed. The others are below e⁻²⁹ = 2.5e-13, near rounding.
+const EXPONENT_MAX: f64 = 29.0;
+/// Step between the wavelengths that [`Truth::check`] compares, as a number of wavelengths. It is prime, so that the
+/// checks spread over all wavelengths.
+const CHECK_STRIDE: usize = 7919;
 
 /// `S/λ²` in 1/sr of both models, for a periodic tile.
 pub(crate) struct Truth {
     step_nm: f64,
+    /// Number of wavelengths.
     wavelengths: usize,
     /// Values of the patch model, `[pair][wavelength]`.
     patch: Vec<f64>,
@@ -51,22 +67,25 @@ pub(crate) struct TruthCheck {
     pub(crate) largest: f64,
 }
 
-/// The orders along one axis.
+/// The orders along one axis. The weight g is the product of a Gaussian along x and one along y.
 struct Axis {
+    /// Number of pixels, and of orders.
     pixels: i64,
-    /// Factor a of the amplitude's Gaussian g = `exp(−a·d²)`, d the distance in orders: 2π²s² over the extent squared.
+    /// Factor a of the Gaussian `exp(−a·d²)` along this axis: `2π²s²/extent²`, where d is the distance in orders.
     sharpness: f64,
 }
 
 impl Axis {
-    /// Writes the Gaussian weights of the orders around `position`, in orders, and returns the first of these orders.
+    /// Replaces `values` by the Gaussians of the orders around `position`, and returns the first of these orders.
+    /// `position` is a fractional order. There may be no such orders.
     ///
-    /// With an even number of pixels, the order at the Nyquist frequency counts at both ends, with half the power each.
+    /// With an even number of pixels, the bin at the Nyquist frequency stands for the orders at both ends, each with
+    /// half of its power.
     fn gaussians(&self, position: f64, values: &mut Vec<f64>) -> i64 {
-        let reach = (NEGLIGIBLE_EXPONENT / self.sharpness).sqrt();
+        let reach = (EXPONENT_MAX / self.sharpness).sqrt();
         let half = self.pixels / 2;
-        let (first, last) =
-            (((position - reach).ceil() as i64).max(-half), ((position + reach).floor() as i64).min(half));
+        let first = ((position - reach).ceil() as i64).max(-half);
+        let last = ((position + reach).floor() as i64).min(half);
         values.clear();
         values.extend((first..=last).map(|j| {
             let weight = if self.pixels % 2 == 0 && j.abs() == half { FRAC_1_SQRT_2 } else { 1.0 };
@@ -76,6 +95,15 @@ impl Axis {
     }
 }
 
+/// The sums over orders for one pair of directions and one wavelength, interpolated over κ.
+#[derive(Clone, Copy, Default)]
+struct Total {
+    /// `Σ g·c_j`.
+    amplitude: Complex64,
+    /// `Σ g²·|c_j|²`; rounding may make it negative.
+    power: f64,
+}
+
 /// The orders of the tile along both axes.
 struct Orders {
     x: Axis,
@@ -83,39 +111,41 @@ struct Orders {
 }
 
 impl Orders {
-    /// Adds one node's contribution to `total`: `weight·Σ g·c_j` and `weight·Σ g²·|c_j|²`, over the orders around f.
+    /// Adds one Chebyshev node's contribution to `total`, over the orders around f.
     ///
-    /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ. `weight` is the
-    /// node's Lagrange polynomial, which may be negative; it is computed only if there are orders around f. `gauss` is
-    /// scratch memory.
+    /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ, row-major in
+    /// FFT order. `weight` computes the node's Lagrange polynomial, which may be negative; it is called only if there
+    /// are orders around f. `gaussians` is scratch memory for x and y.
     fn add(
         &self,
         position: [f64; 2],
         amplitudes: &[Complex64],
         weight: impl FnOnce() -> f64,
-        gauss: &mut [Vec<f64>; 2],
-        total: &mut (Complex64, f64),
+        gaussians: &mut [Vec<f64>; 2],
+        total: &mut Total,
     ) {
-        let [gauss_x, gauss_y] = gauss;
-        let first_x = self.x.gaussians(position[0], gauss_x);
-        let first_y = self.y.gaussians(position[1], gauss_y);
-        if gauss_x.is_empty() || gauss_y.is_empty() {
+        let [gaussians_x, gaussians_y] = gaussians;
+        let first_x = self.x.gaussians(position[0], gaussians_x);
+        let first_y = self.y.gaussians(position[1], gaussians_y);
+        if gaussians_x.is_empty() || gaussians_y.is_empty() {
             return;
         }
         let weight = weight();
-        for (jy, gauss_y) in (first_y..).zip(&*gauss_y) {
-            let row = jy.rem_euclid(self.y.pixels) * self.x.pixels;
-            for (jx, gauss_x) in (first_x..).zip(&*gauss_x) {
-                let c = amplitudes[(row + jx.rem_euclid(self.x.pixels)) as usize] * (gauss_x * gauss_y);
-                total.0 += weight * c;
-                total.1 += weight * c.norm_sqr();
+        for (jy, gaussian_y) in (first_y..).zip(&*gaussians_y) {
+            let row_start = jy.rem_euclid(self.y.pixels) * self.x.pixels;
+            for (jx, gaussian_x) in (first_x..).zip(&*gaussians_x) {
+                let bin = (row_start + jx.rem_euclid(self.x.pixels)) as usize;
+                let amplitude = amplitudes[bin] * (gaussian_x * gaussian_y);
+                total.amplitude += weight * amplitude;
+                total.power += weight * amplitude.norm_sqr();
             }
         }
     }
 }
 
 impl Truth {
-    /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 to 780 nm in steps of `step_nm`.
+    /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 nm in steps of `step_nm` up to at
+    /// most 780 nm.
     pub(crate) fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
         let transform = OrderTransform::new(field);
         let window = CoherenceWindow::new(coherence_length_um);
@@ -125,32 +155,36 @@ impl Truth {
             pixels: pixels as i64,
             sharpness: 2.0 * (PI * window.sigma_um() / extent_um).powi(2),
         };
-        let tile = Orders { x: axis(lx, nx), y: axis(ly, ny) };
+        let tile_orders = Orders { x: axis(lx, nx), y: axis(ly, ny) };
         let (first_nm, last_nm) = (*VISIBLE_NM.start(), *VISIBLE_NM.end());
+        // The addition undoes the rounding of a whole number of steps.
         let wavelengths = ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize + 1;
         let wavelength_um = |i: usize| (first_nm + i as f64 * step_nm) * 1e-3;
         let kappa_max = TAU * sums.iter().map(|q| q[2]).fold(0.0, f64::max) / wavelength_um(0);
-        // κ varies by κ_max/2 about its middle and |h − h′| is at most 2H, so the largest phase is κ_max·H. Two more
-        // nodes make up for interpolation, whose error is up to twice the remainder of the truncated series.
+        // exp(iκ(h − h′)) needs the most nodes: κ varies by κ_max/2 about its middle and |h − h′| is at most 2H, so the
+        // phase varies by κ_max·H. Two more nodes make up for interpolation, whose error is up to twice the remainder
+        // of the truncated series.
         let nodes = chebyshev_terms(kappa_max * transform.half_range_um(), REMAINDER) + 2;
-        let mut totals = vec![(Complex64::ZERO, 0.0f64); sums.len() * wavelengths];
+        // `[pair][wavelength]`.
+        let mut totals = vec![Total::default(); sums.len() * wavelengths];
         for node in 0..nodes {
             let node_angle = PI * (node as f64 + 0.5) / nodes as f64;
             let amplitudes = transform.amplitudes(0.5 * kappa_max * (1.0 + node_angle.cos()));
-            let add_node = |gauss: &mut [Vec<f64>; 2], (totals, q): (&mut [(Complex64, f64)], &[f64; 3])| {
+            let add_node = |gaussians: &mut [Vec<f64>; 2], (totals, q): (&mut [Total], &[f64; 3])| {
                 for (i, total) in totals.iter_mut().enumerate() {
                     let um = wavelength_um(i);
                     // κ ∈ [0, κ_max] mapped to [−1, 1].
                     let x = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
                     let position = [q[0] * lx / um, q[1] * ly / um];
-                    tile.add(position, &amplitudes, || lagrange(node_angle, x, nodes), gauss, total);
+                    tile_orders.add(position, &amplitudes, || lagrange(node_angle, x, nodes), gaussians, total);
                 }
             };
             totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
         }
+        // 4πs²/λ², the factor on both sums.
         let peak = |i: usize| window.order_peak_um2() / wavelength_um(i % wavelengths).powi(2);
-        let patch = totals.iter().enumerate().map(|(i, (amplitude, _))| peak(i) * amplitude.norm_sqr()).collect();
-        let ensemble = totals.iter().enumerate().map(|(i, (_, power))| peak(i) * power.max(0.0)).collect();
+        let patch = totals.iter().enumerate().map(|(i, total)| peak(i) * total.amplitude.norm_sqr()).collect();
+        let ensemble = totals.iter().enumerate().map(|(i, total)| peak(i) * total.power.max(0.0)).collect();
         Self { step_nm, wavelengths, patch, ensemble, sums: sums.to_vec(), coherence_length_um }
     }
 
@@ -159,7 +193,7 @@ impl Truth {
         self.step_nm
     }
 
-    /// The spectrum of a pair by its index, `S/λ²` in 1/sr, from 380 nm on in steps of [`Truth::step_nm`].
+    /// The spectrum of the pair with this index, `S/λ²` in 1/sr, from 380 nm on in steps of [`Truth::step_nm`].
     pub(crate) fn spectrum(&self, model: Model, pair: usize) -> &[f64] {
         let all = if model == Model::Patch { &self.patch } else { &self.ensemble };
         &all[pair * self.wavelengths..][..self.wavelengths]
@@ -170,8 +204,7 @@ impl Truth {
         let mut largest = 0.0f64;
         for i in 0..count {
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
-            // The stride 7919 is prime, so the checks spread over all wavelengths.
-            let wavelength = (i * 7919) % self.wavelengths;
+            let wavelength = (i * CHECK_STRIDE) % self.wavelengths;
             let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;
             let q = self.sums[pair];
             let value = |model: Model| {
@@ -192,15 +225,15 @@ impl Truth {
 /// The Lagrange polynomial at `x` in [−1, 1] that is 1 at the Chebyshev node `cos(node_angle)` and 0 at the other
 /// nodes.
 fn lagrange(node_angle: f64, x: f64, nodes: usize) -> f64 {
-    // Σ_n (2 − δ_n0) T_n(cos α) T_n(cos θ)/N: each product is a sum of cosines of n(θ ± α), which add up to the
-    // Dirichlet kernels of θ ± α.
+    // Σ_n (2 − δ_n0) T_n(cos α) T_n(cos θ)/N over n < N, with N nodes, x = cos θ and the node angle α. Each product is
+    // a sum of cosines of n(θ ± α), which add up to the Dirichlet kernels of θ ± α.
     let n = nodes as f64;
-    let kernel = |phi: f64| {
-        let half = (0.5 * phi).sin();
-        if half.abs() < 1e-9 { 2.0 * n - 1.0 } else { ((n - 0.5) * phi).sin() / half }
+    let dirichlet = |phi: f64| {
+        let sin_half = (0.5 * phi).sin();
+        if sin_half.abs() < 1e-9 { 2.0 * n - 1.0 } else { ((n - 0.5) * phi).sin() / sin_half }
     };
     let theta = x.acos();
-    (kernel(theta - node_angle) + kernel(theta + node_angle)) / (2.0 * n)
+    (dirichlet(theta - node_angle) + dirichlet(theta + node_angle)) / (2.0 * n)
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Two pictures as shown on a screen: exposed and clipped to [0, 1]. The sheet puts both and the map of their
-//! differences side by side.
+//! Two pictures as shown on a screen, exposed and clipped to [0, 1], and a sheet with both and the map of their
+//! differences.
 
 use super::{Mask, Picture};
 use sunbeam::colour::srgb_bytes;
@@ -13,7 +13,7 @@ pub(crate) struct DisplayPair {
 }
 
 impl DisplayPair {
-    /// The pictures multiplied by `2^exposure_stops` and clipped.
+    /// The pictures multiplied by `2^exposure_stops` and clipped. Pictures and mask have the same size.
     pub(super) fn new(a: &Picture, b: &Picture, mask: Option<&Mask>, exposure_stops: f64) -> Self {
         let factor = exposure_stops.exp2();
         let shown = |picture: &Picture| {
@@ -26,29 +26,29 @@ impl DisplayPair {
         Self { size: a.size(), linear: [shown(a), shown(b)] }
     }
 
-    /// Width and height.
+    /// Width and height in pixels.
     pub(crate) fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// The pixels of both pictures in linear sRGB, in [0, 1].
+    /// The pixels of both pictures in linear sRGB, in [0, 1], by rows from the top.
     pub(crate) fn linear(&self) -> [&[[f64; 3]]; 2] {
         self.linear.each_ref().map(Vec::as_slice)
     }
 
-    /// The pixels of both pictures in 8-bit sRGB.
+    /// The bytes of both pictures in 8-bit sRGB: three for each pixel, by rows from the top.
     pub(crate) fn bytes(&self) -> [Vec<u8>; 2] {
         self.linear.each_ref().map(|pixels| pixels.iter().flat_map(|rgb| srgb_bytes(*rgb)).collect())
     }
 
-    /// The size and the bytes of three pictures side by side in 8-bit sRGB: the first, the second, and `map`.
+    /// The size and the bytes of three pictures side by side in 8-bit sRGB: the first, the second, and FLIP's map.
     ///
-    /// The map's values are in [0, 1] and are shown in the colours of FLIP's authors, from black (0) to pale yellow
-    /// (1).
-    pub(crate) fn sheet(&self, map: &[f32]) -> ((usize, usize), Vec<u8>) {
+    /// `flip_map` has a value in [0, 1] for each pixel. It is shown in the colours of FLIP's authors, from black (0) to
+    /// pale yellow (1).
+    pub(crate) fn sheet(&self, flip_map: &[f32]) -> ((usize, usize), Vec<u8>) {
         let (width, height) = self.size;
         let [a, b] = self.bytes();
-        let map = super::flip::coloured(self.size, map);
+        let map = super::flip::coloured(self.size, flip_map);
         let row = |bytes: &[u8], y: usize| bytes[3 * width * y..3 * width * (y + 1)].to_vec();
         let sheet = (0..height).flat_map(|y| [row(&a, y), row(&b, y), row(&map, y)].concat()).collect();
         ((3 * width, height), sheet)

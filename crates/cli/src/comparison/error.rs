@@ -1,25 +1,25 @@
 //! Errors of a comparison.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// The reason why two pictures cannot be compared.
 #[derive(Debug, Error)]
 pub(crate) enum CompareError {
-    /// A picture or a mask whose size differs from the first picture's.
+    /// A picture or a mask, named by `what`, whose size (width, height) differs from the first picture's.
     #[error("the {what} has {} x {} pixels, but the first picture has {} x {}; both must have the same size",
         found.0, found.1, expected.0, expected.1)]
     Size { what: &'static str, expected: (usize, usize), found: (usize, usize) },
-    /// No pixels, more than FLIP can index, or a number that differs from the size.
+    /// A picture without pixels, with more than FLIP can index, or with a number of pixels that differs from its size.
     #[error(
         "a picture of {} x {} pixels with {found} values cannot be compared; it must have 1 to 2^28 pixels and a value \
          for each",
         size.0, size.1)]
     Shape { size: (usize, usize), found: usize },
-    /// A channel that is NaN or infinite. Columns and rows count from 0 at the top left.
+    /// A channel ('R', 'G' or 'B') that is NaN or infinite. Columns and rows count from 0 at the top left.
     #[error("the pixel at column {column}, row {row} has {channel} = {value}; every channel must be finite")]
     NotFinite { column: usize, row: usize, channel: char, value: f32 },
-    /// A mask without pixels.
+    /// A mask that excludes every pixel.
     #[error("the mask leaves no pixel to compare; it must be above 0 somewhere")]
     NothingLeft,
     /// An exposure that is not finite or out of range.
@@ -31,8 +31,8 @@ pub(crate) enum CompareError {
 }
 
 impl CompareError {
-    /// Adds the file's name to an error of its contents.
-    pub(super) fn in_file(self, path: &std::path::Path) -> Self {
+    /// The error of a file's contents, with the file's name.
+    pub(super) fn in_file(self, path: &Path) -> Self {
         Self::File { path: path.to_owned(), reason: self.to_string() }
     }
 }

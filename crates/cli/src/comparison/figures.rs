@@ -5,9 +5,9 @@ use super::{DisplayPair, Picture};
 use serde::Serialize;
 use sunbeam::colour::{ciede2000, linear_srgb_to_lab, srgb_encode};
 
-/// The ε of the relative error as a fraction of the reference's mean absolute value. Chosen: dark pixels of a reference
-/// must not dominate the mean.
-pub(crate) const RELATIVE_EPSILON: f64 = 0.01;
+/// ε of the relative error as a fraction of the reference's mean absolute value. With smaller values dark pixels of the
+/// reference would dominate the mean; with larger ones they would hardly count.
+const RELATIVE_EPSILON: f64 = 0.01;
 
 /// Differences of a picture `b` from its reference `a`, over the compared pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -48,29 +48,34 @@ pub(crate) struct Flip {
 
 impl Figures {
     /// The figures over the pixels with the indices `chosen`, at least one.
+    ///
+    /// `shown` are both pictures as shown on a screen, and `flip_map` is FLIP's error of each of their pixels.
     pub(super) fn new(a: &Picture, b: &Picture, chosen: &[usize], shown: &DisplayPair, flip_map: &[f32]) -> Self {
-        let pairs = || {
+        // Both pictures' values of every channel of the chosen pixels.
+        let channels = || {
             let pixels = chosen.iter().map(|&i| (a.pixels()[i], b.pixels()[i]));
             pixels.flat_map(|(a, b)| (0..3).map(move |c| (f64::from(a[c]), f64::from(b[c]))))
         };
-        let channels = 3.0 * chosen.len() as f64;
-        let mean = |sum: f64| sum / channels;
-        let epsilon = RELATIVE_EPSILON * mean(pairs().map(|(a, _)| a.abs()).sum());
-        let square = |(a, b): (f64, f64)| (b - a) * (b - a);
-        let squared: f64 = mean(pairs().map(square).sum());
-        let relative = mean(pairs().map(|(a, b)| square((a, b)) / (a * a + epsilon * epsilon)).sum());
-        let relative_mse = if squared == 0.0 { Some(0.0) } else { relative.is_finite().then_some(relative) };
+        let channel_count = 3.0 * chosen.len() as f64;
+        let mean = |sum: f64| sum / channel_count;
+        let epsilon = RELATIVE_EPSILON * mean(channels().map(|(a, _)| a.abs()).sum());
+        let squared_difference = |(a, b): (f64, f64)| (b - a) * (b - a);
+        let mse: f64 = mean(channels().map(squared_difference).sum());
+        let relative = |(a, b): (f64, f64)| squared_difference((a, b)) / (a * a + epsilon * epsilon);
+        // Equal black pictures give 0/0.
+        let relative_mse = if mse == 0.0 { 0.0 } else { mean(channels().map(relative).sum()) };
 
         let [shown_a, shown_b] = shown.linear();
         let encoded = chosen.iter().map(|&i| (srgb_encode(shown_a[i]), srgb_encode(shown_b[i])));
-        let encoded = mean(encoded.flat_map(|(a, b)| (0..3).map(move |c| square((a[c], b[c])))).sum());
+        let encoded_channels = encoded.flat_map(|(a, b)| (0..3).map(move |c| (a[c], b[c])));
+        let encoded_mse = mean(encoded_channels.map(squared_difference).sum());
         let lab = |i: usize| (linear_srgb_to_lab(shown_a[i]), linear_srgb_to_lab(shown_b[i]));
         let mut delta_e: Vec<f64> = chosen.iter().map(|&i| lab(i)).map(|(a, b)| ciede2000(a, b)).collect();
         let mut flip: Vec<f64> = chosen.iter().map(|&i| f64::from(flip_map[i])).collect();
         Self {
-            rmse: squared.sqrt(),
-            relative_mse,
-            psnr_db: (encoded > 0.0).then(|| -10.0 * encoded.log10()),
+            rmse: mse.sqrt(),
+            relative_mse: relative_mse.is_finite().then_some(relative_mse),
+            psnr_db: (encoded_mse > 0.0).then(|| -10.0 * encoded_mse.log10()),
             delta_e_2000: DeltaE {
                 mean: mean_of(&delta_e),
                 median: quantile(&mut delta_e, 0.5),

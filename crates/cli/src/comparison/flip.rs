@@ -1,26 +1,26 @@
 //! The perceptual metric FLIP for low-dynamic-range pictures, by its authors' library.
 //!
 //! P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild, *FLIP: A Difference Evaluator
-//! for Alternating Images*, Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. The input is 8-bit sRGB, the viewing
-//! distance the authors' own: 67 pixels per degree, as of a 4K monitor 0.7 m wide at 0.7 m.
+//! for Alternating Images*, Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. The input is 8-bit sRGB. The viewing
+//! distance is the default of the authors: 67 pixels per degree, which a 4K monitor 0.7 m wide has at 0.7 m.
 
 use super::DisplayPair;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
 
-/// FLIP's error of each pixel, in [0, 1].
+/// FLIP's error of each pixel, in [0, 1], by rows from the top.
 pub(super) fn map(shown: &DisplayPair) -> Vec<f32> {
-    let (width, height) = size(shown.size());
+    let (width, height) = size_in_32_bits(shown.size());
     let [a, b] = shown.bytes().map(|bytes| FlipImageRgb8::with_data(width, height, &bytes));
     nv_flip::flip(a, b, DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
 
-/// The map in false colours, as 8-bit sRGB.
-pub(super) fn coloured(shape: (usize, usize), map: &[f32]) -> Vec<u8> {
-    let (width, height) = size(shape);
+/// The map in the false colours "magma", as 8-bit sRGB by rows from the top. `size` is its width and height.
+pub(super) fn coloured(size: (usize, usize), map: &[f32]) -> Vec<u8> {
+    let (width, height) = size_in_32_bits(size);
     FlipImageFloat::with_data(width, height, map).apply_color_lut(&magma_lut()).to_vec()
 }
 
 /// Width and height in 32 bits, into which the largest [`super::Picture`] fits.
-fn size((width, height): (usize, usize)) -> (u32, u32) {
+fn size_in_32_bits((width, height): (usize, usize)) -> (u32, u32) {
     (width as u32, height as u32)
 }

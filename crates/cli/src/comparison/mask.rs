@@ -1,14 +1,16 @@
-//! The choice of the pixels that are compared, from an OpenEXR or PNG file.
+//! A mask of the pixels to compare, from an OpenEXR or PNG file.
 
 use super::CompareError;
 use super::picture::exr_channels;
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// A choice of pixels.
+/// The pixels that are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mask {
+    /// Width and height in pixels.
     size: (usize, usize),
     /// Whether each pixel is compared, by rows from the top.
     inside: Vec<bool>,
@@ -26,13 +28,13 @@ impl Mask {
         Ok(Self { size, inside })
     }
 
-    /// Reads a mask from a picture: pixels with a channel above 0 are compared; alpha does not count.
+    /// Reads a mask from a picture. Pixels with a channel above 0 are compared; alpha does not count.
     ///
     /// # Errors
     /// A file that is not a readable `.exr` or `.png`.
     pub(crate) fn read(path: impl AsRef<Path>) -> Result<Self, CompareError> {
         let path = path.as_ref();
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
         match extension.as_str() {
             "exr" => Self::read_exr(path),
             "png" => Self::read_png(path),
@@ -63,28 +65,52 @@ impl Mask {
         };
         let file = File::open(path).map_err(|error| unreadable(error.to_string()))?;
         let mut decoder = png::Decoder::new(BufReader::new(file));
-        decoder.set_transformations(png::Transformations::normalize_to_color8());
+        // Palettes become colours, and samples of less than 8 bits become bytes.
+        decoder.set_transformations(png::Transformations::EXPAND);
         let mut reader = decoder.read_info().map_err(|error| unreadable(error.to_string()))?;
         let length = reader.output_buffer_size().ok_or_else(|| unreadable("it is too large".to_owned()))?;
         let mut bytes = vec![0; length];
         let info = reader.next_frame(&mut bytes).map_err(|error| unreadable(error.to_string()))?;
+        // Samples of a pixel, and how many of them are colours; alpha comes last.
         let (samples, colours) = match info.color_type {
             png::ColorType::Grayscale | png::ColorType::Indexed => (1, 1),
             png::ColorType::GrayscaleAlpha => (2, 1),
             png::ColorType::Rgb => (3, 3),
             png::ColorType::Rgba => (4, 3),
         };
-        let inside = bytes[..info.buffer_size()].chunks_exact(samples).map(|p| p[..colours].iter().any(|v| *v > 0));
-        Self::new((info.width as usize, info.height as usize), inside.collect())
+        let sample_bytes = if info.bit_depth == png::BitDepth::Sixteen { 2 } else { 1 };
+        let pixels = bytes[..info.buffer_size()].chunks_exact(samples * sample_bytes);
+        let inside = pixels.map(|pixel| pixel[..colours * sample_bytes].iter().any(|byte| *byte > 0)).collect();
+        Self::new((info.width as usize, info.height as usize), inside)
     }
 
-    /// Width and height.
+    /// Width and height in pixels.
     pub(crate) fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// Whether the pixel of an index is compared; indices run by rows from the top.
+    /// Whether the pixel with this index is compared. Indices run by rows from the top; those beyond the last pixel are
+    /// not compared.
     pub(crate) fn contains(&self, index: usize) -> bool {
         self.inside.get(index).copied().unwrap_or(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_value_of_16_bits_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mask.png");
+        let mut encoder = png::Encoder::new(File::create(&path).unwrap(), 2, 1);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&[0, 0, 0, 1]).unwrap();
+        writer.finish().unwrap();
+        let mask = Mask::read(&path).unwrap();
+        assert_eq!((mask.size(), mask.contains(0), mask.contains(1)), ((2, 1), false, true));
     }
 }

@@ -19,8 +19,8 @@ pub(crate) use figures::Figures;
 pub(crate) use mask::Mask;
 pub(crate) use picture::Picture;
 
-/// Largest exposure in stops. Chosen: 2^100 makes every pixel of any picture black or white.
-const MAX_STOPS: f64 = 100.0;
+/// Largest absolute value of an exposure in stops. Factors of 2^±100 already make any usual picture white or black.
+const STOPS_MAX: f64 = 100.0;
 
 /// The result of [`compare`].
 pub(crate) struct Comparison {
@@ -36,10 +36,10 @@ pub(crate) struct Comparison {
     pub(crate) flip_map: Vec<f32>,
 }
 
-/// Compares `b` with the reference `a` inside the mask.
+/// Compares `b` with the reference `a` inside the mask; without a mask everywhere.
 ///
-/// The pictures as shown are multiplied by `2^exposure_stops` and clipped to [0, 1]. Without an exposure, 1 % of the
-/// reference's pixels clip. FLIP and PSNR use their sRGB encoding, ΔE their linear values.
+/// The pictures as shown are multiplied by `2^exposure_stops` and clipped to [0, 1]. By default the exposure clips 1 %
+/// of the reference's pixels that are not black. FLIP and PSNR use the sRGB encoding, ΔE uses linear values.
 ///
 /// # Errors
 /// Sizes that differ between the pictures or the mask, a mask without pixels, an exposure out of range.
@@ -49,16 +49,16 @@ pub(crate) fn compare(
     mask: Option<&Mask>,
     exposure_stops: Option<f64>,
 ) -> Result<Comparison, CompareError> {
-    same_size(a.size(), b.size(), "second picture")?;
+    check_size("second picture", a.size(), b.size())?;
     if let Some(mask) = mask {
-        same_size(a.size(), mask.size(), "mask")?;
+        check_size("mask", a.size(), mask.size())?;
     }
     let chosen: Vec<usize> = (0..a.pixels().len()).filter(|&i| mask.is_none_or(|mask| mask.contains(i))).collect();
     if chosen.is_empty() {
         return Err(CompareError::NothingLeft);
     }
     let exposure_stops = match exposure_stops {
-        Some(stops) if !stops.is_finite() || stops.abs() > MAX_STOPS => return Err(CompareError::Exposure { stops }),
+        Some(stops) if !stops.is_finite() || stops.abs() > STOPS_MAX => return Err(CompareError::Exposure { stops }),
         Some(stops) => stops,
         None => sunbeam::colour::automatic_exposure(chosen.iter().map(|&i| a.pixels()[i].map(f64::from))).log2(),
     };
@@ -68,8 +68,8 @@ pub(crate) fn compare(
     Ok(Comparison { figures, exposure_stops, pixels: chosen.len(), shown, flip_map })
 }
 
-/// Refuses a size that is not the expected one.
-fn same_size(expected: (usize, usize), found: (usize, usize), what: &'static str) -> Result<(), CompareError> {
+/// Refuses a picture or mask, named by `what`, whose size is not the expected one.
+fn check_size(what: &'static str, expected: (usize, usize), found: (usize, usize)) -> Result<(), CompareError> {
     if expected == found { Ok(()) } else { Err(CompareError::Size { what, expected, found }) }
 }
 

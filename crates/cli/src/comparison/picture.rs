@@ -4,15 +4,15 @@ use super::CompareError;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use std::path::Path;
 
-/// Largest number of pixels: FLIP indexes the bytes of three channels with 32 bits.
-const MAX_PIXELS: usize = 1 << 28;
+/// Largest number of pixels. FLIP indexes the bytes of three channels with 32 bits.
+const PIXELS_MAX: usize = 1 << 28;
 /// Names of the channels in an OpenEXR file.
 const CHANNELS: [char; 3] = ['R', 'G', 'B'];
 
 /// A picture in linear sRGB. Channels are finite; those of out-of-gamut colours may be negative.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Picture {
-    /// Width and height.
+    /// Width and height in pixels.
     size: (usize, usize),
     /// Pixels by rows from the top.
     pixels: Vec<[f32; 3]>,
@@ -22,9 +22,9 @@ impl Picture {
     /// A picture of `size` (width, height), its pixels by rows from the top.
     ///
     /// # Errors
-    /// A number of pixels that differs from the size or is 0, or a channel that is NaN or infinite.
+    /// A number of pixels that differs from the size, is 0 or above 2^28, or a channel that is NaN or infinite.
     pub(crate) fn new(size: (usize, usize), pixels: Vec<[f32; 3]>) -> Result<Self, CompareError> {
-        if !(1..=MAX_PIXELS).contains(&pixels.len()) || size.0.checked_mul(size.1) != Some(pixels.len()) {
+        if !(1..=PIXELS_MAX).contains(&pixels.len()) || size.0.checked_mul(size.1) != Some(pixels.len()) {
             return Err(CompareError::Shape { size, found: pixels.len() });
         }
         for (i, rgb) in pixels.iter().enumerate() {
@@ -43,20 +43,20 @@ impl Picture {
     pub(crate) fn read_exr(path: impl AsRef<Path>) -> Result<Self, CompareError> {
         let path = path.as_ref();
         let (size, channels) = exr_channels(path)?;
-        let named = |name: char| {
-            let found = channels.iter().find(|(found, _)| found.chars().eq([name]));
+        let channel = |wanted: char| {
+            let found = channels.iter().find(|(name, _)| name.chars().eq([wanted]));
             found.map(|(_, values)| values).ok_or_else(|| {
                 let present = channels.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-                let reason = format!("there is no channel {name}, only {present}; R, G and B are needed");
+                let reason = format!("there is no channel {wanted}, only {present}; R, G and B are needed");
                 CompareError::File { path: path.to_owned(), reason }
             })
         };
-        let [r, g, b] = [named('R')?, named('G')?, named('B')?];
+        let [r, g, b] = [channel('R')?, channel('G')?, channel('B')?];
         let pixels = r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect();
         Self::new(size, pixels).map_err(|error| error.in_file(path))
     }
 
-    /// Width and height.
+    /// Width and height in pixels.
     pub(crate) fn size(&self) -> (usize, usize) {
         self.size
     }
@@ -70,7 +70,10 @@ impl Picture {
 /// Channels by name, each with its values by rows from the top.
 type Channels = Vec<(String, Vec<f32>)>;
 
-/// The size (width, height) and the channels of an OpenEXR file's first layer.
+/// The size (width, height) and the channels of an OpenEXR file's first layer, at its full resolution.
+///
+/// # Errors
+/// A file that cannot be read as OpenEXR, or whose samples are deep.
 pub(super) fn exr_channels(path: &Path) -> Result<((usize, usize), Channels), CompareError> {
     let image = read()
         .no_deep_data()

@@ -1,4 +1,4 @@
-//! Efficiencies of the strongest orders over the quantity that varies.
+//! The plot of `sunbeam orders`: efficiencies of the strongest orders over the quantity that varies.
 
 use super::Curve;
 use super::solve::Order;
@@ -7,13 +7,17 @@ use std::collections::BTreeMap;
 
 /// Width and height of the drawing in pixels.
 const SIZE: (u32, u32) = (900, 600);
-/// Colours of the orders that are drawn, the strongest first: the first of matplotlib's "tab10".
+/// Colours of the orders that are drawn, the strongest first: the first four of matplotlib's "tab10". Weaker orders are
+/// left out.
 const COLOURS: [&str; 4] = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728"];
+
+/// Top of the axis where every efficiency is 0.
+const TOP_MIN: f64 = 1e-6;
 
 /// Draws the strongest orders as SVG: the mean as a thick line, TE dashed and TM dotted where they are known.
 pub(super) fn svg(curve: &Curve) -> String {
-    let strongest = strongest(curve);
-    let top = strongest.iter().fold(1e-6, |top: f64, (_, efficiency)| top.max(*efficiency));
+    let strongest = by_strength(curve);
+    let top = strongest.iter().fold(TOP_MIN, |top, (_, efficiency)| top.max(*efficiency));
     let (first, last) = (curve.points[0].at, curve.points[curve.points.len() - 1].at);
     let x = Axis::linear(curve.over.axis(), (first.min(last), first.max(last)));
     let is_polarised = curve.points.iter().flat_map(|point| &point.solved.orders).any(|order| order.te.is_some());
@@ -29,8 +33,8 @@ pub(super) fn svg(curve: &Curve) -> String {
     drawing(vec![chart.into_group(Corner::UpperRight)], SIZE, 1)
 }
 
-/// The orders with the largest efficiencies anywhere on the curve, and these efficiencies.
-fn strongest(curve: &Curve) -> Vec<(i32, f64)> {
+/// All orders of the curve with their largest efficiencies along it, the strongest first.
+fn by_strength(curve: &Curve) -> Vec<(i32, f64)> {
     let mut largest: BTreeMap<i32, f64> = BTreeMap::new();
     for order in curve.points.iter().flat_map(|point| &point.solved.orders) {
         let efficiency = [Some(order.mean), order.te, order.tm].into_iter().flatten().fold(0.0, f64::max);
@@ -42,7 +46,7 @@ fn strongest(curve: &Curve) -> Vec<(i32, f64)> {
     sorted
 }
 
-/// One efficiency of an order at every point at which the order leaves.
+/// One efficiency of an order over the quantity that varies, at the points at which the order propagates.
 fn values(curve: &Curve, order: i32, efficiency: fn(&Order) -> Option<f64>) -> Vec<(f64, f64)> {
     let at_point = |point: &super::Point| {
         let found = point.solved.orders.iter().find(|each| each.order == order)?;

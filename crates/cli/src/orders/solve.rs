@@ -21,21 +21,23 @@ impl Incidence {
     }
 }
 
-/// The orders of a grating, and the light that is not in them.
+/// The orders of a grating, and the light that is not in them. The scalar theory has only the orders.
 #[derive(Serialize)]
 pub(super) struct SolvedOrders {
     pub(super) theory: &'static str,
     pub(super) period_um: f64,
     pub(super) wavelength_nm: f64,
+    /// Unit vector towards the light.
     pub(super) wi: Vec3,
+    /// The orders that propagate, by ascending number.
     pub(super) orders: Vec<Order>,
     /// Fractions of the TE and of the TM light that cross into the material.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absorbed: Option<[f64; 2]>,
-    /// Largest deviation from 1 of the sum of all fractions, over all incident orders.
+    /// Largest deviation from 1 of the sum of all fractions, for light from the direction of any order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) balance_error: Option<f64>,
-    /// Largest difference of an amplitude from that of the reversed path.
+    /// Largest difference between the amplitude of a path and that of the reversed path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) reciprocity_error: Option<f64>,
 }
@@ -43,17 +45,22 @@ pub(super) struct SolvedOrders {
 /// An order that propagates.
 #[derive(Serialize)]
 pub(super) struct Order {
+    /// The number m of the order.
     pub(super) order: i32,
+    /// Angle of `direction` with the normal.
     pub(super) theta_deg: f64,
+    /// Azimuth of `direction` from +x towards +y.
     pub(super) phi_deg: f64,
+    /// Unit vector in which the order leaves.
     pub(super) direction: Vec3,
-    /// Efficiency for TE light; the scalar theory has none.
+    /// Efficiency for TE light, whose magnetic field has no component along the grooves; `None` by the scalar theory.
     pub(super) te: Option<f64>,
-    /// Efficiency for TM light; the scalar theory has none.
+    /// Efficiency for TM light, whose electric field has no component along the grooves; `None` by the scalar theory.
     pub(super) tm: Option<f64>,
     /// Efficiency for unpolarised light.
     pub(super) mean: f64,
-    /// Real and imaginary parts of the Jones matrix, `[outgoing][incident]`, each without Hy and without Ey.
+    /// Real and imaginary parts of the Jones matrix, `[outgoing][incident][part]`; `None` by the scalar theory. In both
+    /// directions the first state has no Hy, the second no Ey, where y is along the grooves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) jones: Option<[[[f64; 2]; 2]; 2]>,
 }
@@ -70,13 +77,14 @@ impl SolvedOrders {
     /// Refuses a grating that is too large for the solver, without solving it.
     pub(super) fn check(config: &SurfaceConfig, incidence: &Incidence) -> Result<(), BuildError> {
         if config.theory == Theory::Rigorous {
-            let (profile, along_grooves) = (config.profile()?, incidence.wi()[1].abs());
-            check_size(&profile, &medium(config)?, incidence.wavelength_nm, along_grooves)
+            let cosine_along_grooves = incidence.wi()[1].abs();
+            check_size(&config.profile()?, &medium(config)?, incidence.wavelength_nm, cosine_along_grooves)
                 .map_err(GratingError::from)?;
         }
         Ok(())
     }
 
+    /// The orders by Maxwell's equations.
     fn rigorous(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
         let (profile, medium) = (config.profile()?, medium(config)?);
         let solved = solve_orders(&profile, &medium, wavelength_nm, wi).map_err(GratingError::from)?;
@@ -106,18 +114,22 @@ impl SolvedOrders {
         let field = config.height_field()?;
         let (transform, options) = (OrderTransform::new(&field), config.options());
         let (period_um, wavelength_um) = (field.extent_um().0, wavelength_nm * 1e-3);
+        // The grating equation: wi.x + wo.x = m·λ/period, and wi.y + wo.y = 0.
         let step = wavelength_um / period_um;
         let (first, last) = (((wi[0] - 1.0) / step).ceil() as i32, ((wi[0] + 1.0) / step).floor() as i32);
         let bins = transform.size().0 as i32;
         let mut orders = Vec::new();
         for m in first..=last {
             let (x, y) = (f64::from(m) * step - wi[0], -wi[1]);
-            let squared = 1.0 - x * x - y * y;
-            if squared <= 0.0 || 2 * m.abs() >= bins.max(2) {
+            let z_squared = 1.0 - x * x - y * y;
+            // The pixels resolve orders below half of their number; a single pixel has order 0.
+            let is_resolved = 2 * m.abs() < bins.max(2);
+            if z_squared <= 0.0 || !is_resolved {
                 continue;
             }
-            let wo = [x, y, squared.sqrt()];
+            let wo = [x, y, z_squared.sqrt()];
             let Some(pair) = Pair::new(wi, wo) else { continue };
+            // The first row of the transform has the orders along x, negative ones in its upper half.
             let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[m.rem_euclid(bins) as usize];
             let factor = pair.interface(config.index(), options.obliquity) * options.angular_factor(&pair);
             orders.push(Order::with_mean(m, wo, factor * amplitude.norm_sqr()));
@@ -135,14 +147,14 @@ impl SolvedOrders {
     }
 }
 
-/// The medium below the relief.
+/// The medium below the relief; without a refractive index a perfect conductor.
 fn medium(config: &SurfaceConfig) -> Result<Medium, GratingError> {
     let Some(index) = config.index() else { return Ok(Medium::Perfect) };
     Ok(Medium::index(index.eta, index.k)?)
 }
 
 impl Order {
-    /// An order with its mean efficiency alone.
+    /// The order without values by polarisation.
     fn with_mean(order: i32, direction: Vec3, mean: f64) -> Self {
         // The addition turns a negative zero into a positive one.
         let direction @ [x, y, z] = direction.map(|component| component + 0.0);

@@ -17,7 +17,7 @@ impl<'a> Bytes<'a> {
         self.rest.is_empty()
     }
 
-    /// The next `count` bytes.
+    /// The next `count` bytes; an error if fewer are left.
     pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = self
             .rest
@@ -39,7 +39,7 @@ impl<'a> Bytes<'a> {
         Ok(array)
     }
 
-    /// The next byte. The methods below read a number of the type that they are named after.
+    /// The next byte. The methods below read the next number of the type in their name.
     pub(super) fn u8(&mut self) -> Result<u8, String> {
         Ok(self.array::<1>()?[0])
     }

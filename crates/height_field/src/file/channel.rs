@@ -27,12 +27,12 @@ const NO_RELIEF: [&str; 18] = [
     "stiffness",
     "bias",
 ];
-/// Parts of titles of reliefs, in lower case and without blanks.
+/// Parts of titles of reliefs, in lower case, without blanks, `_` and `-`.
 const RELIEF: [&str; 8] = ["height", "topo", "zsens", "elevation", "relief", "hauteur", "höhe", "altura"];
 
 /// Kind of a channel's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Holds {
+pub(super) enum ValueKind {
     /// Lengths.
     Lengths,
     /// Numbers without a unit, which `max_height` can scale.
@@ -50,18 +50,18 @@ pub(super) struct Channel {
     /// Unit of the values, for messages.
     pub unit: String,
     /// Kind of the values.
-    pub holds: Holds,
+    pub kind: ValueKind,
 }
 
 impl Channel {
     /// A channel whose kind follows from its unit.
     pub(super) fn new(number: usize, title: String, unit: String) -> Self {
-        let holds = match micrometres(&unit) {
-            Ok(_) => Holds::Lengths,
-            Err(_) if unit.trim().is_empty() => Holds::Numbers,
-            Err(_) => Holds::Other,
+        let kind = match micrometres(&unit) {
+            Ok(_) => ValueKind::Lengths,
+            Err(_) if unit.trim().is_empty() => ValueKind::Numbers,
+            Err(_) => ValueKind::Other,
         };
-        Self { number, title, unit, holds }
+        Self { number, title, unit, kind }
     }
 
     /// Name in reports: the title, or the number of a channel without one.
@@ -79,21 +79,21 @@ impl Channel {
         }
     }
 
-    /// Priority as the default channel, lowest first; `None` for a channel that is no relief.
+    /// Priority as the default channel, from 0 (highest) to 3; `None` for a channel that is no relief.
     fn rank(&self) -> Option<usize> {
         let title = self.title.to_lowercase();
         let has = |parts: &[&str], text: &str| parts.iter().any(|part| text.contains(part));
         let title_is_relief = has(&RELIEF, &title.replace([' ', '_', '-'], "")) || title == "z";
-        match self.holds {
-            Holds::Other => None,
+        match self.kind {
+            ValueKind::Other => None,
             _ if has(&NO_RELIEF, &title) => None,
-            Holds::Lengths => Some(if title_is_relief { 0 } else { 1 }),
-            Holds::Numbers => Some(if title_is_relief { 2 } else { 3 }),
+            ValueKind::Lengths => Some(if title_is_relief { 0 } else { 1 }),
+            ValueKind::Numbers => Some(if title_is_relief { 2 } else { 3 }),
         }
     }
 }
 
-/// Most channels that a message lists. Chosen.
+/// Largest number of channels that a message lists, so that it stays readable.
 const LISTED_MAX: usize = 16;
 
 /// The channels in words, at most [`LISTED_MAX`] of them.
@@ -105,13 +105,13 @@ fn list(channels: &[Channel]) -> String {
     listed.join(", ")
 }
 
-/// Index of the channel `wanted` by number or title, or else of the default one.
+/// Index of the channel `wanted` by number or title, or else of the default one ([`Channel::rank`]).
 ///
-/// The default is the first length whose title names a relief, else the first other length, else the first channel
-/// without a unit. Error signals are chosen only by `wanted`.
+/// The default is the first length whose title names a relief, else the first other length. Without lengths it is the
+/// first channel without a unit, preferably one whose title names a relief. Error signals are chosen only by `wanted`.
 ///
 /// # Errors
-/// No such channel, or one that is not a length; the message lists all channels.
+/// No such channel, or one of another quantity than length; the message lists the channels.
 pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize, String> {
     if channels.is_empty() {
         return Err("it holds no channels of data".to_owned());
@@ -119,7 +119,7 @@ pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize
     let Some(wanted) = wanted else {
         let ranks = channels.iter().enumerate().filter_map(|(at, channel)| Some((channel.rank()?, at)));
         return ranks.min().map(|(_, at)| at).ok_or_else(|| {
-            if channels.iter().any(|channel| channel.holds == Holds::Lengths) {
+            if channels.iter().any(|channel| channel.kind == ValueKind::Lengths) {
                 format!("no channel is a height by its title, choose one with `channel`; there are {}", list(channels))
             } else {
                 format!("no channel is in units of length; there are {}", list(channels))
@@ -133,7 +133,7 @@ pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize
     let found = by_number.or_else(by_title);
     match found {
         None => Err(format!("there is no `channel` \"{wanted}\"; there are {}", list(channels))),
-        Some(at) if channels[at].holds == Holds::Other => {
+        Some(at) if channels[at].kind == ValueKind::Other => {
             Err(format!("channel {} is not a length; there are {}", channels[at].listed(), list(channels)))
         }
         Some(at) => Ok(at),

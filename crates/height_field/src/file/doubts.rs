@@ -3,17 +3,17 @@
 use crate::HeightField;
 use std::fmt;
 
-/// Peak to valley in µm below which a relief is implausible: a tenth of an atom. Chosen: heights in metres that were
+/// Peak to valley in µm below which a relief is implausible: 0.05 nm, less than an atom. Heights in metres that were
 /// taken for µm are below it.
 const PEAK_TO_VALLEY_MIN_UM: f64 = 5e-5;
-/// Largest plausible ratio of a pixel's sides. Chosen: scans with fewer lines than points have 2 or 4.
+/// Largest plausible ratio of a pixel's sides. Scans with fewer lines than points have a ratio of 2 or 4.
 const PIXEL_RATIO_MAX: f64 = 4.0;
 
 /// An implausible property of a height field that does not prevent its use.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Doubt {
-    /// A range of heights of less than a tenth of an atom.
+    /// A range of heights of less than 0.05 nm.
     Shallow {
         /// Highest minus lowest height in µm.
         peak_to_valley_um: f64,
@@ -52,7 +52,7 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Doubts that follow from a field's size and range.
+/// Doubts that follow from a field's pixel size and range of heights.
 pub(super) fn about(field: &HeightField) -> Vec<Doubt> {
     let (low, high) = field.range_um();
     let (dx_um, dy_um) = (field.dx_um(), field.dy_um());

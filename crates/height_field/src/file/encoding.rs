@@ -1,7 +1,8 @@
 //! Text encodings: UTF-8, UTF-16, and Latin-1 for all others.
 
-/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark. Chosen.
-const PROBE: usize = 64;
+/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark. More bytes would reach
+/// beyond the first words, which are ASCII in most files.
+const PROBE_BYTES: usize = 64;
 
 /// Text of a whole file, without its byte order mark.
 ///
@@ -11,32 +12,33 @@ const PROBE: usize = 64;
 /// # Errors
 /// NUL characters in the text: the file is binary.
 pub(super) fn text(bytes: &[u8]) -> Result<String, String> {
-    let text = match bytes {
+    let decoded = match bytes {
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
         [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
-        [0xef, 0xbb, 0xbf, rest @ ..] => label(rest),
+        [0xef, 0xbb, 0xbf, rest @ ..] => utf8_or_latin1(rest),
+        // The upper byte of an ASCII character is NUL: the second byte of a little-endian unit.
         _ if has_nul_at(bytes, 1) => utf16(bytes, u16::from_le_bytes),
         _ if has_nul_at(bytes, 0) => utf16(bytes, u16::from_be_bytes),
-        _ => label(bytes),
+        _ => utf8_or_latin1(bytes),
     };
-    if text.contains('\0') { Err("it is binary, not text".to_owned()) } else { Ok(text) }
+    if decoded.contains('\0') { Err("it is binary, not text".to_owned()) } else { Ok(decoded) }
 }
 
-/// Text inside a binary file: UTF-8, or Latin-1 where it is not valid UTF-8.
-pub(super) fn label(bytes: &[u8]) -> String {
+/// Text in UTF-8, or in Latin-1 if the bytes are not valid UTF-8.
+pub(super) fn utf8_or_latin1(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned)
 }
 
-/// Text of UTF-16 bytes; `unit` makes a code unit of two bytes (their order). Invalid units become replacement
-/// characters.
+/// Text of UTF-16 bytes; `unit` makes a code unit of two bytes, in their order. Invalid units become replacement
+/// characters. An odd byte at the end is ignored.
 fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
     let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Whether most pairs of bytes at the beginning have a NUL at index `index` (0 or 1), and none at the other index.
+/// Whether most pairs of bytes at the beginning have a NUL at `index` (0 or 1), and no pair has one at the other index.
 fn has_nul_at(bytes: &[u8], index: usize) -> bool {
-    let pairs = || bytes[..bytes.len().min(PROBE)].chunks_exact(2);
+    let pairs = || bytes[..bytes.len().min(PROBE_BYTES)].chunks_exact(2);
     let with_nul = pairs().filter(|pair| pair[index] == 0).count();
     bytes.len() >= 4 && 2 * with_nul > pairs().len() && pairs().all(|pair| pair[1 - index] != 0)
 }

@@ -6,20 +6,22 @@ use crate::HeightField;
 use exr::prelude::*;
 use ndarray::Array2;
 use std::io::Cursor;
+// The prelude of exr has another `Result`.
+use std::result::Result;
 
 /// Attributes with the pixel size along x and y, in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-/// Points for each byte of the file, at most. Chosen: it bounds the memory for a damaged file, and no compression of
-/// OpenEXR reaches it for a relief.
-const UNPACKED_MAX: usize = 2048;
+/// Largest number of points for each byte of the file. Bounds the memory for a damaged file; no compression of OpenEXR
+/// reaches this ratio for a relief.
+const POINTS_PER_BYTE_MAX: usize = 2048;
 
 /// Refuses a size that the file cannot hold, before memory is allocated for it.
-fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
+fn check_size(bytes: &[u8]) -> Result<(), String> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
     for header in &meta.headers {
         let Vec2(width, height) = header.layer_size;
-        let fits = width.checked_mul(height).is_some_and(|points| points / UNPACKED_MAX <= bytes.len());
+        let fits = width.checked_mul(height).is_some_and(|points| points / POINTS_PER_BYTE_MAX <= bytes.len());
         if !fits {
             return Err(format!("{width} × {height} points do not fit into {} bytes", bytes.len()));
         }
@@ -50,7 +52,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let size = (layer.size.height(), layer.size.width());
     let values: Vec<f64> = channel.sample_data.values_as_f32().map(f64::from).collect();
     let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
-    let number = |name: &str| {
+    let attribute = |name: &str| {
         let value = layer.attributes.other.get(name.as_bytes()).or_else(|| image.attributes.other.get(name.as_bytes()));
         match value {
             Some(AttributeValue::F64(value)) => Ok(Some(*value)),
@@ -60,7 +62,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
             None => Ok(None),
         }
     };
-    let pixel_um = match (number(PIXEL_SIZE[0])?, number(PIXEL_SIZE[1])?) {
+    let pixel_um = match (attribute(PIXEL_SIZE[0])?, attribute(PIXEL_SIZE[1])?) {
         (Some(dx), Some(dy)) => Some((dx, dy)),
         (None, None) => None,
         _ => return Err(format!("it has only one of the attributes {} and {}", PIXEL_SIZE[0], PIXEL_SIZE[1])),
@@ -69,7 +71,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 }
 
 /// Writes heights in µm as 32-bit floats, with the pixel size in attributes.
-pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {
+pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let (nx, ny) = field.size();
     let samples: Vec<f32> = field.rows_from_top().map(|h| h as f32).collect();
     let channel = AnyChannel::new("height", FlatSamples::F32(samples));

@@ -6,7 +6,10 @@ use super::{Parsed, exr, gsf, gwy, nanoscope, npy, png, sdf, text, tiff, x3p};
 pub const READABLE: &str =
     ".exr, .png, .gsf, .npy, .txt, .asc, .csv, .dat, .grd, .xyz, .tif, .tiff, .gwy, .sdf, .x3p, .spm, .000 to .999";
 
-/// Description of a format of height fields. Texts name options in backticks, and have no line breaks.
+/// Description of a format of height fields.
+///
+/// Texts are cells of the table in docs/height-fields.md, hence their brevity: "without, …" means "if the file has
+/// none". Options of the reader and names in files are in backticks. An empty text is a dash.
 ///
 /// ```
 /// use sunbeam_height_field::FORMATS;
@@ -33,7 +36,7 @@ pub struct Format {
     pub holes: &'static str,
     /// Refused variants.
     pub not_read: &'static str,
-    /// Parser of a file's bytes; the option `channel` is its second argument.
+    /// Parser of a file's bytes. Its second argument is the option `channel`.
     pub(super) parse: fn(&[u8], Option<&str>) -> Parsed,
 }
 

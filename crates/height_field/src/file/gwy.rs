@@ -57,6 +57,9 @@ impl<'a> Object<'a> {
 }
 
 /// Reads the type letter and the value of a component.
+///
+/// Letters are `b` (boolean, one byte), `c` (character), `i` (i32), `q` (i64), `d` (f64), `s` (string) and `o`
+/// (object). Capitals are arrays of these types, which begin with their length (u32).
 fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
     let letter = bytes.u8()?;
     let mut skip = |size: usize| bytes.take(size).map(|_| Value::Other);
@@ -75,7 +78,7 @@ fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
                 b'I' => array(4).map(|_| Value::Other),
                 b'Q' => array(8).map(|_| Value::Other),
                 b'D' => array(8).map(Value::Doubles),
-                // A false count ends with an error where the bytes end.
+                // A count that is too large ends with an error at the end of the bytes.
                 b'S' => (0..count).try_for_each(|_| bytes.string().map(|_| ())).map(|()| Value::Other),
                 _ => (0..count).try_for_each(|_| Object::read(bytes).map(|_| ())).map(|()| Value::Other),
             }
@@ -138,7 +141,7 @@ fn unit_name(unit: Object) -> Result<String, String> {
     let mut name = String::new();
     unit.components(|key, value| {
         if let (b"unitstr", Value::String(text)) = (key, value) {
-            name = encoding::label(text).trim().to_owned();
+            name = encoding::utf8_or_latin1(text).trim().to_owned();
         }
         Ok(())
     })?;
@@ -153,7 +156,7 @@ struct Entry<'a> {
     mask: Option<Object<'a>>,
 }
 
-/// Channels of a container by number.
+/// Entries of a container by channel number. Without data an entry is no channel.
 fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
     let mut entries = BTreeMap::<usize, Entry>::new();
     container.components(|name, value| {
@@ -168,13 +171,12 @@ fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
             ("data", Value::Object(object)) => entries.entry(number).or_default().data = Some(object),
             ("mask", Value::Object(object)) => entries.entry(number).or_default().mask = Some(object),
             ("data/title", Value::String(title)) => {
-                entries.entry(number).or_default().title = encoding::label(title).trim().to_owned();
+                entries.entry(number).or_default().title = encoding::utf8_or_latin1(title).trim().to_owned();
             }
             _ => {}
         }
         Ok(())
     })?;
-    entries.retain(|_, entry| entry.data.is_some());
     Ok(entries)
 }
 
@@ -216,8 +218,8 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let pixel_um = if field.unit_xy.is_empty() {
         None
     } else {
-        let unit = micrometres(&field.unit_xy)?;
-        Some((field.real.0 * unit / nx as f64, field.real.1 * unit / ny as f64))
+        let unit_um = micrometres(&field.unit_xy)?;
+        Some((field.real.0 * unit_um / nx as f64, field.real.1 * unit_um / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[chosen].name(), wanted))

@@ -4,8 +4,8 @@
 //! with their unit and pixel size as far as the file says. `raw.rs` turns a [`Raw`] into a height field: scale,
 //! orientation and missing points, and the origin of each property.
 //!
-//! In all parsers `wanted` is the option `channel` (number or title, `channel.rs`), *full scale* is the stored number
-//! of the largest height, and errors are texts that complete "not a usable … height field: ".
+//! In all parsers `wanted` is the option `channel` (number or title, `channel.rs`), and *full scale* is the stored
+//! number of the largest height, such as 255. Errors are texts that complete "not a usable … height field: ".
 
 mod bytes;
 mod channel;
@@ -87,18 +87,18 @@ pub struct ReadOptions {
 pub struct FileField {
     /// The heights.
     pub field: HeightField,
-    /// Title or number of the channel, for formats that have several.
+    /// Title or number of the channel; `None` for formats with a single one.
     pub channel: Option<String>,
     /// Number of missing points that were filled.
     pub filled: usize,
-    /// Origin of size, unit, orientation, channel and holes; `None` for heights that are from no file.
+    /// Origin of size, unit, orientation, channel and holes; `None` for heights without a file.
     pub provenance: Option<Provenance>,
     /// Implausible properties of the relief; they do not prevent its use.
     pub doubts: Vec<Doubt>,
 }
 
 impl FileField {
-    /// Wraps heights that are from no file.
+    /// Wraps heights of another origin than a file.
     pub fn without_file(field: HeightField) -> Self {
         Self { field, channel: None, filled: 0, provenance: None, doubts: Vec::new() }
     }
@@ -118,8 +118,8 @@ impl Format {
         }
         let path = path.to_owned();
         Err(match found.as_str() {
-            key if INSTRUMENTS.contains(&key) => HeightFieldError::Instrument { path, found: format!(".{found}") },
-            key if GWYDDION.contains(&key) => HeightFieldError::Gwyddion { path, found: format!(".{found}") },
+            name if INSTRUMENTS.contains(&name) => HeightFieldError::Instrument { path, found: format!(".{found}") },
+            name if GWYDDION.contains(&name) => HeightFieldError::Gwyddion { path, found: format!(".{found}") },
             _ => HeightFieldError::Extension { path, found, accepted: READABLE },
         })
     }

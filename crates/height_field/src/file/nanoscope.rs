@@ -2,12 +2,13 @@
 //! backslash, then the images, from the bottom row on.
 //!
 //! A height is `stored · hard value / 256^(bytes per pixel) · soft scale`. The line `@2:Z scale` holds the hard value
-//! in V and names the soft scale, a sensitivity in nm/V given elsewhere in the header. The bytes per pixel in the
-//! formula are the header's `Bytes/pixel`, even in files whose images store four bytes for each point. The bytes that
-//! are stored follow from the length of the data ([`layout`]).
+//! in V and names the soft scale, a sensitivity in nm/V, which is another line of the header.
+//!
+//! The bytes per pixel in the formula are the header's `Bytes/pixel`: 2 in some files whose images store four bytes for
+//! each point. The size of the stored numbers follows from the length of the data ([`layout`]).
 
 use super::bytes::{Bytes, Number};
-use super::channel::{self, Channel, Holds};
+use super::channel::{self, Channel, ValueKind};
 use super::provenance::{Source, Understood};
 use super::raw::{FirstRow, Pixel};
 use super::units::micrometres;
@@ -23,8 +24,8 @@ pub(super) struct Section<'a> {
     lines: HashMap<String, &'a str>,
 }
 
-/// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement.
-/// Chosen: the header writes the sides with few digits.
+/// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement. The
+/// header has few digits of the sides.
 const SIDES_AGREEMENT: f64 = 1e-2;
 
 impl<'a> Section<'a> {
@@ -57,7 +58,7 @@ pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
             }
             sections.push(Section { title, lines: HashMap::new() });
         } else if let Some(section) = sections.last_mut() {
-            // The key may begin with a group's number and a colon: `@2:Z scale: …`.
+            // The key may begin with `@`, a group's number of one or two digits, and a colon: `@2:Z scale: …`.
             let start =
                 if line.starts_with('@') { line.find(':').filter(|at| *at <= 3).map_or(0, |at| at + 1) } else { 0 };
             if let Some(colon) = line[start..].find(':') {
@@ -69,8 +70,8 @@ pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
     sections
 }
 
-/// A finite positive number.
-fn number(text: &str) -> Option<f64> {
+/// A finite positive number; `None` for any other text.
+fn positive_number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0)
 }
 
@@ -88,10 +89,11 @@ fn bracketed(text: &str, open: char, close: char) -> Option<(&str, &str)> {
     Some((&inner[..end], &inner[end + close.len_utf8()..]))
 }
 
-/// Scale of an image's values: the height in µm of the full range of the stored numbers, and the unit's name. The
+/// Scale of an image's values: the height in µm of the full range of the stored numbers, and the name of its unit. The
 /// height is `None` for a channel of another quantity.
 ///
-/// The line is `V [soft scale] (hard scale) hard value`, where the soft scale names the key of a sensitivity.
+/// The line is `V [soft scale] (hard scale) hard value`, where the soft scale names the key of a sensitivity. Without a
+/// soft scale the hard value is the full range.
 fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), String> {
     let text = image.text("@2:Z scale")?;
     let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");
@@ -105,30 +107,30 @@ fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), Stri
     };
     let key = format!("@{}", soft_name.to_ascii_lowercase());
     let soft = all.iter().find_map(|section| section.lines.get(&key));
-    let soft = soft.ok_or_else(|| format!("the header has no {soft_name}, which @2:Z scale asks for"))?;
+    let soft = soft.ok_or_else(|| format!("the header has no {soft_name}, which @2:Z scale names"))?;
     let (sensitivity, unit) = soft
         .strip_prefix('V')
         .and_then(leading_number)
         .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
     // Heights have a soft scale in length per volt and a hard value in volts.
     let length = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
-    let height = length.and_then(|length| micrometres(length).ok()).map(|unit| hard_value * sensitivity * unit);
-    let name = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
-    Ok((height, name))
+    let height_um = length.and_then(|length| micrometres(length).ok()).map(|um| hard_value * sensitivity * um);
+    let unit_name = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
+    Ok((height_um, unit_name))
 }
 
-/// Title of an image, and direction of the scan in lower case. The title is in quotes in `@2:Image Data`, or in
-/// brackets after an S.
-fn title(image: &Section) -> Result<(String, String), String> {
+/// Title of an image, and direction of the scan in lower case (empty if unknown). The title is in quotes in
+/// `@2:Image Data` or `@3:Image Data`, or in brackets after an S.
+fn title_and_direction(image: &Section) -> Result<(String, String), String> {
     let text = image.text("@2:Image Data").or_else(|_| image.text("@3:Image Data"))?;
     let quoted = text.split('"').nth(1);
-    let name = quoted.or_else(|| bracketed(text.trim_start_matches('S'), '[', ']').map(|found| found.0));
+    let title = quoted.or_else(|| bracketed(text.trim_start_matches('S'), '[', ']').map(|found| found.0));
     let direction = image.text("Line Direction").unwrap_or_default();
-    Ok((name.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
+    Ok((title.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
 }
 
-/// Columns, rows and type of the numbers of an image: those whose size is the `length` of its data in bytes. A scan
-/// that was stopped stores its valid rows only.
+/// Columns, rows and type of the numbers of an image, such that they take `length` bytes, the length of its data. A
+/// scan that was stopped stores its valid rows only.
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
@@ -142,17 +144,18 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
     Err(format!("{nx} × {ny} points of 2 or 4 bytes do not make the {length} bytes of its data"))
 }
 
-/// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines.
+/// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines; `all` are the sections of the
+/// header.
 ///
 /// For an aspect ratio other than 1:1, versions of the program differ in the meaning of a `Scan Size` of one number.
-/// The pixel size is known in two cases only, and [`Pixel::Open`] otherwise:
+/// The pixel size is then known in two cases only, and [`Pixel::Open`] otherwise:
 ///
-/// - the `Scan Size` has two numbers in the aspect ratio, which are the sides of the scan;
-/// - the numbers of points have the aspect ratio, which makes the pixels square.
+/// - The `Scan Size` has two numbers in the aspect ratio, which are the sides of the scan.
+/// - The numbers of points have the aspect ratio, which makes the pixels square.
 ///
 /// # Errors
-/// A header without a scan size.
-pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
+/// A header without a scan size, or with a scan size or an aspect ratio that is not understood.
+pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
     // An image without a size of its own has the size of the whole scan, which is in another section.
     let scan_size =
         || all.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
@@ -160,30 +163,30 @@ pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) 
     let malformed = || format!("Scan Size is \"{text}\", not one or two numbers and a unit");
     let (x, rest) = leading_number(text).ok_or_else(malformed)?;
     let (y, unit) = leading_number(rest).unwrap_or((x, rest));
-    let unit = micrometres(unit)?;
-    let (dx, dy) = (x * unit / nx as f64, y * unit / ny as f64);
+    let um = micrometres(unit)?;
+    let (dx, dy) = (x * um / nx as f64, y * um / ny as f64);
     let Ok(ratio) = image.text("Aspect ratio") else { return Ok(Pixel::Um(dx, dy)) };
-    let parts = ratio.split_once(':').and_then(|(a, b)| Some((number(a)?, number(b)?)));
+    let parts = ratio.split_once(':').and_then(|(a, b)| Some((positive_number(a)?, positive_number(b)?)));
     let (across, down) = parts.ok_or_else(|| format!("Aspect Ratio is \"{ratio}\", not two numbers"))?;
     if across == down {
         return Ok(Pixel::Um(dx, dy));
     }
-    // The numbers of points have the aspect ratio to within one point.
-    let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
-    let sizes_agree = (across * y / (down * x) - 1.0).abs() < SIDES_AGREEMENT;
-    if sizes_agree {
+    // The sides have the aspect ratio `across : down`, that is x : y.
+    if (across * y / (down * x) - 1.0).abs() < SIDES_AGREEMENT {
         return Ok(Pixel::Um(dx, dy));
     }
-    if !points_agree || x != y {
-        return Ok(Pixel::Open(format!(
-            "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square \
-             pixels would be of {dx} µm)"
-        )));
+    // The numbers of points have the aspect ratio to within one point.
+    let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
+    if points_agree && x == y {
+        return Ok(Pixel::Um(dx, dx));
     }
-    Ok(Pixel::Um(dx, dx))
+    Ok(Pixel::Open(format!(
+        "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square \
+         pixels would be of {dx} µm)"
+    )))
 }
 
-/// Reads the channel `wanted` (its number or title), or the default one of channel.rs.
+/// Reads the channel `wanted` (its number or title), or the default one of `channel.rs`.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if !bytes.starts_with(b"\\*") {
         return Err(
@@ -193,17 +196,17 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     }
     // The header ends with Ctrl-Z. Its keys are ASCII; other text is Latin-1 or UTF-8.
     let end = bytes.iter().position(|b| *b == 0x1a).unwrap_or(bytes.len());
-    let header = encoding::label(&bytes[..end]);
+    let header = encoding::utf8_or_latin1(&bytes[..end]);
     let all = sections(&header);
     let mut images = Vec::new();
     let mut channels = Vec::new();
     for image in all.iter().filter(|section| section.is_image()) {
-        let (name, direction) = title(image)?;
+        let (title, direction) = title_and_direction(image)?;
         // An unreadable scale makes one channel unusable, not the file.
         let (height_um, unit) = scale(image, &all).unwrap_or((None, "unknown".to_owned()));
         let unit = if direction.is_empty() { unit } else { format!("{unit}, {direction}") };
-        let holds = if height_um.is_some() { Holds::Lengths } else { Holds::Other };
-        channels.push(Channel { number: channels.len() + 1, title: name, unit, holds });
+        let kind = if height_um.is_some() { ValueKind::Lengths } else { ValueKind::Other };
+        channels.push(Channel { number: channels.len() + 1, title, unit, kind });
         images.push((image, height_um));
     }
     let chosen = channel::choose(&channels, wanted)?;
@@ -213,16 +216,18 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
     data.take(offset)?;
-    // The bytes per pixel of the height's formula: 2 in files without the key.
-    let declared = if image.text("Bytes/pixel").is_ok() { image.count("Bytes/pixel")? } else { 2 };
-    if !(1..=8).contains(&declared) {
-        return Err(format!("Bytes/pixel is {declared}, not 2 or 4"));
-    }
-    let step = height_um / 256f64.powi(declared as i32);
-    let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step).collect();
+    // 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
+    let steps = match image.text("Bytes/pixel") {
+        Err(_) | Ok("2") => 65536.0,
+        Ok("4") => 4_294_967_296.0,
+        Ok(found) => return Err(format!("Bytes/pixel is {found}, not 2 or 4")),
+    };
+    let step_um = height_um / steps;
+    let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step_um).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    // The scan size is that of all lines, even if the scan was stopped.
     let lines = image.count("Number of lines")?;
-    let pixel = pixel(image, &all, (nx, lines))?;
+    let pixel = pixel_size(image, &all, (nx, lines))?;
     let meaning = Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
     Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[chosen].name(), wanted))
 }

@@ -13,10 +13,10 @@ where
 {
     match Array2::<T>::read_npy(bytes) {
         Ok(array) => {
-            // Arrays in Fortran order are copied, so that rows are contiguous.
             let size = array.dim();
-            let convert_all = |array: Array2<T>| array.into_iter().map(convert).collect();
-            Some(Array2::from_shape_vec(size, convert_all(array)).map_err(|error| error.to_string()))
+            // The iteration is row by row, even if the file is in Fortran order.
+            let values: Vec<f64> = array.into_iter().map(convert).collect();
+            Some(Array2::from_shape_vec(size, values).map_err(|error| error.to_string()))
         }
         Err(ReadNpyError::WrongDescriptor(_)) => None,
         Err(ReadNpyError::WrongNdim(_, found)) => {
@@ -29,9 +29,10 @@ where
 /// Refuses a shape with more elements than the file has bytes, before memory is allocated for them.
 ///
 /// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later
-/// ones), and the header, a Python dictionary whose `'shape'` is a tuple.
+/// versions), and the header, a Python dictionary whose `'shape'` is a tuple.
 fn check_shape(bytes: &[u8]) -> Result<(), String> {
     let length = bytes.get(8..12).ok_or("it has no header")?;
+    // Byte 6 is the major version.
     let (start, length) = if bytes[6] == 1 {
         (10, usize::from(u16::from_le_bytes([length[0], length[1]])))
     } else {
@@ -44,6 +45,7 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
         let shape = header[at..].split(['(', ')']).nth(1).unwrap_or_default();
         let counts = shape.split(',').map(str::trim).filter(|count| !count.is_empty());
         let points = counts
+            // Python 2 wrote long integers with an L.
             .map(|count| count.trim_end_matches('L').parse::<usize>())
             .try_fold(1_usize, |product, count| product.checked_mul(count.ok()?));
         if points.is_none_or(|points| points > bytes.len()) {
@@ -58,15 +60,15 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     check_shape(bytes)?;
     let raw = |values, meaning| Raw::new(values, meaning, FirstRow::Bottom);
-    let full = |full| Meaning::FullScale { full, max_height_um: None };
+    let fraction_of = |full| Meaning::FullScale { full, max_height_um: None };
     if let Some(values) = try_type::<f64>(bytes, |v| v).or_else(|| try_type::<f32>(bytes, f64::from)) {
         return Ok(raw(values?, Meaning::micrometres()));
     }
     if let Some(values) = try_type::<u8>(bytes, f64::from) {
-        return Ok(raw(values?, full(f64::from(u8::MAX))));
+        return Ok(raw(values?, fraction_of(f64::from(u8::MAX))));
     }
     if let Some(values) = try_type::<u16>(bytes, f64::from) {
-        return Ok(raw(values?, full(f64::from(u16::MAX))));
+        return Ok(raw(values?, fraction_of(f64::from(u16::MAX))));
     }
     Err("its elements are of a type other than float64, float32, uint16, uint8".to_owned())
 }

@@ -11,18 +11,18 @@ use std::io::Cursor;
 const MAX_HEIGHT: &str = "max_height_um";
 /// Text chunks with the pixel size along x and y in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
-/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Chosen: lower ones are
+/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Lower resolutions are
 /// those of printers and screens.
 const PIXELS_PER_METRE_MIN: u32 = 100_000;
 
 /// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
 const DEFLATE_RATIO_MAX: usize = 1040;
 
-/// Reads a picture of grey; the pixel size comes from the text chunks, or else from the resolution.
+/// Reads a picture of grey. The pixel size comes from both text chunks, or else from the resolution.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|error| error.to_string())?;
-    let (full, wide) = match (reader.info().color_type, reader.info().bit_depth) {
+    let (full, has_16_bits) = match (reader.info().color_type, reader.info().bit_depth) {
         (ColorType::Grayscale, BitDepth::Eight) => (255.0, false),
         (ColorType::Grayscale, BitDepth::Sixteen) => (65535.0, true),
         (colour, depth) => {
@@ -37,14 +37,14 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     reader.next_frame(&mut buffer).map_err(|error| error.to_string())?;
     reader.finish().map_err(|error| error.to_string())?;
     let info = reader.info();
-    let values: Vec<f64> = if wide {
+    let values: Vec<f64> = if has_16_bits {
         buffer.chunks_exact(2).map(|pair| f64::from(u16::from_be_bytes([pair[0], pair[1]]))).collect()
     } else {
         buffer.into_iter().map(f64::from).collect()
     };
     let size = (info.height as usize, info.width as usize);
     let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
-    let number = |keyword: &str| {
+    let positive_number = |keyword: &str| {
         let chunk = info.uncompressed_latin1_text.iter().find(|chunk| chunk.keyword == keyword);
         chunk
             .map(|chunk| match chunk.text.trim().parse::<f64>() {
@@ -56,11 +56,11 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let resolution = info
         .pixel_dims
         .filter(|dims| matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= PIXELS_PER_METRE_MIN);
-    let pixel_um = match (number(PIXEL_SIZE[0])?, number(PIXEL_SIZE[1])?) {
+    let pixel_um = match (positive_number(PIXEL_SIZE[0])?, positive_number(PIXEL_SIZE[1])?) {
         (Some(dx), Some(dy)) => Some((dx, dy)),
         _ => resolution.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
     };
-    let meaning = Meaning::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
+    let meaning = Meaning::FullScale { full, max_height_um: positive_number(MAX_HEIGHT)? };
     Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
 }
 

@@ -13,8 +13,8 @@ use crate::{Fill, HeightField, HeightFieldError};
 use ndarray::{Array2, Axis};
 use std::path::Path;
 
-/// Largest relative difference between the option's scale and the file's that counts as agreement. Chosen: the rounding
-/// of seven decimal digits, and of a PNG's whole pixels per metre, is smaller.
+/// Largest relative difference between the option's scale and the file's that counts as agreement. The rounding of
+/// seven decimal digits, and of a PNG's whole pixels per metre, is smaller.
 const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
@@ -57,7 +57,7 @@ pub(super) enum Pixel {
     Open(String),
 }
 
-/// Contents of a file, in the order of its rows. Missing points are NaN, however the format marks them.
+/// Contents of a file, in the order of its rows. Points that the format marks as missing are NaN.
 pub(super) struct Raw {
     /// Stored numbers, `[[row, column]]` in the order of the file.
     values: Array2<f64>,
@@ -81,7 +81,7 @@ fn agree(a: f64, b: f64) -> bool {
     (a - b).abs() <= AGREEMENT * a.abs().max(b.abs())
 }
 
-/// A length rounded to seven digits, for messages.
+/// A length rounded to seven digits, for messages. 0 and numbers near the ends of the range are left as they are.
 pub(super) fn rounded(value: f64) -> f64 {
     let factor = 10_f64.powi(6 - value.abs().log10().floor() as i32);
     let result = (value * factor).round() / factor;
@@ -139,15 +139,13 @@ impl Raw {
 
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
     pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
-        // µm for each unit of the values, for the detection of missing points.
+        // Unit of the values in µm, for the detection of missing points; 1 if unknown.
         let um = if let Meaning::Lengths { um, .. } = self.meaning { um } else { 1.0 };
         let holes = Holes::mark(&mut self.values, um);
-        let total = self.values.len();
-        let filled = holes.count;
-        if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || filled == total) {
+        let (count, total) = (holes.count, self.values.len());
+        if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || count == total) {
             let isolated = holes.isolated_in_words();
-            let path = path.to_owned();
-            return Err(HeightFieldError::Missing { path, count: filled, total, row, column, isolated });
+            return Err(HeightFieldError::Missing { path: path.to_owned(), count, total, row, column, isolated });
         }
         let (dx, dy) = self.pixel_size(path, &options.scale)?;
         let height_unit = self.scale_heights(path, &options.scale)?;
@@ -163,13 +161,13 @@ impl Raw {
             height_unit,
             rows: Understood::new(self.first.1, first),
             channel: self.channel.clone(),
-            holes: understood(&holes, total, options.fill),
+            holes: understood_holes(&holes, total, options.fill),
         };
         let field = HeightField::new(self.values, dx, dy)?;
         let mut doubts = doubts::about(&field);
         doubts.extend(holes.isolated.iter().map(|&(value, count)| Doubt::Isolated { value, count }));
         let channel = self.channel.map(|channel| channel.value);
-        Ok(FileField { field, channel, filled, provenance: Some(provenance), doubts })
+        Ok(FileField { field, channel, filled: count, provenance: Some(provenance), doubts })
     }
 
     /// Pixel size along x and y in µm, from the file or the option.
@@ -186,7 +184,7 @@ impl Raw {
         }
     }
 
-    /// Converts the values to µm; returns their unit and its origin.
+    /// Converts the values to µm; returns the unit or scale that they had, and its origin.
     ///
     /// # Errors
     /// A missing scale, or an option `max_height` that contradicts the file.
@@ -203,13 +201,13 @@ impl Raw {
             }
             _ => Ok(()),
         };
-        let range = |values: &Array2<f64>| {
+        let range_of = |values: &Array2<f64>| {
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
         };
         match &self.meaning {
             Meaning::Lengths { um, unit } => {
                 self.values.mapv_inplace(|value| value * um);
-                let (low, high) = range(&self.values);
+                let (low, high) = range_of(&self.values);
                 // `max_height` may be the highest value, or the range.
                 check(&[high, high - low])?;
                 Ok(unit.clone())
@@ -225,7 +223,7 @@ impl Raw {
             }
             Meaning::Unknown => {
                 let top = scale.max_height_um.ok_or_else(|| missing("unit of height"))?;
-                let (low, high) = range(&self.values);
+                let (low, high) = range_of(&self.values);
                 let range = if high > low { high - low } else { 1.0 };
                 self.values.mapv_inplace(|v| (v - low) / range * top);
                 Ok(Understood::new(Source::Option, format!("the highest value is {top} µm, the lowest 0")))
@@ -234,8 +232,8 @@ impl Raw {
     }
 }
 
-/// Description of the missing points.
-fn understood(holes: &Holes, total: usize, fill: Fill) -> Understood {
+/// Description of the missing points among `total` points, and its origin.
+fn understood_holes(holes: &Holes, total: usize, fill: Fill) -> Understood {
     if holes.count == 0 {
         return Understood::new(Source::File, "none");
     }

@@ -1,24 +1,35 @@
 //! Surface data files (`.sdf`) of ISO 25178-71, versions 1.0 and 2.0, and of the earlier BCR proposal; as text and in
 //! binary.
 //!
-//! ISO: the first profile lies at y = 0; missing points are the smallest number of the type or, in text, `BAD`. BCR:
-//! the direction of y is undefined, and files are shown with the first profile at the top; missing points are the
-//! largest number of the type.
+//! A *profile* is a row of points along x.
+//!
+//! - ISO: the first profile lies at y = 0. Missing points are the smallest number of the type or, in text, `BAD`.
+//! - BCR: the direction of y is undefined; programs show files with the first profile at the top, and so does this
+//!   reader. Missing points are the largest number of the type.
 
 use super::bytes::{Bytes, Number, data_length};
 use super::raw::FirstRow;
+use super::units::UM_PER_M;
 use super::{Meaning, Parsed, Raw, channel, encoding};
-use crate::holes::known;
+use crate::holes::known_or_nan;
 use ndarray::Array2;
 use std::collections::HashMap;
 
-/// µm in a metre.
-const UM_PER_M: f64 = 1e6;
-/// Smallest 32- and 64-bit floats that mark a missing point in BCR files. Chosen just below the largest numbers of both
-/// types, which programs write rounded.
-const BCR_MISSING_MIN: (f64, f64) = (3.4e38, 1.7e308);
-/// Names of the data types in BCR's text headers, in the order of their codes.
-const TYPE_NAMES: [&str; 8] = ["UCHAR", "UINTEGER", "ULONGINT", "FLOAT", "CHAR", "INTEGER", "LONGINT", "DOUBLE"];
+/// Smallest 32-bit float that marks a missing point in BCR files: just below the largest, which programs write rounded.
+const BCR_MISSING_MIN_F32: f64 = 3.4e38;
+/// Smallest 64-bit float that marks a missing point in BCR files: just below the largest, which programs write rounded.
+const BCR_MISSING_MIN_F64: f64 = 1.7e308;
+/// Data types in the order of their codes 0 to 7, with their names in BCR's text headers.
+const TYPES: [(&str, Number); 8] = [
+    ("UCHAR", Number::U8),
+    ("UINTEGER", Number::U16),
+    ("ULONGINT", Number::U32),
+    ("FLOAT", Number::F32),
+    ("CHAR", Number::I8),
+    ("INTEGER", Number::I16),
+    ("LONGINT", Number::I32),
+    ("DOUBLE", Number::F64),
+];
 
 /// Revision of the format, from the first bytes of a file.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -51,6 +62,7 @@ struct Header {
 impl Header {
     /// Whether a stored number marks a missing point.
     fn is_missing(&self, value: f64) -> bool {
+        // Smallest and largest number of the type.
         let (low, high) = match self.number {
             Number::U8 => (0.0, f64::from(u8::MAX)),
             Number::U16 => (0.0, f64::from(u16::MAX)),
@@ -58,14 +70,15 @@ impl Header {
             Number::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
             Number::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
             Number::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
-            Number::F32 => (f64::from(f32::MIN), BCR_MISSING_MIN.0),
-            Number::F64 => (f64::MIN, BCR_MISSING_MIN.1),
+            Number::F32 => (f64::from(f32::MIN), BCR_MISSING_MIN_F32),
+            Number::F64 => (f64::MIN, BCR_MISSING_MIN_F64),
         };
-        known(value).is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
+        known_or_nan(value).is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
     }
 
     /// Contents from the stored numbers.
     fn raw(self, stored: Vec<f64>) -> Parsed {
+        // The unit of a stored number of 1, such as `1e-9 m`.
         let unit = format!("{} m", self.z_m);
         let meaning = Meaning::in_unit(&unit, self.z_m * UM_PER_M);
         let heights = stored.iter().map(|&value| if self.is_missing(value) { f64::NAN } else { value });
@@ -81,17 +94,16 @@ impl Header {
 
 /// The type of a code from 0 to 7.
 fn number_of(code: u8) -> Result<Number, String> {
-    let numbers =
-        [Number::U8, Number::U16, Number::U32, Number::F32, Number::I8, Number::I16, Number::I32, Number::F64];
-    numbers.get(usize::from(code)).copied().ok_or_else(|| format!("DataType is {code}; 0 to 7 are known"))
+    let found = TYPES.get(usize::from(code)).map(|(_, number)| *number);
+    found.ok_or_else(|| format!("DataType is {code}; 0 to 7 are known"))
 }
 
-/// Refuses compression and checksums, whose code is not 0.
-fn plain(name: &str, code: u8) -> Result<(), String> {
+/// Refuses a property that this reader lacks (compression or checksum), unless its code is 0, none.
+fn require_none(name: &str, code: u8) -> Result<(), String> {
     if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
 }
 
-/// Reads the revision from the magic, and then text or binary.
+/// Reads the magic, which is `a` (text) or `b` (binary) and the revision, and then the file.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let mut rest = Bytes::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
@@ -121,16 +133,16 @@ fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
     };
     let (nx, ny) = (count()?, count()?);
     let (dx_m, dy_m, z_m, _resolution) = (bytes.f64()?, bytes.f64()?, bytes.f64()?, bytes.f64()?);
-    plain("Compression", bytes.u8()?)?;
+    require_none("Compression", bytes.u8()?)?;
     let number = number_of(bytes.u8()?)?;
-    plain("CheckType", bytes.u8()?)?;
+    require_none("CheckType", bytes.u8()?)?;
     let data = bytes.take(data_length(nx, ny, number)?)?;
     Header { revision, nx, ny, dx_m, dy_m, z_m, number }.raw(number.decode(data))
 }
 
 /// Reads a text file from the byte after its magic.
 fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
-    let text = encoding::label(rest.take_all());
+    let text = encoding::utf8_or_latin1(rest.take_all());
     // Three records end with an asterisk each: header, heights, trailer.
     let mut records = text.split('*');
     let (head, data) = (records.next().unwrap_or_default(), records.next().ok_or("its header does not end with *")?);
@@ -160,8 +172,8 @@ fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
         }
     }
     let type_name = field("DataType")?;
-    let number = match TYPE_NAMES.iter().position(|name| name.eq_ignore_ascii_case(type_name)) {
-        Some(code) => number_of(code as u8)?,
+    let number = match TYPES.iter().find(|(name, _)| name.eq_ignore_ascii_case(type_name)) {
+        Some((_, number)) => *number,
         None => number_of(type_name.parse().map_err(|_| format!("DataType is \"{type_name}\"; 0 to 7 are known"))?)?,
     };
     let (nx, ny) = (count("NumPoints")?, count("NumProfiles")?);

@@ -4,7 +4,7 @@
 //! the tags' sizes, selects a page, reads scale and orientation from tags and from ImageJ's description, and last
 //! decodes the values. Integers are fractions of full scale, unless ImageJ calibrates them.
 
-use super::channel::{self, Channel, Holds};
+use super::channel::{self, Channel, ValueKind};
 use super::provenance::{Source, Understood};
 use super::raw::FirstRow;
 use super::units::micrometres;
@@ -16,15 +16,15 @@ use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Chosen: lower ones are
+/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Lower resolutions are
 /// those of printers and screens.
 const PIXELS_PER_METRE_MIN: f64 = 100_000.0;
 /// Private tags of instruments that hold the heights, beside a preview in colours, with the manufacturer.
 const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
-/// Most pages that are searched. Chosen: it bounds the time for a damaged file.
+/// Largest number of pages that are searched. Bounds the time for a damaged file.
 const PAGES_MAX: usize = 65_536;
-/// Upper bound on the compression ratio, which bounds the memory for a damaged file. Chosen: the ratios of LZW and
-/// Deflate are lower.
+/// Upper bound on the compression ratio, which bounds the memory for a damaged file. The ratios of LZW and Deflate are
+/// lower.
 const COMPRESSION_MAX: usize = 2048;
 
 /// Decoder positioned at one page.
@@ -46,21 +46,24 @@ fn resolution(pages: &mut Pages, tag: Tag) -> Option<f64> {
     (value.is_finite() && value > 0.0).then_some(value)
 }
 
+/// Text of a tag; `None` without one. A text longer than the file is damage, and is ignored.
+fn ascii(pages: &mut Pages, tag: Tag, file_bytes: usize) -> Option<String> {
+    if pages.image_ifd().find_entry(tag)?.count() > file_bytes as u64 {
+        return None;
+    }
+    match pages.find_tag(tag).ok()?? {
+        Value::Ascii(text) => Some(text),
+        _ => None,
+    }
+}
+
 /// The description that ImageJ writes, of lines `key=value`.
 struct Description(String);
 
 impl Description {
-    /// ImageJ's description of the current page; `length` is that of the file in bytes. `None` for another program's.
-    fn of(pages: &mut Pages, length: usize) -> Option<Self> {
-        // A text longer than the file is damage, which is ignored here.
-        let entry = pages.image_ifd().find_entry(Tag::ImageDescription)?;
-        if entry.count() > length as u64 {
-            return None;
-        }
-        let text = match pages.find_tag(Tag::ImageDescription).ok()?? {
-            Value::Ascii(text) => text,
-            _ => return None,
-        };
+    /// ImageJ's description of the current page; `None` for another program's.
+    fn of(pages: &mut Pages, file_bytes: usize) -> Option<Self> {
+        let text = ascii(pages, Tag::ImageDescription, file_bytes)?;
         text.starts_with("ImageJ=").then_some(Self(text))
     }
 
@@ -69,29 +72,31 @@ impl Description {
         self.0.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim)
     }
 
-    /// µm in one of the unit given by this key; `None` where it is no length.
-    fn unit(&self, key: &str) -> Option<f64> {
+    /// Unit at this key in µm; `None` if it is no length.
+    fn unit_um(&self, key: &str) -> Option<f64> {
         // ImageJ writes the micro sign as an escape sequence.
         micrometres(&self.get(key)?.replace("\\u00B5", "µ").replace("\\u00b5", "µ")).ok()
     }
 
     /// Calibration `(c0, c1)` in µm, where a height is `c0 + c1·value`; `None` without a linear calibration of lengths.
-    fn heights(&self) -> Option<(f64, f64)> {
-        let unit = self.unit("vunit")?;
+    fn calibration_um(&self) -> Option<(f64, f64)> {
+        let um = self.unit_um("vunit")?;
         let number = |key: &str| self.get(key)?.parse::<f64>().ok();
-        (self.get("cf")? == "0").then_some((number("c0")? * unit, number("c1")? * unit))
+        // Calibration function 0 is a straight line.
+        (self.get("cf")? == "0").then_some((number("c0")? * um, number("c1")? * um))
     }
 }
 
-/// Pixel size along x and y in µm, from ImageJ's unit or the resolution tags.
-fn pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result<Option<(f64, f64)>, String> {
+/// Pixel size along x and y in µm, from ImageJ's unit or the resolution tags; `None` without a measured one.
+fn read_pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result<Option<(f64, f64)>, String> {
     let (Some(x), Some(y)) = (resolution(pages, Tag::XResolution), resolution(pages, Tag::YResolution)) else {
         return Ok(None);
     };
-    if let Some(unit) = description.and_then(|description| description.unit("unit")) {
-        return Ok(Some((unit / x, unit / y)));
+    if let Some(um) = description.and_then(|description| description.unit_um("unit")) {
+        return Ok(Some((um / x, um / y)));
     }
     let per_metre = match integer(pages, Tag::ResolutionUnit)? {
+        // Inch, the default, and centimetre.
         None | Some(2) => 1.0 / 0.0254,
         Some(3) => 100.0,
         _ => return Ok(None),
@@ -100,19 +105,13 @@ fn pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result<Opti
     Ok(is_measure.then(|| (1e6 / (x * per_metre), 1e6 / (y * per_metre))))
 }
 
-/// The number of missing points, from the tag `GDAL_NODATA` of geographic files.
-fn no_data(pages: &mut Pages, length: usize) -> Option<f64> {
-    let entry = pages.image_ifd().find_entry(Tag::GdalNodata)?;
-    if entry.count() > length as u64 {
-        return None;
-    }
-    match pages.find_tag(Tag::GdalNodata).ok()?? {
-        Value::Ascii(text) => text.trim().trim_end_matches('\0').parse().ok(),
-        _ => None,
-    }
+/// The number that marks missing points, from the tag `GDAL_NODATA` of geographic files.
+fn read_no_data(pages: &mut Pages, file_bytes: usize) -> Option<f64> {
+    ascii(pages, Tag::GdalNodata, file_bytes)?.trim().trim_end_matches('\0').parse().ok()
 }
 
-/// Goes to the page `wanted` (from 0), and returns its number; without it, stays at the first page.
+/// Goes to the page `wanted` (from 0), and returns its number as text. Without `wanted`, stays at the first page and
+/// returns `None`.
 fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
     let Some(wanted) = wanted else { return Ok(None) };
     let page = wanted.trim().parse::<usize>().ok();
@@ -122,11 +121,12 @@ fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>,
         }
         if !pages.more_images() {
             // The error for a page that does not exist lists all pages.
-            let listed: Vec<Channel> = (0..=current)
-                .map(|number| Channel { number, title: String::new(), unit: "page".to_owned(), holds: Holds::Lengths })
-                .collect();
+            let (title, unit, kind) = (String::new(), "page".to_owned(), ValueKind::Lengths);
+            let page_channel = |number| Channel { number, title: title.clone(), unit: unit.clone(), kind };
+            let listed: Vec<Channel> = (0..=current).map(page_channel).collect();
             channel::choose(&listed, Some(wanted))?;
         }
+        // Fails after the last page.
         pages.next_image().map_err(|error| error.to_string())?;
     }
     Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))
@@ -146,6 +146,7 @@ fn value_size(kind: u64) -> u64 {
 /// reports other damage of the directories.
 fn check_tags(bytes: &[u8]) -> Result<(), String> {
     let is_little = bytes.starts_with(b"II");
+    // The unsigned integer of `size` bytes at a position; `None` beyond the end of the file.
     let number = |at: usize, size: usize| -> Option<u64> {
         let digits = bytes.get(at..at.checked_add(size)?)?;
         let append = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
@@ -153,6 +154,7 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
     };
     // Sizes in bytes of a directory's count of entries, of an entry, and of an offset: BigTIFF (version 43) or TIFF.
     let (count_size, entry_size, offset_size) = if number(2, 2) == Some(43) { (8, 20, 8) } else { (2, 12, 4) };
+    // Position of the next directory, 0 after the last. That of the first is at byte 4, in BigTIFF at byte 8.
     let mut next = number(offset_size, offset_size);
     let mut bytes_read = 0;
     while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
@@ -160,6 +162,7 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
         for entry in 0..entries {
             // Bounds the loop where directories refer to each other in a circle.
             bytes_read += entry_size;
+            // An entry is the tag's number (u16), type (u16), count and values.
             let start = at + count_size + entry * entry_size;
             let (Some(kind), Some(count)) = (number(start + 2, 2), number(start + 4, offset_size)) else { break };
             if bytes_read > bytes.len() || count.saturating_mul(value_size(kind)) > bytes.len() as u64 {
@@ -195,8 +198,10 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if !is_packed && u64::from(width) * u64::from(height) > bytes.len() as u64 {
         return Err(format!("{width} × {height} points do not fit into {} bytes", bytes.len()));
     }
-    if integer(&mut pages, Tag::PhotometricInterpretation)? == Some(3) {
-        return Err("it is a picture with a palette, whose numbers are colours and not heights".to_owned());
+    match integer(&mut pages, Tag::PhotometricInterpretation)? {
+        Some(0) => return Err("its white is zero; black has to be".to_owned()),
+        Some(3) => return Err("it is a picture with a palette, whose numbers are colours and not heights".to_owned()),
+        _ => {}
     }
     let colour = pages.colortype().map_err(|error| error.to_string())?;
     if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
@@ -209,12 +214,9 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Some(found) => return Err(format!("its Orientation is {found}; 1 and 4, rows from top or bottom, are read")),
     };
     let description = Description::of(&mut pages, bytes.len());
-    let pixel_um = pixel_um(&mut pages, description.as_ref())?;
-    let no_data = no_data(&mut pages, bytes.len());
-    // White at zero: a negative.
-    if integer(&mut pages, Tag::PhotometricInterpretation)? == Some(0) {
-        return Err("its white is zero; black has to be".to_owned());
-    }
+    let pixel_um = read_pixel_um(&mut pages, description.as_ref())?;
+    let no_data = read_no_data(&mut pages, bytes.len());
+    // The stored numbers, and full scale for integers.
     let (values, full): (Vec<f64>, Option<f64>) = match pages.read_image().map_err(damaged)? {
         DecodingResult::U8(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u8::MAX))),
         DecodingResult::U16(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u16::MAX))),
@@ -225,13 +227,13 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
             return Err("its samples are signed integers or half floats; unsigned ones or floats are needed".to_owned());
         }
     };
-    let single = matches!(colour, ColorType::Gray(32)) && full.is_none();
-    // The missing number is rounded to 32 bits where the heights are.
-    let no_data = no_data.map(|value| if single { f64::from(value as f32) } else { value });
+    // The number of missing points has more digits than 32-bit floats, which are compared with it.
+    let is_f32 = matches!(colour, ColorType::Gray(32)) && full.is_none();
+    let no_data = no_data.map(|value| if is_f32 { f64::from(value as f32) } else { value });
     let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { value }).collect();
     let size = (height as usize, width as usize);
     let mut values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
-    let meaning = match (description.and_then(|description| description.heights()), full) {
+    let meaning = match (description.and_then(|description| description.calibration_um()), full) {
         (Some((c0, c1)), _) => {
             values.mapv_inplace(|value| c0 + c1 * value);
             Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }

@@ -8,6 +8,8 @@ const MICRO: [&str; 7] = ["µ", "μ", "u", "~", "Âµ", "Î¼", "æ"];
 const ANGSTROM: [&str; 9] = ["å", "\u{212b}", "ang", "angstrom", "ångström", "ã\u{85}", "ã", "\u{8f}", "\u{81}"];
 /// µm in an ångström.
 const UM_PER_ANGSTROM: f64 = 1e-4;
+/// µm in a metre.
+pub(super) const UM_PER_M: f64 = 1e6;
 /// Names of units in the singular and lower case, with their length in µm.
 const NAMES: [(&str, f64); 11] = [
     ("micron", 1.0),

@@ -4,17 +4,16 @@
 //! the MD5 checksums are not.
 
 use super::bytes::{Number, data_length};
-use super::channel::{self, Channel, Holds};
+use super::channel::{self, Channel};
 use super::raw::FirstRow;
+use super::units::UM_PER_M;
 use super::{Meaning, Parsed, Raw, encoding};
-use crate::holes::known;
+use crate::holes::known_or_nan;
 use ndarray::Array2;
 use roxmltree::{Document, Node};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
-/// µm in a metre.
-const UM_PER_M: f64 = 1e6;
 /// Name of the XML description in the archive.
 const DESCRIPTION: &str = "main.xml";
 /// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
@@ -28,36 +27,35 @@ struct Archive<'a> {
     folder: String,
 }
 
-/// A name in an archive in normal form: with slashes, without a leading `./`.
-fn plain(name: &str) -> String {
-    let name = name.replace('\\', "/");
-    let start = name.trim_start_matches("./").trim_start_matches('/');
-    start.to_owned()
+/// A name in an archive in normal form: with slashes, without a leading `./` or `/`.
+fn normal_name(name: &str) -> String {
+    name.replace('\\', "/").trim_start_matches("./").trim_start_matches('/').to_owned()
 }
 
 impl<'a> Archive<'a> {
     /// Opens the archive and finds `main.xml`, at the top level or in a folder.
     fn open(bytes: &'a [u8]) -> Result<Self, String> {
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
-        let names = zip.file_names().map(plain);
-        let folders = names.filter_map(|name| {
-            let folder = name.to_lowercase().strip_suffix(DESCRIPTION).map(str::len)?;
+        let folders = zip.file_names().map(normal_name).filter_map(|name| {
+            // ASCII keeps the length of the name: other characters may be longer or shorter in lower case.
+            let folder_length = name.to_ascii_lowercase().strip_suffix(DESCRIPTION).map(str::len)?;
+            let folder = &name[..folder_length];
             let is_hidden = name.starts_with("__MACOSX/");
-            (!is_hidden && (folder == 0 || name[..folder].ends_with('/'))).then(|| name[..folder].to_owned())
+            (!is_hidden && (folder.is_empty() || folder.ends_with('/'))).then(|| folder.to_owned())
         });
         let folder = folders.min_by_key(String::len).ok_or("its archive has no file \"main.xml\"")?;
         Ok(Self { zip, folder })
     }
 
-    /// Index in the archive of a file that the description names, relative to its folder.
+    /// Index in the archive of a file by its path in the description's folder, in any case.
     fn index(&self, name: &str) -> Option<usize> {
-        let wanted = format!("{}{}", self.folder, plain(name)).to_lowercase();
-        let found = self.zip.file_names().find(|name| plain(name).to_lowercase() == wanted)?;
+        let wanted = format!("{}{}", self.folder, normal_name(name)).to_lowercase();
+        let found = self.zip.file_names().find(|name| normal_name(name).to_lowercase() == wanted)?;
         self.zip.index_for_name(found)
     }
 }
 
-/// Unpacks a file of the archive; `expected` bytes where they are known.
+/// Unpacks a file of the archive. Its size must be `expected` bytes, if given.
 fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<Vec<u8>, String> {
     let at = archive.index(name).ok_or_else(|| format!("its archive has no file {name:?}"))?;
     let file = archive.zip.by_index(at).map_err(|error| format!("{name}: {error}"))?;
@@ -73,7 +71,7 @@ fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<
     if bytes.len() as u64 == size { Ok(bytes) } else { Err(format!("{name} ends early")) }
 }
 
-/// First descendant by a path of element names, in any namespace.
+/// First descendant by a path of element names below `from`, in any namespace.
 fn find<'a, 'input>(from: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'input>> {
     path.iter().try_fold(from, |node, name| node.children().find(|child| child.tag_name().name() == *name))
 }
@@ -111,7 +109,7 @@ fn count(root: Node, name: &str) -> Result<usize, String> {
     })
 }
 
-/// Reads the layer `wanted` (its number from 0), or the first one.
+/// Reads the layer `wanted` (its number from 0), or the first one. Layers are maps of equal size.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let mut archive = Archive::open(bytes)?;
     let xml = encoding::text(&unpack(&mut archive, DESCRIPTION, None)?)?;
@@ -132,18 +130,19 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let scale_m = real(axis, &["Increment"])?.unwrap_or(1.0);
     let offset_m = real(axis, &["Offset"])?.unwrap_or(0.0);
 
-    let layer_length = data_length(nx, ny, number)?;
-    let points = layer_length / number.size();
-    let total = layer_length.checked_mul(nz).ok_or("its size is too large")?;
+    // Points of one layer, and bytes of all layers.
+    let layer_bytes = data_length(nx, ny, number)?;
+    let points = layer_bytes / number.size();
+    let all_bytes = layer_bytes.checked_mul(nz).ok_or("its size is too large")?;
     let record = find(root, &["Record3"]).ok_or("it has no Record3")?;
     let (stored, valid) = if let Some(link) = find(record, &["DataLink"]) {
         let name = text(link, &["PointDataLink"]).ok_or("DataLink names no file of heights")?;
-        let data = unpack(&mut archive, name, Some(total))?;
+        let data = unpack(&mut archive, name, Some(all_bytes))?;
         let valid = text(link, &["ValidPointsLink"]).map(|name| unpack(&mut archive, name, None)).transpose()?;
         (number.decode(&data), valid)
     } else {
         let list = find(record, &["DataList"]).ok_or("it has neither DataLink nor DataList")?;
-        (listed(list)?, None)
+        (listed_heights(list)?, None)
     };
     if stored.len() != points * nz {
         return Err(format!("{nx} × {ny} × {nz} points are promised, but {} follow", stored.len()));
@@ -152,15 +151,13 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         return Err(format!("{} valid points need more than {} bytes", stored.len(), valid.len()));
     }
 
-    let layers: Vec<Channel> = (0..nz)
-        .map(|number| Channel { number, title: String::new(), unit: "m".to_owned(), holds: Holds::Lengths })
-        .collect();
+    let layers: Vec<Channel> = (0..nz).map(|number| Channel::new(number, String::new(), "m".to_owned())).collect();
     let layer = channel::choose(&layers, wanted)?;
     let first = layer * points;
     // One bit for each point, from the lowest bit of each byte.
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
-    let heights =
-        (first..first + points).map(|i| if is_valid(i) { known(stored[i]) * scale_m + offset_m } else { f64::NAN });
+    let height_m = |i: usize| if is_valid(i) { known_or_nan(stored[i]) * scale_m + offset_m } else { f64::NAN };
+    let heights = (first..first + points).map(height_m);
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let raw =
         Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
@@ -168,7 +165,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 }
 
 /// Heights written in the XML itself, as `z` or `x;y;z`. Empty elements are missing points.
-fn listed(list: Node) -> Result<Vec<f64>, String> {
+fn listed_heights(list: Node) -> Result<Vec<f64>, String> {
     let datums = list.children().filter(|child| child.tag_name().name() == "Datum");
     datums
         .map(|datum| match datum.text().map(str::trim).filter(|text| !text.is_empty()) {

@@ -9,7 +9,7 @@ use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Seed of all random numbers of the skin.
+/// Seed of all random numbers of the skin, which also depends on their order.
 const SEED: u64 = 0x000e_1a9e_0001;
 /// Layers on the tile, 3.26 µm each.
 const LAYERS: usize = 20;
@@ -28,7 +28,7 @@ const FLANK: f64 = 0.16;
 const TIP: f64 = 0.92;
 /// Length of a finger's round end, in layer periods.
 const TIP_LENGTH: f64 = 0.16;
-/// Position along a layer beyond which no finger is drawn: few random tips reach it.
+/// Position along a layer beyond which no finger is drawn. Few random tips reach it.
 const REACH: f64 = 1.3;
 
 /// Lean of the fingers towards +y from root to tip, in finger periods.
@@ -46,6 +46,7 @@ fn sheet(t: f64) -> f64 {
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
     let closed = 0.5 + 0.6 * FLANK;
+    // The wedge opens as t^(3/4), by square roots, which are the same on every machine.
     let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
     // Fraction of the round end, 0 before it.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
@@ -68,12 +69,14 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
         for (finger, q) in lattice.near(layer, position.v - LEAN * t) {
-            let width = half_width(t, finger);
-            let flank = FLANK.min(width * 2.0);
-            let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
-            if mask > cover {
+            let half = half_width(t, finger);
+            // A flank is no wider than the finger.
+            let flank = FLANK.min(half * 2.0);
+            let opacity = if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
+            if opacity > cover {
+                // The fall of a finger's surface from its axis to its sides, which is complete at |q| = 0.4.
                 let dome = 0.025 * smooth_step(0.0, 0.3, t) * (q * q / 0.16).min(1.0);
-                (cover, crest) = (mask, sheet(t) - dome + finger.height_um * smooth_step(0.0, 0.4, t));
+                (cover, crest) = (opacity, sheet(t) - dome + finger.height_um * smooth_step(0.0, 0.4, t));
             }
         }
         h = mix(h, crest, cover);
@@ -108,7 +111,8 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
             // Three large and six small granules on each finger; radii and heights are in µm.
-            for large in [true, true, true, false, false, false, false, false, false] {
+            for granule in 0..9 {
+                let large = granule < 3;
                 let centre = lattice.position_um(layer, finger, random.between(0.1, 0.95), 0.10 * random.normal());
                 let (radius, top) = if large {
                     (random.between(0.08, 0.125), random.between(0.02, 0.09))

@@ -32,9 +32,9 @@ use super::random::Random;
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 
-/// Pixels along each side of a skin. Chosen: 64 nm a pixel.
+/// Pixels along each side of a skin, 64 nm each: about ten to the shortest finger period, 0.62 µm.
 const PIXELS: usize = 1024;
-/// Standard deviations to which a granule extends. Chosen: it ends at a hundredth of its height.
+/// Standard deviations to which a granule extends. Its height there is a hundredth of that at its centre.
 const GRANULE_REACH: f64 = 3.0;
 
 /// Random deviations of one finger from the regular pattern.
@@ -64,7 +64,7 @@ struct Lattice {
     table: Vec<Finger>,
     /// Displacement along x in µm, `[[iy, ix]]`.
     warp_x: Array2<f64>,
-    /// Displacement along y in µm.
+    /// Displacement along y in µm, `[[iy, ix]]`.
     warp_y: Array2<f64>,
     /// Shift of each layer against the lattice, in finger periods.
     layer_shift: Vec<f64>,
@@ -106,7 +106,7 @@ impl Lattice {
     }
 
     /// Shift of a layer in finger periods; layers repeat over the tile.
-    fn layer_shift(&self, layer: i64) -> f64 {
+    fn shift_of(&self, layer: i64) -> f64 {
         self.layer_shift[layer.rem_euclid(self.layers as i64) as usize]
     }
 
@@ -116,21 +116,24 @@ impl Lattice {
         &self.table[layer * self.fingers + finger.rem_euclid(self.fingers as i64) as usize]
     }
 
-    /// The three fingers of a layer nearest to `v`, each with `q`, the signed distance from its axis in finger periods.
+    /// The three fingers of a layer nearest to `v`, each with `q`: the signed distance of `v` from its axis in finger
+    /// periods.
     fn near(&self, layer: i64, v: f64) -> impl Iterator<Item = (&Finger, f64)> {
-        let v = v + self.layer_shift(layer);
+        let v = v + self.shift_of(layer);
         let middle = libm::floor(v) as i64;
         (middle - 1..=middle + 1).map(move |j| {
             let finger = self.finger(layer, j);
+            // The regular axis of finger j is at j + ½.
             (finger, v - j as f64 - 0.5 - finger.shift)
         })
     }
 
-    /// Position in µm of the point at `t` on a finger, `across` finger periods from its axis; the warp is undone to
-    /// first order.
+    /// Position `(x, y)` in µm of the point at `t` on a finger, `across` finger periods from its axis.
+    ///
+    /// The warp is undone approximately: its displacement is read at the lattice position, not at the result.
     fn position_um(&self, layer: i64, finger: i64, t: f64, across: f64) -> (f64, f64) {
         let (dx, dy) = self.step_um();
-        let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.layer_shift(layer);
+        let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.shift_of(layer);
         let x = (layer as f64 + t) / self.layers as f64 * self.extent_x_um;
         let y = v / self.fingers as f64 * self.extent_y_um;
         let pixel = |value: f64, step: f64| (libm::floor(value / step) as i64).rem_euclid(PIXELS as i64) as usize;
@@ -138,8 +141,8 @@ impl Lattice {
         (x - self.warp_x[[iy, ix]], y - self.warp_y[[iy, ix]])
     }
 
-    /// Adds a Gaussian granule to the periodic `heights`. `centre` and `radius` (standard deviation) are in µm along x
-    /// and y.
+    /// Adds a Gaussian granule to the periodic `heights`. `centre` and `radius` (standard deviation) are `(x, y)` in
+    /// µm. A negative `height_um` makes a hole.
     fn granule(&self, heights: &mut Array2<f64>, centre: (f64, f64), radius: (f64, f64), height_um: f64) {
         let (dx, dy) = self.step_um();
         let span = |c: f64, r: f64, step: f64| {
@@ -162,7 +165,7 @@ fn fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) 
     (0..count).map(|_| make(random)).collect()
 }
 
-/// Shifts and scales the heights to exactly `[0, top_um]`, as the published pictures span black to white.
+/// Shifts and scales the heights to exactly `[0, top_um]`, the range from black to white in the published pictures.
 fn stretch(heights: &mut Array2<f64>, top_um: f64) {
     let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)));
     heights.mapv_inplace(|h| (h - low) / (high - low) * top_um);

@@ -5,13 +5,13 @@ use crate::HeightFieldError;
 use ndarray::Array2;
 use std::ops::RangeInclusive;
 
-/// Accepted edge lengths of a sub-region in µm. Chosen: from about two layers to half the tile of 65.2 µm.
+/// Accepted edge lengths of a sub-region in µm: from about two layers of the sunbeam snake to half the tile of 65.2 µm.
 pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
-/// Accepted relative spreads of the spatial frequency between sub-regions. Chosen: beyond a tenth the pattern looks
-/// torn at their borders.
+/// Accepted relative spreads of the spatial frequency between sub-regions. Beyond a tenth the pattern looks torn at the
+/// borders.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
-/// Sub-regions of a skin: a model of those to which Single 2014 attributes two ridges of peak angles.
+/// Sub-regions of a skin. Single 2014 attributes two ridges of peak angles to such regions.
 ///
 /// The tile is divided into equal squares, an even number along each axis, with edges as near to `size_um` as possible.
 /// Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along y varies
@@ -55,8 +55,8 @@ impl Regions {
 
     /// Adds the sub-regions to the displacements `[[iy, ix]]` (µm) of a square tile.
     ///
-    /// They are triangle waves of one rising and one falling square: the slope of a displacement is the relative change
-    /// of the spatial frequency.
+    /// The added displacement is a triangle wave that rises over one square and falls over the next. Its slope,
+    /// ±`spread`, is the relative change of the spatial frequency.
     pub(super) fn displace(&self, warp_x: &mut Array2<f64>, warp_y: &mut Array2<f64>, extent_um: f64) {
         let count = self.count(extent_um);
         let wave: Vec<f64> = (0..PIXELS)

@@ -9,7 +9,7 @@ use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use std::f64::consts::TAU;
 
-/// Seed of all random numbers of the skin.
+/// Seed of all random numbers of the skin, which also depends on their order.
 const SEED: u64 = 0x5e40_9e17_0001;
 /// Layers on the tile; 42 periods make a tile of 65.2 µm.
 const LAYERS: usize = 42;
@@ -30,7 +30,7 @@ const PLAIN_UM: f64 = 0.435;
 const TIP: f64 = 0.80;
 /// Length of a finger's round end, in layer periods.
 const TIP_LENGTH: f64 = 0.20;
-/// Position along a layer beyond which no finger is drawn: few random tips reach it.
+/// Position along a layer beyond which no finger is drawn. Few random tips reach it.
 const REACH: f64 = 1.4;
 
 /// Lean of the fingers towards −y from root to tip, in finger periods.
@@ -63,13 +63,17 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
         for (finger, q) in lattice.near(layer, position.v + LEAN * t) {
-            let width = half_width(t, finger);
-            let flank = FLANK.min(width * 2.0);
-            let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
-            if mask > cover {
+            let half = half_width(t, finger);
+            // A flank is no wider than the finger.
+            let flank = FLANK.min(half * 2.0);
+            let opacity = if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
+            if opacity > cover {
+                // Fraction of the tip's height that the finger has reached.
                 let rise = 0.35 * smooth_step(0.0, 0.4, t) + 0.65 * smooth_step(0.45, 0.9, t);
+                // The fall of a finger's surface from its axis to its sides: 0.03 µm at |q| = 0.4, at most 1.5 times as
+                // much.
                 let dome = 0.03 * smooth_step(0.05, 0.4, t) * (q * q / 0.16).min(1.5);
-                (cover, crest) = (mask, PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - dome);
+                (cover, crest) = (opacity, PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - dome);
             }
         }
         h = mix(h, crest, cover);
@@ -90,7 +94,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
         height_um: random.between(0.03, 0.19),
     });
     let phases = [random.between(0.0, TAU), random.between(0.0, TAU)];
-    // Layers are displaced along y by a slow wave and a random shift.
+    // Displacement of a layer along y in finger periods: two slow waves over the layers, and a random shift.
     let displacement = |layer: usize, random: &mut Random| {
         let angle = TAU * layer as f64 / LAYERS as f64;
         0.25 * libm::sin(angle + phases[0]) + 0.2 * libm::sin(3.0 * angle + phases[1]) + 0.09 * random.normal()

@@ -4,13 +4,14 @@ use std::{io, path::PathBuf};
 
 use thiserror::Error;
 
-/// Reason why a snake could not be built or written. Every message names the wrong value and the accepted ones.
+/// Reason why a snake could not be built or written. The messages about options name the wrong value and the accepted
+/// ones.
 #[derive(Debug, Error)]
 pub enum SnakeError {
     /// A count out of range.
     #[error("{field} is {found}; it must be between {least} and {most}")]
     Count {
-        /// Name of the option.
+        /// Name of the option or parameter.
         field: &'static str,
         /// The refused value.
         found: usize,
@@ -37,9 +38,9 @@ pub enum SnakeError {
          or a longer body"
     )]
     Bend {
-        /// The sharpest radius of the centreline, in cm.
+        /// The smallest radius of curvature of the centreline, in cm.
         radius_cm: f64,
-        /// The least accepted one, in cm.
+        /// The least accepted radius, in cm.
         least_cm: f64,
     },
     /// A file that could not be written.
@@ -47,7 +48,7 @@ pub enum SnakeError {
     Write {
         /// The file.
         path: PathBuf,
-        /// The error of the system.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// The PNG encoder failed.

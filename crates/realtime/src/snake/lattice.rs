@@ -1,15 +1,32 @@
 //! The lattice of scales: the corners of each scale, and the curves along which it ends.
 //!
-//! Lengths are in half scales. The centres of scales are the points (i, j) with even i + j, i along the body (towards
-//! the tail) and j around it. Points with odd i + j are *nodes*. At a node the tip of the scale before it lies between
-//! the flanks of its two neighbours, over the root of the scale behind it.
+//! # Lattice
+//! Coordinates (i, j) are in *half scales*: i along the body towards the tail, j around it in the direction of v. If
+//! i + j is even, the point is the centre of a scale; "scale (i, j)" is the scale with this centre. If i + j is odd,
+//! the point is a *node*. At a node four scales meet: the tip of the scale towards the head lies between the flanks of
+//! its two neighbours, over the root of the scale towards the tail.
 //!
-//! The shape of a scale is a rounded rhombus. Its *tip* points to the tail, its *root* to the head, and its two
-//! *flanks* are the corners at the sides. The two *free edges* run from the flanks to the tip. Each ends in a *wall*, a
-//! narrow steep strip from the free edge down to its *foot* on the scales below. A scale has coordinates of its own,
-//! [`Local`]: `along` is 1 at the node of its tip, `across` is ±1 at the nodes of its flanks. The *gauge* `(along^p +
-//! |across|^p)^(1/p)` with p = [`OUTLINE`] is 1 on the foot of the free edge, and grows outward. The free edge itself
-//! lies at a gauge of 1 less the width of the [`wall`] below it.
+//! ```text
+//!             right flank (i, j + 1)
+//!                  ╱       ╲
+//!  root (i − 1, j)   (i, j)   tip (i + 1, j)   → tail
+//!                  ╲       ╱
+//!             left flank (i, j − 1)
+//! ```
+//!
+//! The picture is seen from outside. *Left* and *right* are those of the snake itself: +v is on its right. Random
+//! numbers displace the tips, so that node (i, j) lies near, not at, the point (i, j).
+//!
+//! # Scale
+//! The shape of a scale is a rhombus with rounded sides towards the tail. These two *free edges* run from the flanks to
+//! the tip, above the scales behind. A *wall*, a narrow steep strip, leads from a free edge down to its *foot* on those
+//! scales.
+//!
+//! A scale has coordinates of its own, [`Local`]: with the vectors from the centre to the tip node and to the flank
+//! node on the point's side, `point = centre + along · tip + |across| · flank`, where `across` is negative on the left.
+//! The *gauge* of a point is `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`], and `|across|` for `along` ≤ 0. It is
+//! 1 on the foot of a free edge and grows outward. The free edge has the gauge `1 − w`, where w is the width of the
+//! wall.
 
 use glam::DVec2;
 use rand::{Rng, RngExt, SeedableRng};
@@ -19,62 +36,84 @@ use super::SnakeOptions;
 
 /// Exponent p of the free edges: 1 for a rhombus, 2 for an ellipse; chosen by eye.
 const OUTLINE: f64 = 1.4;
-/// Greatest width of the wall below a free edge, as a fraction of the distance from the scale's centre. Chosen by eye.
+/// Width of the wall at the tip, in units of the gauge; chosen by eye.
 ///
 /// Wider walls have triangles that are alternately lit and in shadow under a low sun. Narrower, steeper walls turn away
 /// from their shading normals, which are those of the scales above and below.
-const WALL: f64 = 0.012;
+const WALL_WIDTH_MAX: f64 = 0.012;
+/// Number of rows of random traits beyond each side of the sheet. Meshes depend on this number: it determines which
+/// random numbers a scale gets.
+const TRAITS_MARGIN: i64 = 2;
+/// Number of rows of scales beyond each side of the sheet whose corners are stored, because points near the rim need
+/// them. Corners of scales farther away are computed each time.
+const CORNERS_MARGIN: i64 = 3;
 
-/// A half of a scale seen from the head: towards smaller j (left) or larger j (right).
+/// The gauge of a point in the coordinates of a scale ([`Local`]).
+pub(super) fn gauge(along: f64, across: f64) -> f64 {
+    if along <= 0.0 {
+        return across.abs();
+    }
+    (along.powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
+}
+
+/// Width w of the wall in units of the gauge, at a fraction `t` of the way from the flank (0) to the tip (1). It grows
+/// fastest at the flank, like the height of the free edge over its foot.
+fn wall_width(t: f64) -> f64 {
+    WALL_WIDTH_MAX * (1.0 - (1.0 - t).powi(3))
+}
+
+/// A half of a scale: towards smaller j (left) or larger j (right).
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Side {
     Left,
     Right,
 }
 
-/// Random properties of one scale. `height`, `keel` and `reach` are near 1, `shade` and `lean` near 0.
+/// Random properties of one scale.
 #[derive(Clone, Copy)]
 pub(super) struct Traits {
-    /// Factor on the height of the dome.
+    /// Factor on the height of the dome, near 1.
     pub(super) height: f64,
-    /// Factor on the height of the keel.
+    /// Factor on the height of the keel, near 1.
     pub(super) keel: f64,
     /// Lightness, −1 to 1.
     pub(super) shade: f64,
-    /// Distance of the tip from the centre.
+    /// Distance of the tip from the centre along i in half scales, near 1.
     reach: f64,
-    /// Displacement of the tip to the right.
+    /// Displacement of the tip along j in half scales, near 0.
     lean: f64,
 }
 
-/// The nodes of one scale relative to its centre; arrays are in the order of [`Side`].
-#[derive(Clone, Copy)]
-struct Frame {
-    tip: DVec2,
-    flanks: [DVec2; 2],
-    /// Signed areas of the parallelograms of tip and flank.
-    areas: [f64; 2],
+impl Traits {
+    /// Random traits; `variation` in [0, 1] is their relative spread. Meshes depend on the order of the random numbers.
+    fn random(random: &mut impl Rng, variation: f64) -> Self {
+        let mut vary = |amount: f64| variation * amount * random.random_range(-1.0..1.0);
+        Self {
+            height: 1.0 + vary(0.35),
+            keel: 1.0 + vary(0.5),
+            reach: 1.0 + vary(0.06),
+            lean: vary(0.12),
+            shade: vary(1.0),
+        }
+    }
 }
 
-/// Number of rows of scales beyond each side of the sheet whose frames are stored: pixels at the rim need them.
-const MARGIN: i64 = 3;
-
-/// A point in the frame of one scale.
+/// A point in the coordinates of one scale.
 #[derive(Clone, Copy)]
 pub(super) struct Local {
-    /// 0 at the centre, 1 at the node at the tip, about −1 at the root.
+    /// 0 at the centre, 1 at the tip node, about −1 at the root.
     pub(super) along: f64,
-    /// −1 and 1 at the nodes at the flanks.
+    /// 0 on the axis from root to tip, −1 at the node of the left flank, 1 at the node of the right flank.
     pub(super) across: f64,
 }
 
 impl Local {
-    /// The gauge: 0 on the axis behind the centre, 1 on the foot of the scale's edge.
+    /// The gauge of the point: 1 on the foot of a free edge.
     pub(super) fn gauge(self) -> f64 {
         gauge(self.along, self.across)
     }
 
-    /// Whether the gauge is at most 1. Points far from the edge are decided without computing powers.
+    /// Whether the gauge is at most 1. Most points are decided without computing powers.
     fn is_within(self) -> bool {
         let (along, across) = (self.along, self.across.abs());
         if along > 1.0 || across > 1.0 {
@@ -83,32 +122,36 @@ impl Local {
         along <= 0.0 || along + across <= 1.0 || along.powf(OUTLINE) + across.powf(OUTLINE) <= 1.0
     }
 
-    /// The gauge of the free edge in the direction of this point: at most [`WALL`] below 1.
-    pub(super) fn edge(self) -> f64 {
-        let (along, across) = (self.along.max(0.0), self.across.abs());
-        if along > 0.0 { 1.0 - wall(along / (along + across)) } else { 1.0 }
+    /// Gauge at which the ray from the centre through the point meets the free edge; 1 towards the root, where there is
+    /// no wall.
+    pub(super) fn free_edge_gauge(self) -> f64 {
+        if self.along <= 0.0 {
+            return 1.0;
+        }
+        1.0 - wall_width(self.along / (self.along + self.across.abs()))
     }
 }
 
-/// The gauge: 1 on the foot of an edge, which is a rounded rhombus before the centre and straight flanks behind it.
-pub(super) fn gauge(along: f64, across: f64) -> f64 {
-    if along <= 0.0 {
-        return across.abs();
-    }
-    (along.powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
+/// Vectors from the centre of a scale to its nodes, in half scales. Arrays are in the order of [`Side`].
+#[derive(Clone, Copy)]
+struct Corners {
+    tip: DVec2,
+    flanks: [DVec2; 2],
+    /// Signed areas of the parallelograms of tip and flank: negative on the left.
+    areas: [f64; 2],
 }
 
-/// Width of the wall from the node at the flank (`t` = 0) to the tip (1). It grows fastest at the flank, as the step
-/// does.
-fn wall(t: f64) -> f64 {
-    WALL * (1.0 - (1.0 - t).powi(3))
-}
-
-/// The scales of a snake, and some beyond the rim of the sheet.
+/// The scales of a snake, and some beyond the sides of the sheet.
 pub(super) struct Lattice {
+    /// Traits of scale (i, j) for i and j from −[`TRAITS_MARGIN`] on, j fastest. Entries with odd i + j belong to no
+    /// scale.
     traits: Vec<Traits>,
-    frames: Vec<Frame>,
+    /// Corners of scale (i, j) for i and j from −[`CORNERS_MARGIN`] on, j fastest. Entries with odd i + j belong to no
+    /// scale.
+    corners: Vec<Corners>,
+    /// Length of the sheet along the body, in half scales.
     pub(super) rows_along: i64,
+    /// Width of the sheet around the body, in half scales.
     pub(super) rows_around: i64,
 }
 
@@ -116,42 +159,35 @@ impl Lattice {
     /// The scales that the options describe, with random traits.
     pub(super) fn new(options: &SnakeOptions) -> Self {
         let mut random = Pcg64::seed_from_u64(options.seed);
-        let count = (options.rows_along + 5) * (options.rows_around + 5);
-        let (along, around) = (options.rows_along as i64, options.rows_around as i64);
+        let (rows_along, rows_around) = (options.rows_along as i64, options.rows_around as i64);
+        let count = (rows_along + 2 * TRAITS_MARGIN + 1) * (rows_around + 2 * TRAITS_MARGIN + 1);
         let mut lattice = Self {
-            traits: (0..count).map(|_| traits(&mut random, options.variation)).collect(),
-            frames: Vec::new(),
-            rows_along: along,
-            rows_around: around,
+            traits: (0..count).map(|_| Traits::random(&mut random, options.variation)).collect(),
+            corners: Vec::new(),
+            rows_along,
+            rows_around,
         };
-        let scales = (-MARGIN..=along + MARGIN).flat_map(|i| (-MARGIN..=around + MARGIN).map(move |j| (i, j)));
-        lattice.frames = scales.map(|scale| lattice.frame(scale)).collect();
+        lattice.corners = (-CORNERS_MARGIN..=rows_along + CORNERS_MARGIN)
+            .flat_map(|i| (-CORNERS_MARGIN..=rows_around + CORNERS_MARGIN).map(move |j| (i, j)))
+            .map(|scale| lattice.corners_from_nodes(scale))
+            .collect();
         lattice
     }
 
-    /// Tip and flanks of scale (i, j), from the positions of its nodes.
-    fn frame(&self, (i, j): (i64, i64)) -> Frame {
-        let tip = self.node(i + 1, j) - centre(i, j);
-        let flanks = [Side::Left, Side::Right].map(|side| self.flank((i, j), side) - centre(i, j));
-        Frame { tip, flanks, areas: flanks.map(|flank| tip.perp_dot(flank)) }
+    /// Extent of the sheet along and around the body, in half scales.
+    pub(super) fn size(&self) -> DVec2 {
+        DVec2::new(self.rows_along as f64, self.rows_around as f64)
     }
 
-    /// The stored frame of scale (i, j); `None` beyond [`MARGIN`].
-    fn kept_frame(&self, (i, j): (i64, i64)) -> Option<&Frame> {
-        let (row, column) = (i + MARGIN, j + MARGIN);
-        let columns = self.rows_around + 2 * MARGIN + 1;
-        let is_kept = row >= 0 && (0..columns).contains(&column);
-        is_kept.then(|| self.frames.get((row * columns + column) as usize)).flatten()
-    }
-
-    /// The traits of scale (i, j). Scales beyond the sides of the sheet are mirror images, so that the sides are
-    /// straight.
-    pub(super) fn traits(&self, i: i64, j: i64) -> Traits {
-        let inside = if j < 0 { -j } else { j.min(2 * self.rows_around - j) };
-        let index = |k: i64, rows: i64| (k + 2).clamp(0, rows + 4) as usize;
-        let columns = self.rows_around as usize + 5;
-        let mut found = self.traits[index(i, self.rows_along) * columns + index(inside, self.rows_around)];
-        if inside != j {
+    /// The traits of scale (i, j). Scales beyond j = 0 and j = `rows_around` are mirror images of those inside, and the
+    /// tips of scales on these lines do not lean, so that the sheet has straight sides.
+    pub(super) fn traits(&self, (i, j): (i64, i64)) -> Traits {
+        let inside_j = if j < 0 { -j } else { j.min(2 * self.rows_around - j) };
+        // Rows beyond the margin have the traits of the outermost row.
+        let index = |k: i64, rows: i64| (k + TRAITS_MARGIN).clamp(0, rows + 2 * TRAITS_MARGIN) as usize;
+        let columns = (self.rows_around + 2 * TRAITS_MARGIN + 1) as usize;
+        let mut found = self.traits[index(i, self.rows_along) * columns + index(inside_j, self.rows_around)];
+        if inside_j != j {
             found.lean = -found.lean;
         } else if j == 0 || j == self.rows_around {
             found.lean = 0.0;
@@ -159,77 +195,91 @@ impl Lattice {
         found
     }
 
-    /// Position of node (i, j). Nodes on the ends of the sheet stay there.
-    pub(super) fn node(&self, i: i64, j: i64) -> DVec2 {
-        let before = self.traits(i - 1, j);
-        let reach = if i == 0 || i == self.rows_along { 1.0 } else { before.reach };
-        DVec2::new((i - 1) as f64 + reach, j as f64 + before.lean)
+    /// Position of node (i, j), the tip of scale (i − 1, j). Nodes at the two ends of the sheet keep their i, so that
+    /// the ends are straight.
+    pub(super) fn node(&self, (i, j): (i64, i64)) -> DVec2 {
+        let traits = self.traits((i - 1, j));
+        let reach = if i == 0 || i == self.rows_along { 1.0 } else { traits.reach };
+        DVec2::new((i - 1) as f64 + reach, j as f64 + traits.lean)
     }
 
-    /// A point of the lattice in the coordinates of scale (i, j).
+    /// Position of the node at a flank of scale (i, j).
+    fn flank(&self, (i, j): (i64, i64), side: Side) -> DVec2 {
+        self.node((i, if side == Side::Left { j - 1 } else { j + 1 }))
+    }
+
+    /// The corners of scale (i, j), from the positions of its nodes.
+    fn corners_from_nodes(&self, (i, j): (i64, i64)) -> Corners {
+        let tip = self.node((i + 1, j)) - centre((i, j));
+        let flanks = [Side::Left, Side::Right].map(|side| self.flank((i, j), side) - centre((i, j)));
+        Corners { tip, flanks, areas: flanks.map(|flank| tip.perp_dot(flank)) }
+    }
+
+    /// The stored corners of scale (i, j); `None` beyond [`CORNERS_MARGIN`].
+    fn stored_corners(&self, (i, j): (i64, i64)) -> Option<&Corners> {
+        let (row, column) = (i + CORNERS_MARGIN, j + CORNERS_MARGIN);
+        let columns = self.rows_around + 2 * CORNERS_MARGIN + 1;
+        if row < 0 || !(0..columns).contains(&column) {
+            return None;
+        }
+        self.corners.get((row * columns + column) as usize)
+    }
+
+    /// A point of the lattice in the coordinates of a scale.
     pub(super) fn local(&self, scale: (i64, i64), point: DVec2) -> Local {
-        let from_centre = point - centre(scale.0, scale.1);
-        let Frame { tip, flanks, areas } = self.kept_frame(scale).copied().unwrap_or_else(|| self.frame(scale));
-        let turn = tip.perp_dot(from_centre);
-        let (side, sign) = if turn < 0.0 { (Side::Left, -1.0) } else { (Side::Right, 1.0) };
+        let Corners { tip, flanks, areas } =
+            self.stored_corners(scale).copied().unwrap_or_else(|| self.corners_from_nodes(scale));
+        // The solution of offset = along · tip + |across| · flank by Cramer's rule.
+        let offset = point - centre(scale);
+        let tip_offset = tip.perp_dot(offset);
+        let (side, sign) = if tip_offset < 0.0 { (Side::Left, -1.0) } else { (Side::Right, 1.0) };
         let (flank, area) = (flanks[side as usize], areas[side as usize]);
-        Local { along: from_centre.perp_dot(flank) / area, across: sign * turn / area }
+        Local { along: offset.perp_dot(flank) / area, across: sign * tip_offset / area }
     }
 
-    /// A point of the free edge of a scale, from the node at its flank (`t` = 0) to its tip (1).
-    pub(super) fn lip(&self, scale: (i64, i64), side: Side, t: f64) -> DVec2 {
-        self.on_edge(scale, side, t, 1.0 - wall(t))
+    /// A point of the free edge of a scale, at a fraction `t` of the way from the node at the flank (0) to the tip (1).
+    pub(super) fn free_edge(&self, scale: (i64, i64), side: Side, t: f64) -> DVec2 {
+        self.on_outline(scale, side, t, 1.0 - wall_width(t))
     }
 
-    /// A point of the foot of a free edge, where the next scale comes out: from the node at the flank to the node at
-    /// the tip.
+    /// A point of the foot of a free edge, from the node at the flank (`t` = 0) to the node at the tip (1). The next
+    /// scale comes out from under the free edge there.
     pub(super) fn foot(&self, scale: (i64, i64), side: Side, t: f64) -> DVec2 {
-        self.on_edge(scale, side, t, 1.0)
+        self.on_outline(scale, side, t, 1.0)
     }
 
-    /// The point with this gauge on a ray from the scale's centre; `t` in [0, 1] turns the ray from flank to tip.
-    fn on_edge(&self, (i, j): (i64, i64), side: Side, t: f64, level: f64) -> DVec2 {
-        let centre = centre(i, j);
-        let (tip, flank) = (self.node(i + 1, j) - centre, self.flank((i, j), side) - centre);
+    /// The point with the gauge `level` on a ray from the centre of scale (i, j). With `t` from 0 to 1 the ray turns
+    /// from the flank to the tip.
+    fn on_outline(&self, (i, j): (i64, i64), side: Side, t: f64, level: f64) -> DVec2 {
+        let centre = centre((i, j));
+        let (tip, flank) = (self.node((i + 1, j)) - centre, self.flank((i, j), side) - centre);
         centre + (tip * t + flank * (1.0 - t)) * (level / gauge(t, 1.0 - t))
     }
 
-    /// The node at a flank.
-    fn flank(&self, (i, j): (i64, i64), side: Side) -> DVec2 {
-        self.node(i, if side == Side::Left { j - 1 } else { j + 1 })
-    }
-
-    /// The visible scale at a point of the sheet: the scale nearest to the head among those that cover the point.
+    /// The visible scale at a point of the sheet: among the scales within whose gauge 1 the point lies, the one nearest
+    /// to the head.
+    ///
+    /// Towards the root, the gauge 1 bounds an endless strip instead of the scale, but there the scales nearer to the
+    /// head lie on top.
     pub(super) fn on_top(&self, point: DVec2) -> (i64, i64) {
-        let (first, middle) = (point.x.floor() as i64 - 1, point.y.round() as i64);
-        let around = || {
-            (first..=first + 3)
-                .flat_map(|i| (middle - 2..=middle + 2).map(move |j| (i, j)))
+        let (first_i, middle_j) = (point.x.floor() as i64 - 1, point.y.round() as i64);
+        // The scales around the point, from head to tail.
+        let nearby = || {
+            (first_i..=first_i + 3)
+                .flat_map(|i| (middle_j - 2..=middle_j + 2).map(move |j| (i, j)))
                 .filter(|(i, j)| (i + j) % 2 == 0)
         };
-        let reaches = |scale: &(i64, i64)| self.local(*scale, point).is_within();
-        let beyond = |scale: &(i64, i64)| self.local(*scale, point).gauge();
-        around()
-            .find(reaches)
+        let covers = |scale: &(i64, i64)| self.local(*scale, point).is_within();
+        let gauge_in = |scale: &(i64, i64)| self.local(*scale, point).gauge();
+        nearby()
+            .find(covers)
             // Rounding may leave a gap, which the nearest scale closes.
-            .or_else(|| around().min_by(|one, other| beyond(one).total_cmp(&beyond(other))))
-            .unwrap_or((first, middle))
+            .or_else(|| nearby().min_by(|a, b| gauge_in(a).total_cmp(&gauge_in(b))))
+            .unwrap_or((first_i, middle_j))
     }
 }
 
 /// The centre of scale (i, j).
-pub(super) fn centre(i: i64, j: i64) -> DVec2 {
+fn centre((i, j): (i64, i64)) -> DVec2 {
     DVec2::new(i as f64, j as f64)
-}
-
-/// Random traits; `variation` in [0, 1] is their relative spread.
-fn traits(random: &mut impl Rng, variation: f64) -> Traits {
-    let mut vary = |amount: f64| variation * amount * random.random_range(-1.0..1.0);
-    Traits {
-        height: 1.0 + vary(0.35),
-        keel: 1.0 + vary(0.5),
-        reach: 1.0 + vary(0.06),
-        lean: vary(0.12),
-        shade: vary(1.0),
-    }
 }

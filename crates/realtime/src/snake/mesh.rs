@@ -1,24 +1,25 @@
 //! The triangle mesh of the snake.
 //!
 //! Each scale (i, j) of the lattice (lattice.rs) is a grid of n × n cells over its visible part (patch.rs), displaced
-//! from the smooth body (body.rs) by the height of the scale (scales.rs). Scales share vertices only at the nodes of
-//! the lattice; elsewhere a wall of triangles connects the free edge of a scale with the scales below it.
+//! from the smooth body (body.rs) by the height of the scale (scales.rs). Grid coordinates x and y are 0 to n: (0, 0)
+//! is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
+//!
+//! Scales share vertices only at the nodes of the lattice. Elsewhere a wall of triangles connects the free edge of a
+//! scale with the scales below it.
 
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use super::{SnakeError, SnakeOptions, body::Body, lattice::centre, patch::Patch, scales::Scales};
+use super::{SnakeError, SnakeOptions, body::Body, patch::Patch, scales::Scales};
 
-/// The snake as an indexed triangle mesh; one entry per vertex in the first four vectors.
-///
-/// Each scale is a grid of its own. A wall connects its free edge with the scales below it. [`crate::snake`] defines
+/// The snake as an indexed triangle mesh; the first four vectors have one entry per vertex. [`crate::snake`] defines
 /// the orientation and the units.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SnakeMesh {
     /// Positions in cm; the ground is z = 0.
     pub positions: Vec<[f32; 3]>,
-    /// Unit shading normals, outward. They are those of the scale, not averaged over the steps between scales.
+    /// Unit shading normals, outward: those of the vertex's scale, not averaged over the steps between scales.
     pub normals: Vec<[f32; 3]>,
     /// Unit tangents along the body towards the tail, orthogonal to the normals.
     pub tangents: Vec<[f32; 3]>,
@@ -29,8 +30,8 @@ pub struct SnakeMesh {
 }
 
 impl SnakeMesh {
-    /// Builds the mesh. With `n = 2·half_cells`, a scale has two triangles in each of `n²` cells, and `4n − 2`
-    /// triangles in the walls below it.
+    /// Builds the mesh. With `n = 2·half_cells`, a scale inside the sheet has two triangles in each of `n²` cells, and
+    /// `4n − 2` triangles in the walls below its free edges.
     ///
     /// ```
     /// use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions};
@@ -55,11 +56,11 @@ impl SnakeMesh {
         let (along, around) = (options.rows_along as i64, options.rows_around as i64);
         let scales = || (0..=along).flat_map(|i| (0..=around).map(move |j| (i, j))).filter(|(i, j)| (i + j) % 2 == 0);
         for scale in scales() {
-            builder.vertices(scale);
+            builder.add_vertices(scale);
         }
         for scale in scales() {
-            builder.cover(scale);
-            builder.walls(scale);
+            builder.add_cells(scale);
+            builder.add_walls(scale);
         }
         Ok(builder.mesh)
     }
@@ -73,7 +74,8 @@ impl SnakeMesh {
         (self.positions.len() - 1) as u32
     }
 
-    /// Adds a triangle, or a quadrilateral cut from the first to the third corner; corners are counter-clockwise.
+    /// Adds a triangle, or a quadrilateral cut from the first to the third corner; nothing for fewer than three
+    /// corners. Corners are counter-clockwise.
     fn add_polygon(&mut self, corners: &[u32]) {
         self.triangles.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
     }
@@ -82,33 +84,36 @@ impl SnakeMesh {
 /// A mesh being built.
 struct Builder {
     surface: Surface,
-    /// Cells along each side of a scale, n.
+    /// Number n of cells along each side of a scale.
     cells: usize,
     mesh: SnakeMesh,
-    /// Vertices at nodes, which three scales share.
+    /// Vertex of each node that has been added. Three scales share it.
     nodes: HashMap<(i64, i64), u32>,
-    /// The vertex at `x · (cells + 1) + y` of each scale; `None` beyond the sheet.
+    /// Vertices of each scale, at the index `x · (n + 1) + y`; `None` beyond the sheet.
     scales: HashMap<(i64, i64), Vec<Option<u32>>>,
 }
 
 impl Builder {
-    /// Adds the vertices of a scale, except those that another scale has added.
-    fn vertices(&mut self, (i, j): (i64, i64)) {
+    /// Adds the vertices of scale (i, j), except the nodes that another scale has added.
+    fn add_vertices(&mut self, (i, j): (i64, i64)) {
         let n = self.cells;
+        let patch = Patch::new(&self.surface.scales.lattice, (i, j));
         let mut indices = Vec::with_capacity((n + 1) * (n + 1));
         for x in 0..=n {
             for y in 0..=n {
-                let node = match (x, y) {
-                    (0, 0) => Some((i - 1, j)),
-                    _ if (x, y) == (n, 0) => Some((i, j - 1)),
-                    _ if (x, y) == (0, n) => Some((i, j + 1)),
-                    _ => None,
-                };
-                let patch = Patch::new(&self.surface.scales.lattice, (i, j));
                 if !patch.covers(x, y, n) {
                     indices.push(None);
                     continue;
                 }
+                let node = if (x, y) == (0, 0) {
+                    Some((i - 1, j))
+                } else if (x, y) == (n, 0) {
+                    Some((i, j - 1))
+                } else if (x, y) == (0, n) {
+                    Some((i, j + 1))
+                } else {
+                    None
+                };
                 let index = if let Some(node) = node {
                     *self.nodes.entry(node).or_insert_with(|| self.mesh.push(&self.surface.node(node)))
                 } else {
@@ -121,17 +126,19 @@ impl Builder {
         self.scales.insert((i, j), indices);
     }
 
-    /// The vertex of a scale, if the sheet has it.
+    /// Index of the vertex (`x`, `y`) of a scale; `None` beyond the sheet.
     fn vertex(&self, scale: (i64, i64), x: usize, y: usize) -> Option<u32> {
         self.scales.get(&scale)?[x * (self.cells + 1) + y]
     }
 
-    /// Adds the triangles of a scale. On the rim of the sheet, cells are cut in half.
-    fn cover(&mut self, scale: (i64, i64)) {
+    /// Adds the triangles of a scale's grid. A cell on the rim of the sheet has three corners on the sheet and is a
+    /// single triangle.
+    fn add_cells(&mut self, scale: (i64, i64)) {
         for x in 0..self.cells {
             for y in 0..self.cells {
                 let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| self.vertex(scale, x, y));
-                // Cut along the axis, across which scales bend more; but not through the root, a narrow corner.
+                // Cells are cut along the scale's axis, because scales bend more across it. The cell at the root is cut
+                // the other way: its corner at the root is narrow.
                 let first = usize::from((x, y) == (0, 0));
                 let corners: Vec<u32> = corners.into_iter().cycle().skip(first).take(4).flatten().collect();
                 self.mesh.add_polygon(&corners);
@@ -139,13 +146,16 @@ impl Builder {
         }
     }
 
-    /// Adds the walls below the two free edges of a scale, from the flanks, where edge and foot coincide, to the tip.
-    fn walls(&mut self, (i, j): (i64, i64)) {
+    /// Adds the walls below the two free edges of scale (i, j). Each is a strip from the flank, where edge and foot are
+    /// the same vertex, to the tip.
+    fn add_walls(&mut self, (i, j): (i64, i64)) {
         let n = self.cells;
         for t in 0..n {
+            // Pairs of a vertex of the free edge and a vertex of its foot, ordered so that the strips face outwards.
             let left = |t: usize| [self.vertex((i, j), n, t), self.vertex((i + 1, j - 1), 0, t)];
             let right = |t: usize| [self.vertex((i + 1, j + 1), t, 0), self.vertex((i, j), t, n)];
             for [near, far] in [[left(t), left(t + 1)], [right(t), right(t + 1)]] {
+                // `None` if a corner lies beyond the sheet.
                 let corners: Option<Vec<u32>> = [near[0], near[1], far[1], far[0]].into_iter().collect();
                 if let Some(mut corners) = corners {
                     corners.dedup();
@@ -160,13 +170,11 @@ impl Builder {
 pub(super) struct Surface {
     body: Body,
     pub(super) scales: Scales,
-    /// Extent of the sheet along and around the body, in half scales (`lattice.rs`).
-    size: DVec2,
-    /// Size of a cell of the mesh in half scales.
+    /// Extent of a cell of the mesh along each axis of the lattice, in half scales (lattice.rs).
     cell: f64,
 }
 
-/// A vertex of the mesh, with the members of [`SnakeMesh`].
+/// A vertex of the mesh; [`SnakeMesh`] documents the members.
 struct Vertex {
     position: DVec3,
     normal: DVec3,
@@ -175,41 +183,42 @@ struct Vertex {
 }
 
 impl Surface {
+    /// The skin that the options describe.
     pub(super) fn new(options: &SnakeOptions) -> Self {
         // A row of scales runs along the top of the back; the sheet's rims lie under the belly.
-        let centre_row = (options.rows_around / 2) as f64 / options.rows_around as f64;
-        let body = Body::new(options, centre_row);
+        let back_v = (options.rows_around / 2) as f64 / options.rows_around as f64;
+        let body = Body::new(options, back_v);
         let scales = Scales::new(options, body.width_cm());
-        let size = centre(options.rows_along as i64, options.rows_around as i64);
-        Self { body, scales, size, cell: 0.5 / options.half_cells as f64 }
+        Self { body, scales, cell: 0.5 / options.half_cells as f64 }
     }
 
-    /// The vertex of a scale at a point of the lattice, with its normal and tangent.
+    /// The vertex of a scale at a point of the lattice.
     ///
-    /// The frame is that of the scale, continued beyond its edges. A mean over the triangles around the vertex would
-    /// average over the step at each free edge.
+    /// Normal and tangent are those of the scale's surface, continued beyond its edges. A mean over the triangles
+    /// around the vertex would average over the step at each free edge.
     fn vertex(&self, scale: (i64, i64), point: DVec2) -> Vertex {
+        let size = self.scales.lattice.size();
         let position_at = |point: DVec2| {
-            let inside = point.clamp(DVec2::ZERO, self.size);
-            let uv = inside / self.size;
+            let inside = point.clamp(DVec2::ZERO, size);
+            let uv = inside / size;
             let (skin, normal) = self.body.point(uv.x, uv.y);
             skin + normal * self.scales.height_cm(scale, inside)
         };
-        // Differences over a whole cell: a keel narrower than a cell is smoothed.
+        // Central differences over a whole cell, so that a keel narrower than a cell is smoothed.
         let difference = |step: DVec2| position_at(point + step) - position_at(point - step);
         let along = difference(DVec2::new(0.5 * self.cell, 0.0));
         let around = difference(DVec2::new(0.0, 0.5 * self.cell));
-        let uv = (point / self.size).clamp(DVec2::ZERO, DVec2::ONE);
+        let uv = (point / size).clamp(DVec2::ZERO, DVec2::ONE);
         Vertex { position: position_at(point), normal: along.cross(around).normalize(), tangent: along.normalize(), uv }
     }
 
-    /// The vertex of a node, with the mean frame of the scales that meet there.
+    /// The vertex of node (i, j), with the mean normal and tangent of the three scales that meet there on the skin.
     fn node(&self, (i, j): (i64, i64)) -> Vertex {
-        let point = self.scales.lattice.node(i, j);
-        let around = [(i, j - 1), (i, j + 1), (i + 1, j)].map(|scale| self.vertex(scale, point));
-        let normal = around.iter().map(|vertex| vertex.normal).sum::<DVec3>().normalize();
-        let tangent = around.iter().map(|vertex| vertex.tangent).sum::<DVec3>();
-        let [vertex, ..] = around;
+        let point = self.scales.lattice.node((i, j));
+        let meeting = [(i, j - 1), (i, j + 1), (i + 1, j)].map(|scale| self.vertex(scale, point));
+        let normal = meeting.iter().map(|vertex| vertex.normal).sum::<DVec3>().normalize();
+        let tangent = meeting.iter().map(|vertex| vertex.tangent).sum::<DVec3>();
+        let [vertex, ..] = meeting;
         Vertex { normal, tangent: tangent.reject_from_normalized(normal).normalize(), ..vertex }
     }
 }

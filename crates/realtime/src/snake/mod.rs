@@ -1,20 +1,21 @@
-//! A procedural piece of a snake, like the 3D scan in Single 2014 (M. Single's thesis, docs/glossary.md).
+//! A procedural piece of a snake. Its default size and resolution are close to those of the 3D scan in Single 2014
+//! (M. Single's thesis, docs/glossary.md).
+//!
+//! A bent body lies on the ground plane z = 0, covered with overlapping, keeled scales in diamond packing. z is up, and
+//! **1 unit = 1 cm**. The mesh is one open sheet over the back and the flanks. Its rim lies under the body, so no seam
+//! is visible. Each scale has a grid of its own, whose sides are the edges of scales.
 //!
 //! Modules: `body` is the smooth body, `lattice` the outlines of the scales, `scales` their height, `patch` the grid of
 //! one scale, `mesh` the triangles, `pigment` the texture, `ply` the file, and `options` the parameters.
 //!
-//! A bent body lies on the ground plane z = 0 (z is up, **1 unit = 1 cm**), covered with overlapping,
-//! keeled scales in diamond packing. The mesh is one open sheet over the back and the flanks; its rim is
-//! tucked under the body, so there is no seam. Each scale has a grid of its own, whose sides are the edges of scales.
-//!
 //! # Conventions
-//! - `u` in [0, 1] runs along the body from head to tail, `v` in [0, 1] around it; with the default
-//!   length the sheet is twice as long as wide, so a 2:1 texture has square texels on the skin.
-//! - `∂P/∂u × ∂P/∂v` points out of the body and triangles are counter-clockwise seen from outside.
-//!   With the outward normal `n` and the tangent `t` the bitangent is `b = n × t`, on the side of
-//!   growing `v`: (t, b, n) is right-handed with no mirrored patch.
-//! - The tangent is `∂P/∂u` made orthogonal to the normal (Gram–Schmidt): what Mitsuba 3 computes for
-//!   its shading frame from the UVs. A grating with grooves along x of that frame is a grating along the body.
+//! - `u` in [0, 1] runs along the body from head to tail, `v` in [0, 1] around it. With the default options the sheet
+//!   is twice as long as wide, so a 2:1 texture has square texels on the skin.
+//! - `∂P/∂u × ∂P/∂v` points out of the body, and triangles are counter-clockwise seen from outside.
+//! - The tangent `t` is `∂P/∂u` made orthogonal to the outward normal `n` (Gram–Schmidt), like the shading frame that
+//!   Mitsuba 3 computes from texture coordinates. The bitangent `b = n × t` points to the side of growing `v`, so
+//!   (t, b, n) is right-handed everywhere.
+//! - The x axis of a relief is the tangent at rotation 0, so grooves along x run along the body.
 //! - Scales overlap like tiles: the free edge of each points to the tail, +u.
 
 mod body;
@@ -32,4 +33,5 @@ mod tests;
 pub use error::SnakeError;
 pub use mesh::SnakeMesh;
 pub use options::SnakeOptions;
+pub(crate) use pigment::BACK_REFLECTANCE;
 pub use pigment::{PIGMENT_SIZE, PigmentTexture, pigment_texture};

@@ -2,33 +2,35 @@
 
 use super::SnakeError;
 
-/// Shape and resolution of the snake; comments give the accepted range and, in parentheses, the default. The default
-/// mesh has 10 933 vertices and 21 573 faces; the snake of Single 2014 has 11 696 and 22 950.
+/// Shape and resolution of the snake; comments give the accepted range and, in parentheses, the default.
+///
+/// The default mesh has 10 933 vertices and 21 573 faces; the snake of Single 2014 has 11 696 and 22 950.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
-    /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number is even because a scale in the
-    /// corner of the sheet is cut through its middle, where there must be a vertex.
+    /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number of cells is even because scales in
+    /// the corners of the sheet are cut through their middle, where there must be a vertex.
     pub half_cells: usize,
-    /// Length of the body in half scales, 4 to 400 (27): every second row of scales begins half a scale later.
+    /// Length of the body in half scales, 4 to 400 (27). The unit is half a scale because every second row of scales is
+    /// displaced by it.
     pub rows_along: usize,
-    /// Rows of scales around the sheet, 4 to 100 (17).
+    /// Width of the sheet around the body in half scales, 4 to 100 (17).
     pub rows_around: usize,
     /// Length of the centreline in cm, 1 to 100 (10.6).
     pub length_cm: f64,
-    /// Half width of the body in cm, 0.1 to 10 (1.2). The height follows from it.
+    /// Half width of the body in cm, 0.1 to 10 (1.2). The height of the body is proportional to it.
     pub radius_cm: f64,
-    /// Largest angle of the S-shaped centreline with its chord in radians, 0 to 1.5 (0.5).
+    /// Largest angle in radians, seen from above, between the S-shaped centreline and the x axis, 0 to 1.5 (0.5).
     pub bend_rad: f64,
     /// Height in cm by which the middle of the body is raised from the ground, 0 to 5 (0.25).
     pub lift_cm: f64,
     /// Factor on the relief of the scales, 0 (smooth skin) to 3 (1).
     pub relief: f64,
-    /// Factor on the height of the keels, 0 (smooth scales, like the sunbeam snake's) to 3 (1).
+    /// Factor on the height of the keels, 0 (smooth scales, like those of the sunbeam snake *Xenopeltis*) to 3 (1).
     pub keel: f64,
     /// Spread of the scales' random properties, 0 to 1 (0.35).
     pub variation: f64,
-    /// Seed of the random properties. Equal options give equal meshes on every machine, up to the rounding of the
-    /// platform's sine and cosine.
+    /// Seed of the random properties (1). Equal options give equal meshes on every machine, up to rounding differences
+    /// of the platform's mathematical functions.
     pub seed: u64,
 }
 
@@ -51,8 +53,8 @@ impl Default for SnakeOptions {
 }
 
 impl SnakeOptions {
-    /// The snake with `factor` times the cells in each direction, rounded to an even number. Factors that are not
-    /// positive numbers change nothing.
+    /// The snake with `factor` times the cells in each direction, rounded to an even number and at least 2. Factors
+    /// that are not finite and positive change nothing.
     pub fn with_resolution(mut self, factor: f64) -> Self {
         if factor.is_finite() && factor > 0.0 {
             self.half_cells = ((self.half_cells as f64 * factor).round() as usize).max(1);
@@ -61,6 +63,9 @@ impl SnakeOptions {
     }
 
     /// Refuses options out of range.
+    ///
+    /// # Errors
+    /// [`SnakeError::Count`], [`SnakeError::Number`], [`SnakeError::Bend`].
     pub(super) fn check(&self) -> Result<(), SnakeError> {
         let counts = [
             ("half_cells", self.half_cells, 1, 128),
@@ -86,9 +91,10 @@ impl SnakeOptions {
                 return Err(SnakeError::Number { field, found, least, most });
             }
         }
-        // The curvature of the S is largest in its middle and at its ends (`body.rs`).
+        // Seen from above, the angle of the centreline is bend·cos(2πu) (body.rs). Its largest derivative by the length
+        // is the largest curvature, 2π·bend/length. The lower bound avoids a division by zero.
         let radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
-        // The factor is chosen: with 1, the inner side of the bend would shrink to a line.
+        // With a factor of 1, the inner side of the bend would shrink to a line.
         let least_cm = 1.3 * self.radius_cm;
         if radius_cm < least_cm {
             return Err(SnakeError::Bend { radius_cm, least_cm });

@@ -1,8 +1,9 @@
-//! The vertices of one scale: a grid over its visible part. lattice.rs defines root, flanks, tip, free edge and foot.
+//! The visible part of one scale, over which mesh.rs lays a grid. lattice.rs defines root, flanks, tip, free edge and
+//! foot.
 //!
 //! The visible part is bounded by four curves: the scale's own two free edges towards the tail, and the feet of the two
-//! scales before it, under which it comes out. A Coons patch, the bilinear blend of four boundary curves, maps the unit
-//! square to it.
+//! scales nearer to the head, under which the scale comes out. A Coons patch, the bilinear blend of four boundary
+//! curves, maps the unit square to the visible part.
 
 use glam::DVec2;
 
@@ -21,8 +22,9 @@ impl<'a> Patch<'a> {
         Self { lattice, scale }
     }
 
-    /// Whether the sheet contains the vertex `x`, `y` of a grid of `cells`²; it ends in the middle of the scales on its
-    /// rim.
+    /// Whether the sheet contains the vertex (`x`, `y`) of a grid of `cells`², `x` and `y` in 0 to `cells`. The sheet
+    /// ends in the middle of the scales on its rim: on the diagonal between the flanks, or on the axis from root to
+    /// tip.
     pub(super) fn covers(&self, x: usize, y: usize, cells: usize) -> bool {
         let (i, j) = self.scale;
         (i > 0 || x + y >= cells)
@@ -31,22 +33,26 @@ impl<'a> Patch<'a> {
             && (j < self.lattice.rows_around || x >= y)
     }
 
-    /// The point of the lattice at `x`, `y`: a Coons patch of the four edges.
+    /// The point of the lattice at `x`, `y` in [0, 1]: the interpolations between both pairs of opposite edges, less
+    /// the bilinear interpolation of the corners.
     pub(super) fn point(&self, x: f64, y: f64) -> DVec2 {
-        let [root_left, root_right, free_left, free_right] =
-            [Edge::RootLeft, Edge::RootRight, Edge::FreeLeft, Edge::FreeRight]
-                .map(|edge| move |t: f64| self.edge(edge, t));
-        let between = root_left(x).lerp(free_right(x), y) + root_right(y).lerp(free_left(y), x);
-        let corners = root_left(0.0).lerp(root_right(1.0), y).lerp(root_left(1.0).lerp(free_right(1.0), y), x);
-        between - corners
+        let root_left = |t| self.edge(Edge::RootLeft, t);
+        let root_right = |t| self.edge(Edge::RootRight, t);
+        let free_left = |t| self.edge(Edge::FreeLeft, t);
+        let free_right = |t| self.edge(Edge::FreeRight, t);
+        let between_edges = root_left(x).lerp(free_right(x), y) + root_right(y).lerp(free_left(y), x);
+        let (root, left_flank) = (root_left(0.0), root_left(1.0));
+        let (right_flank, tip) = (root_right(1.0), free_right(1.0));
+        between_edges - root.lerp(right_flank, y).lerp(left_flank.lerp(tip, y), x)
     }
 
-    /// A point of an edge; `t` is 0 at the end nearer to the root. At the ends of the sheet the missing edges are
-    /// mirror images of the others, so that scales end there in a straight line.
+    /// A point of an edge; `t` is 0 at the end nearer to the root, 1 at the other. On the scales at the two ends of the
+    /// sheet, the edges beyond the end are mirror images of the others, so that the sheet ends in a straight line.
     fn edge(&self, edge: Edge, t: f64) -> DVec2 {
         let (i, j) = self.scale;
         let rows = self.lattice.rows_along;
         let mirrored = |other: Edge| {
+            // Reflected about the line through the scale's centre.
             let point = self.edge(other, 1.0 - t);
             DVec2::new(2.0 * i as f64 - point.x, point.y)
         };
@@ -57,21 +63,21 @@ impl<'a> Patch<'a> {
             Edge::FreeRight if i == rows => mirrored(Edge::RootRight),
             Edge::RootLeft => self.lattice.foot((i - 1, j - 1), Side::Right, t),
             Edge::RootRight => self.lattice.foot((i - 1, j + 1), Side::Left, t),
-            Edge::FreeLeft => self.lattice.lip((i, j), Side::Left, t),
-            Edge::FreeRight => self.lattice.lip((i, j), Side::Right, t),
+            Edge::FreeLeft => self.lattice.free_edge((i, j), Side::Left, t),
+            Edge::FreeRight => self.lattice.free_edge((i, j), Side::Right, t),
         }
     }
 }
 
-/// The sides of the grid: two at the root, two free ones.
+/// The sides of the grid: two from the root to the flanks, and the two free edges.
 #[derive(Clone, Copy)]
 enum Edge {
-    /// From the root to the left flank: the foot of the scale before it on the left.
+    /// From the root to the left flank (`y` = 0): the foot of the scale that lies above on the left.
     RootLeft,
-    /// From the root to the right flank: the foot of the scale before it on the right.
+    /// From the root to the right flank (`x` = 0): the foot of the scale that lies above on the right.
     RootRight,
-    /// From the left flank to the tip.
+    /// From the left flank to the tip (`x` = 1).
     FreeLeft,
-    /// From the right flank to the tip.
+    /// From the right flank to the tip (`y` = 1).
     FreeRight,
 }

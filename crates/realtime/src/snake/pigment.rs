@@ -1,24 +1,24 @@
-//! The pigment of the snake as a texture: diffuse reflectances chosen by eye.
+//! The pigment of the snake as a texture of diffuse reflectances. All reflectances, widths and weights are chosen by
+//! eye.
 
 use std::{fs::File, io::BufWriter, path::Path};
 
-use super::{
-    SnakeError, SnakeOptions,
-    mesh::Surface,
-    scales::{Spot, smooth},
-};
+use super::{SnakeError, SnakeOptions, mesh::Surface, scales::Spot};
 use rayon::prelude::*;
 use sunbeam::colour::srgb_bytes;
 
-/// Default size of a pigment texture in pixels along and around the body; the skin is twice as long as wide.
+/// Default size of a pigment texture in pixels along and around the body. The skin is twice as long as wide, so texels
+/// are square on it.
 pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
+/// Largest accepted size of a side in pixels.
+const SIDE_MAX: usize = 16_384;
 
-/// Linear reflectance of the back.
-const BACK: [f64; 3] = [0.022, 0.017, 0.014];
-/// Linear reflectance of the rim of a scale.
-const RIM: [f64; 3] = [0.050, 0.041, 0.034];
-/// Linear reflectance of the flanks towards the belly.
-const FLANK: [f64; 3] = [0.080, 0.068, 0.057];
+/// Linear sRGB reflectance of the back.
+pub(crate) const BACK_REFLECTANCE: [f64; 3] = [0.022, 0.017, 0.014];
+/// Linear sRGB reflectance of the rim of a scale.
+const RIM_REFLECTANCE: [f64; 3] = [0.050, 0.041, 0.034];
+/// Linear sRGB reflectance of the body's flanks, at the sides of the sheet.
+const FLANK_REFLECTANCE: [f64; 3] = [0.080, 0.068, 0.057];
 
 /// An 8-bit sRGB image of the skin's pigment, aligned with the mesh's texture coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,12 +27,12 @@ pub struct PigmentTexture {
     pub width: usize,
     /// Pixels around the body (v).
     pub height: usize,
-    /// `[r, g, b]`, sRGB-encoded, rows from v = 0 on.
+    /// `[r, g, b]`, sRGB-encoded, row by row from v = 0 on.
     pub pixels: Vec<[u8; 3]>,
 }
 
-/// The diffuse pigment of the snake that these options describe: blackish brown (linear reflectance
-/// about 0.02 to 0.09), paler at the rims of the scales and down the flanks.
+/// The diffuse pigment of the snake that these options describe: blackish brown, paler at the rims of the scales and
+/// down the flanks. With the default options the linear reflectances lie between 0.009 and 0.09.
 ///
 /// The top row of the image is v = 0: Mitsuba 3 puts it there, and so does a texture uploaded row by row to a GPU.
 ///
@@ -41,8 +41,8 @@ pub struct PigmentTexture {
 pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> Result<PigmentTexture, SnakeError> {
     options.check()?;
     for (field, found) in [("width", width), ("height", height)] {
-        if !(1..=16_384).contains(&found) {
-            return Err(SnakeError::Count { field, found, least: 1, most: 16_384 });
+        if !(1..=SIDE_MAX).contains(&found) {
+            return Err(SnakeError::Count { field, found, least: 1, most: SIDE_MAX });
         }
     }
     let surface = Surface::new(options);
@@ -57,31 +57,40 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
     Ok(PigmentTexture { width, height, pixels })
 }
 
-/// Linear reflectance of a point of a scale at `v` around the body; all numbers are chosen by eye.
+/// Linear reflectance of a point of a scale at `v` around the body.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
-    // 0 inside the scale to 1 at its edge, which is paler on the half towards the tip.
-    let rim = smooth(((spot.edge - 0.72) / 0.28).clamp(0.0, 1.0)) * if spot.along > 0.0 { 1.0 } else { 0.5 };
-    // 0 on the back to 1 at the rims of the sheet.
-    let flank = smooth((((v - 0.5).abs() - 0.30) / 0.20).clamp(0.0, 1.0));
-    // Darker along the keel, the axis of the scale.
+    // Weight of the rim's colour: 0 inside the scale; at its edge 1 on the half towards the tip, and 0.5 towards the
+    // root.
+    let rim_weight_max = if spot.along > 0.0 { 1.0 } else { 0.5 };
+    let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
+    // Weight of the flank's colour: 0 on the back, 1 at the sides of the sheet.
+    let flank = smoothstep((v - 0.5).abs(), 0.30, 0.20);
+    // The keel, along the axis of the scale, is darker by up to a quarter.
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();
     let shade = keel * (1.0 + 0.25 * spot.shade);
     std::array::from_fn(|c| {
-        let base = BACK[c] + flank * (FLANK[c] - BACK[c]);
-        shade * (base + rim * (RIM[c].max(base) - base))
+        let skin = BACK_REFLECTANCE[c] + flank * (FLANK_REFLECTANCE[c] - BACK_REFLECTANCE[c]);
+        // The rim is never darker than the skin inside the scale.
+        shade * (skin + rim * (RIM_REFLECTANCE[c].max(skin) - skin))
     })
+}
+
+/// Smooth step from 0 at `start` to 1 at `start + width`.
+fn smoothstep(x: f64, start: f64, width: f64) -> f64 {
+    let t = ((x - start) / width).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 impl PigmentTexture {
     /// Writes the image as an 8-bit RGB PNG that is marked as sRGB.
     ///
     /// # Errors
-    /// [`SnakeError::Write`] when the file cannot be made, [`SnakeError::Png`] when encoding fails.
+    /// [`SnakeError::Write`] when the file cannot be created, [`SnakeError::Png`] when encoding or writing fails.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), SnakeError> {
         let path = path.as_ref();
         let file = File::create(path).map_err(|source| SnakeError::Write { path: path.to_owned(), source })?;
         let refused = |source| SnakeError::Png { path: path.to_owned(), source };
-        // Both sides are at most 16 384.
+        // The sides of a texture of `pigment_texture` are at most `SIDE_MAX`, so they fit in 32 bits.
         let mut encoder = png::Encoder::new(BufWriter::new(file), self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);

@@ -9,11 +9,11 @@ use ply_rs_bw::{
 
 use super::{SnakeError, SnakeMesh};
 
-/// Names of a vertex's numbers. Mitsuba reads `tangent_x`, `_y`, `_z` as the mesh attribute `vertex_tangent`.
+/// Names of a vertex's properties. Mitsuba reads `tangent_x`, `_y`, `_z` as the mesh attribute `vertex_tangent`.
 const VERTEX_PROPERTIES: [&str; 11] =
     ["x", "y", "z", "nx", "ny", "nz", "u", "v", "tangent_x", "tangent_y", "tangent_z"];
 
-/// The numbers of a vertex, in the order of [`VERTEX_PROPERTIES`].
+/// The properties of a vertex, in the order of [`VERTEX_PROPERTIES`].
 struct Vertex([f32; VERTEX_PROPERTIES.len()]);
 
 impl PropertyAccess for Vertex {
@@ -40,8 +40,8 @@ impl PropertyAccess for Face {
 }
 
 impl SnakeMesh {
-    /// Writes the mesh as binary little-endian PLY: positions (cm), normals, `u`, `v`, and the tangents
-    /// as `tangent_x`, `tangent_y`, `tangent_z`, which Mitsuba 3 offers as the attribute `vertex_tangent`.
+    /// Writes the mesh as a binary little-endian PLY file: positions in cm, normals, texture coordinates, and tangents
+    /// (`tangent_x`, `tangent_y`, `tangent_z`), which Mitsuba 3 offers as the mesh attribute `vertex_tangent`.
     ///
     /// # Errors
     /// [`SnakeError::Write`] when the file cannot be written.
@@ -70,6 +70,7 @@ impl SnakeMesh {
         header.elements.add(vertex.clone());
         header.elements.add(face.clone());
 
+        // A vertex takes 11 f32, and a triangle a count byte and three i32. The header is shorter than 1024 bytes.
         let mut bytes = Vec::with_capacity(1024 + 44 * vertex.count + 13 * face.count);
         let vertices = Writer::<Vertex>::new();
         vertices.write_header(&mut bytes, &header)?;
@@ -81,7 +82,7 @@ impl SnakeMesh {
         }
         let faces = Writer::<Face>::new();
         for triangle in &self.triangles {
-            // The options allow at most 1.34·10⁹ vertices, below 2³¹.
+            // The largest options have fewer than 1.34·10⁹ vertices, so indices are below 2³¹.
             let record = Face(triangle.map(|index| index as i32));
             faces.write_little_endian_element(&mut bytes, &record, &face)?;
         }

@@ -111,10 +111,10 @@ fn scales_begin_under_the_edges_of_the_scales_before() {
             let below = (i + 1, if side == Side::Left { j - 1 } else { j + 1 });
             for t in 0..=8 {
                 let t = f64::from(t) / 8.0;
-                let (lip, foot) = (lattice.lip((i, j), side, t), lattice.foot((i, j), side, t));
+                let (edge, foot) = (lattice.free_edge((i, j), side, t), lattice.foot((i, j), side, t));
                 // On the skin at the foot, in cm; roundings of a height of some 0.03 cm.
                 assert!(surface.scales.height_cm(below, foot).abs() < 1e-12);
-                let step = surface.scales.height_cm((i, j), lip);
+                let step = surface.scales.height_cm((i, j), edge);
                 assert!(step > -1e-12, "scale {i}, {j}: the edge lies {step} cm over the skin");
                 highest = highest.max(step);
             }

@@ -7,7 +7,7 @@ struct Frame {
     origin: vec3<f32>,
     // Number of pixels in a row.
     width: u32,
-    // Unit vector of the viewing direction.
+    // Unit vector along the viewing direction.
     forward: vec3<f32>,
     // Number of rows.
     height: u32,
@@ -17,7 +17,7 @@ struct Frame {
     mix: f32,
     // Vector from the middle of the picture to its lower edge, at distance 1.
     down: vec3<f32>,
-    // Factor on the pigment's reflectance.
+    // Factor on the reflectance of the pigment texture.
     pigment_scale: f32,
     // Unit vector to the sun.
     to_sun: vec3<f32>,
@@ -29,17 +29,18 @@ struct Frame {
     rotation: vec2<f32>,
     // Diffuse reflectance of the ground, linear sRGB, 0 to 1.
     soil: vec3<f32>,
-    // Weight of this sample in the sum over the pixel's samples.
+    // Weight of this sample in the sum over the pixel's samples: 1 over their number.
     weight: f32,
-    // 1 for the first sample, which replaces the previous picture.
+    // 1 for the first sample, which replaces the previous picture; 0 for the others, which are added.
     first: u32,
-    // 1 where there is a ground.
+    // 1 if the scene has a ground, the plane z = 0; else 0.
     ground: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// Blending of pigment and diffraction (`Blend` in view.rs; formulas in resolve.wgsl).
+// Values of `blend` (`Blend` in view.rs; formulas in resolve.wgsl).
+//
 // The pigment receives the light that the interface does not reflect.
 const FRAME_PHYSICAL: u32 = 0u;
 // Weighted mean of pigment and diffraction by `mix`.
@@ -47,5 +48,5 @@ const FRAME_FIXED_MIX: u32 = 1u;
 // Diffraction alone.
 const FRAME_NONE: u32 = 2u;
 
-// Distance of the near plane in cm. Chosen: far below 0.2 cm, the smallest distance of an orbiting camera (orbit.rs).
+// Distance of the near plane in cm, far below 0.2 cm, the smallest distance of an orbiting camera (orbit.rs).
 const FRAME_NEAR: f32 = 0.01;

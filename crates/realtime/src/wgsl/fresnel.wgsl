@@ -1,12 +1,12 @@
-// Unpolarised Fresnel reflectance at a plane interface; counterpart of src/scattering/fresnel.rs, with the same
-// arithmetic. Complex numbers are vectors (re, im).
+// Unpolarised Fresnel reflectance at a plane interface; counterpart of `fresnel_unpolarised` in
+// src/scattering/fresnel.rs. Complex numbers are vectors (re, im).
 //
-// Symbols: c = cosθ of the incidence, n = eta + i k the refractive index relative to the outer medium, and
+// Symbols: θ the angle of incidence, c = cosθ, n = eta + i k the refractive index relative to the outer medium, and
 // t = √(n² - sin²θ), the normal component of the transmitted wave vector in units of the outer wave number. Then
 //     R_s = |c - t|²/|c + t|²,  R_p = |n²c - t|²/|n²c + t|²,  R = (R_s + R_p)/2.
 
-// Principal square root of z, where im z ≥ 0. One part is computed from a sum without cancellation. The other follows
-// from the product of the parts, re·im = im z/2.
+// Principal square root of a complex z with im z ≥ 0. The larger of its real and imaginary parts is the root of a sum
+// without cancellation. The smaller one follows from their product, im z/2.
 fn fresnel_sqrt(z: vec2<f32>) -> vec2<f32> {
     let larger = sqrt(0.5 * (length(z) + abs(z.x)));
     if larger == 0.0 {
@@ -16,13 +16,14 @@ fn fresnel_sqrt(z: vec2<f32>) -> vec2<f32> {
     return select(vec2<f32>(smaller, larger), vec2<f32>(larger, smaller), z.x >= 0.0);
 }
 
-// Ratio |a − b|² / |a + b|².
+// Ratio |a − b|²/|a + b|² of complex numbers.
 fn fresnel_ratio(a: vec2<f32>, b: vec2<f32>) -> f32 {
     return dot(a - b, a - b) / dot(a + b, a + b);
 }
 
-// Reflectance R at the cosine of the angle of incidence; k = 0 is a dielectric. Equal media reflect nothing.
+// Reflectance R in [0, 1] at the cosine of the angle of incidence, which is clamped to [0, 1]; k = 0 is a dielectric.
 fn fresnel_unpolarised(cos_theta: f32, eta: f32, k: f32) -> f32 {
+    // Equal media reflect nothing. The formula would be 0/0 at grazing incidence.
     if eta == 1.0 && k == 0.0 {
         return 0.0;
     }

@@ -5,20 +5,23 @@
 // The rasteriser has written the triangle of each pixel into the texture `seen`. Passes, in this order:
 //
 // 1. locate_sort: sorts pixels into the lists `skin` (with a triangle) and `bare` (without one);
-// 2. locate_bare, locate_found: queries of either list. Pixels that need a ray are added to the list `rest`: the ray
-//    missed the rasteriser's triangle, or the sun's depth map does not decide the visibility;
-// 3. locate_rest: queries of `rest` by rays through the tree of boxes (trace.wgsl);
+// 2. locate_bare, locate_found: write the queries of the pixels in `bare` and `skin`. A pixel is added to the list
+//    `rest` if its ray misses the rasteriser's triangle, or if the sun's depth map does not decide the visibility;
+// 3. locate_rest: writes the queries of the pixels in `rest` by rays through the tree of boxes (trace.wgsl);
 // 4. locate_choose: lists the queries of sunlit skin in `chosen`.
 //
-// Each list has a pass of its own: adapters run several pixels in lockstep, and all wait for the slowest one.
+// Each list has a pass of its own, because adapters run several pixels in lockstep, and all wait for the slowest one.
 //
 // Symbols: p a point; n, s, t the shading frame (normal, tangent along u, bitangent); wi and wo unit vectors to the sun
-// and to the viewer. `frame` (frame.wgsl) is the uniform of the picture: camera, sun and ground. The shading frame has
+// and to the viewer. `frame` (frame.wgsl) is the uniform of the sample: camera, sun and ground. The shading frame has
 // Mitsuba 3's conventions for a mesh with normals and texture coordinates, so pictures agree pixel by pixel.
+//
+// Lengths are in cm. frame.wgsl, mesh.wgsl and trace.wgsl declare the bindings 0 to 3.
 
-// Lists of pixels. A pixel is a u32 with the column in the lower 16 bits and the row in the upper 16.
+// Lists of pixels; counterpart of `ListLengths` in target.rs, which has the members before `entries`. A pixel is a u32
+// with the column in the lower 16 bits and the row in the upper 16.
 struct Lists {
-    // Number of entries of `chosen`, the queries that need an answer.
+    // Number of entries of the buffer `chosen`, the queries that need an answer.
     chosen: atomic<u32>,
     // Number of pixels that need a ray through the tree.
     rest: atomic<u32>,
@@ -31,13 +34,14 @@ struct Lists {
     entries: array<u32>,
 }
 
-// The rasteriser's triangle of each pixel plus 1; 0 for none.
+// Index of the rasteriser's triangle of each pixel, plus 1; 0 for none.
 @group(0) @binding(4) var seen: texture_2d<u32>;
+// Query of each pixel, rows from the top.
 @group(0) @binding(5) var<storage, read_write> queries: array<Query>;
 // Indices of the queries that need an answer.
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> lists: Lists;
-// Radiance summed over the samples so far, rows from the top.
+// Radiance of each pixel summed over the samples so far, and the sum of their weights, rows from the top.
 @group(0) @binding(8) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(9) var<uniform> sunlight: Sunlight;
 // Depths of the sun's map (sunlight.wgsl), rows from the top: 1 at the side of the map's box that faces the sun, 0
@@ -45,9 +49,26 @@ struct Lists {
 @group(0) @binding(10) var<storage, read> sunlit: array<f32>;
 
 // Half the side of the square ground in cm, as in the Mitsuba scene.
-const LOCATE_GROUND: f32 = 200.0;
+const LOCATE_GROUND_HALF_SIDE: f32 = 200.0;
 // Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision.
 const LOCATE_EPSILON: f32 = 8.940697e-5;
+// Largest height in texels above the plane of a surface point at which a depth is no occluder: a curved surface leaves
+// its tangent plane by less within a texel. Larger values overlook near occluders; smaller ones need more rays.
+const LOCATE_SURFACE_MAX: f32 = 0.5;
+// Smallest height in texels above the plane at which a depth is an occluder that shadows the whole texel. Smaller
+// values darken points beside occluders; larger ones need more rays.
+const LOCATE_OCCLUDER_MIN: f32 = 2.0;
+// Smallest cosine between the normal and the sun at which the map decides. At smaller cosines a texel covers more than
+// ten times its width of the plane.
+const LOCATE_COSINE_MIN: f32 = 0.1;
+// Length of a run: number of pixels or entries that an invocation sorts, one bit of a u32 each. One atomic operation
+// then reserves the entries of a whole run. Equal to `RUN` in locate.rs.
+const LOCATE_RUN: u32 = 32u;
+
+// Visibility of the sun: hidden, visible, or undecided by the map.
+const LOCATE_DARK: u32 = 0u;
+const LOCATE_LIT: u32 = 1u;
+const LOCATE_UNSURE: u32 = 2u;
 
 // Start of a ray from the point p in a direction, moved off the surface with normal n so that the ray does not meet the
 // surface again (Mitsuba's `offset_p`).
@@ -65,47 +86,35 @@ fn locate_tangent(n: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(1.0 + side * n.x * n.x * a, side * n.x * n.y * a, -side * n.x);
 }
 
-// A direction w of the shading frame in the grating's frame, which is rotated about the normal.
+// The direction w, given in the shading frame, in the grating's frame, which is rotated about the normal.
 fn locate_to_grating(w: vec3<f32>) -> vec3<f32> {
     let r = frame.rotation;
     return vec3<f32>(r.x * w.x + r.y * w.y, r.x * w.y - r.y * w.x, w.z);
 }
-
-// Largest height in texels above the plane at which a depth is no occluder. Chosen: a curved surface leaves its tangent
-// plane by less within a texel.
-const LOCATE_SAME: f32 = 0.5;
-// Smallest height in texels above the plane at which a depth counts as an occluder. Chosen: the occluder then shadows
-// the whole texel.
-const LOCATE_APART: f32 = 2.0;
-// Smallest cosine between the normal and the sun at which the map decides. Chosen: below it a texel covers more than
-// ten times its width of the plane.
-const LOCATE_GRAZING: f32 = 0.1;
-
-// Visibility of the sun: hidden, visible, or undecided by the map.
-const LOCATE_DARK: u32 = 0u;
-const LOCATE_LIT: u32 = 1u;
-const LOCATE_UNSURE: u32 = 2u;
 
 // Visibility of the sun from the point p of a plane with the normal n, by the sun's depth map. The sun is visible where
 // the four depths around the point continue the plane, and hidden where all four lie far in front of the plane.
 // Otherwise only a ray can decide.
 fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
     let position = sunlight_position(sunlight, p);
+    // Position in texels; whole numbers are the centres of texels.
     let texel = (0.5 * position.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
     if any(texel < vec2<f32>(0.0)) || any(texel >= vec2<f32>(sunlight.side - 1.0)) {
         // The map has a margin around the mesh, so a ray to the sun outside the map misses the mesh.
         return LOCATE_LIT;
     }
     let cosine = dot(n, sunlight.to_sun);
-    if abs(cosine) < LOCATE_GRAZING {
+    if abs(cosine) < LOCATE_COSINE_MIN {
         return LOCATE_UNSURE;
     }
-    // Size of a texel along the map's columns and rows; rows run downwards. The plane dot(n, x) = 0 rises towards the
-    // sun by `slope` for each texel: -dot(n, axis)/cosine for each unit of length along an axis of the map.
-    let size = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
-    let slope = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * size / cosine;
+    // Step from a texel to the next column and to the next row, along the axes `right` and `up` of the map. Rows run
+    // downwards. The plane dot(n, x) = 0 rises towards the sun by `slope` for each step: -dot(n, axis)/cosine for each
+    // unit of length along an axis.
+    let texel_step = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
+    let slope = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * texel_step / cosine;
+    // The four texels around the point are the upper left one, its right neighbour, and the two below. `offset` is the
+    // position of the point between them, 0 to 1.
     let corner = floor(texel);
-    // Position of the point between the four texels, 0 to 1.
     let offset = texel - corner;
     let side = u32(sunlight.side);
     let first = u32(corner.y) * side + u32(corner.x);
@@ -113,32 +122,35 @@ fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Heights of the plane above the point p at the four texels.
     let plane = vec4<f32>(-offset.x, 1.0 - offset.x, -offset.x, 1.0 - offset.x) * slope.x
         + vec4<f32>(-offset.y, -offset.y, 1.0 - offset.y, 1.0 - offset.y) * slope.y;
-    // Heights of the depths above the plane, in texels. A depth of 0 is no mesh and no occluder: it is moved far
-    // behind. The margin of the box keeps depths of the mesh above 0.
+    // Heights of the depths above the plane, in widths of a texel. A depth of 0 is no mesh and no occluder: it is moved
+    // far behind. The margin of the box keeps depths of the mesh above 0.
     let towards_sun = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
-    let in_front = ((towards_sun - position.z) * sunlight.half_depth - plane) / size.x;
-    if all(in_front <= vec4<f32>(LOCATE_SAME)) {
+    let in_front = ((towards_sun - position.z) * sunlight.half_depth - plane) / texel_step.x;
+    if all(in_front <= vec4<f32>(LOCATE_SURFACE_MAX)) {
         return LOCATE_LIT;
     }
-    return select(LOCATE_UNSURE, LOCATE_DARK, all(in_front >= vec4<f32>(LOCATE_APART)));
+    return select(LOCATE_UNSURE, LOCATE_DARK, all(in_front >= vec4<f32>(LOCATE_OCCLUDER_MIN)));
 }
 
-// A query with the point p that the ray meets.
+// A query with the point that the ray meets. The value of all zeros is a query of QUERY_NOTHING.
 struct Located {
     query: Query,
+    // Point that the ray meets.
     p: vec3<f32>,
     // Unit normal of the triangle or of the ground at p.
     face: vec3<f32>,
 }
 
-// The query at the barycentric coordinates b (of c1 and c2) of the triangle with the corners c0, c1, c2.
+// The query of the point with the barycentric coordinates b (of c1 and c2) in the triangle with the corners c0, c1, c2.
+// `to_viewer` is a unit vector.
 fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Located {
     let b0 = 1.0 - b.x - b.y;
     let e1 = c1.position - c0.position;
     let e2 = c2.position - c0.position;
     let face = normalize(cross(e1, e2));
 
-    // Partial derivative of the position by u, from both edges (Pharr et al., Physically Based Rendering, triangles).
+    // Partial derivative of the position by u, from two edges and their differences of texture coordinates (Pharr et
+    // al., Physically Based Rendering, section on triangle meshes).
     let uv0 = vec2<f32>(c0.u, c0.v);
     let d1 = vec2<f32>(c1.u, c1.v) - uv0;
     let d2 = vec2<f32>(c2.u, c2.v) - uv0;
@@ -153,7 +165,7 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
 
     var wi = vec3<f32>(dot(frame.to_sun, s), dot(frame.to_sun, t), dot(frame.to_sun, n));
     var wo = vec3<f32>(dot(to_viewer, s), dot(to_viewer, t), dot(to_viewer, n));
-    // Both sides of the skin are equal: seen from behind, the normal is reversed.
+    // Both sides of the skin are equal: for a viewer behind it, the normal is reversed.
     if wo.z < 0.0 {
         wi.z = -wi.z;
         wo.z = -wo.z;
@@ -171,10 +183,10 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
 // The query of a ray that meets no mesh nearer than `farthest`: the ground z = 0, or nothing.
 fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Located {
     var found: Located;
-    let ground = -frame.origin.z / ray.z;
-    let p = frame.origin + ground * ray;
-    let in_front = frame.ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
-    if in_front && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND)) && ground < farthest {
+    let distance = -frame.origin.z / ray.z;
+    let p = frame.origin + distance * ray;
+    let meets_plane = frame.ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
+    if meets_plane && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND_HALF_SIDE)) && distance < farthest {
         found.query.wi = frame.to_sun;
         found.query.wo = -ray;
         found.query.kind = QUERY_GROUND;
@@ -184,7 +196,8 @@ fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Located {
     return found;
 }
 
-// The query of a ray that meets the triangle with the corners c0, c1, c2 at `hit`, or the ground before it.
+// The query of a ray whose nearest triangle is `hit`, with the corners c0, c1, c2. The ground may be nearer, or met
+// without a triangle.
 fn locate_hit(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Located {
     var found = locate_beyond(ray, hit.distance);
     if found.query.kind == QUERY_NOTHING && hit.triangle != TRACE_NONE {
@@ -219,7 +232,8 @@ fn locate_radiance(query: Query) -> vec3<f32> {
     return select(vec3<f32>(0.0), frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
 }
 
-// Visibility of the sun from the point of a query.
+// Visibility of the sun from the point of a query, by the map. Points without a surface, and surfaces that face away
+// from the sun or the viewer, are dark.
 fn locate_light_at(found: Located) -> u32 {
     let query = found.query;
     if query.kind == QUERY_NOTHING || query.wi.z <= 0.0 || query.wo.z <= 0.0 {
@@ -228,8 +242,9 @@ fn locate_light_at(found: Located) -> u32 {
     return locate_light(found.p, found.face);
 }
 
-// Stores the query of a pixel and adds its radiance to the picture; the first sample replaces the previous picture. A
-// pixel whose ray missed its triangle, or with an undecided sun, goes to `rest`.
+// Stores the query of a pixel and adds its radiance and weight to the picture; the first sample replaces the previous
+// picture. The pixel is added to `rest` if `missed` is true (its ray missed the rasteriser's triangle), or if the map
+// does not decide the visibility of the sun.
 fn locate_store(pixel: vec2<u32>, found: Located, missed: bool) {
     let index = locate_index(pixel);
     var query = found.query;
@@ -253,14 +268,11 @@ fn locate_ray(pixel: vec2<u32>) -> vec3<f32> {
     return normalize(frame.forward + position.x * frame.right + position.y * frame.down);
 }
 
-// Linear index of an invocation in a dispatch over a list. Workgroups of 64 are dispatched in two dimensions.
+// Linear index of an invocation in a dispatch over a list. Workgroups of 64 are dispatched in two dimensions
+// (`dispatch_over` in pipeline.rs).
 fn locate_number(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * 64u + id.x;
 }
-
-// Length of a run: pixels or entries that an invocation sorts, one bit of a u32 each. One atomic operation then
-// reserves the entries of a whole run.
-const LOCATE_RUN: u32 = 32u;
 
 // Sorts runs of pixels along rows into `skin` and `bare`. `skin` grows from entry 0, `bare` down from entry n - 1.
 @compute @workgroup_size(64)
@@ -289,7 +301,7 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
 }
 
-// Queries of `bare`: ground or nothing.
+// Writes the queries of `bare`: ground or nothing.
 @compute @workgroup_size(64)
 fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -300,7 +312,7 @@ fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     locate_store(pixel, locate_beyond(locate_ray(pixel), TRACE_FAR), false);
 }
 
-// Queries of `skin`, by intersection with the rasteriser's triangle alone.
+// Writes the queries of `skin`, by intersection with the rasteriser's triangle alone.
 @compute @workgroup_size(64)
 fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -323,7 +335,8 @@ fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     locate_store(pixel, found, missed);
 }
 
-// Queries of `rest`, with rays through the tree. The radiance is added to the sample that locate_store has begun.
+// Writes the queries of `rest`, with rays through the tree. locate_store has added the weight of the sample, but no
+// radiance for these pixels.
 @compute @workgroup_size(64)
 fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -357,7 +370,7 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     picture[index] += vec4<f32>(locate_radiance(query), 0.0);
 }
 
-// Lists the lit queries of `skin` in `chosen`, by runs.
+// Lists the queries of sunlit skin in `chosen`, by runs of the list `skin`.
 @compute @workgroup_size(64)
 fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let first = LOCATE_RUN * locate_number(id, groups);
@@ -366,7 +379,7 @@ fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_work
         return;
     }
     let count = min(LOCATE_RUN, end - first);
-    // Bit i is set if entry i of the run is lit.
+    // Bit i is set if entry i of the run is sunlit skin.
     var lit = 0u;
     for (var i = 0u; i < count; i++) {
         let index = locate_index(locate_unpacked(lists.entries[first + i]));

@@ -1,7 +1,7 @@
 // Buffers of the triangle mesh (mesh.rs), which raster.wgsl, trace.wgsl, locate.wgsl and shadow.wgsl read.
 
-// A vertex: position in cm, unit shading normal, and texture coordinates (u, v). u and v fill the padding of the
-// vectors.
+// A vertex: position in cm, shading normal of any length but 0, and texture coordinates (u, v), which fill the padding
+// of the vectors. Counterpart of `Vertex` in layout.rs.
 struct Vertex {
     position: vec3<f32>,
     u: f32,

@@ -1,10 +1,10 @@
 // Factors of the reflectance f_r that do not depend on the relief (docs/model.md#the-reflectance).
 //
 // f_r is R·O·M times the relief's factor ∫ S/λ² weight(λ) dλ, which the method computes (src/methods/mod.rs). R is the
-// Fresnel reflectance, O the obliquity factor, and M shadowing and masking (pair.wgsl). With the small-slope factor Q
-// (small_slope.wgsl), f_r is Q·M times the relief's factor.
+// Fresnel reflectance (fresnel.wgsl), O the obliquity factor, and M shadowing and masking (both pair.wgsl). With the
+// small-slope factor Q (small_slope.wgsl), f_r is Q·M times the relief's factor.
 
-// Value of `Optics.answers` where the method's answer is f_r itself.
+// Value of `Optics.answers` for methods whose answer is f_r itself.
 const OPTICS_ANSWERS_REFLECTANCE: u32 = 1u;
 
 // Optical options of the surface; counterpart of `OpticsUniform` in layout.rs.
@@ -15,11 +15,11 @@ struct Optics {
     k: f32,
     // 1: a perfect conductor with R = 1 at every angle; eta and k are not read.
     reflects_all: u32,
-    // Obliquity factor: 0 Stam's, 1 unit (O = 1), 2 small slope (Q replaces R·O).
+    // Obliquity factor: PAIR_OBLIQUITY_STAM, PAIR_OBLIQUITY_SMALL_SLOPE (Q replaces R·O), or 1 for O = 1.
     obliquity: u32,
     // 1: M of V-shaped cavities; 0: M = 1.
     shadowing: u32,
-    // Meaning of the method's answer: 0 the relief's factor, 1 the whole reflectance f_r.
+    // Meaning of the method's answer: OPTICS_ANSWERS_REFLECTANCE, or 0 for the relief's factor.
     answers: u32,
 }
 
@@ -31,12 +31,13 @@ fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
     return fresnel_unpolarised(cos_theta, optics.eta, optics.k);
 }
 
-// Fraction of the light that passes to the pigment below.
+// Fraction 1 - R of the light that passes the surface, to the pigment below, at the cosine of an angle of incidence.
 fn optics_remainder(optics: Optics, cos_theta: f32) -> f32 {
     return max(1.0 - optics_reflectance(optics, cos_theta), 0.0);
 }
 
-// Factor of the interface for unpolarised light: R at the angle to the half vector, or the small-slope factor Q.
+// Factor of the interface for unpolarised light: R at the angle between either direction and the half vector, or the
+// small-slope factor Q.
 fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     if optics.obliquity != PAIR_OBLIQUITY_SMALL_SLOPE {
         return optics_reflectance(optics, pair_cos_half(pair));

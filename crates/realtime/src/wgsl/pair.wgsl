@@ -1,7 +1,7 @@
 // Geometry of a pair of directions and the factors that follow from it; counterpart of `Pair` in
 // src/scattering/geometry.rs, with the same arithmetic.
 //
-// wi is the unit vector to the light and wo the one to the viewer, in the shading frame with the normal along +z.
+// wi is the unit vector to the light and wo the unit vector to the viewer, in a frame with the normal along +z.
 // Their sum is the scattering vector q = wi + wo = (u, v, w). Factors: O, the obliquity factor, and M, shadowing and
 // masking (docs/model.md#the-reflectance).
 
@@ -23,7 +23,7 @@ const PAIR_OBLIQUITY_STAM: u32 = 0u;
 // Value of `Optics.obliquity` for the small-slope factor, which replaces O and the Fresnel reflectance.
 const PAIR_OBLIQUITY_SMALL_SLOPE: u32 = 2u;
 
-// Whether no component is infinite or NaN. The exponent bits are compared, because shader compilers may assume that NaN
+// Whether no component is infinite or NaN, that is, has all exponent bits set. Shader compilers may assume that NaN
 // does not occur and remove a comparison of numbers.
 fn pair_is_finite(v: vec3<f32>) -> bool {
     return all((bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u)) != vec3<u32>(0x7f800000u));

@@ -1,8 +1,8 @@
 // Rasteriser pass: writes the nearest triangle of each pixel into the texture that locate.wgsl reads as `seen`.
 // Nothing is interpolated: locate.wgsl intersects the pixel's ray with the triangle.
 //
-// Clip coordinates come from the camera of frame.wgsl: with the offset o from the camera, z = o·forward,
-// x = o·right/|right|², y = -o·down/|down|².
+// Clip coordinates come from the camera of frame.wgsl. With the offset o from the camera, they are
+// x = o·right/|right|², y = -o·down/|down|², w = o·forward, and the constant distance of the near plane as z.
 
 // A triangle corner in clip space, with the triangle's index.
 struct Corner {
@@ -16,7 +16,7 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let triangle = index / 3u;
     let offset = mesh_vertex(triangle, index % 3u).position - frame.origin;
     // The rasteriser samples pixel centres, but the ray passes through the position `subpixel` of the pixel. The shift,
-    // in clip units, moves the ray's position to the centre.
+    // in normalised device coordinates, moves the ray's position to the centre; y grows upwards there.
     let shift = 2.0 * (vec2<f32>(0.5) - frame.subpixel) / vec2<f32>(f32(frame.width), f32(frame.height));
     let depth = dot(offset, frame.forward);
     let x = dot(offset, frame.right) / dot(frame.right, frame.right) + shift.x * depth;

@@ -2,7 +2,7 @@
 // (query.wgsl) into radiance and adds it to the picture.
 //
 // Radiance L = E·cosθi·f, where E = π is the sun's irradiance: a white diffuse plane that faces the sun has L = 1.
-// f is the reflectance in 1/sr of diffraction f_r and pigment ρ/π, blended as `frame.blend` says (frame.wgsl):
+// The reflectance f in 1/sr blends the diffraction f_r and the pigment ρ/π according to `frame.blend` (frame.wgsl):
 //     physical   f = f_r + ρ/π·(1 - R(θi))·(1 - R(θo)), with the Fresnel reflectance R of optics.wgsl
 //     fixed mix  f = (1 - mix)·ρ/π + mix·f_r
 //     none       f = f_r
@@ -11,17 +11,19 @@
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
 // f_r of each query, linear sRGB in 1/sr (shade.wgsl).
 @group(0) @binding(3) var<storage, read> reflectances: array<vec4<f32>>;
-// Radiance summed over the samples so far, rows from the top.
+// Radiance of each pixel summed over the samples so far, and the sum of their weights, rows from the top.
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> pigment: Pigment;
 // Indices of the answered queries.
 @group(0) @binding(6) var<storage, read> chosen: array<u32>;
-// Number of the answered queries.
+// Number of the answered queries, the first member of `Lists` (locate.wgsl).
 @group(0) @binding(7) var<storage, read> chosen_count: u32;
 
-// The pigment texture: width and height, then sRGB bytes (red lowest), rows in the order of v.
+// The pigment texture.
 struct Pigment {
+    // Width (along u) and height (along v) in texels.
     size: vec2<u32>,
+    // sRGB bytes of each texel, red lowest, in rows of equal v from v = 0 on.
     texels: array<u32>,
 }
 
@@ -56,7 +58,7 @@ fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
     let size = vec2<i32>(pigment.size);
     let position = fract(uv) * vec2<f32>(size) - 0.5;
     let t = position - floor(position);
-    // `low` is at least -1 and `low + 1` at most the size. Both wrap around, because the texture repeats.
+    // `low` is at least -1 and `low + 1` at most the size; these indices wrap around, because the texture repeats.
     let low = vec2<i32>(floor(position));
     let a = select(low, size - 1, low < vec2<i32>(0));
     let b = select(low + 1, vec2<i32>(0), low + 1 >= size);
@@ -77,7 +79,7 @@ fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
     return reflectance + diffuse * optics_remainder(optics, query.wi.z) * optics_remainder(optics, query.wo.z);
 }
 
-// Adds the radiance of the pixels whose queries were answered to the picture.
+// Adds the radiance of the answered queries to the picture.
 @compute @workgroup_size(64)
 fn resolve(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = id.y * groups.x * 64u + id.x;

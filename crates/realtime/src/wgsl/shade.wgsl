@@ -1,8 +1,8 @@
 // Third stage of a picture (lib.rs), after locate.wgsl: computes the reflectance f_r of the queries listed in `chosen`,
 // linear sRGB in 1/sr. It is compiled after the WGSL of a method (src/methods), which defines `answer_rgb`.
 //
-// A dispatch processes a range of `chosen`, so short that the device stays responsive. Where the adapter ends long
-// loops early, an answer is also divided into `parts` (src/methods/common.wgsl), which successive dispatches compute
+// A dispatch processes a range of `chosen` that is short enough to keep the device responsive. If the adapter ends long
+// loops early, each answer is also divided into `parts` (src/methods/common.wgsl), which successive dispatches compute
 // and sum in `reflectances`.
 
 // The part of the work that one dispatch does; counterpart of `RangeUniform` in layout.rs.
@@ -11,7 +11,7 @@ struct Range {
     first: u32,
     // Number of entries.
     count: u32,
-    // Index of the part of each answer.
+    // Index of the part of each answer that the dispatch computes, from 0.
     part: u32,
     // Number of parts of each answer.
     parts: u32,
@@ -26,11 +26,12 @@ struct Range {
 @group(0) @binding(3) var<storage, read> chosen: array<u32>;
 // Sums over the parts so far, one entry for each query; the fourth component is unused.
 @group(0) @binding(4) var<storage, read_write> reflectances: array<vec4<f32>>;
-// Number of answers that are wrong because loops were cut short. The host checks it and reports an error.
+// Number of answers that are wrong because loops were cut short. If it is not 0, the host repeats the range with more
+// parts (shader.rs).
 @group(0) @binding(5) var<storage, read_write> cut_short: atomic<u32>;
 
-// Whether the adapter ends loops early. Mesa's llvmpipe allows an invocation 65 535 turns of all its loops in total.
-// From then on, it leaves every loop at once. A loop of two turns that follows the answer then ends early, too.
+// Whether the adapter has ended a loop of this invocation early. Mesa's llvmpipe allows an invocation 65 535 turns of
+// all its loops in total. After them, it leaves every loop at once, also the loop of two turns here.
 fn loops_are_cut_short() -> bool {
     var turns = 0u;
     while turns < range.two {

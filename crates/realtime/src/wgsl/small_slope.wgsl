@@ -1,62 +1,87 @@
 // The small-slope factor Q for unpolarised light, from first-order small-slope theory
-// (docs/model.md#the-small-slope-factor); counterpart of src/scattering/small_slope.rs, which derives the formulas.
+// (docs/model.md#the-small-slope-factor); counterpart of src/scattering/small_slope.rs. Complex numbers are vectors
+// (re, im).
 //
 // Symbols: q_i = cosθi, q_o = cosθo, w = q_i + q_o; ε = (eta + i k)² the permittivity; φ the azimuth from the plane of
-// incidence to the outgoing direction; t = √(ε - sin²θ) the normal component of the transmitted wave. For either
-// direction, D_s = q + t and D_p = εq + t are the denominators of the Fresnel coefficients. Complex numbers are (re,
-// im). `straight` is the power of s→s and p→p, `crossed` that of s→p and p→s. For an interface
-//     Q = 2|ε - 1|² q_i q_o/w² · (straight + crossed).
+// incidence to the outgoing direction. For either direction, with the cosine q, t = √(ε - sin²θ) is the normal
+// component of the transmitted wave, and D_s = q + t and D_p = εq + t are the denominators of the Fresnel coefficients.
+// `straight` is the power of s→s and p→p, `crossed` that of s→p and p→s. For an interface
+//     Q = 2|ε - 1|² q_i q_o/w² · (straight + crossed)
+//     straight = cos²φ/|D_s,i D_s,o|² + |t_i t_o cosφ - ε sinθi sinθo|²/|D_p,i D_p,o|²
+//     crossed = sin²φ·(|t_i|²/|D_p,i D_s,o|² + |t_o|²/|D_p,o D_s,i|²)
+// and for a perfect conductor
+//     Q = 2/(w² q_i q_o) · (straight + crossed)
+//     straight = (cosφ - sinθi sinθo)² + cos²φ (q_i q_o)²
+//     crossed = sin²φ·(q_i² + q_o²)
 
-// Smallest sinθi·sinθo to divide by. Chosen: the azimuth has no effect where a sine is this small.
+// Smallest sinθi·sinθo to divide by. At smaller ones the azimuth is lost to rounding and has no effect.
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
-// Smallest |D|² to divide by. Chosen: it only avoids a division by zero.
+// Smallest |D|² to divide by; it only avoids a division by zero.
 const SMALL_SLOPE_TINY: f32 = 1e-18;
 
-// cosφ in x and sinθi·sinθo in y.
-fn small_slope_azimuth(pair: Pair) -> vec2<f32> {
+// Azimuth of a pair of directions.
+struct SmallSlopeAzimuth {
+    // cosφ.
+    cos_phi: f32,
+    // sinθi·sinθo.
+    sines: f32,
+}
+
+// Terms of one direction.
+struct SmallSlopeTerms {
+    // t.
+    t: vec2<f32>,
+    // 1/|D_s|².
+    per_s: f32,
+    // 1/|D_p|².
+    per_p: f32,
+}
+
+fn small_slope_azimuth(pair: Pair) -> SmallSlopeAzimuth {
     let q = vec2<f32>(pair.cos_i, pair.cos_o);
     let squared = 1.0 - q * q;
     let sines = sqrt(max(squared.x * squared.y, 0.0));
-    let cos = (1.0 + q.x * q.y - 0.5 * pair_sum_squared(pair)) / max(sines, SMALL_SLOPE_SINES_MIN);
-    return vec2<f32>(clamp(cos, -1.0, 1.0), sines);
+    let cos_phi = (1.0 + q.x * q.y - 0.5 * pair_sum_squared(pair)) / max(sines, SMALL_SLOPE_SINES_MIN);
+    return SmallSlopeAzimuth(clamp(cos_phi, -1.0, 1.0), sines);
 }
 
-// Terms of the direction with the cosine q: t in (x, y), 1/|D_s|² in z and 1/|D_p|² in w.
-fn small_slope_direction(q: f32, eps: vec2<f32>) -> vec4<f32> {
-    let transmitted = fresnel_sqrt(eps - vec2<f32>(1.0 - q * q, 0.0));
-    let s = vec2<f32>(q, 0.0) + transmitted;
-    let p = eps * q + transmitted;
-    return vec4<f32>(transmitted, 1.0 / max(dot(s, s), SMALL_SLOPE_TINY), 1.0 / max(dot(p, p), SMALL_SLOPE_TINY));
+// Terms of the direction with the cosine q, for the permittivity `eps`.
+fn small_slope_terms(q: f32, eps: vec2<f32>) -> SmallSlopeTerms {
+    let t = fresnel_sqrt(eps - vec2<f32>(1.0 - q * q, 0.0));
+    let s = vec2<f32>(q, 0.0) + t;
+    let p = eps * q + t;
+    return SmallSlopeTerms(t, 1.0 / max(dot(s, s), SMALL_SLOPE_TINY), 1.0 / max(dot(p, p), SMALL_SLOPE_TINY));
 }
 
-// Q of an interface with the refractive index eta + i k. `o` and `i` are the terms of wo and wi.
+// Q of an interface with the refractive index eta + i k.
 fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     let eps = vec2<f32>((eta - k) * (eta + k), 2.0 * eta * k);
     let azimuth = small_slope_azimuth(pair);
-    let cos_squared = azimuth.x * azimuth.x;
-    let o = small_slope_direction(pair.cos_o, eps);
-    let i = small_slope_direction(pair.cos_i, eps);
-    let product = vec2<f32>(o.x * i.x - o.y * i.y, o.x * i.y + o.y * i.x);
-    let pp = product * azimuth.x - eps * azimuth.y;
-    let straight = cos_squared * o.z * i.z + dot(pp, pp) * o.w * i.w;
-    let crossed = (1.0 - cos_squared) * (dot(o.xy, o.xy) * o.w * i.z + dot(i.xy, i.xy) * i.w * o.z);
+    let cos_squared = azimuth.cos_phi * azimuth.cos_phi;
+    let o = small_slope_terms(pair.cos_o, eps);
+    let i = small_slope_terms(pair.cos_i, eps);
+    // Complex product t_i t_o.
+    let product = vec2<f32>(o.t.x * i.t.x - o.t.y * i.t.y, o.t.x * i.t.y + o.t.y * i.t.x);
+    let pp = product * azimuth.cos_phi - eps * azimuth.sines;
+    let straight = cos_squared * o.per_s * i.per_s + dot(pp, pp) * o.per_p * i.per_p;
+    let crossed = (1.0 - cos_squared) * (dot(o.t, o.t) * o.per_p * i.per_s + dot(i.t, i.t) * i.per_p * o.per_s);
     let contrast = eps - vec2<f32>(1.0, 0.0);
     let w = pair.q.z;
     return 2.0 * dot(contrast, contrast) * pair.cos_i * pair.cos_o / (w * w) * (straight + crossed);
 }
 
-// Q for a perfect conductor.
+// Q of a perfect conductor.
 fn small_slope_conductor(pair: Pair) -> f32 {
     let azimuth = small_slope_azimuth(pair);
-    let cos_squared = azimuth.x * azimuth.x;
+    let cos_squared = azimuth.cos_phi * azimuth.cos_phi;
     let q = vec2<f32>(pair.cos_i, pair.cos_o);
     let squared = q * q;
     let product = q.x * q.y;
     // cosφ - sinθi·sinθo. The terms cancel for two grazing directions, where the second, equal form does not.
-    var difference = azimuth.x - azimuth.y;
-    if azimuth.y >= 0.5 {
+    var difference = azimuth.cos_phi - azimuth.sines;
+    if azimuth.sines >= 0.5 {
         difference =
-            (squared.x + squared.y + product - squared.x * squared.y - 0.5 * pair_sum_squared(pair)) / azimuth.y;
+            (squared.x + squared.y + product - squared.x * squared.y - 0.5 * pair_sum_squared(pair)) / azimuth.sines;
     }
     let straight = difference * difference + cos_squared * product * product;
     let crossed = (1.0 - cos_squared) * (squared.x + squared.y);

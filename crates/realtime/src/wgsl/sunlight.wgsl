@@ -1,12 +1,13 @@
 // Box and axes of the sun's depth map, an orthographic projection of the mesh along the sun's direction. shadow.wgsl
-// draws the map, and locate.wgsl reads it to decide for nearly every point whether the sun is visible.
+// draws the map, and locate.wgsl reads it to decide for nearly every point whether the sun is visible. Lengths are in
+// cm.
 
 // Counterpart of `SunlightUniform` in layout.rs; sunlight.rs computes the box. `right`, `up` and `to_sun` are
 // orthogonal.
 struct Sunlight {
     // Centre of the map's box, which bounds the mesh.
     centre: vec3<f32>,
-    // Texels along each side of the map.
+    // Number of texels along each side of the map.
     side: f32,
     // Unit vector along the map's rows, and half the box's extent along it.
     right: vec3<f32>,

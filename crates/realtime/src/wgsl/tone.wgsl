@@ -12,16 +12,16 @@ struct Tone {
     width: u32,
 }
 
-// Knee k: radiance up to which the tone curve is the identity. Chosen for its looks.
+// Knee k: exposed radiance up to which the tone curve is the identity; chosen by eye.
 const TONE_KNEE: f32 = 0.8;
-// Shoulder s: excess over the knee at which half of the range above the knee is used. Chosen for its looks.
+// Shoulder s: excess over the knee that is mapped halfway between the knee and 1; chosen by eye.
 const TONE_SHOULDER: f32 = 0.6;
 
 @group(0) @binding(0) var<uniform> tone: Tone;
-// Linear radiance, rows from the top.
+// Linear sRGB radiance of each pixel, rows from the top; the fourth component is not read.
 @group(0) @binding(1) var<storage, read> picture: array<vec4<f32>>;
 
-// Corners of a triangle that covers the picture.
+// Clip position of the corner 0, 1 or 2 of a triangle that covers the picture: (-1, -1), (3, -1), (-1, 3).
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
@@ -33,6 +33,7 @@ fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
     let exposed = max(tone.gain * linear, vec3<f32>(0.0));
     let peak = max(exposed.r, max(exposed.g, exposed.b));
     let excess = peak - TONE_KNEE;
+    // True for NaN, too.
     if !(excess > 0.0) {
         return exposed;
     }

@@ -3,13 +3,15 @@
 // The nodes are stored in depth-first order. After an inner node whose box is hit comes its first child, the next
 // element of the array; otherwise the traversal jumps to `next`. The traversal therefore needs no stack.
 
-// A node of the tree: a leaf with one triangle, or an inner node with two children.
+// A node of the tree: a leaf with one triangle, or an inner node whose box bounds the nodes of its subtree. Counterpart
+// of `Node` in layout.rs.
 struct Node {
-    // Lower corner of the box around the node's triangles.
+    // Lower corner of the box in cm. The box of a leaf is empty and not read: the inner node before the leaf has its
+    // box.
     low: vec3<f32>,
-    // The triangle of a leaf. TRACE_NONE for an inner node, whose first child follows it.
+    // Index of a leaf's triangle; TRACE_NONE for an inner node.
     triangle: u32,
-    // Upper corner of the box.
+    // Upper corner of the box in cm.
     high: vec3<f32>,
     // Index of the node that follows this node's subtree.
     next: u32,
@@ -17,9 +19,9 @@ struct Node {
 
 @group(0) @binding(3) var<storage, read> nodes: array<Node>;
 
-// Stands for the index of a triangle where there is none.
+// Index for no triangle.
 const TRACE_NONE: u32 = 0xffffffffu;
-// A distance beyond every triangle.
+// Distance beyond every triangle.
 const TRACE_FAR: f32 = 3e38;
 
 // Intersection of a ray with a triangle.
@@ -32,7 +34,8 @@ struct Hit {
     b: vec2<f32>,
 }
 
-// Intersection with the triangle of this number and these corners (Möller and Trumbore 1997).
+// Intersection with the triangle of the index `triangle` and the corners p0, p1, p2 (Möller and Trumbore 1997). Both
+// sides of the triangle are hit.
 fn trace_corners(
     origin: vec3<f32>,
     direction: vec3<f32>,
@@ -58,7 +61,7 @@ fn trace_corners(
     return Hit(triangle, distance, b);
 }
 
-// Intersection with the triangle of this number.
+// Intersection with the triangle of the index `triangle`.
 fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit {
     let p0 = mesh_vertex(triangle, 0u).position;
     let p1 = mesh_vertex(triangle, 1u).position;
@@ -73,7 +76,7 @@ fn trace_inverse(direction: vec3<f32>) -> vec3<f32> {
     return 1.0 / select(direction, small, abs(direction) < small);
 }
 
-// Whether a ray meets a box nearer than `farthest`.
+// Whether a ray meets a box within the distance `farthest`. `inverse` is the reciprocal of its direction.
 fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f32>, farthest: f32) -> bool {
     let a = (low - origin) * inverse;
     let b = (high - origin) * inverse;
@@ -86,7 +89,7 @@ fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f
     return first <= last;
 }
 
-// The nearest triangle within `farthest`; with `any`, any triangle within it.
+// The nearest triangle within the distance `farthest`; with `any`, an arbitrary one of these.
 fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any: bool) -> Hit {
     let inverse = trace_inverse(direction);
     var best = Hit(TRACE_NONE, farthest, vec2<f32>(0.0));

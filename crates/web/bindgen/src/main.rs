@@ -1,4 +1,8 @@
-//! `sunbeam-bindgen INPUT.wasm FOLDER`: writes the ES module and the code that it loads into a folder.
+//! `sunbeam-bindgen INPUT.wasm FOLDER`: writes the page's library into a folder, as an ES module in JavaScript and the
+//! WebAssembly that it loads.
+//!
+//! `INPUT.wasm` is `crates/web` compiled for `wasm32-unknown-unknown`. This program does the work of the command
+//! `wasm-bindgen` in the version of the project's Cargo.lock, so that it needs no installation.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -20,6 +24,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err("two arguments are needed: INPUT.wasm FOLDER".into());
     };
     let mut bindgen = Bindgen::new();
+    // For browsers without a bundler. The removed sections name the compiler and the functions; nothing reads them.
     bindgen.input_path(input).web(true)?.typescript(false).remove_producers_section(true).remove_name_section(true);
     Ok(bindgen.generate(folder)?)
 }

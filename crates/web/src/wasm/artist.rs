@@ -1,9 +1,12 @@
-//! The artist: the Web Worker that draws with WebGPU on an `OffscreenCanvas`. `README.md` of this crate documents its
+//! The artist, which draws with WebGPU on an `OffscreenCanvas` in a Web Worker. `README.md` of this crate documents its
 //! calls.
 //!
 //! A picture is drawn progressively ([`Progressive`]): first a coarse preview, then finer levels, each by one
-//! [`Artist::step`]. A call that changes scene, method or view stops the drawing of a finer picture that is under way.
-//! Pictures are linear sRGB; the tone pass applies the exposure when it copies a picture to the canvas.
+//! [`Artist::step`]. A call that changes scene, method or view stops a drawing that only refines the picture shown.
+//! Pictures are radiance in linear sRGB. The tone pass applies the exposure when it copies a picture to the canvas.
+//!
+//! Exported functions convert errors for JavaScript. Those with several steps call a private function that returns
+//! [`WebError`].
 
 use super::quick::read;
 use super::report::thrown;
@@ -21,14 +24,16 @@ use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
 
-/// Time in ms that the preview after a change may take. Chosen: with the messages between page and worker, the picture
-/// follows a drag within two frames of 1/60 s.
+/// Time in ms that the preview after a change may take. With the messages between page and worker, the picture follows
+/// a drag within two frames of 1/60 s. A longer time makes previews finer but late.
 const PREVIEW_MS: f64 = 25.0;
 
 /// The canvas that shows pictures.
 struct Screen {
     surface: wgpu::Surface<'static>,
+    /// Configuration of the surface, which has the size of the picture shown.
     config: RefCell<wgpu::SurfaceConfiguration>,
+    /// Copies a picture to the canvas: exposure, tone mapping and sRGB encoding.
     tone: TonePass,
 }
 
@@ -39,7 +44,7 @@ struct State {
     stops: f64,
     /// The picture on the canvas.
     shown: Option<Arc<Target>>,
-    /// Whether `stops` has changed since the picture on the canvas was shown.
+    /// Whether `stops` has changed since the picture was put on the canvas.
     tone_changed: bool,
 }
 
@@ -47,23 +52,25 @@ struct State {
 #[wasm_bindgen]
 pub struct Artist {
     gpu: Gpu,
+    /// `None` if the artist draws without a canvas.
     screen: Option<Screen>,
     renderer: Renderer,
     state: RefCell<State>,
-    /// Whether the drawing under way only refines the picture on the canvas. Such a drawing may be stopped.
+    /// Whether the current drawing only refines the picture on the canvas. Such a drawing may be stopped.
     refining: Cell<bool>,
-    /// Flag that stops the drawing under way.
+    /// Flag that stops the current drawing. The renderer reads it between its submissions to the GPU.
     stop: Arc<AtomicBool>,
 }
 
 thread_local! {
-    /// The function registered by [`Artist::on_lost`]. A JavaScript function cannot move into the device's callback.
+    /// The function registered by [`Artist::on_lost`]. It is here because a JavaScript function cannot move into the
+    /// device's callback, which must be `Send`.
     static LOST: RefCell<Option<js_sys::Function>> = const { RefCell::new(None) };
 }
 
 #[wasm_bindgen]
 impl Artist {
-    /// Opens WebGPU for a canvas, or for none.
+    /// Opens a WebGPU device for a canvas, or for drawing without one.
     pub async fn open(canvas: Option<web_sys::OffscreenCanvas>) -> Result<Artist, JsValue> {
         Self::opened(canvas).await.map_err(thrown)
     }
@@ -74,13 +81,13 @@ impl Artist {
             .to_string()
     }
 
-    /// Registers a function that is called with a line of text when the device is lost.
+    /// Registers a function that is called once, with a line of text, when the device is lost.
     pub fn on_lost(&self, callback: js_sys::Function) {
         LOST.with_borrow_mut(|listener| *listener = Some(callback));
     }
 
-    /// Uploads the scene from the bytes of `make_scene` (`maker.rs`). A draft is shown until its full scene is
-    /// uploaded.
+    /// Uploads the scene from the bytes of `make_scene` (`maker.rs`). A draft is drawn until its full scene is
+    /// uploaded, and later for coarse pictures.
     pub async fn set_scene(&self, bytes: Vec<u8>, is_draft: bool) -> Result<(), JsValue> {
         let upload = if is_draft { Scene::draft } else { Scene::of };
         let scene = SceneData::from_bytes(bytes).and_then(|data| upload(&self.gpu, &data)).map_err(thrown)?;
@@ -94,19 +101,21 @@ impl Artist {
         Ok(())
     }
 
-    /// Compiles and uploads the method from the bytes of `Relief.method` (`maker.rs`); returns its bytes on the GPU.
+    /// Compiles and uploads the method from the bytes of `Relief.method` (`maker.rs`). Returns its size on the GPU in
+    /// bytes.
     pub async fn set_method(&self, bytes: Vec<u8>) -> Result<f64, JsValue> {
         let data = MethodData::from_bytes(bytes).map_err(thrown)?;
         let shader = Shader::of_async(&self.gpu, &data.shader(), data.answers(), &Optics::default()).await;
         let mut shader = shader.map_err(thrown)?;
         shader.stop_when(Arc::clone(&self.stop));
-        let bytes = shader.bytes() as f64;
+        let bytes_on_gpu = shader.bytes() as f64;
         self.state.borrow_mut().progressive.set_shader(&self.gpu, shader);
         self.give_up_refining();
-        Ok(bytes)
+        Ok(bytes_on_gpu)
     }
 
-    /// Sets the view that the following steps draw, and stops the refinement of an older view.
+    /// Sets the view that the following steps draw, and stops the refinement of another view. The finest picture has
+    /// `width` × `height` pixels with `supersample` rays along each side.
     pub fn set_view(&self, json: &str, width: u32, height: u32, supersample: u32) -> Result<(), JsValue> {
         let settings = read(json)?;
         let view = settings.view(supersample).map_err(thrown)?;
@@ -120,30 +129,31 @@ impl Artist {
         Ok(())
     }
 
-    /// Draws the next finer picture and shows it; returns its report as JSON, or nothing after the finest.
+    /// Draws the next finer picture and shows it. Returns its report as JSON, or nothing if there is no finer picture
+    /// or if the drawing was stopped.
     pub async fn step(&self) -> Result<Option<String>, JsValue> {
         self.stepped().await.map_err(thrown)
     }
 
-    /// Draws the finest picture and shows it; returns its report as JSON.
+    /// Draws the finest picture at once and shows it. Returns its report as JSON.
     pub async fn draw(&self) -> Result<String, JsValue> {
         let missing = || thrown(WebError::Internal("there is no scene, method or view yet".to_owned()));
         let finest = self.state.borrow().progressive.job().map(|job| Level::finest(job.view.supersample));
         self.drawn(finest.ok_or_else(missing)?).await.map_err(thrown)?.ok_or_else(missing)
     }
 
-    /// Width and height of the picture shown; zeros before there is one.
+    /// Width and height in pixels of the picture shown; zeros before there is one.
     pub fn size(&self) -> Vec<u32> {
         let (width, height) = self.state.borrow().shown.as_ref().map_or((0, 0), |target| target.size());
         vec![width, height]
     }
 
-    /// The picture shown, linear sRGB.
+    /// The picture shown: radiance in linear sRGB, three numbers a pixel, rows from the top.
     pub async fn pixels(&self) -> Result<Vec<f32>, JsValue> {
         Ok(self.picture().await.map_err(thrown)?.as_flattened().to_vec())
     }
 
-    /// The picture shown as a PNG.
+    /// The picture shown as a PNG file ([`image::picture_png`]).
     pub async fn png(&self) -> Result<Vec<u8>, JsValue> {
         let picture = self.picture().await.map_err(thrown)?;
         let (size, stops) = {
@@ -153,20 +163,21 @@ impl Artist {
         image::picture_png(&picture, size, stops).map_err(thrown)
     }
 
-    /// Directions and `f_r` at the surface point that the picture shows at (`x`, `y`), each in [0, 1) from the upper
-    /// left, as JSON. Returns nothing off the relief's surface.
+    /// Directions and `f_r` at the point of the surface that the picture shows at (`x`, `y`), as JSON. Both coordinates
+    /// are in [0, 1), from the upper left corner. Returns nothing off the relief's surface.
     pub async fn query(&self, x: f64, y: f64) -> Result<Option<String>, JsValue> {
         self.queried(x, y).await.map_err(thrown)
     }
 
-    /// The BRDF map for light from `wi`, linear sRGB in 1/sr.
+    /// The BRDF map for light from the unit vector `wi`: `f_r` in 1/sr as linear sRGB, three numbers for each of
+    /// `side`² pixels, rows from the top.
     pub async fn map(&self, wi: &[f32], side: usize) -> Result<Vec<f32>, JsValue> {
         let refused = || thrown(WebError::Internal("a direction is three numbers".to_owned()));
         let wi: [f32; 3] = wi.try_into().map_err(|_| refused())?;
         self.mapped(wi, side).await.map_err(thrown)
     }
 
-    /// Destroys the GPU's device, so that tests see its loss.
+    /// Destroys the GPU's device, for tests of its loss.
     pub fn lose(&self) {
         self.gpu.device().destroy();
     }
@@ -188,6 +199,7 @@ impl Artist {
         let adapter = instance.request_adapter(&options).await.map_err(|error| absent(&error.to_string()))?;
         let gpu = Gpu::open_adapter_async(&adapter).await?;
         gpu.when_lost(|reason| {
+            // Taken out first, since the listener may register another one.
             let listener = LOST.with_borrow_mut(Option::take);
             if let Some(listener) = listener {
                 // Errors of the listener are ignored.
@@ -211,14 +223,15 @@ impl Artist {
         })
     }
 
-    /// Stops the drawing under way if it only refines a picture that is out of date.
+    /// Stops the current drawing if it only refines a picture, which is now out of date.
     fn give_up_refining(&self) {
         if self.refining.get() {
             self.stop.store(true, Relaxed);
         }
     }
 
-    /// [`Artist::step`] with Rust's error type. A changed exposure comes first: it needs no new drawing.
+    /// [`Artist::step`] with Rust's error type. After a change of the exposure alone, the picture shown is copied to
+    /// the canvas again before a finer one is drawn.
     async fn stepped(&self) -> Result<Option<String>, WebError> {
         let next = {
             let state = self.state.borrow();
@@ -236,21 +249,21 @@ impl Artist {
         }
     }
 
-    /// Shows the latest picture, of this level, at another exposure.
+    /// Shows the latest picture, of this level, at the current exposure.
     async fn toned(&self, level: Level) -> Result<Option<String>, WebError> {
         let start = Instant::now();
         let (shown, is_finest) = {
             let state = self.state.borrow();
             let supersample = state.progressive.job().map_or(1, |job| job.view.supersample);
-            (state.shown.clone(), level.is_last(supersample))
+            (state.shown.clone(), level.is_finest(supersample))
         };
         let Some(shown) = shown else { return Ok(None) };
         self.show(&shown).await?;
         Ok(Some(report(&shown, level, is_finest, start, &FrameReport::default())))
     }
 
-    /// Draws at a level and shows the picture. `None` if scene, method or job is missing, or if the drawing was a
-    /// refinement that went out of date.
+    /// Draws at a level, shows the picture, and returns its report. `None` if scene, method or job is missing, or if
+    /// the drawing was a refinement and is out of date.
     async fn drawn(&self, level: Level) -> Result<Option<String>, WebError> {
         let start = Instant::now();
         let frame = self.state.borrow_mut().progressive.frame(&self.gpu, level)?;
@@ -273,7 +286,7 @@ impl Artist {
         Ok(Some(report(&frame.target, level, frame.is_finest, start, &drawn)))
     }
 
-    /// Puts a picture on the canvas, and waits until it is there.
+    /// Puts a picture on the canvas and waits until the GPU is done.
     async fn show(&self, target: &Target) -> Result<(), WebError> {
         let stops = {
             let mut state = self.state.borrow_mut();
@@ -308,13 +321,14 @@ impl Artist {
             return Ok(None);
         }
         let answers = shader.evaluate_async(&self.gpu, &[Query::new(query.wi, query.wo)]).await?;
-        let q: [f32; 3] = std::array::from_fn(|c| query.wi[c] + query.wo[c]);
-        let length = q.iter().map(|c| c * c).sum::<f32>().sqrt().max(f32::MIN_POSITIVE);
+        // The scattering vector. Its direction is the half vector.
+        let q: [f32; 3] = std::array::from_fn(|axis| query.wi[axis] + query.wo[axis]);
+        let length = q.iter().map(|component| component * component).sum::<f32>().sqrt().max(f32::MIN_POSITIVE);
         Ok(Some(
             json!({
                 "wi": query.wi,
                 "wo": query.wo,
-                "half": q.map(|c| c / length),
+                "half": q.map(|component| component / length),
                 "q": q,
                 "lit": query.lit != 0,
                 "rgb": answers.reflectances.first(),
@@ -327,8 +341,9 @@ impl Artist {
     async fn mapped(&self, wi: [f32; 3], side: usize) -> Result<Vec<f32>, WebError> {
         let shader = self.state.borrow().progressive.shader().cloned();
         let Some(shader) = shader else { return Err(WebError::Internal("there is no method yet".to_owned())) };
-        // A flag left from a stopped picture must not stop the map.
+        // The flag may be left from a stopped picture and would stop the map.
         self.stop.store(false, Relaxed);
+        // Pixels outside the disc are `None`.
         let pixels = shader.brdf_map_async(&self.gpu, wi, side).await?;
         Ok(pixels.into_iter().flat_map(Option::unwrap_or_default).collect())
     }
@@ -336,19 +351,20 @@ impl Artist {
 
 /// The work of one call of [`Artist::step`].
 enum Step {
+    /// Draws and shows a picture of this level.
     Draw(Level),
     /// Shows the latest picture, of this level, at another exposure.
     Tone(Level),
 }
 
 impl Screen {
-    /// Prepares the canvas's surface without an sRGB format, and the tone pass.
+    /// Prepares the surface of the canvas and the tone pass. The surface has no sRGB format, because the tone pass
+    /// encodes sRGB itself.
     fn new(gpu: &Gpu, adapter: &wgpu::Adapter, surface: wgpu::Surface<'static>) -> Result<Self, WebError> {
         let config = surface.get_default_config(adapter, 1, 1);
         let mut config = config.ok_or_else(|| WebError::NoWebGpu("the canvas takes no WebGPU".to_owned()))?;
-        // The tone pass encodes sRGB itself.
         config.format = config.format.remove_srgb_suffix();
-        // A width that no picture has: the first picture configures the canvas.
+        // A width that no picture has, so that the first picture configures the surface.
         config.width = 0;
         let tone = TonePass::new(gpu.device(), config.format);
         Ok(Self { surface, config: RefCell::new(config), tone })
@@ -378,7 +394,8 @@ impl Screen {
     }
 }
 
-/// Report of a drawn picture as JSON: size, level, time since `start`, and the GPU's counts.
+/// Report of a picture as JSON: size in pixels, rays along each side of a pixel, milliseconds since `start`, and from
+/// `drawn` the number of answers of the method and of submissions to the GPU.
 fn report(target: &Target, level: Level, is_finest: bool, start: Instant, drawn: &FrameReport) -> String {
     let (width, height) = target.size();
     json!({

@@ -1,13 +1,11 @@
-//! Calls of the page that read files and build tables: the exports for its *makers*, Web Workers that may block.
+//! Calls that read files and build methods and scenes: the exports for the page's *makers*, Web Workers that may block.
 //!
-//! `README.md` of this package documents every call, the makers, and the *artist*, the worker that draws with WebGPU.
-//! Arguments that several calls share:
+//! `README.md` of this crate documents every call. The *artist* is the worker that draws with WebGPU (`artist.rs`).
 //!
-//! - `json`: the page's settings as a JSON object ([`Settings`](crate::Settings)), which [`read`] checks;
-//! - `listener`: a JavaScript function that receives the progress, a fraction from 0 to 1, or any other value for none.
-//!   It is called while the second value of [`progress`] lives, which is why a call keeps `_listening`.
-//!
-//! Errors are JavaScript `Error`s with a `kind` ([`thrown`]).
+//! - `json` is the page's settings as a JSON object ([`Settings`](crate::Settings)), which [`read`] checks.
+//! - `listener` is a JavaScript function that receives the progress, a fraction from 0 to 1, or any other value for
+//!   none. A call keeps the guard `_listening` of [`progress`] to its end, and the listener is called until then.
+//! - Errors are JavaScript `Error`s with a `kind` ([`thrown`]).
 
 use super::quick::read;
 use super::report::{progress, thrown};
@@ -24,7 +22,7 @@ pub struct JsRelief(Relief);
 
 #[wasm_bindgen(js_class = Relief)]
 impl JsRelief {
-    /// Reads and levels the relief of the settings: a preset, or the file with the contents `bytes`.
+    /// Reads and levels the relief of the settings: a preset, or the file whose contents are `bytes`.
     #[wasm_bindgen(constructor)]
     pub fn new(json: &str, bytes: Option<Vec<u8>>) -> Result<JsRelief, JsValue> {
         Ok(Self(Relief::new(&read(json)?, bytes.as_deref()).map_err(thrown)?))
@@ -45,19 +43,19 @@ impl JsRelief {
         Ok(serde_json::to_string(&self.0.estimate(&read(json)?)).unwrap_or_default())
     }
 
-    /// Builds the data of the settings' method, such as a colour table, and packs it into bytes for the artist.
+    /// Builds the settings' method and packs it into bytes for the artist ([`Relief::method_data`]).
     pub fn method(&self, json: &str, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
         let (progress, _listening) = progress(listener);
         self.0.method_data(&read(json)?, &progress).map_err(thrown)
     }
 
-    /// Builds an evaluator of the settings' method on the CPU.
+    /// Builds the settings' method as an evaluator of colours on the CPU.
     pub fn reflectance(&self, json: &str, listener: &JsValue) -> Result<JsReflectance, JsValue> {
         let (progress, _listening) = progress(listener);
         Ok(JsReflectance(self.0.reflectance(&read(json)?, &progress).map_err(thrown)?))
     }
 
-    /// Builds an evaluator of spectra on the CPU.
+    /// Builds an evaluator of spectra for the settings' method on the CPU.
     pub fn spectra(&self, json: &str, listener: &JsValue) -> Result<JsSpectra, JsValue> {
         let (progress, _listening) = progress(listener);
         Ok(JsSpectra(self.0.spectra(&read(json)?, &progress).map_err(thrown)?))
@@ -107,21 +105,21 @@ pub struct JsReflectance(Reflectance);
 
 #[wasm_bindgen(js_class = Reflectance)]
 impl JsReflectance {
-    /// Replaces the refractive index by that of other settings. The tables stay: without energy conservation they do
-    /// not depend on the index.
+    /// Replaces the refractive index by that of other settings ([`Reflectance::set_index`]).
     pub fn set_index(&mut self, json: &str) -> Result<(), JsValue> {
         self.0.set_index(&read(json)?);
         Ok(())
     }
 
-    /// Map of `f_r` in 1/sr over the hemisphere of outgoing directions, for light from (`theta_deg`, `phi_deg`): linear
-    /// sRGB of `side` × `side` pixels, rows from the top.
+    /// BRDF map for light at the angle `theta_deg` to the normal and the azimuth `phi_deg`: `f_r` in 1/sr as linear
+    /// sRGB, three numbers for each of `side`² pixels, rows from the top ([`Reflectance::map`]).
     pub fn map(&self, theta_deg: f64, phi_deg: f64, side: usize, listener: &JsValue) -> Vec<f32> {
         let (progress, _listening) = progress(listener);
         self.0.map(direction(theta_deg, phi_deg), side, &progress).as_flattened().to_vec()
     }
 
-    /// `f_r` in 1/sr as linear sRGB, for the directions `wi` to the light and `wo` to the viewer of three numbers each.
+    /// `f_r` in 1/sr as linear sRGB. `wi` is the direction to the light and `wo` that to the viewer, of three numbers
+    /// each and any length.
     pub fn rgb(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
         Ok(self.0.rgb(unit(wi)?, unit(wo)?).map(|value| value as f32).to_vec())
     }
@@ -133,20 +131,21 @@ pub struct JsSpectra(Spectra);
 
 #[wasm_bindgen(js_class = Spectra)]
 impl JsSpectra {
-    /// Replaces the refractive index by that of other settings. The tables stay: without energy conservation they do
-    /// not depend on the index.
+    /// Replaces the refractive index by that of other settings ([`Spectra::set_index`]).
     pub fn set_index(&mut self, json: &str) -> Result<(), JsValue> {
         self.0.set_index(&read(json)?);
         Ok(())
     }
 
-    /// `f_r` in 1/sr at 380, 385, …, 780 nm, for the directions `wi` to the light and `wo` to the viewer.
+    /// `f_r` in 1/sr at 380, 385, …, 780 nm; empty if the method has no values by wavelength. `wi` is the direction to
+    /// the light and `wo` that to the viewer, of three numbers each and any length.
     pub fn spectrum(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
         Ok(self.0.spectrum(unit(wi)?, unit(wo)?))
     }
 }
 
-/// The unit vector along `direction`, normalised in double precision. Refuses all but three numbers, and zero length.
+/// The unit vector along `direction`, normalised in double precision. Refuses other than three numbers, and a length of
+/// zero.
 fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     let refused = || thrown(WebError::Internal("a direction is three numbers, not all of them 0".to_owned()));
     let direction: [f32; 3] = direction.try_into().map_err(|_| refused())?;
@@ -154,14 +153,14 @@ fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     Ok(unit.to_array())
 }
 
-/// Builds the scene and packs it into bytes for the artist: the mesh, the tree of boxes for its rays, and the pigment's
-/// texture. A draft is coarser ([`Settings::draft_scene`](crate::Settings::draft_scene)).
+/// Builds the scene and packs it into bytes for the artist: the mesh, its bounding volume hierarchy, and the texture of
+/// the pigment. A draft is coarser ([`Settings::draft_scene`](crate::Settings::draft_scene)).
 #[wasm_bindgen]
 pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
     let settings = read(json)?;
     let (progress, _listening) = progress(listener);
     let (mesh, pigment) = if is_draft { settings.draft_scene() } else { settings.scene() }.map_err(thrown)?;
-    // An estimate: the mesh and the pigment take 60 % of the time, the tree the rest.
+    // Rough: mesh and pigment take 60 % of the time, the hierarchy the rest.
     progress.report(0.6);
     let data = SceneData::new(&mesh, &pigment).map_err(thrown)?;
     progress.report(1.0);

@@ -1,8 +1,9 @@
-//! The functions and classes that the module exports to the page's JavaScript. `README.md` of this crate documents
-//! them.
+//! Functions and classes that are exported to the page's JavaScript. `README.md` of this crate documents them.
 //!
-//! - `quick.rs`: calls without long computations, for every thread.
-//! - `maker.rs`: builds of tables and scenes, for workers that may block.
+//! The page and each of its Web Workers load the library on their own.
+//!
+//! - `quick.rs`: calls without long computations, for the page and all workers.
+//! - `maker.rs`: builds of methods and scenes, for workers that may block.
 //! - `artist.rs`: drawing with WebGPU, for one worker.
 //! - `report.rs`: errors and progress for JavaScript.
 
@@ -13,7 +14,7 @@ mod report;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// Sets the panic hook; the browser calls this function when it loads the module.
+/// Sets the panic hook. The generated JavaScript calls this function after it has loaded the library.
 #[wasm_bindgen(start)]
 pub fn start() {
     report::report_panics();

@@ -1,17 +1,17 @@
-//! Calls that return at once: settings, shares, and conversions of colours.
+//! Calls without long computations: settings, exports of a picture, and conversions of colours.
 //!
-//! `json` is the page's settings as a JSON object ([`Settings`]). Errors are JavaScript `Error`s with a `kind`
-//! ([`thrown`]).
+//! `json` is the page's settings as a JSON object ([`Settings`]). Settings are returned as JSON with all fields. Errors
+//! are JavaScript `Error`s with a `kind` ([`thrown`]). Lengths of drags are in CSS pixels.
 
 use super::report::thrown;
-use crate::settings::{CameraSettings, SUN_ELEVATION, Settings, SunSettings};
+use crate::settings::{CameraSettings, SUN_ELEVATION_DEG, Settings, SunSettings};
 use crate::{catalogue as all, image, share};
 use sha2::{Digest, Sha256};
 use sunbeam_realtime::{DEGREES_PER_POINT, Orbit};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// Reads and checks settings.
+/// The settings of a JSON object, checked.
 pub(super) fn read(json: &str) -> Result<Settings, JsValue> {
     Settings::from_json(json).map_err(thrown)
 }
@@ -34,38 +34,39 @@ pub fn compact_settings(json: &str) -> Result<String, JsValue> {
     Ok(read(json)?.to_compact_json())
 }
 
-/// Keys of the data that the page keeps ([`Keys`](crate::Keys)), as JSON: data are built again when their key changes.
+/// Keys of the data that the page keeps ([`Keys`](crate::Keys)), as JSON. Data are built again when their key changes.
 #[wasm_bindgen]
 pub fn keys(json: &str) -> Result<String, JsValue> {
     Ok(serde_json::to_string(&read(json)?.keys()).unwrap_or_default())
 }
 
-/// The shell command that draws the picture ([`share::command`]).
+/// The shell command that draws the picture ([`share::command`]), of `width` × `height` pixels and with `supersample`
+/// rays along each side of a pixel.
 #[wasm_bindgen]
 pub fn share_command(json: &str, width: u32, height: u32, supersample: u32) -> Result<String, JsValue> {
     Ok(share::command(&read(json)?, (width, height), supersample))
 }
 
-/// The XML scene of the picture for Mitsuba ([`share::xml`]).
+/// The XML scene of the picture for Mitsuba ([`share::xml`]), of `width` × `height` pixels.
 #[wasm_bindgen]
 pub fn share_xml(json: &str, width: u32, height: u32) -> Result<String, JsValue> {
     Ok(share::xml(&read(json)?, (width, height)))
 }
 
-/// The entries of the page's lists, as JSON ([`crate::catalogue()`]).
+/// Entries of the page's lists, as JSON ([`crate::catalogue()`]).
 #[wasm_bindgen]
 pub fn catalogue() -> String {
     all().to_string()
 }
 
-/// The SHA-256 of a file's bytes in hexadecimal.
+/// The SHA-256 of a file's bytes, as 64 hexadecimal digits.
 #[wasm_bindgen]
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The settings after a change of the camera.
-fn moved(json: &str, change: impl FnOnce(&mut Orbit)) -> Result<String, JsValue> {
+/// The settings after a change of the camera's orbit.
+fn with_orbit(json: &str, change: impl FnOnce(&mut Orbit)) -> Result<String, JsValue> {
     let mut settings = read(json)?;
     let mut orbit = settings.camera.orbit();
     change(&mut orbit);
@@ -73,36 +74,36 @@ fn moved(json: &str, change: impl FnOnce(&mut Orbit)) -> Result<String, JsValue>
     Ok(settings.to_json())
 }
 
-/// The settings after a drag that turns the camera about its target, in CSS pixels.
+/// The settings after a drag that turns the camera about its target: the scene follows the pointer.
 #[wasm_bindgen]
 pub fn turned(json: &str, right: f32, down: f32) -> Result<String, JsValue> {
-    moved(json, |orbit| orbit.turn(right, down))
+    with_orbit(json, |orbit| orbit.turn(right, down))
 }
 
-/// The settings after the camera's distance is multiplied by `factor`.
+/// The settings after the camera's distance is multiplied by `factor`. A factor that is not finite changes nothing.
 #[wasm_bindgen]
 pub fn zoomed(json: &str, factor: f64) -> Result<String, JsValue> {
-    moved(json, |orbit| orbit.zoom(if factor.is_finite() { factor } else { 1.0 }))
+    with_orbit(json, |orbit| orbit.zoom(if factor.is_finite() { factor } else { 1.0 }))
 }
 
-/// The settings after a shift of the camera's target in CSS pixels, in a picture `width` CSS pixels wide.
+/// The settings after a drag that moves the camera with its target, in a picture `width` CSS pixels wide.
 #[wasm_bindgen]
 pub fn panned(json: &str, right: f32, down: f32, width: f32) -> Result<String, JsValue> {
-    moved(json, |orbit| orbit.pan(right, down, width))
+    with_orbit(json, |orbit| orbit.pan(right, down, width))
 }
 
-/// The settings after a drag of the sun in CSS pixels.
+/// The settings after a drag that turns the sun. Its azimuth is wrapped to [−180°, 180°).
 #[wasm_bindgen]
 pub fn sunned(json: &str, right: f64, down: f64) -> Result<String, JsValue> {
     let mut settings = read(json)?;
     let azimuth_deg = (settings.sun.azimuth_deg + DEGREES_PER_POINT * right + 180.0).rem_euclid(360.0) - 180.0;
-    let elevation_deg =
-        (settings.sun.elevation_deg - DEGREES_PER_POINT * down).clamp(*SUN_ELEVATION.start(), *SUN_ELEVATION.end());
-    settings.sun = SunSettings { azimuth_deg, elevation_deg };
+    let elevation_deg = settings.sun.elevation_deg - DEGREES_PER_POINT * down;
+    let (lowest, highest) = SUN_ELEVATION_DEG.into_inner();
+    settings.sun = SunSettings { azimuth_deg, elevation_deg: elevation_deg.clamp(lowest, highest) };
     Ok(settings.to_json())
 }
 
-/// A BRDF map as RGBA bytes ([`image::map_picture`]); `rgb` has three numbers a pixel.
+/// A BRDF map as RGBA bytes ([`image::map_picture`]). `rgb` has three numbers for each of `side`² pixels.
 #[wasm_bindgen]
 pub fn map_picture(rgb: &[f32], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, JsValue> {
     image::map_picture(pixels(rgb), side, exposure).map_err(thrown)
@@ -114,13 +115,14 @@ pub fn map_exr(rgb: &[f32], side: usize) -> Result<Vec<u8>, JsValue> {
     image::map_exr(pixels(rgb), side).map_err(thrown)
 }
 
-/// Three bytes of sRGB for one linear colour, brightened by `stops` and tone-mapped.
+/// Three bytes of sRGB for one colour in linear sRGB, brightened by `stops` and tone-mapped. Empty unless `rgb` has
+/// three numbers or more.
 #[wasm_bindgen]
 pub fn to_srgb(rgb: &[f32], stops: f64) -> Vec<u8> {
-    pixels(rgb).first().map_or_else(Vec::new, |pixel| image::shown(*pixel, stops).to_vec())
+    pixels(rgb).first().map_or_else(Vec::new, |pixel| image::tone_mapped_bytes(*pixel, stops).to_vec())
 }
 
-/// Groups numbers into colours of three; a remainder is dropped.
+/// Groups numbers into colours of three channels. A remainder of one or two numbers is dropped.
 fn pixels(rgb: &[f32]) -> &[[f32; 3]] {
     rgb.as_chunks::<3>().0
 }

@@ -2,6 +2,7 @@
 
 use crate::WebError;
 use std::cell::RefCell;
+use std::sync::{Mutex, PoisonError};
 use sunbeam::table::Progress;
 use wasm_bindgen::{JsCast, JsValue};
 
@@ -12,7 +13,7 @@ pub fn thrown(error: impl Into<WebError>) -> JsValue {
     let made = js_sys::Error::new(&error.to_string());
     made.set_name("SunbeamError");
     let set = |name: &str, value: &str| {
-        // A new object accepts properties.
+        // Cannot fail: a new object accepts properties.
         let _ = js_sys::Reflect::set(&made, &name.into(), &value.into());
     };
     set("kind", error.kind());
@@ -23,11 +24,11 @@ pub fn thrown(error: impl Into<WebError>) -> JsValue {
 }
 
 thread_local! {
-    /// The page's listener for progress while a build runs.
+    /// Listener of the build that is running; `None` between builds.
     static LISTENER: RefCell<Option<js_sys::Function>> = const { RefCell::new(None) };
 }
 
-/// Guard of a registered listener: clears it when dropped.
+/// Guard of the registered listener: removes it when it is dropped.
 pub struct Listening;
 
 impl Drop for Listening {
@@ -36,21 +37,25 @@ impl Drop for Listening {
     }
 }
 
-/// Smallest increase of the reported fraction. Chosen: at most 200 calls of JavaScript a build.
+/// Smallest increase of the reported fraction: at most 200 calls of JavaScript a build. A smaller step reports more
+/// smoothly; a larger one costs fewer calls.
 const STEP: f64 = 0.005;
 
-/// A [`Progress`] that calls `listener`, if it is a function, until the returned guard is dropped.
+/// A [`Progress`] that calls `listener`, if it is a function, with the finished fraction from 0 to 1. The calls end
+/// when the returned guard is dropped.
 ///
-/// A `Progress` may move to other threads, and a JavaScript function may not. The function therefore stays in a
-/// variable of this thread, the only one of the module.
+/// A `Progress` may move to other threads, and a JavaScript function may not. Therefore the function stays in a
+/// variable of this thread. WebAssembly has no other threads here.
 pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     let Some(function) = listener.dyn_ref::<js_sys::Function>() else { return (Progress::none(), Listening) };
     LISTENER.with_borrow_mut(|listener| *listener = Some(function.clone()));
-    let last = std::sync::Mutex::new(-1.0f64);
+    // Largest fraction reported; below 0, so that the first report passes.
+    let last = Mutex::new(-1.0f64);
     let report = move |fraction: f64| {
         {
-            let mut last = last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            if fraction < *last + STEP && !(fraction >= 1.0 && *last < 1.0) {
+            let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_first_end = fraction >= 1.0 && *last < 1.0;
+            if fraction < *last + STEP && !is_first_end {
                 return;
             }
             *last = fraction;
@@ -65,7 +70,7 @@ pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     (Progress::new(report), Listening)
 }
 
-/// Prints messages of panics on the console, where the browser would only report "unreachable".
+/// Prints messages of panics on the browser's console. Without this hook, it would only report "unreachable".
 pub fn report_panics() {
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&format!("sunbeam: {info}").into());

@@ -11,10 +11,10 @@ use sunbeam::table::Model;
 
 /// Name in the report of the method `table`, which looks up colours in a colour table (docs/tables.md).
 pub(super) const COLOUR_TABLE: &str = "colour-table";
-/// Name in the report of the method that looks up spectra and sums them over wavelengths.
+/// Name in the report of the method that looks up the spectral tables at each wavelength and sums to a colour.
 pub(super) const SPECTRAL_TABLE: &str = "spectral-table";
 
-/// A method with its parameters and its data. The fields in the report are those of [`Entry`].
+/// A method with its parameters and its data. [`Entry`] documents the fields, except for the evaluator.
 pub(super) struct Candidate {
     pub(super) method: &'static str,
     pub(super) model: Model,
@@ -27,15 +27,16 @@ pub(super) struct Candidate {
 
 /// The evaluator behind a candidate.
 pub(super) enum Evaluator {
-    /// A method of colours, in single precision.
+    /// A method of colours, in single precision. It answers with the relief's part of `f_r`, without `O·M`.
     Colour(Box<dyn Method>),
-    /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour.
+    /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour. Their answers include
+    /// `O·M`.
     Spectral(Arc<Surface>, SpectralToRgb),
 }
 
 impl Candidate {
-    /// Whether a colour takes the same work as with the other candidate. Look-ups in two colour tables of equal size
-    /// do, whatever data the tables hold.
+    /// Whether a colour takes the same work with both candidates. This holds for two colour tables of equal size: a
+    /// look-up does not depend on the data.
     pub(super) fn costs_like(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
             || self.method == COLOUR_TABLE && other.method == COLOUR_TABLE && self.bytes == other.bytes
@@ -43,18 +44,20 @@ impl Candidate {
 
     /// The linear sRGB of `f_r` in 1/sr, without the Fresnel factor.
     ///
-    /// `factor` is the obliquity and shadowing factor `O·M` of the directions, which the spectral tables include.
+    /// `factor` is the obliquity and shadowing factor `O·M` of the pair (docs/model.md#the-reflectance).
     pub(super) fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
         match &self.evaluator {
             Evaluator::Colour(method) => {
                 let [wi, wo] = pair.single();
                 method.answer_rgb(wi, wo).map(|channel| factor * f64::from(channel))
             }
-            Evaluator::Spectral(surface, sum) => sum.rgb_of(|nm| surface.eval(pair.wi, pair.wo, nm)),
+            Evaluator::Spectral(surface, to_rgb) => to_rgb.rgb_of(|nm| surface.eval(pair.wi, pair.wo, nm)),
         }
     }
 
     /// `f_r` in 1/sr at a wavelength in nm, without the Fresnel factor; `None` from methods without spectra.
+    ///
+    /// `factor` is that of [`Candidate::rgb`].
     pub(super) fn spectral(&self, pair: &DirectionPair, factor: f64, nm: f64) -> Option<f64> {
         match &self.evaluator {
             Evaluator::Colour(method) => {
@@ -65,7 +68,7 @@ impl Candidate {
         }
     }
 
-    /// The candidate's entry in the report. The marks of the fronts (front.rs) are set later.
+    /// The candidate's entry in the report. Both marks of the fronts (front.rs) are false; `mark_fronts` sets them.
     pub(super) fn into_entry(self, errors: Errors, cpu: Timing, gpu: Option<Timing>) -> Entry {
         let Self { method, model, parameters, is_default, bytes, build_seconds, .. } = self;
         Entry {

@@ -1,8 +1,12 @@
 //! The methods and parameter sets that are measured on one surface.
 //!
-//! A *candidate* (candidate.rs) is a method with one set of parameters. Parameters: the step between wavelengths in nm,
-//! the number of terms of the series of the phase screen (Chebyshev or Taylor), the *neighbourhood*, the number of
-//! orders summed along each axis, and the tolerance, from which the library derives the numbers that are not given.
+//! A *candidate* (candidate.rs) is a method with one set of parameters:
+//!
+//! - the step between wavelengths in nm;
+//! - the series of the phase screen, Chebyshev or Taylor, and its number of terms;
+//! - the *neighbourhood*, the number of orders summed along each axis;
+//! - the tolerance, a relative error, from which the library derives the terms and the neighbourhood unless given.
+//!
 //! Each method is measured with the library's defaults, with the parameters of Single 2014, and with cheaper or finer
 //! ones.
 
@@ -21,8 +25,13 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 
-/// Builds every candidate of a surface, FLSS with its defaults first; `few` restricts each method to a few parameter
-/// sets.
+/// Steps between wavelengths in nm, the default first.
+const STEPS_NM: [f64; 6] = [5.0, 1.0, 2.0, 10.0, 25.0, 50.0];
+
+/// Builds every candidate of a surface. The first is FLSS with its defaults, the baseline of the ratios of times.
+///
+/// `options` are those of the surface. `few` restricts each method to a few parameter sets. `progress` receives the
+/// name of each stage when it begins.
 ///
 /// # Errors
 /// A method that cannot be built.
@@ -49,7 +58,7 @@ pub(super) fn build_all(
 /// Parameters of a published method.
 #[derive(Clone, Default, PartialEq)]
 struct Parameters {
-    /// Tolerance in place of the surface's.
+    /// Tolerance; `None` for the surface's.
     tolerance: Option<f64>,
     options: MethodOptions,
 }
@@ -65,7 +74,7 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Adds a published method. `counts` are the terms and orders that it sums.
+    /// Adds a published method. `counts` are the terms and orders that it sums, which the report shows.
     fn push<M: Method + 'static>(
         &mut self,
         kind: MethodKind,
@@ -82,8 +91,8 @@ impl Builder<'_> {
             ("series", json!(options.series)),
             ("weighted", json!(options.weighted)),
         ];
-        let known = all.into_iter().filter(|(name, _)| kind.options().contains(name));
-        let mut reported: Map<String, Value> = known.map(|(name, value)| (name.to_owned(), value)).collect();
+        let read = all.into_iter().filter(|(name, _)| kind.options().contains(name));
+        let mut reported: Map<String, Value> = read.map(|(name, value)| (name.to_owned(), value)).collect();
         if let Some(tolerance) = tolerance {
             reported.insert("tolerance".into(), json!(tolerance));
         }
@@ -98,17 +107,18 @@ impl Builder<'_> {
         });
     }
 
-    /// Adds FLSS with one set of orders at several steps between wavelengths, in nm.
+    /// Adds FLSS with one set of transforms, which several steps between wavelengths share. Returns the terms and
+    /// orders that it sums.
     fn flss_steps(&mut self, parameters: &Parameters, steps_nm: &[f64]) -> Result<OrderCounts, BenchError> {
         let start = Instant::now();
         let Parameters { tolerance, options } = parameters;
-        let refused = |source| BenchError::Method { candidate: format!("flss {options:?}"), source };
+        let named = |source| BenchError::Method { candidate: format!("flss {options:?}"), source };
         let tolerance = tolerance.unwrap_or(self.options.tolerance);
         let method = Flss::new(self.field, self.options.coherence_length_um, tolerance, options, &Progress::none())
-            .map_err(refused)?;
+            .map_err(named)?;
         let build_seconds = start.elapsed().as_secs_f64();
         for lambda_step_nm in steps_nm.iter().copied() {
-            let stepped = method.with_lambda_step(lambda_step_nm).map_err(refused)?;
+            let stepped = method.with_lambda_step(lambda_step_nm).map_err(named)?;
             let options = MethodOptions { lambda_step_nm, ..options.clone() };
             let parameters = Parameters { options, ..*parameters };
             self.push(MethodKind::Flss, stepped, &parameters, method.counts(), build_seconds);
@@ -127,10 +137,9 @@ impl Builder<'_> {
             self.flss_steps(&with(single), &[5.0])?;
             return Ok(());
         }
-        // The defaults come first: ratios of times are relative to them.
-        let default_counts = self.flss_steps(&with(default.clone()), &[5.0, 1.0, 2.0, 10.0, 25.0, 50.0])?;
+        let default_counts = self.flss_steps(&with(default.clone()), &STEPS_NM)?;
         self.flss_steps(&with(single.clone()), &[1.0, 5.0, 10.0, 25.0])?;
-        // Taylor's series with the number of terms that Chebyshev's needs.
+        // Taylor's series with as many terms as Chebyshev's.
         self.flss_steps(&with(MethodOptions { terms: Some(default_counts.terms), ..single }), &[5.0])?;
         for tolerance in [1e-1, 1e-2] {
             let parameters = Parameters { tolerance: Some(tolerance), options: default.clone() };
@@ -140,37 +149,53 @@ impl Builder<'_> {
             let options = MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() };
             self.flss_steps(&with(options), &[5.0, 25.0])?;
         }
-        // Shader and Rust code sum eight terms at a time, so only multiples of eight differ in time.
+        // Shader and Rust code sum eight terms at a time, so other numbers of terms save no time.
         for terms in [16, 8].into_iter().filter(|n| *n < default_counts.terms) {
             self.flss_steps(&with(MethodOptions { terms: Some(terms), ..default.clone() }), &[5.0, 10.0])?;
         }
         Ok(())
     }
 
+    /// Adds NMM with one parameter set. Returns the terms and orders that it sums.
+    fn nmm_with(&mut self, options: MethodOptions) -> Result<OrderCounts, BenchError> {
+        let start = Instant::now();
+        let Options { coherence_length_um, tolerance, .. } = *self.options;
+        let method = Nmm::new(self.field, coherence_length_um, tolerance, &options, &Progress::none())
+            .map_err(|source| BenchError::Method { candidate: format!("nmm {options:?}"), source })?;
+        let (counts, build_seconds) = (method.counts(), start.elapsed().as_secs_f64());
+        self.push(MethodKind::Nmm, method, &Parameters { tolerance: None, options }, counts, build_seconds);
+        Ok(counts)
+    }
+
     /// Adds NMM with its parameter sets.
     fn nmm(&mut self) -> Result<(), BenchError> {
         let default = MethodOptions::default();
         let unweighted = MethodOptions { weighted: false, ..default.clone() };
-        let mut sets = vec![default.clone(), unweighted.clone()];
-        if !self.few {
-            // Single 2014: Taylor's series and 3 × 3 orders, unweighted.
-            sets.push(MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..unweighted });
-            sets.extend([1, 3, 5].map(|n| MethodOptions { neighbourhood: Some(n), ..default.clone() }));
+        let default_counts = self.nmm_with(default.clone())?;
+        self.nmm_with(unweighted.clone())?;
+        if self.few {
+            return Ok(());
         }
+        // Single 2014: Taylor's series and 3 × 3 orders, unweighted.
+        self.nmm_with(MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..unweighted })?;
+        // The default neighbourhood is measured already.
+        for neighbourhood in [1, 3, 5].into_iter().filter(|n| *n != default_counts.neighbourhood) {
+            self.nmm_with(MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() })?;
+        }
+        Ok(())
+    }
+
+    /// Adds PQ with one set of transforms, which several steps between wavelengths share.
+    fn pq_steps(&mut self, options: &MethodOptions, steps_nm: &[f64]) -> Result<(), BenchError> {
+        let start = Instant::now();
         let Options { coherence_length_um, tolerance, .. } = *self.options;
-        let mut default_neighbourhood = None;
-        for options in sets {
-            // A set with the default neighbourhood given explicitly would be measured twice.
-            let same_as_default = MethodOptions { neighbourhood: default_neighbourhood, ..default.clone() };
-            if default_neighbourhood.is_some() && options == same_as_default {
-                continue;
-            }
-            let start = Instant::now();
-            let method = Nmm::new(self.field, coherence_length_um, tolerance, &options, &Progress::none())
-                .map_err(|source| BenchError::Method { candidate: format!("nmm {options:?}"), source })?;
-            let (counts, seconds) = (method.counts(), start.elapsed().as_secs_f64());
-            default_neighbourhood.get_or_insert(counts.neighbourhood);
-            self.push(MethodKind::Nmm, method, &Parameters { tolerance: None, options }, counts, seconds);
+        let named = |source| BenchError::Method { candidate: format!("pq {options:?}"), source };
+        let method = Pq::new(self.field, coherence_length_um, tolerance, options, &Progress::none()).map_err(named)?;
+        let (counts, build_seconds) = (method.counts(), start.elapsed().as_secs_f64());
+        for lambda_step_nm in steps_nm.iter().copied() {
+            let stepped = method.with_lambda_step(lambda_step_nm).map_err(named)?;
+            let options = MethodOptions { lambda_step_nm, ..options.clone() };
+            self.push(MethodKind::Pq, stepped, &Parameters { tolerance: None, options }, counts, build_seconds);
         }
         Ok(())
     }
@@ -178,25 +203,11 @@ impl Builder<'_> {
     /// Adds PQ with its parameter sets.
     fn pq(&mut self) -> Result<(), BenchError> {
         let default = MethodOptions::default();
-        let steps_nm: &[f64] = if self.few { &[5.0] } else { &[5.0, 1.0, 10.0, 25.0, 50.0] };
-        let mut sets = vec![(default.clone(), steps_nm)];
-        if !self.few {
-            sets.push((MethodOptions { series: Series::Taylor, ..default }, &[5.0]));
+        if self.few {
+            return self.pq_steps(&default, &[5.0]);
         }
-        let Options { coherence_length_um, tolerance, .. } = *self.options;
-        for (options, steps_nm) in sets {
-            let start = Instant::now();
-            let refused = |source| BenchError::Method { candidate: format!("pq {options:?}"), source };
-            let method =
-                Pq::new(self.field, coherence_length_um, tolerance, &options, &Progress::none()).map_err(refused)?;
-            let (counts, seconds) = (method.counts(), start.elapsed().as_secs_f64());
-            for lambda_step_nm in steps_nm.iter().copied() {
-                let stepped = method.with_lambda_step(lambda_step_nm).map_err(refused)?;
-                let options = MethodOptions { lambda_step_nm, ..options.clone() };
-                self.push(MethodKind::Pq, stepped, &Parameters { tolerance: None, options }, counts, seconds);
-            }
-        }
-        Ok(())
+        self.pq_steps(&default, &[5.0, 1.0, 10.0, 25.0, 50.0])?;
+        self.pq_steps(&MethodOptions { series: Series::Taylor, ..default }, &[5.0])
     }
 
     /// Adds Stam's method, or nothing where the relief has no period along x.
@@ -220,12 +231,13 @@ impl Builder<'_> {
 
     /// Adds colour tables of both models, with several resolutions and tolerances.
     fn colour_tables(&mut self) -> Result<(), BenchError> {
-        let default = self.options.tolerance;
-        let mut sets = vec![(Model::Ensemble, 1.0, default), (Model::Ensemble, 0.5, default)];
+        let default_tolerance = self.options.tolerance;
+        // Model, resolution and tolerance of each table.
+        let mut sets = vec![(Model::Ensemble, 1.0, default_tolerance), (Model::Ensemble, 0.5, default_tolerance)];
         if !self.few {
-            sets.extend([0.35, 0.7, 1.4].map(|resolution| (Model::Ensemble, resolution, default)));
+            sets.extend([0.35, 0.7, 1.4].map(|resolution| (Model::Ensemble, resolution, default_tolerance)));
             sets.extend([1e-1, 1e-2].map(|tolerance| (Model::Ensemble, 1.0, tolerance)));
-            sets.extend([0.5, 1.0].map(|resolution| (Model::Patch, resolution, default)));
+            sets.extend([0.5, 1.0].map(|resolution| (Model::Patch, resolution, default_tolerance)));
         }
         for (model, resolution, tolerance) in sets {
             let options = ColourTableOptions {
@@ -242,15 +254,16 @@ impl Builder<'_> {
             })?;
             let mut parameters =
                 Map::from_iter([("resolution".into(), json!(resolution)), ("tolerance".into(), json!(tolerance))]);
-            let shown = table.report().coherence_length_um;
-            if shown != options.coherence_length_um {
-                parameters.insert("coherence_length_shown_um".into(), json!(shown));
+            // A table that would be too large has a shorter coherence length than requested.
+            let coherence_length_um = table.report().coherence_length_um;
+            if coherence_length_um != options.coherence_length_um {
+                parameters.insert("coherence_length_shown_um".into(), json!(coherence_length_um));
             }
             self.built.push(Candidate {
                 method: COLOUR_TABLE,
                 model,
                 parameters,
-                is_default: resolution == 1.0 && tolerance == default && model == Model::Ensemble,
+                is_default: resolution == 1.0 && tolerance == default_tolerance && model == Model::Ensemble,
                 bytes: table.report().bytes as u64,
                 build_seconds: table.report().build_seconds,
                 evaluator: Evaluator::Colour(Box::new(table)),
@@ -261,27 +274,28 @@ impl Builder<'_> {
 
     /// Adds spectral tables of both models, with several tolerances, summed over several steps between wavelengths.
     fn spectral_tables(&mut self) -> Result<(), BenchError> {
-        let default = self.options.tolerance;
-        let mut sets = vec![(Model::Ensemble, default)];
+        let default_tolerance = self.options.tolerance;
+        let default_step_nm = MethodOptions::default().lambda_step_nm;
+        // Model and tolerance of the tables.
+        let mut sets = vec![(Model::Ensemble, default_tolerance)];
         if !self.few {
-            sets.extend([(Model::Ensemble, 1e-1), (Model::Ensemble, 1e-2), (Model::Patch, default)]);
+            sets.extend([(Model::Ensemble, 1e-1), (Model::Ensemble, 1e-2), (Model::Patch, default_tolerance)]);
         }
         for (model, tolerance) in sets {
             let surface = Surface::new(self.field, &Options { model, tolerance, ..self.options.clone() })?;
             let surface = Arc::new(surface);
-            let has_defaults = tolerance == default && model == Model::Ensemble;
-            let every_step = has_defaults && !self.few;
-            let steps_nm: &[f64] = if every_step { &[5.0, 1.0, 2.0, 10.0, 25.0, 50.0] } else { &[5.0] };
-            for nm in steps_nm {
-                let parameters = [("tolerance".into(), json!(tolerance)), ("lambda_step_nm".into(), json!(nm))];
+            let has_default_tables = tolerance == default_tolerance && model == Model::Ensemble;
+            let steps_nm = if has_default_tables && !self.few { STEPS_NM.to_vec() } else { vec![default_step_nm] };
+            for step_nm in steps_nm {
+                let parameters = [("tolerance".into(), json!(tolerance)), ("lambda_step_nm".into(), json!(step_nm))];
                 self.built.push(Candidate {
                     method: SPECTRAL_TABLE,
                     model,
                     parameters: Map::from_iter(parameters),
-                    is_default: has_defaults && *nm == 5.0,
+                    is_default: has_default_tables && step_nm == default_step_nm,
                     bytes: surface.report().bytes as u64,
                     build_seconds: surface.report().build_seconds,
-                    evaluator: Evaluator::Spectral(surface.clone(), SpectralToRgb::visible(*nm)?),
+                    evaluator: Evaluator::Spectral(surface.clone(), SpectralToRgb::visible(step_nm)?),
                 });
             }
         }
@@ -289,7 +303,7 @@ impl Builder<'_> {
     }
 }
 
-/// Size in bytes of the data that a method looks up.
+/// Size in bytes of the data that a method looks up, on the CPU and on the GPU.
 fn shader_bytes(method: &dyn Method) -> u64 {
     method.shader().storage.iter().map(|data| data.len() as u64).sum()
 }

@@ -1,31 +1,31 @@
 //! The Pareto front of time and errors: the points that no other point beats.
 
-/// Relative difference of time or error below which two points count as equal; repeated runs differ by as much.
+/// Relative difference below which two times or two errors count as equal. Repeated runs differ by about this.
 const FRONT_MARGIN: f64 = 0.05;
 
-/// Smallest ΔE₂₀₀₀ that counts on a front: a twentieth of a just noticeable difference, 1.
+/// ΔE₂₀₀₀ below which differences do not count on a front. A difference of 1 is just noticeable.
 const DELTA_E_MIN: f64 = 0.05;
 
-/// A ΔE₂₀₀₀ as it counts on a front: values below [`DELTA_E_MIN`] count as equal.
+/// A ΔE₂₀₀₀ for comparison on a front: values below [`DELTA_E_MIN`] become equal, a NaN stays.
 pub(crate) fn noticed(delta_e: f64) -> f64 {
     delta_e.clamp(DELTA_E_MIN, f64::INFINITY)
 }
 
 /// Whether each point `(time, errors)` lies on the front.
 ///
-/// Another point beats a point if it is no worse by any error, and is either faster, or better by one error and no
-/// slower. "Faster" and "better" mean by more than [`FRONT_MARGIN`]. A NaN counts as an infinite error.
+/// A rival beats a point if no error is larger and either it is faster, or it is no slower and one error is better.
+/// "Faster" and "better" mean smaller by more than [`FRONT_MARGIN`]. A NaN counts as an infinite error.
 pub(crate) fn front<const ERRORS: usize>(points: &[(f64, [f64; ERRORS])]) -> Vec<bool> {
-    let finite_or_infinite = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
-    let points: Vec<_> = points.iter().map(|(time, errors)| (*time, errors.map(finite_or_infinite))).collect();
-    // `b` must be below this factor times `a` to count as faster or better.
-    let keep = 1.0 - FRONT_MARGIN;
-    let is_beaten = |a: &(f64, [f64; ERRORS])| {
-        points.iter().any(|b| {
-            let errors = || b.1.iter().zip(&a.1);
-            let (is_faster, is_better) = (b.0 < keep * a.0, errors().any(|(b, a)| *b < keep * a));
-            let (is_no_slower, is_no_worse) = (b.0 <= a.0, errors().all(|(b, a)| b <= a));
-            is_no_worse && (is_faster || is_better && is_no_slower)
+    let nan_to_infinity = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
+    let points: Vec<_> = points.iter().map(|(time, errors)| (*time, errors.map(nan_to_infinity))).collect();
+    let is_clearly_less = |a: f64, b: f64| a < (1.0 - FRONT_MARGIN) * b;
+    let is_beaten = |(time, errors): &(f64, [f64; ERRORS])| {
+        points.iter().any(|(rival_time, rival_errors)| {
+            let error_pairs = || rival_errors.iter().zip(errors);
+            let is_faster = is_clearly_less(*rival_time, *time);
+            let is_better = error_pairs().any(|(rival, own)| is_clearly_less(*rival, *own));
+            let is_no_worse = error_pairs().all(|(rival, own)| rival <= own);
+            is_no_worse && (is_faster || is_better && rival_time <= time)
         })
     };
     points.iter().map(|point| !is_beaten(point)).collect()

@@ -1,9 +1,12 @@
 //! Time against error of every method and parameter set on one surface.
 //!
-//! A *candidate* is a method with one set of parameters (candidate.rs); it becomes an [`Entry`] of the report. Colours
-//! are those of `f_r` in 1/sr without the Fresnel factor. The published methods are compared with the reference of the
-//! patch model (one fixed coherence window), tables with the reference of their own model. All candidates of a surface
-//! are in memory at once and timed in turn, so that other load of the machine falls on all of them.
+//! A *candidate* is a method with one set of parameters (candidate.rs). It becomes an [`Entry`] of the report. Colours
+//! are those of `f_r` in 1/sr without the Fresnel factor. The *oracle* is the direct double-precision sum, from which
+//! the reference spectra ([`Truth`]) follow. The published methods are compared with the reference of the patch model
+//! (one fixed coherence window), tables with the reference of their own model.
+//!
+//! All candidates of a surface are in memory at once and timed in turn, so that other load of the machine falls on all
+//! of them.
 
 mod candidate;
 mod candidates;
@@ -16,34 +19,39 @@ pub(crate) use errors::Errors;
 pub(crate) use front::{front, noticed};
 pub(crate) use timing::Timing;
 
-use super::{BenchError, Truth, TruthCheck, directions};
+use super::{BenchError, Truth, TruthCheck, direction_pairs};
 use serde::Serialize;
 use serde_json::{Map, Value};
+use std::f64::consts::PI;
 use sunbeam::height_field::HeightField;
 use sunbeam::lobe::Surface;
 use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Tiling};
 use sunbeam_realtime::Gpu;
 
-/// Largest relative deviation of [`Truth`] from the direct sum that passes as rounding of double-precision sums.
+/// Largest accepted deviation of [`Truth`] from the oracle, on the scale of [`TruthCheck::largest`]. Rounding of
+/// double-precision sums causes less.
 const ORACLE_LIMIT: f64 = 1e-9;
-/// Number of values at which [`Truth`] is compared with the direct sum. Chosen: the direct sum is slow.
+/// Number of values at which [`Truth`] is compared with the oracle. More would take long, since each is a sum over the
+/// tile.
 const ORACLE_CHECKS: usize = 12;
+/// Shortest wavelength of the methods in µm, at which κH is largest.
+const SHORTEST_UM: f64 = 0.38;
 
 /// The size of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Effort {
     /// Pairs of directions over which errors are computed.
     pub(crate) directions: usize,
-    /// Step between wavelengths of the reference, in nm.
+    /// Step between wavelengths of the reference in nm, of which 5 nm is a whole multiple.
     pub(crate) truth_step_nm: f64,
-    /// Pairs of directions over which methods are timed.
+    /// Pairs of directions over which methods are timed, at least as many as `directions`.
     pub(crate) timed_directions: usize,
     /// Repetitions of each timing.
     pub(crate) repetitions: usize,
     /// Intended length of one repetition of one candidate, in ms.
     pub(crate) repetition_ms: f64,
-    /// Whether each method is measured with a few of its parameter sets only.
+    /// Whether each method is measured with only a few of its parameter sets.
     pub(crate) few: bool,
 }
 
@@ -75,11 +83,11 @@ pub(crate) struct SurfaceFigures {
     pub(crate) pixels: [usize; 2],
     /// Width and height of the tile in µm.
     pub(crate) extent_um: [f64; 2],
-    /// Largest κH: half the range of heights times κ = 4π/λ at 380 nm, both directions along the normal.
+    /// Largest κH: half the range of heights times κ = 4π/λ at 380 nm, with both directions along the normal.
     pub(crate) kappa_h: f64,
     /// Coherence length in µm.
     pub(crate) coherence_length_um: f64,
-    /// Deviation of the reference spectra from the direct sum.
+    /// Deviation of the reference spectra from the oracle.
     pub(crate) oracle: TruthCheck,
     /// One entry for each candidate.
     pub(crate) entries: Vec<Entry>,
@@ -90,9 +98,9 @@ pub(crate) struct SurfaceFigures {
 pub(crate) struct Entry {
     /// `flss`, `nmm`, `pq`, `stam`, `colour-table` or `spectral-table`.
     pub(crate) method: &'static str,
-    /// The model that the method answers for, and whose reference it is compared with.
+    /// The coherence model of the method, and of the reference with which it is compared.
     pub(crate) model: Model,
-    /// Parameters by name.
+    /// Values of the parameters by name.
     pub(crate) parameters: Map<String, Value>,
     /// Whether the parameters are the library's defaults.
     pub(crate) is_default: bool,
@@ -107,32 +115,31 @@ pub(crate) struct Entry {
     pub(crate) gpu: Option<Timing>,
     /// Errors against the reference.
     pub(crate) errors: Errors,
-    /// Whether no other entry beats this one in time on the CPU, mean ΔE₂₀₀₀ and its 99th percentile (see [`front()`]).
-    /// Entries of this method with the other model are not compared.
+    /// Whether no other entry beats this one in the time on the CPU, the mean of ΔE₂₀₀₀ and its 99th percentile (see
+    /// [`front()`]). Entries of this method with the other model are not compared.
     pub(crate) on_front: bool,
-    /// Whether no other entry of this method and model beats this one in time, either ΔE₂₀₀₀ and the error of its
-    /// spectrum.
+    /// Whether no other entry of this method and model beats this one in these three and in the error of the spectrum.
     pub(crate) on_front_of_method: bool,
 }
 
 /// Measures every candidate on `field`, a periodic tile.
 ///
 /// Coherence length, tolerance, obliquity and shadowing are those of `options`; energy conservation is off. `progress`
-/// receives the name of each stage when it begins. Without an adapter there are no GPU times.
+/// receives the name of each stage when it begins. Without a GPU there are no GPU times.
 ///
 /// # Errors
-/// A method that cannot be built, or reference spectra that deviate from the direct sum.
+/// A method that cannot be built or that the GPU refuses, or reference spectra that deviate from the oracle.
 pub(crate) fn measure(
     field: &HeightField,
     options: &Options,
     effort: &Effort,
-    adapter: Option<&Gpu>,
+    gpu: Option<&Gpu>,
     progress: &mut dyn FnMut(&str),
 ) -> Result<SurfaceFigures, BenchError> {
     let options = Options { conserve_energy: false, tiling: Tiling::Periodic, ..options.clone() };
     progress("sampler");
-    let sampler = Surface::new(field, &Options { model: Model::Ensemble, ..options.clone() })?;
-    let timed = directions(&sampler, effort.timed_directions.max(effort.directions));
+    let sampled_surface = Surface::new(field, &Options { model: Model::Ensemble, ..options.clone() })?;
+    let timed = direction_pairs(&sampled_surface, effort.timed_directions);
     let compared = &timed[..effort.directions];
     progress("oracle");
     let sums: Vec<[f64; 3]> = compared.iter().map(|pair| pair.sum().map(f64::from)).collect();
@@ -146,27 +153,26 @@ pub(crate) fn measure(
     let references = errors::References::new(&truth, compared, &options)?;
     let errors: Vec<Errors> = candidates.iter().map(|candidate| references.errors(candidate)).collect();
     progress("times on the CPU");
-    let cpu = timing::on_cpu(&candidates, &timed, effort);
-    let gpu = match adapter {
+    let cpu_timings = timing::on_cpu(&candidates, &timed, effort);
+    let gpu_timings = match gpu {
         Some(gpu) => {
             progress("times on the GPU");
             on_gpu::times(&candidates, &timed, &options, effort, gpu)?
         }
         None => vec![None; candidates.len()],
     };
-    let (low, high) = field.range_um();
-    let ((nx, ny), (lx, ly)) = (field.size(), field.extent_um());
     let mut entries: Vec<Entry> = candidates
         .into_iter()
         .zip(errors)
-        .zip(cpu.into_iter().zip(gpu))
+        .zip(cpu_timings.into_iter().zip(gpu_timings))
         .map(|((candidate, errors), (cpu, gpu))| candidate.into_entry(errors, cpu, gpu))
         .collect();
     mark_fronts(&mut entries);
+    let (low, high) = field.range_um();
     Ok(SurfaceFigures {
-        pixels: [nx, ny],
-        extent_um: [lx, ly],
-        kappa_h: 2.0 * std::f64::consts::PI * (high - low) / 0.38,
+        pixels: field.size().into(),
+        extent_um: field.extent_um().into(),
+        kappa_h: 2.0 * PI * (high - low) / SHORTEST_UM,
         coherence_length_um: options.coherence_length_um,
         oracle,
         entries,
@@ -179,12 +185,13 @@ fn mark_fronts(entries: &mut [Entry]) {
         |entry: &Entry| (entry.cpu.microseconds, [entry.errors.delta_e_mean, entry.errors.delta_e_p99].map(noticed));
     let spectral_point = |entry: &Entry| {
         let (time, [mean, p99]) = colour_point(entry);
+        // All entries of a method have spectra, or none has: then the error is 0 for all of them.
         (time, [mean, p99, entry.errors.spectral_rmse.unwrap_or(0.0)])
     };
     let marks: Vec<(bool, bool)> = entries
         .iter()
         .map(|entry| {
-            // The choice between a method's two models is one of appearance, not of speed.
+            // A method's two models differ in appearance, so one does not replace the other.
             let rivals = entries.iter().filter(|other| other.method != entry.method || other.model == entry.model);
             let same_method = entries.iter().filter(|other| other.method == entry.method && other.model == entry.model);
             (is_on_front(entry, rivals, colour_point), is_on_front(entry, same_method, spectral_point))

@@ -1,7 +1,7 @@
 //! Time per colour of the methods' shaders on the GPU.
 //!
-//! A query is a pair of directions, and a run answers an array of queries. As on the CPU (timing.rs), each repetition
-//! times the baseline, the first candidate with a shader, and then the candidate.
+//! A query is a pair of directions, and a run answers an array of queries. The baseline is the first candidate with a
+//! shader. Each repetition times the baseline, and then the candidate.
 
 use super::candidate::{Candidate, Evaluator};
 use super::{Effort, Timing};
@@ -10,31 +10,39 @@ use sunbeam::methods::Method;
 use sunbeam::scattering::Options;
 use sunbeam_realtime::{Gpu, GpuError, Optics, Query, Shader};
 
-/// Number of queries of the first run, from which the speed of a shader is estimated. Chosen small for slow adapters.
+/// Number of queries of the first run, from which the speed of a shader is estimated. It is small for the sake of slow
+/// adapters.
 const FIRST_QUERIES: usize = 128;
-/// Largest number of queries of a repetition. Chosen: enough to fill any GPU.
+/// Largest number of queries of a run: enough to fill any GPU.
 const QUERIES_MAX: usize = 1 << 20;
-/// Largest ratio of consecutive estimates of the number of queries. Chosen: short runs are mostly start-up time.
+/// Largest factor between the numbers of queries of consecutive runs. Short runs are mostly start-up time, so estimates
+/// from them are unreliable.
 const GROWTH_MAX: f64 = 16.0;
+/// Factor on the number of queries below which a longer run is not worth its time.
+const GROWTH_MIN: f64 = 1.5;
+/// Shortest time in ms by which the estimate divides.
+const TIME_MIN_MS: f64 = 1e-3;
 
-/// A shader, with enough queries to fill a repetition.
+/// A shader with the queries of a timed run.
 struct TimedShader {
     shader: Shader,
     queries: Vec<Query>,
 }
 
 impl TimedShader {
-    /// Compiles a method's shader and raises the number of queries until a run takes [`Effort::repetition_ms`].
+    /// Compiles a method's shader and increases the number of queries until a run takes about
+    /// [`Effort::repetition_ms`]. The queries repeat those of `all`.
     fn new(gpu: &Gpu, method: &dyn Method, optics: &Optics, all: &[Query], effort: &Effort) -> Result<Self, GpuError> {
         let shader = Shader::new(gpu, method, optics)?;
-        let mut queries: Vec<Query> = all.iter().cycle().take(FIRST_QUERIES).copied().collect();
+        let repeated = |count: usize| -> Vec<Query> { all.iter().cycle().take(count).copied().collect() };
+        let mut queries = repeated(FIRST_QUERIES);
         loop {
-            let spent = shader.evaluate(gpu, &queries)?.gpu_ms;
-            let wanted = queries.len() as f64 * (effort.repetition_ms / spent.max(1e-3)).clamp(1.0, GROWTH_MAX);
-            if queries.len() >= QUERIES_MAX || wanted < 1.5 * queries.len() as f64 {
+            let spent_ms = shader.evaluate(gpu, &queries)?.gpu_ms;
+            let growth = (effort.repetition_ms / spent_ms.max(TIME_MIN_MS)).min(GROWTH_MAX);
+            if queries.len() >= QUERIES_MAX || growth < GROWTH_MIN {
                 return Ok(Self { shader, queries });
             }
-            queries = all.iter().cycle().take((wanted as usize).min(QUERIES_MAX)).copied().collect();
+            queries = repeated(((growth * queries.len() as f64) as usize).min(QUERIES_MAX));
         }
     }
 
@@ -44,9 +52,13 @@ impl TimedShader {
     }
 }
 
-/// Times the candidates that have a shader, in turn with the first candidate; `None` for the others.
+/// Times the candidates that have a shader, each in turn with the baseline. The result has an element for each
+/// candidate, `None` for those without a shader.
 ///
-/// Only two candidates' data are on the GPU at once: all of them would fill its memory.
+/// Only the data of the baseline and of one candidate are on the GPU at a time: all of them would fill its memory.
+///
+/// # Errors
+/// A shader or data that the GPU refuses.
 pub(super) fn times(
     candidates: &[Candidate],
     pairs: &[DirectionPair],
@@ -56,7 +68,7 @@ pub(super) fn times(
 ) -> Result<Vec<Option<Timing>>, BenchError> {
     let queries: Vec<Query> = pairs.iter().map(DirectionPair::single).map(|[wi, wo]| Query::new(wi, wo)).collect();
     let optics = Optics { index: None, obliquity: options.obliquity, shadowing: options.shadowing };
-    let mut first: Option<TimedShader> = None;
+    let mut first_shader: Option<TimedShader> = None;
     let mut timings = Vec::new();
     for candidate in candidates {
         let Evaluator::Colour(method) = &candidate.evaluator else {
@@ -64,14 +76,14 @@ pub(super) fn times(
             continue;
         };
         let shader = TimedShader::new(gpu, &**method, &optics, &queries, effort)?;
-        let reference = first.as_ref().unwrap_or(&shader);
-        let (mut times, mut reference_times) = (Vec::new(), Vec::new());
+        let baseline = first_shader.as_ref().unwrap_or(&shader);
+        let (mut times, mut baseline_times) = (Vec::new(), Vec::new());
         for _ in 0..effort.repetitions {
-            reference_times.push(reference.microseconds(gpu)?);
+            baseline_times.push(baseline.microseconds(gpu)?);
             times.push(shader.microseconds(gpu)?);
         }
-        timings.push(Some(Timing::new(&times, &reference_times)));
-        first.get_or_insert(shader);
+        timings.push(Some(Timing::new(&times, &baseline_times)));
+        first_shader.get_or_insert(shader);
     }
     Ok(timings)
 }

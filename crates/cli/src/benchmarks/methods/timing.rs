@@ -1,8 +1,8 @@
 //! Time per colour on one core.
 //!
 //! A colour is one evaluation of `f_r` in linear sRGB for one pair of directions (wi, wo). A candidate is a method with
-//! one set of parameters (candidate.rs). In a repetition every candidate is timed once, in turn. The first candidate is
-//! the baseline of the ratios: `flss` with the library's defaults.
+//! one set of parameters (candidate.rs). In each repetition every candidate is timed once. The first candidate, `flss`
+//! with the library's defaults, is the baseline of the ratios.
 
 use super::Effort;
 use super::candidate::Candidate;
@@ -11,17 +11,19 @@ use cpu_time::ThreadTime;
 use serde::Serialize;
 use std::hint::black_box;
 
-/// Smallest number of direction pairs of a timing. Chosen: the cost of a colour depends on the directions, and the mean
-/// over fewer pairs depends on the choice of pairs.
+/// Smallest number of direction pairs of a timing. The cost of a colour depends on the directions, so the mean over
+/// fewer pairs would depend on the choice of pairs.
 const PAIRS_MIN: usize = 64;
-/// Smallest duration of a timing as a fraction of [`Effort::repetition_ms`]. Chosen: milliseconds, long compared with
-/// the resolution of the clock.
+/// Smallest duration of a timing as a fraction of [`Effort::repetition_ms`]. In a full run it is 5 ms, long compared
+/// with the resolution of the clock.
 const TIMED_FRACTION: f64 = 0.2;
+/// Shortest CPU time in seconds, by which estimates divide: a coarse clock may not advance during a short run.
+const TIME_MIN_S: f64 = 1e-9;
 
-/// Time per colour, over the repetitions of one run.
+/// Statistics of the time per colour over the repetitions of a run.
 ///
-/// The clock is the thread's CPU time on the CPU, the device's timestamps on a GPU, and the wall clock on a software
-/// adapter.
+/// The clock on the CPU is the thread's CPU time. On a GPU it is the device's timestamps, or the wall clock where the
+/// adapter has none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Timing {
     /// Median in µs.
@@ -35,20 +37,20 @@ pub(crate) struct Timing {
 }
 
 impl Timing {
-    /// Statistics of a candidate's `times` in µs, one per repetition. `baseline` holds the baseline's times in the same
+    /// Statistics of a candidate's times in µs, at least one. `baseline_us` holds the baseline's times in the same
     /// repetitions.
-    pub(super) fn new(times: &[f64], baseline: &[f64]) -> Self {
-        let ratios = times.iter().zip(baseline).map(|(time, baseline)| time / baseline).collect();
+    pub(super) fn new(times_us: &[f64], baseline_us: &[f64]) -> Self {
+        let ratios = times_us.iter().zip(baseline_us).map(|(time, baseline)| time / baseline).collect();
         Self {
-            microseconds: median(times.to_vec()),
-            least_us: times.iter().copied().fold(f64::INFINITY, f64::min),
-            most_us: times.iter().copied().fold(0.0, f64::max),
+            microseconds: median(times_us.to_vec()),
+            least_us: times_us.iter().copied().fold(f64::INFINITY, f64::min),
+            most_us: times_us.iter().copied().fold(0.0, f64::max),
             ratio: median(ratios),
         }
     }
 }
 
-/// The median; of an even number of values, the upper of the two middle ones.
+/// The median of at least one value: of an even number of values, the upper of the two middle ones.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
@@ -56,11 +58,12 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Timings of all candidates on one core.
 ///
-/// Candidates that do the same work ([`Candidate::costs_like`]) pool their times. The address of an allocation alone
-/// makes their times differ by more than `FRONT_MARGIN` of front.rs, within which two candidates count as equally fast.
+/// Candidates that do the same work ([`Candidate::costs_like`]) pool their times. Otherwise the addresses of their
+/// allocations alone would make their times differ by more than `FRONT_MARGIN` of front.rs.
 pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: &Effort) -> Vec<Timing> {
     let counts: Vec<usize> = candidates.iter().map(|candidate| pairs_per_pass(candidate, pairs, effort)).collect();
-    let repetitions: Vec<Vec<f64>> = (0..effort.repetitions)
+    // Times in µs, `[repetition][candidate]`.
+    let repetitions_us: Vec<Vec<f64>> = (0..effort.repetitions)
         .map(|_| {
             let time = |(candidate, count): (&Candidate, &usize)| microseconds(candidate, &pairs[..*count], effort);
             candidates.iter().zip(&counts).map(time).collect()
@@ -68,15 +71,15 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
         .collect();
     let timing = |candidate: &Candidate| {
         let alike: Vec<usize> = (0..candidates.len()).filter(|i| candidates[*i].costs_like(candidate)).collect();
-        let with_baseline = alike.iter().flat_map(|&i| repetitions.iter().map(move |times| (times[i], times[0])));
-        let (times, baseline): (Vec<f64>, Vec<f64>) = with_baseline.unzip();
-        Timing::new(&times, &baseline)
+        let with_baseline = alike.iter().flat_map(|&i| repetitions_us.iter().map(move |times| (times[i], times[0])));
+        let (times_us, baseline_us): (Vec<f64>, Vec<f64>) = with_baseline.unzip();
+        Timing::new(&times_us, &baseline_us)
     };
     candidates.iter().map(timing).collect()
 }
 
-/// Number of pairs whose evaluation lasts [`Effort::repetition_ms`], estimated from the fastest of three runs over
-/// [`PAIRS_MIN`] pairs.
+/// Number of pairs whose evaluation lasts [`Effort::repetition_ms`], at least [`PAIRS_MIN`] and at most all. It is
+/// estimated from the fastest of three runs over [`PAIRS_MIN`] pairs.
 fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> usize {
     let pass = || seconds(candidate, &pairs[..PAIRS_MIN]);
     let fastest = [pass(), pass(), pass()].into_iter().fold(f64::INFINITY, f64::min);
@@ -84,7 +87,7 @@ fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effor
     (count as usize).clamp(PAIRS_MIN, pairs.len())
 }
 
-/// Time per colour in µs, the mean over whole passes through `pairs`.
+/// Time per colour in µs: the mean over as many passes through `pairs` as [`TIMED_FRACTION`] needs, at least one.
 fn microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> f64 {
     // An untimed pass fills the processor's caches, which hold the data of the previous candidate.
     seconds(candidate, pairs);
@@ -96,7 +99,8 @@ fn microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort)
     1e6 * spent / (passes * pairs.len()) as f64
 }
 
-/// CPU time of this thread in seconds for one colour of each pair. Other processes hardly change it.
+/// CPU time in seconds of one pass, a colour of each pair. Unlike the wall clock, the CPU time of a thread hardly
+/// depends on other processes.
 fn seconds(candidate: &Candidate, pairs: &[DirectionPair]) -> f64 {
     let start = ThreadTime::now();
     for pair in pairs {
@@ -104,7 +108,7 @@ fn seconds(candidate: &Candidate, pairs: &[DirectionPair]) -> f64 {
         // has the same one. Spectral tables compute their own.
         black_box(candidate.rgb(black_box(pair), 1.0));
     }
-    start.elapsed().as_secs_f64().max(1e-9)
+    start.elapsed().as_secs_f64().max(TIME_MIN_S)
 }
 
 #[cfg(test)]

@@ -1,43 +1,51 @@
 //! Deep relief: errors of each expansion of the phase screen against the direct sum, as κH grows.
 //!
-//! Symbols: κ = 2π(cosθi + cosθo)/λ is the phase rate in 1/µm, H half the range of heights in µm, h the height relative
-//! to the middle of the range, and S the power spectral density in µm². The phase screen exp(iκh) is expanded in a
-//! Taylor or Chebyshev series in h/H, whose coefficients depend on κH. Taylor's terms grow like e^κH before they
-//! cancel, so rounding limits the depth. An order's amplitude is one bin of the Fourier transform of the phase screen.
+//! Symbols:
+//!
+//! - (u, v, w) = wi + wo: the scattering vector;
+//! - f = (u, v)/λ: the spatial frequency in 1/µm;
+//! - κ = 2πw/λ: the phase rate in 1/µm;
+//! - h: the height in µm, relative to the middle of the range of heights;
+//! - H: half the range of heights in µm;
+//! - S(f; κ): the power spectral density in µm².
+//!
+//! The phase screen exp(iκh) is expanded in a Taylor or Chebyshev series in h/H, whose coefficients depend on κH.
+//! Taylor's terms grow like e^κH before they cancel, so rounding limits the depth. An order's amplitude is one bin of
+//! the Fourier transform of the phase screen.
 
-use super::relief::{rough, uniform_direction};
-use super::{largest, percentile_99, table_error};
+use super::relief::{rough_of_primes, uniform_direction};
+use super::{error_scale, largest, percentile_99, table_error};
+use crate::arguments::VISIBLE_NM;
 use crate::benchmarks::BenchError;
 use num_complex::{Complex, Complex64};
 use serde::Serialize;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use sunbeam::height_field::HeightField;
 use sunbeam::height_field::random::Random;
 use sunbeam::lobe::{Exact, Surface};
 use sunbeam::methods::{Flss, MethodError, MethodOptions, Relief};
 use sunbeam::scattering::Options;
-use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Progress};
+use sunbeam::table::{Model, Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam::transform::{Expansion, OrderTransform, Precision, Series, chebyshev_terms, taylor_terms};
 
-/// Values of κH, up to the deepest relief that docs/model.md#hard-cases promises. At 13.56 the relief is 0.82 µm deep,
-/// as on the scales of *Xenopeltis*.
+/// Values of κH at 380 nm, up to very deep reliefs (docs/stability.md). At 13.56 the relief is 0.82 µm deep, as on the
+/// scales of *Xenopeltis*.
 pub const KAPPA_H: [f64; 14] = [1.0, 2.0, 4.0, 7.0, 10.0, 13.56, 17.0, 20.0, 25.0, 30.0, 50.0, 100.0, 150.0, 200.0];
 
-/// Remainder to which either series is cut, small enough that rounding dominates the error.
+/// Largest remainder of either series. It is so small that rounding in single precision dominates the error.
 const REMAINDER: f64 = 1e-8;
 /// Tolerance of the tables and of the method FLSS.
 const TOLERANCE: f64 = 1e-3;
-/// Number of pixels of the relief along x and y. Chosen as two different primes, which fast transforms find hardest.
-const PIXELS: (usize, usize) = (17, 13);
-/// Edges of a pixel along x and y in µm. Chosen, unequal.
-const PIXEL_UM: (f64, f64) = (0.11, 0.23);
-/// Shortest wavelength of the methods in nm, at which κH is defined.
-const SHORTEST_NM: f64 = 380.0;
+/// Smallest w of the queries of FLSS. Both directions are then within 1.2° of the horizon.
+const W_MIN: f64 = 0.02;
+/// Largest distance from an order, in orders, of a query near one.
+const NEAR_ORDER: f64 = 0.1;
 
 /// Errors at one κH.
 ///
 /// The error of a series is the largest of any order's amplitude; the squared amplitudes of all orders sum to 1. It is
-/// infinite after an overflow, which is `null` in JSON. Errors of S are relative to the scale of a table's tolerance.
+/// infinite after an overflow, which is `null` in JSON. Errors of S are relative to the scale of a table's tolerance
+/// (`error_scale`).
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DeepPoint {
     /// κH.
@@ -56,9 +64,9 @@ pub struct DeepPoint {
     pub chebyshev_f64: f64,
     /// 99th percentile of the error of S by `flss` with Chebyshev's series; `None` where the method refuses the depth.
     pub flss_p99: Option<f64>,
-    /// Largest error of S by `flss` with Chebyshev's series.
+    /// Largest error of S by `flss` with Chebyshev's series; `None` as in `flss_p99`.
     pub flss_largest: Option<f64>,
-    /// 99th percentile of the error of S by `flss` with Taylor's series.
+    /// 99th percentile of the error of S by `flss` with Taylor's series; `None` where the method refuses the depth.
     pub flss_taylor_p99: Option<f64>,
     /// 99th percentile of the error of S by the spectral tables, at a tolerance of 1e-3.
     pub table_p99: f64,
@@ -68,7 +76,7 @@ pub struct DeepPoint {
     pub table_bytes: usize,
 }
 
-/// Errors at each of [`KAPPA_H`] on a rough relief; errors of S are taken over `directions` pairs of directions.
+/// Errors at each of [`KAPPA_H`] on a rough relief. Errors of S are taken over `directions` random queries.
 ///
 /// # Errors
 /// Tables or a method that cannot be built.
@@ -76,10 +84,10 @@ pub fn deep_relief(directions: usize) -> Result<Vec<DeepPoint>, BenchError> {
     KAPPA_H.iter().map(|kappa_h| point(*kappa_h, directions)).collect()
 }
 
-/// Errors at one κH. The height of the relief follows from κH at the shortest wavelength and normal directions.
+/// Errors at one κH. The range of heights is 2H, where κ is that of 380 nm and directions along the normal.
 fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
-    let kappa_max = 2.0 * TAU / (SHORTEST_NM * 1e-3);
-    let field = rough(&mut Random::new(7), PIXELS, PIXEL_UM, 2.0 * kappa_h / kappa_max)?;
+    let kappa_max = 2.0 * TAU / (VISIBLE_NM.start() * 1e-3);
+    let field = rough_of_primes(2.0 * kappa_h / kappa_max)?;
     let taylor = taylor_terms(kappa_h, REMAINDER);
     let chebyshev = chebyshev_terms(kappa_h, REMAINDER);
     let flss = |series| {
@@ -97,8 +105,8 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let mut random = Random::new(8);
     let mut table_errors: Vec<f64> = (0..directions)
         .map(|i| {
-            let (wi, nm) = (uniform_direction(&mut random), random.between(360.0, 830.0));
-            // Most directions are sampled: orders are so narrow that uniform directions are dark.
+            let (wi, nm) = (uniform_direction(&mut random), random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM));
+            // Three of four directions are sampled: orders are so narrow that most uniform directions are dark.
             let u = [random.unit(), random.unit(), random.unit()];
             let sampled = if i % 4 == 0 { None } else { surface.sample_direction(wi, &[nm], u) };
             table_error(&surface, &exact, wi, sampled.unwrap_or_else(|| uniform_direction(&mut random)), nm)
@@ -129,35 +137,39 @@ fn series_error<T: Precision + Into<f64>>(field: &HeightField, series: Series, t
     largest(truth.iter().enumerate().map(|(bin, c)| (double(expansion.amplitude(kappa, bin)) - c).norm()))
 }
 
-/// Errors of S at `count` scattering vectors and wavelengths over the whole range, half of them near the centre of an
-/// order.
+/// Errors of S by `method`, a patch model, at `count` random scattering vectors (u, v, w) and visible wavelengths. Half
+/// of the vectors lie near the centre of an order.
 ///
-/// An error is relative to the largest of the patch's value, the ensemble's value and the density floor.
+/// An error is relative to [`error_scale`], with the value of the ensemble model as mean.
 fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {
     let oracle = |model| Exact::new(field, &Options { model, conserve_energy: false, ..Options::default() }, None);
-    let (patch, mean) = (oracle(Model::Patch), oracle(Model::Ensemble));
+    let (patch, ensemble) = (oracle(Model::Patch), oracle(Model::Ensemble));
     let (lx, ly) = field.extent_um();
+    // Rounded to single precision, so that method and oracle get equal numbers.
+    let single = |value: f64| f64::from(value as f32);
     let mut random = Random::new(9);
     let mut errors = Vec::new();
     while errors.len() < count {
-        let nm = f64::from(random.between(SHORTEST_NM, 780.0) as f32);
+        let nm = single(random.between(*VISIBLE_NM.start(), *VISIBLE_NM.end()));
         let um = nm * 1e-3;
-        let w = f64::from(random.between(0.02, 2.0) as f32);
-        let (radius, azimuth) = ((4.0 - w * w).sqrt() * random.unit().sqrt(), 2.0 * PI * random.unit());
-        let near_order = errors.len() % 2 == 0;
-        let [u, v] = [(radius * azimuth.cos(), lx), (radius * azimuth.sin(), ly)].map(|(value, extent)| {
-            let order = (value * extent / um).round() + random.between(-0.1, 0.1);
-            (if near_order { order * um / extent } else { value }) as f32
+        let w = single(random.between(W_MIN, 2.0));
+        // A point (u, v) that is uniform over the disc in which |(u, v, w)| ≤ 2.
+        let (radius, azimuth) = ((4.0 - w * w).sqrt() * random.unit().sqrt(), TAU * random.unit());
+        let is_near_order = errors.len() % 2 == 0;
+        let [u, v] = [(radius * azimuth.cos(), lx), (radius * azimuth.sin(), ly)].map(|(component, extent_um)| {
+            let order = (component * extent_um / um).round() + random.between(-NEAR_ORDER, NEAR_ORDER);
+            single(if is_near_order { order * um / extent_um } else { component })
         });
-        let (u64, v64) = (f64::from(u), f64::from(v));
-        if u64 * u64 + v64 * v64 + w * w > 4.0 {
+        // The move to an order and the rounding may leave the range of sums of two unit vectors.
+        if u * u + v * v + w * w > 4.0 {
             continue;
         }
-        let (f, kappa) = ([u64 / um, v64 / um], TAU * w / um);
+        let (f, kappa) = ([u / um, v / um], TAU * w / um);
         let truth = patch.power_density(f, kappa);
-        let scale = truth.max(mean.power_density(f, kappa)).max(DENSITY_FLOOR_UM2);
-        let found = method.relief_spectral([u, v, w as f32], nm as f32).map_or(f64::NAN, f64::from) * um * um;
-        errors.push((found - truth).abs() / scale);
+        // The method answers with S/λ².
+        let answer = method.relief_spectral([u as f32, v as f32, w as f32], nm as f32);
+        let found = answer.map_or(f64::NAN, f64::from) * um * um;
+        errors.push((found - truth).abs() / error_scale(truth, ensemble.power_density(f, kappa)));
     }
     errors
 }

@@ -1,9 +1,8 @@
 //! Grazing incidence, up to 89.99°: errors of the tables against the direct sum, reciprocity and albedo.
 //!
-//! S is the power spectral density in µm². Reciprocity compares f_r(wi, wo) with f_r(wo, wi). A query is a pair of
-//! directions with a wavelength in nm.
+//! S is the power spectral density in µm². Reciprocity compares f_r(wi, wo) with f_r(wo, wi).
 
-use super::relief::{rough, sinusoid, uniform_direction};
+use super::relief::{rough_of_primes, sinusoid, uniform_direction};
 use super::{largest, percentile_99, table_error};
 use crate::arguments::direction_from_degrees;
 use crate::benchmarks::BenchError;
@@ -12,15 +11,31 @@ use sunbeam::height_field::random::Random;
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::{Exact, Surface};
 use sunbeam::scattering::{Options, Vec3};
+use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Angles of incidence in degrees; chosen denser towards 90°.
+/// Angles of incidence in degrees, denser towards the horizon, where the obliquity factor and the albedos change fast.
 pub const GRAZING_DEG: [f64; 12] = [0.0, 30.0, 60.0, 75.0, 80.0, 85.0, 88.0, 89.0, 89.5, 89.9, 89.97, 89.99];
 
-/// Wavelengths in nm: both ends of the tables' range, and its middle.
-const WAVELENGTHS_NM: [f64; 3] = [360.0, 550.0, 830.0];
+/// Wavelengths in nm of the special queries: both ends of the tables' range, and one in between.
+const WAVELENGTHS_NM: [f64; 3] = [WAVELENGTH_MIN_NM, 550.0, WAVELENGTH_MAX_NM];
+/// Azimuths in degrees of the special queries: across, oblique to and along the grooves, from either side.
+const PHIS_DEG: [f64; 4] = [0.0, 35.0, 90.0, 180.0];
+/// Angle with the normal in degrees of outgoing directions near the horizon.
+const HORIZON_DEG: f64 = 89.99;
+/// Largest number of albedos at one angle of incidence. Each is an integral over the hemisphere and takes long.
+const ALBEDOS_MAX: usize = 60;
+/// Step between the queries for which albedos are integrated, so that they spread over the special queries.
+const ALBEDO_STRIDE: usize = 3;
 
 /// The normal of the surface.
 const NORMAL: Vec3 = [0.0, 0.0, 1.0];
+
+/// A pair of directions with a wavelength.
+struct Query {
+    wi: Vec3,
+    wo: Vec3,
+    nm: f64,
+}
 
 /// The sweep on one surface.
 #[derive(Clone, Debug, Serialize)]
@@ -33,38 +48,36 @@ pub struct GrazingSurface {
     pub points: Vec<GrazingPoint>,
 }
 
-/// Extremes at one angle of incidence, over azimuths, wavelengths and outgoing directions.
+/// Statistics at one angle of incidence, over azimuths, wavelengths and outgoing directions.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct GrazingPoint {
     /// Angle of incidence in degrees.
     pub theta_deg: f64,
     /// 99th percentile of the error of S against the direct sum, relative to the scale of the tables' tolerance.
     pub error_p99: f64,
-    /// Largest error of S.
+    /// Largest error of S, on the same scale.
     pub error_largest: f64,
-    /// Largest relative difference of `f_r` when the directions are exchanged.
+    /// Largest difference of `f_r` when the directions are exchanged, relative to the larger value.
     pub reciprocity: f64,
     /// Largest albedo.
     pub albedo: f64,
     /// Largest albedo without energy conservation.
     pub albedo_unscaled: f64,
-    /// Largest weight of a sample.
+    /// Largest weight `f_r·cosθo/pdf` of a sample.
     pub weight: f64,
-    /// Number of reflectances and densities that are negative, NaN or infinite.
+    /// Number of reflectances and sampling densities that are negative, NaN or infinite.
     pub broken: u64,
 }
 
-/// Sweeps a blazed grating, a steep sinusoid and a rough relief, with `directions` queries at each angle.
+/// Sweeps a blazed grating, a steep sinusoid and a rough relief, with at least `directions` queries at each angle.
 ///
 /// # Errors
 /// Tables that cannot be built.
 pub fn grazing(directions: usize) -> Result<Vec<GrazingSurface>, BenchError> {
-    // 17 × 13 pixels of 0.11 × 0.23 µm, and heights up to 0.4 µm.
-    let rough = rough(&mut Random::new(7), (17, 13), (0.11, 0.23), 0.4)?;
     [
         ("blazed", Preset::Blazed.build(None, None)?),
         ("steep sinusoid", sinusoid(256, 1.25, 0.3)?),
-        ("rough relief", rough),
+        ("rough relief", rough_of_primes(0.4)?),
     ]
     .into_iter()
     .map(|(name, field)| sweep(name, &field, directions))
@@ -78,12 +91,14 @@ fn sweep(name: &'static str, field: &HeightField, directions: usize) -> Result<G
     let unscaled = Surface::new(field, &Options { conserve_energy: false, ..options.clone() })?;
     let exact = Exact::new(field, &options, surface.albedo_table().cloned());
     let mut random = Random::new(10);
-    let points =
-        GRAZING_DEG.iter().map(|theta| measure(*theta, [&surface, &unscaled], &exact, directions, &mut random));
-    Ok(GrazingSurface { name, tolerance: options.tolerance, points: points.collect() })
+    let points = GRAZING_DEG
+        .map(|theta_deg| measure(theta_deg, [&surface, &unscaled], &exact, directions, &mut random))
+        .to_vec();
+    Ok(GrazingSurface { name, tolerance: options.tolerance, points })
 }
 
-/// The point at one angle of incidence; `unscaled` is the surface without energy conservation.
+/// The point at one angle of incidence, from at least `directions` queries. `unscaled` is the surface without energy
+/// conservation.
 fn measure(
     theta_deg: f64,
     [surface, unscaled]: [&Surface; 2],
@@ -91,28 +106,28 @@ fn measure(
     directions: usize,
     random: &mut Random,
 ) -> GrazingPoint {
-    let queries = queries(theta_deg, surface, directions, random);
-    let mut errors: Vec<f64> = queries.iter().map(|(wi, wo, nm)| table_error(surface, exact, *wi, *wo, *nm)).collect();
-    let (mut broken, mut reciprocity, mut weights) = (0, Vec::new(), Vec::new());
-    for (wi, wo, nm) in &queries {
-        let (there, back) = (surface.eval_pdf(*wi, *wo, *nm), surface.eval_pdf(*wo, *wi, *nm));
+    let queries = queries_at(theta_deg, surface, directions, random);
+    let mut errors: Vec<f64> =
+        queries.iter().map(|query| table_error(surface, exact, query.wi, query.wo, query.nm)).collect();
+    let (mut broken, mut differences, mut weights) = (0, Vec::new(), Vec::new());
+    for &Query { wi, wo, nm } in &queries {
+        let (there, back) = (surface.eval_pdf(wi, wo, nm), surface.eval_pdf(wo, wi, nm));
         let is_valid = |value: f64| value.is_finite() && value >= 0.0;
         broken += [there.f, back.f, there.pdf, back.pdf].into_iter().filter(|value| !is_valid(*value)).count() as u64;
-        let most = there.f.max(back.f);
-        reciprocity.push(if most > 0.0 { (there.f - back.f).abs() / most } else { 0.0 });
-        let sample = surface.sample(*wi, &[*nm], [random.unit(), random.unit(), random.unit()]);
+        let larger = there.f.max(back.f);
+        differences.push(if larger > 0.0 { (there.f - back.f).abs() / larger } else { 0.0 });
+        let sample = surface.sample(wi, &[nm], [random.unit(), random.unit(), random.unit()]);
         weights.extend(sample.map(|sample| sample.weight));
     }
     let albedo = |surface: &Surface| {
-        // An albedo is an integral over the hemisphere and takes long. Every third query, at most 60, is enough.
-        let some = queries.iter().step_by(3).take(60);
-        largest(some.filter_map(|(wi, _, nm)| surface.albedo(*wi, *nm)))
+        let chosen = queries.iter().step_by(ALBEDO_STRIDE).take(ALBEDOS_MAX);
+        largest(chosen.filter_map(|query| surface.albedo(query.wi, query.nm)))
     };
     GrazingPoint {
         theta_deg,
         error_p99: percentile_99(&mut errors),
         error_largest: largest(errors),
-        reciprocity: largest(reciprocity),
+        reciprocity: largest(differences),
         albedo: albedo(surface),
         albedo_unscaled: albedo(unscaled),
         weight: largest(weights),
@@ -120,32 +135,37 @@ fn measure(
     }
 }
 
-/// At least `count` triples of incident direction, outgoing direction and wavelength in nm.
+/// At least `count` queries at one angle of incidence.
 ///
-/// First come special outgoing directions for each of four azimuths: the mirror direction, the incident direction, the
-/// direction turned by 90° about the normal, the normal, and two directions near the horizon. The others are uniform or
-/// sampled, in turn.
-fn queries(theta_deg: f64, surface: &Surface, count: usize, random: &mut Random) -> Vec<(Vec3, Vec3, f64)> {
+/// The special queries come first. For each of [`WAVELENGTHS_NM`] and [`PHIS_DEG`] they have six outgoing directions:
+/// the mirror direction, the incident direction, the incident direction turned by 90° about the normal, the normal, and
+/// two near the horizon.
+///
+/// The other queries have random azimuths and wavelengths. Their outgoing directions are, in turn, uniform over the
+/// hemisphere and drawn by the sampler. The normal replaces a sample below the horizon.
+fn queries_at(theta_deg: f64, surface: &Surface, count: usize, random: &mut Random) -> Vec<Query> {
     let mut queries = Vec::new();
     for nm in WAVELENGTHS_NM {
-        for phi in [0.0, 35.0, 90.0, 180.0] {
-            let wi = direction_from_degrees(theta_deg, phi);
-            let others = [
-                direction_from_degrees(theta_deg, phi + 180.0),
+        for phi_deg in PHIS_DEG {
+            let wi = direction_from_degrees(theta_deg, phi_deg);
+            let outgoing = [
+                direction_from_degrees(theta_deg, phi_deg + 180.0),
                 wi,
-                direction_from_degrees(theta_deg, phi + 90.0),
+                direction_from_degrees(theta_deg, phi_deg + 90.0),
                 NORMAL,
+                direction_from_degrees(HORIZON_DEG, phi_deg + 170.0),
+                direction_from_degrees(HORIZON_DEG, phi_deg),
             ];
-            let at_horizon = [direction_from_degrees(89.99, phi + 170.0), direction_from_degrees(89.99, phi)];
-            queries.extend(others.into_iter().chain(at_horizon).map(|wo| (wi, wo, nm)));
+            queries.extend(outgoing.map(|wo| Query { wi, wo, nm }));
         }
     }
     while queries.len() < count {
-        let (wi, nm) = (direction_from_degrees(theta_deg, random.between(-180.0, 180.0)), random.between(360.0, 830.0));
-        let u = [random.unit(), random.unit(), random.unit()];
-        let sampled = surface.sample_direction(wi, &[nm], u);
+        let wi = direction_from_degrees(theta_deg, random.between(-180.0, 180.0));
+        let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+        let sampled = surface.sample_direction(wi, &[nm], [random.unit(), random.unit(), random.unit()]);
         let is_uniform = queries.len().is_multiple_of(2);
-        queries.push((wi, if is_uniform { uniform_direction(random) } else { sampled.unwrap_or(NORMAL) }, nm));
+        let wo = if is_uniform { uniform_direction(random) } else { sampled.unwrap_or(NORMAL) };
+        queries.push(Query { wi, wo, nm });
     }
     queries
 }

@@ -9,7 +9,7 @@ pub use deep::{DeepPoint, KAPPA_H, deep_relief};
 pub use grazing::{GRAZING_DEG, GrazingPoint, GrazingSurface, grazing};
 pub use random_queries::{RandomQueries, random_queries};
 
-use super::BenchError;
+use super::{BenchError, percentile_99};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use sunbeam::lobe::{Exact, Surface};
@@ -33,10 +33,10 @@ impl Effort {
     pub const QUICK: Self = Self { directions: 20, queries: 20_000 };
 }
 
-/// The results of all sweeps.
+/// The results of all sweeps. Some keys of the JSON say "questions" for queries.
 #[derive(Clone, Debug, Serialize)]
 pub struct StabilityFigures {
-    /// One point for each κH.
+    /// One point for each of [`KAPPA_H`].
     pub deep_relief: Vec<DeepPoint>,
     /// One sweep for each surface.
     pub grazing: Vec<GrazingSurface>,
@@ -59,27 +59,23 @@ pub fn measure(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Stabil
     Ok(StabilityFigures { deep_relief, grazing, random_queries })
 }
 
-/// Relative error of a table's power spectral density S against the direct sum.
-///
-/// The error is divided by the scale to which a table's tolerance refers: the largest of the direct sum's value, the
-/// mean over κ at the same frequency, and [`DENSITY_FLOOR_UM2`].
+/// Error of a table's power spectral density S(f; κ) against the direct sum `exact`, relative to [`error_scale`].
 fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-    let um = wavelength_nm * 1e-3;
-    let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
-    let kappa = TAU * (wi[2] + wo[2]) / um;
+    let wavelength_um = wavelength_nm * 1e-3;
+    let f = [(wi[0] + wo[0]) / wavelength_um, (wi[1] + wo[1]) / wavelength_um];
+    let kappa = TAU * (wi[2] + wo[2]) / wavelength_um;
     let table = surface.table();
-    let value = table.density(f, kappa);
     let truth = exact.power_density(f, kappa);
-    (value - truth).abs() / truth.max(table.hemisphere_mean(f, wi[2], um)).max(DENSITY_FLOOR_UM2)
+    (table.density(f, kappa) - truth).abs() / error_scale(truth, table.hemisphere_mean(f, wi[2], wavelength_um))
 }
 
-/// The largest value; infinity if one is NaN.
+/// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, a mean of S at the same
+/// frequency, and [`DENSITY_FLOOR_UM2`].
+fn error_scale(truth_um2: f64, mean_um2: f64) -> f64 {
+    truth_um2.max(mean_um2).max(DENSITY_FLOOR_UM2)
+}
+
+/// The largest of non-negative values; 0 without values, infinity if one is NaN.
 fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |most, value| if value.is_nan() { f64::INFINITY } else { value.max(most) })
-}
-
-/// The smallest value that 99 % of the values do not exceed. Sorts them.
-fn percentile_99(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get((0.99 * values.len().saturating_sub(1) as f64).ceil() as usize).copied().unwrap_or(0.0)
 }

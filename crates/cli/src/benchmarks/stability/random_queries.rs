@@ -1,38 +1,46 @@
 //! Random queries of random surfaces: every answer must be finite and non-negative.
 //!
 //! A query is a pair of directions and a wavelength, with three random numbers for a sample. Each surface answers with
-//! the reflectance, the sampling density and a sample, for the directions in both orders (reciprocity). Every
+//! a sample, and with the reflectance and the sampling density for the directions in both orders (reciprocity). Every
 //! [`METHODS_STRIDE`]-th query is also given to the published methods. For surfaces that conserve energy, albedos are
-//! integrated and compared with 1. Seeds are fixed, so runs repeat.
+//! integrated and compared with 1. Seeds are fixed, so every run draws the same queries.
 
 use super::relief::{rough, sinusoid, step, uniform_direction};
 use crate::arguments::direction_from_degrees;
 use crate::benchmarks::BenchError;
+use crate::reflector::single;
 use rayon::prelude::*;
 use serde::Serialize;
+use std::f64::consts::PI;
 use sunbeam::height_field::random::Random;
 use sunbeam::height_field::{HeightField, HeightFieldError};
 use sunbeam::lobe::Surface;
 use sunbeam::methods::{self, Method, MethodKind, MethodOptions};
 use sunbeam::scattering::{Obliquity, Options, Vec3};
-use sunbeam::table::{Model, Tiling};
+use sunbeam::table::{Model, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Number of queries of one surface. Chosen: they take about as long as building the surface.
+/// Largest number of queries of one surface. They take about as long as building it; more would mean fewer surfaces in
+/// the same time.
 const QUERIES_PER_SURFACE: u64 = 25_000;
-/// Smallest number of surfaces. Chosen, so that short runs see several kinds of relief.
+/// Smallest number of surfaces, so that short runs see several kinds of relief.
 const SURFACES_MIN: u64 = 4;
-/// Step between the queries that the published methods answer as well. Chosen: these methods take much longer.
+/// Step between the queries that the published methods answer as well. These methods take much longer.
 const METHODS_STRIDE: u64 = 50;
-/// Number of albedos that are integrated for each surface. Chosen for the time that they take.
+/// Number of albedos that are integrated for each surface that conserves energy. Each takes long.
 const ALBEDOS: usize = 110;
-/// Amount by which an albedo may exceed 1, besides the tolerance of its surface's table.
-///
-/// It is the excess that the energy limiter accepts between the nodes of its table (docs/tables.md, "Energy").
+/// Amount by which an albedo may exceed 1, besides the tolerance of its surface's table: the excess that is accepted
+/// between the nodes of the albedo's table (docs/tables.md, "Energy").
 const ALBEDO_SLACK: f64 = 1e-2;
-/// Reflectance in 1/sr below which reciprocity is not checked: smaller ones drown in the rounding of the tables.
+/// Reflectance in 1/sr below which reciprocity is not checked. Rounding dominates smaller ones.
 const RECIPROCITY_FLOOR: f64 = 1e-12;
+/// Largest κH of a random relief at the shortest wavelength of the tables, both directions along the normal.
+const KAPPA_H_MAX: f64 = 200.0;
+/// Smallest range of heights of a random relief in µm, optically flat.
+const HEIGHT_MIN_UM: f64 = 1e-3;
+/// Offset of the heights of some reliefs in µm. A constant offset must not change any answer.
+const OFFSET_UM: f64 = 1000.0;
 
-/// Counts and extremes over all queries.
+/// Counts and extremes over all queries. Some keys of the JSON say "asked" for queries.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct RandomQueries {
     /// Queries, each of reflectance, density and a sample, with the directions in both orders.
@@ -43,35 +51,37 @@ pub struct RandomQueries {
     pub method_queries: u64,
     /// Surfaces that were built.
     pub surfaces: u64,
-    /// Random surfaces that were refused because their tables would be too large.
+    /// Random surfaces that were refused, because their tables would be too large. Others took their place.
     pub refused: u64,
     /// Answers that are NaN or infinite.
     pub not_finite: u64,
-    /// Negative reflectances, densities and weights.
+    /// Answers that are negative. Colours of the published methods do not count, since out-of-gamut colours have
+    /// negative channels.
     pub negative: u64,
     /// Sampling densities of 0 above the horizon.
     pub without_density: u64,
-    /// Largest relative difference of the reflectance when the directions are exchanged.
+    /// Largest difference of the reflectance when the directions are exchanged, relative to the larger value.
     pub reciprocity: f64,
     /// Samples above the horizon.
     pub samples: u64,
-    /// Surfaces of the ensemble model with energy conservation.
+    /// Surfaces of the ensemble model with energy conservation. A single patch may be brighter than the ensemble, so
+    /// its albedo is not limited.
     pub scaled_surfaces: u64,
     /// Albedos integrated on these surfaces.
     pub albedos: u64,
     /// Largest of these albedos.
     pub albedo: f64,
-    /// Number of these albedos above 1 by more than their surface's tolerance and 0.001.
+    /// Number of these albedos above 1 by more than 0.01 and their surface's tolerance.
     pub albedos_above: u64,
-    /// Largest mean weight of a surface's samples, less four standard errors. The mean weight estimates the mean
-    /// albedo.
+    /// Largest lower bound of the mean albedo of one of these surfaces: the mean weight of its samples, less four
+    /// standard errors.
     pub mean_weight: f64,
-    /// Largest excess of an albedo over 1.001, in units of its surface's tolerance.
+    /// Largest excess of an albedo over 1.01, in units of its surface's tolerance; 0 where none exceeds 1.01.
     pub albedo_excess: f64,
 }
 
 impl RandomQueries {
-    /// Sums of the counts and maxima of the extremes.
+    /// The sum of each count and the maximum of each extreme.
     fn merged(self, other: Self) -> Self {
         Self {
             queries: self.queries + other.queries,
@@ -92,19 +102,20 @@ impl RandomQueries {
         }
     }
 
-    /// Counts an answer that is negative, NaN or infinite.
+    /// Counts the answer if it is negative, NaN or infinite.
     fn check(&mut self, value: f64) {
         self.not_finite += u64::from(!value.is_finite());
         self.negative += u64::from(value < 0.0);
     }
 }
 
-/// Evaluates `count` random queries, about [`QUERIES_PER_SURFACE`] of each random surface.
+/// Evaluates `count` random queries, distributed evenly over random surfaces.
 ///
 /// # Errors
 /// A published method that refuses a surface for another reason than its size or depth.
 pub fn random_queries(count: u64) -> Result<RandomQueries, BenchError> {
     let surfaces = count.div_ceil(QUERIES_PER_SURFACE).max(SURFACES_MIN);
+    // Number of queries of the i-th surface; over all surfaces the numbers add up to `count`.
     let part = |i: u64| (i + 1) * count / surfaces - i * count / surfaces;
     (0..surfaces)
         .into_par_iter()
@@ -112,31 +123,31 @@ pub fn random_queries(count: u64) -> Result<RandomQueries, BenchError> {
         .try_reduce(RandomQueries::default, |a, b| Ok(a.merged(b)))
 }
 
-/// The relief and the options of a random surface.
-struct RandomSurface {
+/// A relief with the options of its surface.
+struct SurfaceInput {
     field: HeightField,
     options: Options,
 }
 
-/// A random surface: a rough relief, a step, a sinusoid, a shallow rough relief or a plane, with random options.
-fn random_surface(random: &mut Random) -> Result<RandomSurface, HeightFieldError> {
+/// A random relief with random options: rough, a step, a sinusoid, rough and shallow, or a plane.
+fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let mut log_uniform = |low: f64, high: f64| (random.between(low.ln(), high.ln())).exp();
-    // κH up to 200 at the tables' shortest wavelength.
-    let height_um = log_uniform(1e-3, 400.0 * 0.36 / (4.0 * std::f64::consts::PI));
+    // κ = 4π/λ, and H is half the height.
+    let height_max_um = 2.0 * KAPPA_H_MAX * (WAVELENGTH_MIN_NM * 1e-3) / (4.0 * PI);
+    let height_um = log_uniform(HEIGHT_MIN_UM, height_max_um);
     let (coherence_length_um, tolerance) = (log_uniform(1.0, 1e4), log_uniform(1e-4, 1e-2));
-    let pixel = (log_uniform(0.05, 0.6), log_uniform(0.05, 0.6));
-    let mut size = || 1 + (random.unit() * 24.0) as usize;
-    let pixels = (size(), size());
+    let pixel_um = (log_uniform(0.05, 0.6), log_uniform(0.05, 0.6));
+    let mut side = || 1 + (random.unit() * 24.0) as usize;
+    let pixels = (side(), side());
     let field = match (random.unit() * 5.0) as u32 {
-        0 => rough(random, pixels, pixel, height_um)?,
-        1 => step(pixels, pixel, height_um)?,
-        2 => sinusoid(16 + pixels.0, 20.0 * pixel.0, height_um)?,
-        3 => rough(random, pixels, pixel, height_um.min(0.5))?,
-        _ => rough(random, pixels, pixel, 0.0)?,
+        0 => rough(random, pixels, pixel_um, height_um)?,
+        1 => step(pixels, pixel_um, height_um)?,
+        2 => sinusoid(16 + pixels.0, 20.0 * pixel_um.0, height_um)?,
+        3 => rough(random, pixels, pixel_um, height_um.min(0.5))?,
+        _ => rough(random, pixels, pixel_um, 0.0)?,
     };
-    // A constant offset of the heights must not change any answer.
-    let offset = if random.unit() < 0.2 { 1000.0 } else { 0.0 };
-    let field = HeightField::new(field.heights_um() + offset, field.dx_um(), field.dy_um())?;
+    let offset_um = if random.unit() < 0.2 { OFFSET_UM } else { 0.0 };
+    let field = HeightField::new(field.heights_um() + offset_um, field.dx_um(), field.dy_um())?;
     let mut coin = || random.unit() < 0.5;
     let options = Options {
         coherence_length_um,
@@ -149,21 +160,22 @@ fn random_surface(random: &mut Random) -> Result<RandomSurface, HeightFieldError
         tolerance,
         build_limit: 1.0,
     };
-    Ok(RandomSurface { field, options })
+    Ok(SurfaceInput { field, options })
 }
 
-/// Builds the random surface with the index `index` and evaluates `count` queries of it.
+/// Builds a random surface and evaluates `count` queries of it. `index` determines the random numbers.
 fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
     let mut random = Random::new(1000 + index);
     let mut found = RandomQueries { surfaces: 1, queries: count, ..RandomQueries::default() };
-    let (described, surface) = loop {
-        let described = random_surface(&mut random)?;
-        match Surface::new(&described.field, &described.options) {
-            Ok(surface) => break (described, surface),
+    let (input, surface) = loop {
+        let input = random_input(&mut random)?;
+        match Surface::new(&input.field, &input.options) {
+            Ok(surface) => break (input, surface),
             Err(_) => found.refused += 1,
         }
     };
-    let methods = published_methods(&described)?;
+    let methods = published_methods(&input)?;
+    // Sums of the samples' weights and of their squares. A sample below the horizon adds 0.
     let (mut sum, mut squares) = (0.0, 0.0);
     for i in 0..count {
         let nm = wavelength(&mut random);
@@ -180,38 +192,38 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
         let (there, back) = (surface.eval_pdf(wi, wo, nm), surface.eval_pdf(wo, wi, nm));
         [there.f, back.f, there.pdf, back.pdf].into_iter().for_each(|value| found.check(value));
         found.without_density += u64::from(there.pdf == 0.0) + u64::from(back.pdf == 0.0);
-        let most = there.f.max(back.f);
-        if most > RECIPROCITY_FLOOR {
-            found.reciprocity = found.reciprocity.max((there.f - back.f).abs() / most);
+        let larger = there.f.max(back.f);
+        if larger > RECIPROCITY_FLOOR {
+            found.reciprocity = found.reciprocity.max((there.f - back.f).abs() / larger);
         }
         if i % METHODS_STRIDE == 0 {
             found.method_queries += 1;
             query_methods(&methods, [wi, wo], nm, &mut found);
         }
     }
-    // Energy is conserved for the mean over window positions only: a single patch may be brighter.
-    let Options { conserve_energy, model, tolerance, .. } = described.options;
+    let Options { conserve_energy, model, tolerance, .. } = input.options;
     if conserve_energy && model == Model::Ensemble {
         found.scaled_surfaces = 1;
         let n = count.max(1) as f64;
         let mean = sum / n;
-        found.mean_weight = mean - 4.0 * ((squares / n - mean * mean).max(0.0) / n).sqrt();
+        let variance = (squares / n - mean * mean).max(0.0);
+        found.mean_weight = mean - 4.0 * (variance / n).sqrt();
         check_albedos(&surface, tolerance, &mut random, &mut found);
     }
     Ok(found)
 }
 
-/// Checks the answers of the published methods to one query.
+/// Checks the answers of the published methods to one query, a pair of directions `[wi, wo]` and a wavelength.
 fn query_methods(methods: &[Box<dyn Method>], directions: [Vec3; 2], nm: f64, found: &mut RandomQueries) {
-    let [wi, wo] = directions.map(|w| w.map(|c| c as f32));
+    let [wi, wo] = directions.map(single);
     for method in methods {
-        // Out-of-gamut colours have negative components.
+        // Out-of-gamut colours have negative channels, which are no errors.
         found.not_finite += method.answer_rgb(wi, wo).iter().filter(|value| !value.is_finite()).count() as u64;
         method.answer_spectral(wi, wo, nm as f32).into_iter().for_each(|value| found.check(value.into()));
     }
 }
 
-/// Checks albedos of a surface that conserves energy.
+/// Integrates and checks [`ALBEDOS`] albedos of a surface that conserves energy. `tolerance` is that of its tables.
 fn check_albedos(surface: &Surface, tolerance: f64, random: &mut Random, found: &mut RandomQueries) {
     for _ in 0..ALBEDOS {
         let (wi, nm) = (incident(random), wavelength(random));
@@ -227,13 +239,14 @@ fn check_albedos(surface: &Surface, tolerance: f64, random: &mut Random, found: 
 }
 
 /// The published methods for the relief, without those that refuse it because it is too deep or too wide.
-fn published_methods(described: &RandomSurface) -> Result<Vec<Box<dyn Method>>, BenchError> {
+fn published_methods(input: &SurfaceInput) -> Result<Vec<Box<dyn Method>>, BenchError> {
     let patch =
-        Options { model: Model::Patch, tiling: Tiling::Periodic, conserve_energy: false, ..described.options.clone() };
+        Options { model: Model::Patch, tiling: Tiling::Periodic, conserve_energy: false, ..input.options.clone() };
+    // Coarse steps save time. With a given period, stam accepts every relief.
     let method_options = MethodOptions { lambda_step_nm: 20.0, period_um: Some(1.0), ..MethodOptions::default() };
     let kinds = MethodKind::ALL.into_iter().filter(|kind| kind.is_patch_only());
     kinds
-        .filter_map(|kind| match methods::build(kind, &described.field, &patch, &method_options) {
+        .filter_map(|kind| match methods::build(kind, &input.field, &patch, &method_options) {
             Ok(method) => Some(Ok(method)),
             Err(methods::MethodError::TooManyTerms { .. } | methods::MethodError::TooWide { .. }) => None,
             Err(source) => Some(Err(BenchError::Method { candidate: kind.to_string(), source })),
@@ -241,16 +254,17 @@ fn published_methods(described: &RandomSurface) -> Result<Vec<Box<dyn Method>>, 
         .collect()
 }
 
-/// A random wavelength of the tables' range, 360 to 830 nm; each end has a probability of 2 %.
+/// A random wavelength of the tables' range in nm. Each end has a probability of 2 %.
 fn wavelength(random: &mut Random) -> f64 {
     match random.unit() {
-        u if u < 0.02 => 360.0,
-        u if u < 0.04 => 830.0,
-        _ => random.between(360.0, 830.0),
+        u if u < 0.02 => WAVELENGTH_MIN_NM,
+        u if u < 0.04 => WAVELENGTH_MAX_NM,
+        _ => random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM),
     }
 }
 
-/// A random incident direction; a quarter of them lie 0.01° to 1° above the horizon.
+/// A random incident direction. A quarter lie 0.01° to 1° above the horizon, the others are uniform over the
+/// hemisphere.
 fn incident(random: &mut Random) -> Vec3 {
     if random.unit() < 0.25 {
         direction_from_degrees(random.between(89.0, 89.99), random.between(-180.0, 180.0))
@@ -259,8 +273,8 @@ fn incident(random: &mut Random) -> Vec3 {
     }
 }
 
-/// A random outgoing direction. Half are the sample of `wi`; the others are its mirror direction, `wi` itself, near the
-/// horizon, or uniform, an eighth each.
+/// A random outgoing direction. Half are the direction that was sampled for `wi`, or uniform where there is none. An
+/// eighth each are the mirror direction of `wi`, `wi` itself, near the horizon, and uniform over the hemisphere.
 fn outgoing(random: &mut Random, wi: Vec3, sampled: Option<Vec3>) -> Vec3 {
     match (random.unit() * 8.0) as u32 {
         0 => [-wi[0], -wi[1], wi[2]],

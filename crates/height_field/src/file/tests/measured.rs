@@ -94,7 +94,10 @@ fn x3p_of_all_kinds_is_read() {
         list += &if at == 1 { "<Datum/>".to_owned() } else { format!("<Datum>{:e}</Datum>", height * 1e-6) };
     }
     let xml = samples::x3p_description("I", "<DataType>D</DataType>", 1, &(list + "</DataList>"));
-    check("s.x3p", &samples::archive(&[("main.xml", xml.as_bytes())]), None, Some([0, 1]), ROUNDING_UM);
+    // The second folder's name is shorter in lower case: the Kelvin sign becomes k.
+    for name in ["main.xml", "\u{212a}é/Main.xml"] {
+        check("s.x3p", &samples::archive(&[(name, xml.as_bytes())]), None, Some([0, 1]), ROUNDING_UM);
+    }
 }
 
 #[test]
@@ -168,6 +171,7 @@ fn unusable_nanoscope_files_are_refused() {
     assert!(with("Data length: 24", "Data length: 24000").contains("24000 bytes"));
     assert!(with("Scan Size: 1.5 0.5 ~m", "Scan Size: none").contains("Scan Size"));
     assert!(with("Aspect ratio: 1:1", "Aspect ratio: 2:1").contains("`pixel_size`"));
+    assert!(with("Bytes/pixel: 2", "Bytes/pixel: 3").contains("Bytes/pixel is 3, not 2 or 4"));
     assert!(with("Ciao image list", "AFM image list").contains("no channels"));
     assert!(with("\\@Sens. Zsens", "\\@Sens. Other").contains("no channel is in units"));
     assert!(refusal("s.000", b"Data_File_Type 7\n", &NO_SCALE).contains("\\*File list"));

@@ -1,4 +1,5 @@
-//! Titles of the columns of points, with their units: `X[nm] Y[nm] Z[nm]`, `x, y, z`, `x y z in µm`.
+//! Titles of the columns of points, with their units: `X[nm] Y[nm] Z[nm]`, `x (nm), y (nm), z (nm)`, `x, y, z`,
+//! `x y z in µm`.
 
 use super::super::units::micrometres;
 
@@ -11,40 +12,35 @@ pub(super) struct Columns {
     pub height: Option<(String, f64)>,
 }
 
-/// Reads a line of titles of x, y and z; `None` for any other line.
+/// Reads a line of titles of x, y and z, without comment signs; `None` for any other line.
 ///
 /// # Errors
 /// A unit that is not a length, or units for some columns only.
-pub(super) fn columns(text: &str) -> Option<Result<Columns, String>> {
+pub(super) fn column_titles(text: &str) -> Option<Result<Columns, String>> {
+    // Units of x, y and z.
     let mut units: [Option<&str>; 3] = [None; 3];
     // Unit for all columns, after the word "in".
     let mut common = None;
-    // Index of the last title found: 0 for x, 1 for y, 2 for z.
-    let mut last = None;
+    // Number of titles found, in the order x, y, z.
+    let mut found = 0;
     let mut after_in = false;
     for word in text.split(|c: char| c.is_whitespace() || ",;\"".contains(c)).filter(|word| !word.is_empty()) {
-        let next = last.map_or(0, |last| last + 1);
-        let title = "xyz".get(next..next + 1).unwrap_or_default();
-        // A title is the letter, alone or followed by a sign and a unit.
+        // A title is the letter, alone or followed by a sign and a unit. After z no further title is expected.
+        let title = "xyz".get(found..found + 1).unwrap_or_default();
         let rest = word.get(..1).filter(|first| first.eq_ignore_ascii_case(title)).map(|_| &word[1..]);
         match rest.filter(|rest| !rest.starts_with(char::is_alphanumeric)) {
             Some(rest) => {
-                last = Some(next);
-                units[next] = Some(bare(rest)).filter(|unit| !unit.is_empty());
+                units[found] = Some(bare(rest)).filter(|unit| !unit.is_empty());
+                found += 1;
             }
             None if word.eq_ignore_ascii_case("in") => after_in = true,
-            None if last.is_none() => return None,
+            None if found == 0 => return None,
             None if after_in => common = Some(bare(word)),
-            None => units[last?] = Some(bare(word)),
+            // A word after a title is its unit.
+            None => units[found - 1] = Some(bare(word)),
         }
     }
-    if last != Some(2) {
-        return None;
-    }
-    if common.is_some() {
-        units = units.map(|unit| unit.or(common));
-    }
-    Some(lengths(units))
+    (found == 3).then(|| lengths(units.map(|unit| unit.or(common))))
 }
 
 /// A unit without brackets and signs around it.
@@ -52,7 +48,7 @@ fn bare(unit: &str) -> &str {
     unit.trim_matches(|c| "[](){}/_:".contains(c))
 }
 
-/// Units as lengths: all three or none.
+/// Units of x, y and z as lengths: all three or none.
 fn lengths(units: [Option<&str>; 3]) -> Result<Columns, String> {
     match units {
         [None, None, None] => Ok(Columns { lateral_um: None, height: None }),
@@ -78,14 +74,14 @@ mod tests {
             ("x y z in µm", Some(1.0), Some(1.0)),
             ("x,y,z", None, None),
         ] {
-            let found = columns(text).unwrap().unwrap();
+            let found = column_titles(text).unwrap().unwrap();
             assert_eq!(found.lateral_um, lateral.map(|um| [um; 2]), "{text}");
             assert_eq!(found.height.map(|(_, um)| um), height, "{text}");
         }
         for text in ["", "heights", "xylophone y z", "x y", "Width: 2 µm", "x-length = 3"] {
-            assert!(columns(text).is_none(), "{text}");
+            assert!(column_titles(text).is_none(), "{text}");
         }
-        assert!(columns("X[nm] Y[nm] Z[V]").unwrap().unwrap_err().contains("\"V\""));
-        assert!(columns("x y z[nm]").unwrap().unwrap_err().contains("some of the columns"));
+        assert!(column_titles("X[nm] Y[nm] Z[V]").unwrap().unwrap_err().contains("\"V\""));
+        assert!(column_titles("x y z[nm]").unwrap().unwrap_err().contains("some of the columns"));
     }
 }

@@ -5,18 +5,19 @@
 //!
 //! 1. Keys that only one program writes identify the [`Program`], whose conventions apply where a property is omitted.
 //! 2. English keys have a [`Role`] (`keys.rs`), which decides how the value is read (`quantity.rs`).
-//! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore recognised by their
+//! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore interpreted by their
 //!    order: channel, width, height, and unit of the values.
 //!
-//! Lengths are in µm; arrays of two are along x and y.
+//! Lengths are in µm; arrays of two are along x and y. Lines have their numbers in the file, for messages.
 
 use super::super::raw::FirstRow;
 use super::super::units::micrometres;
-use super::columns::{Columns, columns};
+use super::columns::{Columns, column_titles};
 use super::keys::{Along, Role, role};
+use super::numbers::Line;
 use super::quantity::{Quantity, bracketed, quantity};
 
-/// Most words of a key that is separated from its number by a blank only. Chosen: longer lines are prose.
+/// Largest number of words of a key that is separated from its number by a blank only. Longer lines are prose.
 const KEY_WORDS_MAX: usize = 3;
 
 /// Program that wrote a header; its conventions apply to omitted properties.
@@ -44,8 +45,8 @@ pub(super) enum HeightUnit {
     Length(String, f64),
     /// Mentioned without a value.
     Empty,
-    /// Not a length; the text says why. A later line may replace it by a factor, as for holograms in radians.
-    Other(String),
+    /// Not a length; the text is the error. A later line may replace the unit by a factor, as for holograms in radians.
+    NoLength(String),
 }
 
 /// Properties that a header gives.
@@ -57,28 +58,28 @@ pub(super) struct Header {
     pub extent_um: [Option<f64>; 2],
     /// Spacings along x and y in µm.
     pub step_um: [Option<f64>; 2],
-    /// Length of the scan in µm, where a single one is given for both axes.
+    /// A single length for both axes, in µm: that of the longer side.
     pub edge_um: Option<f64>,
     /// Unit of the heights.
     pub height: HeightUnit,
     /// Units of x and y of points, in µm.
     pub lateral_um: Option<[f64; 2]>,
-    /// First row of the file.
+    /// First row of the file; `None` for an unknown program.
     pub first: Option<FirstRow>,
     /// Name of the channel.
     pub channel: Option<String>,
-    /// Number of missing points.
+    /// Number that marks missing points.
     pub no_data: Option<f64>,
-    /// Whether a mask of equal size follows the heights: 0 at missing points.
+    /// Whether a mask of equal size follows the heights. The mask is 0 at missing points.
     pub has_mask: bool,
     /// Whether the columns are titled x, y and z.
     pub has_points: bool,
-    /// Numbers of points of an unnamed axis, as (line, count), to be checked against the data.
+    /// Numbers of points without an axis, to be checked against the data, each with the number of its line.
     pub loose_counts: Vec<(usize, usize)>,
 }
 
 /// A line with an unknown key.
-struct Unexplained<'a> {
+struct UnknownLine<'a> {
     /// Number of the line in the file.
     line: usize,
     /// The whole line.
@@ -89,6 +90,16 @@ struct Unexplained<'a> {
     quantity: Option<Quantity>,
 }
 
+impl UnknownLine<'_> {
+    /// The value in µm, if it is a single length.
+    fn length_um(&self) -> Option<f64> {
+        match self.quantity.as_ref()?.lengths_um()?.as_slice() {
+            [length] => Some(*length),
+            _ => None,
+        }
+    }
+}
+
 /// Error for a line with a size or a unit that is not understood.
 fn not_understood(line: usize, text: &str) -> String {
     format!(
@@ -97,49 +108,47 @@ fn not_understood(line: usize, text: &str) -> String {
     )
 }
 
-/// Reads the lines of a header, each with its number in the file.
+/// Reads the lines of a header.
 ///
 /// # Errors
 /// A line with a size or a unit that is not understood, or a unit of heights that is not a length.
-pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
+pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
     let mut header = Header::default();
-    let program = program(lines);
-    let mut unexplained = Vec::new();
+    let program = recognised_program(lines);
+    let mut unknown = Vec::new();
     for &(line, text) in lines {
         // The line without comment signs, quotes and separators around it.
         let bare = text.trim_start_matches(|c: char| c.is_whitespace() || "#%;*!/'\"".contains(c));
         let bare = bare.trim_end_matches(|c: char| c.is_whitespace() || ",;\"".contains(c));
-        if let Some(titles) = columns(bare) {
+        if let Some(titles) = column_titles(bare) {
             header.take_columns(titles.map_err(|unit| format!("line {line}: {unit}"))?);
             continue;
         }
-        let pairs = pairs(bare);
+        let pairs = key_value_pairs(bare);
         if pairs.is_empty() {
             header.take_words(line, bare)?;
         }
         for (key, value) in pairs {
-            if !header.take(program, (line, text), &key, &value)? {
+            if !header.take_pair(program, (line, text), &key, &value)? {
                 let quantity = quantity(&value);
-                unexplained.push(Unexplained { line, text, value, quantity });
+                unknown.push(UnknownLine { line, text, value, quantity });
             }
         }
     }
-    header.take_by_position(&unexplained)?;
-    if let HeightUnit::Other(reason) = header.height {
+    header.take_unknown(&unknown)?;
+    if let HeightUnit::NoLength(reason) = header.height {
         return Err(reason);
     }
     // All known programs write the top row first.
-    header.first = match program {
-        Program::Other if header.is_gwyddion() => Some(FirstRow::Top),
-        Program::Other => None,
-        _ => Some(FirstRow::Top),
-    };
+    let is_known = program != Program::Other || header.is_of_gwyddion();
+    header.first = is_known.then_some(FirstRow::Top);
     Ok(header)
 }
 
 /// Recognises the program by keys that only it writes.
-fn program(lines: &[(usize, &str)]) -> Program {
+fn recognised_program(lines: &[Line]) -> Program {
     let begins = |text: &str, with: &str| text.trim_start_matches(['#', ' ', '\t']).to_lowercase().starts_with(with);
+    // Whether a line begins with this text in lower case.
     let has = |with: &str| lines.iter().any(|(_, text)| begins(text, with));
     if has("file format = ascii") || has("bit2nm") || has("start of data") {
         Program::Spip
@@ -154,25 +163,26 @@ fn program(lines: &[(usize, &str)]) -> Program {
     }
 }
 
-/// Keys and values of a line: one pair, or several of the form `key=value`. A unit in brackets behind a key is moved to
-/// the value.
-fn pairs(text: &str) -> Vec<(String, String)> {
-    let several: Vec<&str> = text.split_whitespace().collect();
-    if several.len() > 1 && several.iter().all(|word| word.matches('=').count() == 1 && !word.starts_with('=')) {
-        return several.iter().filter_map(|word| word.split_once('=')).map(|(k, v)| (k.into(), v.into())).collect();
+/// Keys and values of a line: none for words, one pair, or several of the form `key=value` with blanks between them.
+fn key_value_pairs(text: &str) -> Vec<(String, String)> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let is_pair = |word: &&str| word.matches('=').count() == 1 && !word.starts_with('=');
+    if words.len() > 1 && words.iter().all(is_pair) {
+        return words.iter().filter_map(|word| word.split_once('=')).map(|(k, v)| (k.into(), v.into())).collect();
     }
+    // The last sign is the colon of Chinese and Japanese.
     let by_sign = || text.split_once(['=', ':', '：']);
     let by_cell = || text.split_once(['\t', ';', ',']);
     // `ncols 48`: the value begins at the number.
     let by_number = || {
         let start = text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c))?;
         let starts_word = text[..start].ends_with(char::is_whitespace);
-        // A longer text before the number is prose.
         let is_key = text[..start].split_whitespace().count() <= KEY_WORDS_MAX;
         (starts_word && is_key && quantity(&text[start..]).is_some()).then(|| text.split_at(start))
     };
     let Some((key, value)) = by_sign().or_else(by_cell).or_else(by_number) else { return Vec::new() };
     let (key, value) = (key.trim(), value.trim());
+    // A unit in brackets behind the key, such as `width (µm)` or `factor (-> m)`, is moved to the value.
     let unit_at = key.find(['[', '(']);
     let unit = unit_at.and_then(|at| bracketed(&key[at..]).map(|(unit, _)| (at, unit.trim_start_matches("-> "))));
     match unit {
@@ -184,98 +194,102 @@ fn pairs(text: &str) -> Vec<(String, String)> {
 }
 
 impl Header {
-    /// Whether the header has exactly the properties that Gwyddion writes.
-    fn is_gwyddion(&self) -> bool {
+    /// Whether the header has the properties that Gwyddion writes for a matrix, whatever the language: both lengths and
+    /// the unit of the heights, but no numbers of points.
+    fn is_of_gwyddion(&self) -> bool {
         self.extent_um.iter().all(Option::is_some) && self.counts == [None, None] && self.height != HeightUnit::Unsaid
     }
 
-    /// Stores the property of one pair (`key`, `value`) of a line; returns whether the key is known.
-    ///
-    /// A value of a size is a spacing where its unit is a length for each point, an extent where it is a length, and
-    /// otherwise a number of points.
+    /// Stores the property of one pair of a line. Returns `false` if the key is unknown.
     ///
     /// # Errors
     /// A value that does not fit its key, and a unit that is not a length.
-    fn take(&mut self, program: Program, (line, text): (usize, &str), key: &str, value: &str) -> Result<bool, String> {
+    fn take_pair(&mut self, program: Program, (line, text): Line, key: &str, value: &str) -> Result<bool, String> {
         let refuse = || not_understood(line, text);
-        let axis = |along: Along| usize::from(along == Along::Y);
-        let number = || quantity(value).filter(|found| found.numbers.len() == 1).map(|found| found.numbers[0]);
+        // The value as numbers with a unit, and as a single number.
+        let numbers = || quantity(value).ok_or_else(refuse);
+        let number = || -> Result<f64, String> {
+            match numbers()?.numbers.as_slice() {
+                [number] => Ok(*number),
+                _ => Err(refuse()),
+            }
+        };
         match role(key) {
             Role::Irrelevant => {}
             Role::Channel => self.channel = Some(value.to_owned()),
-            Role::HeightUnit => match height_unit(value) {
-                Ok(unit) => self.height = unit,
-                Err(reason) => self.height = HeightUnit::Other(reason),
-            },
+            Role::HeightUnit => self.height = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
             Role::HeightFactor => {
-                let found = quantity(value).ok_or_else(refuse)?;
-                let um = found.lengths_um().ok_or_else(refuse)?[0];
+                let um = numbers()?.lengths_um().ok_or_else(refuse)?[0];
                 self.height = HeightUnit::Length(value.to_owned(), um);
             }
-            Role::LateralUnit => {
-                let um = micrometres(value)?;
-                self.lateral_um = Some([um; 2]);
-            }
+            Role::LateralUnit => self.lateral_um = Some([micrometres(value)?; 2]),
             Role::NmPerValue => {
+                let nm = number()?;
                 // The key `z-unit` takes precedence.
-                let nm = number().ok_or_else(refuse)?;
                 if self.height == HeightUnit::Unsaid {
                     self.height = HeightUnit::Length(format!("{nm} nm"), nm * 1e-3);
                 }
             }
-            Role::MaskedPoints => self.has_mask = number().ok_or_else(refuse)? > 0.0,
-            Role::NoData => self.no_data = Some(number().ok_or_else(refuse)?),
+            Role::MaskedPoints => self.has_mask = number()? > 0.0,
+            Role::NoData => self.no_data = Some(number()?),
             Role::HeightRange => {
-                let unit = quantity(value).ok_or_else(refuse)?.unit;
+                let unit = numbers()?.unit;
                 if program == Program::Wsxm {
                     self.height = height_unit(&unit)?;
                 } else if !unit.is_empty() && self.height == HeightUnit::Unsaid {
-                    // Outside of WSxM the values need not be in the unit of their range.
+                    // The files of other programs may have the heights in another unit than their range.
                     return Err(refuse());
                 }
             }
             Role::Step(along) => {
-                let found = quantity(value).ok_or_else(refuse)?;
+                let found = numbers()?;
                 let steps = found.per_point_um().or_else(|| lengths(program, &found)).ok_or_else(refuse)?;
                 self.take_steps(along, &steps);
             }
-            Role::Size(along) => {
-                let found = quantity(value).ok_or_else(refuse)?;
-                let key = key.to_lowercase();
-                let is_length = found.lengths_um().is_some() || (program == Program::Spip && key.contains("length"));
-                let is_pixel_size = key.contains("pixel") || key.contains("resolution");
-                if let Some(steps) = found.per_point_um().or_else(|| found.lengths_um().filter(|_| is_pixel_size)) {
-                    self.take_steps(along, &steps);
-                } else if is_length {
-                    let sizes = lengths(program, &found).ok_or_else(refuse)?;
-                    match (along, sizes.as_slice()) {
-                        (Along::Both, [edge]) => self.edge_um = Some(*edge),
-                        (Along::Both, [x, y]) => self.extent_um = [Some(*x), Some(*y)],
-                        (_, [size]) => self.extent_um[axis(along)] = Some(*size),
-                        _ => return Err(refuse()),
-                    }
-                } else {
-                    let counts = found.counts().ok_or_else(refuse)?;
-                    match (along, counts.as_slice()) {
-                        (Along::Both, [count]) => self.loose_counts.push((line, *count)),
-                        (Along::Both, [x, y]) => self.counts = [Some(*x), Some(*y)],
-                        (_, [count]) => self.counts[axis(along)] = Some(*count),
-                        _ => return Err(refuse()),
-                    }
-                }
-            }
+            Role::Size(along) => self.take_size(program, along, line, key, &numbers()?).ok_or_else(refuse)?,
             Role::Unknown => return Ok(false),
         }
         Ok(true)
     }
 
-    /// Stores one spacing, or those along x and y.
+    /// Stores a size, whose unit tells its kind; `None` if the value does not fit.
+    ///
+    /// A length for each point (`nm/px`), or a length if the key names pixels, is a spacing. Another length is an
+    /// extent. A number without a unit, or with points as its unit, is a number of points.
+    fn take_size(&mut self, program: Program, along: Along, line: usize, key: &str, found: &Quantity) -> Option<()> {
+        let key = key.to_lowercase();
+        let is_pixel_size = key.contains("pixel") || key.contains("resolution");
+        if let Some(steps) = found.per_point_um().or_else(|| found.lengths_um().filter(|_| is_pixel_size)) {
+            self.take_steps(along, &steps);
+            return Some(());
+        }
+        // SPIP omits the unit of lengths.
+        let is_length = found.lengths_um().is_some() || (program == Program::Spip && key.contains("length"));
+        if is_length {
+            match (along.axis(), lengths(program, found)?.as_slice()) {
+                (None, [edge]) => self.edge_um = Some(*edge),
+                (None, [x, y]) => self.extent_um = [Some(*x), Some(*y)],
+                (Some(axis), [length]) => self.extent_um[axis] = Some(*length),
+                _ => return None,
+            }
+        } else {
+            match (along.axis(), found.counts()?.as_slice()) {
+                (None, [count]) => self.loose_counts.push((line, *count)),
+                (None, [x, y]) => self.counts = [Some(*x), Some(*y)],
+                (Some(axis), [count]) => self.counts[axis] = Some(*count),
+                _ => return None,
+            }
+        }
+        Some(())
+    }
+
+    /// Stores a spacing: `steps` are those along x and y, or a single one for both.
     fn take_steps(&mut self, along: Along, steps: &[f64]) {
-        let last = steps.len() - 1;
+        let (x, y) = (steps[0], steps[steps.len() - 1]);
         match along {
-            Along::X => self.step_um[0] = Some(steps[0]),
-            Along::Y => self.step_um[1] = Some(steps[last]),
-            Along::Both => self.step_um = [Some(steps[0]), Some(steps[last])],
+            Along::X => self.step_um[0] = Some(x),
+            Along::Y => self.step_um[1] = Some(y),
+            Along::Both => self.step_um = [Some(x), Some(y)],
         }
     }
 
@@ -291,15 +305,17 @@ impl Header {
     }
 
     /// Interprets a line without a key: a unit of the heights in words, or prose.
+    ///
+    /// # Errors
+    /// A line with a length, or with a unit of another quantity than height.
     fn take_words(&mut self, line: usize, text: &str) -> Result<(), String> {
         let Some(unit) = named_unit(text) else {
             return if mentions_length(text) { Err(not_understood(line, text)) } else { Ok(()) };
         };
+        let nouns = ["height", "value", "data", "topography", "elevation", "relief", "z"];
         let lower = text.to_lowercase();
-        let is_height = ["height", "value", "data", "topography", "elevation", "relief", "z"]
-            .iter()
-            .any(|noun| lower.split(|c: char| !c.is_alphanumeric()).any(|word| word.trim_end_matches('s') == *noun));
-        if !is_height {
+        let mut words = lower.split(|c: char| !c.is_alphanumeric());
+        if !words.any(|word| nouns.contains(&word.trim_end_matches('s'))) {
             return Err(not_understood(line, text));
         }
         self.height = height_unit(&unit)?;
@@ -310,65 +326,74 @@ impl Header {
     ///
     /// # Errors
     /// A line with a length or a unit that is left over.
-    fn take_by_position(&mut self, lines: &[Unexplained]) -> Result<(), String> {
-        let length = |entry: &Unexplained| {
-            entry
-                .quantity
-                .as_ref()
-                .and_then(Quantity::lengths_um)
-                .filter(|found| found.len() == 1)
-                .map(|found| found[0])
-        };
-        // Lines that have been interpreted.
+    fn take_unknown(&mut self, lines: &[UnknownLine]) -> Result<(), String> {
+        // Whether each line has been interpreted.
         let mut used = vec![false; lines.len()];
-        // Gwyddion's matrices: channel, width, height and unit of the values, in consecutive lines. Two consecutive
-        // lengths are the width and the height.
-        let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
-        let width = (0..lines.len())
-            .find(|&i| has_next(i) && length(&lines[i]).is_some() && lines.get(i + 1).and_then(length).is_some());
-        if let Some(width) = width.filter(|_| self.extent_um == [None, None]) {
-            let height = width + 1;
-            self.extent_um = [length(&lines[width]), length(&lines[height])];
-            used[width] = true;
-            used[height] = true;
-            if width > 0 && lines[width - 1].line + 1 == lines[width].line {
-                self.channel.get_or_insert_with(|| lines[width - 1].value.clone());
-                used[width - 1] = true;
-            }
-            if has_next(height) && self.height == HeightUnit::Unsaid {
-                self.height = height_unit(&lines[height + 1].value)?;
-                used[height + 1] = true;
-            }
+        self.take_matrix_lines(lines, &mut used)?;
+        self.take_unit_lines(lines, &mut used)?;
+        let carries_length = |entry: &UnknownLine| {
+            entry.length_um().is_some() || micrometres(&entry.value).is_ok() || mentions_length(&entry.value)
+        };
+        match lines.iter().zip(used).find(|(entry, used)| !used && carries_length(entry)) {
+            Some((entry, _)) => Err(not_understood(entry.line, entry.text)),
+            None => Ok(()),
         }
-        // Gwyddion's points: the unit of x and y, then that of the values.
+    }
+
+    /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values. Two
+    /// consecutive lines with lengths are the width and the height.
+    fn take_matrix_lines(&mut self, lines: &[UnknownLine], used: &mut [bool]) -> Result<(), String> {
+        // Whether entry `i + 1` is the next line of the file.
+        let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
+        let length_at = |i: usize| lines.get(i).and_then(UnknownLine::length_um);
+        let found = (0..lines.len()).find(|&i| has_next(i) && length_at(i).is_some() && length_at(i + 1).is_some());
+        let Some(width) = found.filter(|_| self.extent_um == [None, None]) else { return Ok(()) };
+        let height = width + 1;
+        self.extent_um = [length_at(width), length_at(height)];
+        used[width] = true;
+        used[height] = true;
+        if width > 0 && has_next(width - 1) {
+            self.channel.get_or_insert_with(|| lines[width - 1].value.clone());
+            used[width - 1] = true;
+        }
+        if has_next(height) && self.height == HeightUnit::Unsaid {
+            self.height = height_unit(&lines[height + 1].value)?;
+            used[height + 1] = true;
+        }
+        Ok(())
+    }
+
+    /// Interprets the lines that Gwyddion writes for points: the unit of x and y, then that of the values.
+    fn take_unit_lines(&mut self, lines: &[UnknownLine], used: &mut [bool]) -> Result<(), String> {
+        if self.lateral_um.is_some() || self.height != HeightUnit::Unsaid {
+            return Ok(());
+        }
         let units: Vec<usize> =
             (0..lines.len()).filter(|&i| !used[i] && micrometres(&lines[i].value).is_ok()).collect();
-        let are_unsaid = self.lateral_um.is_none() && self.height == HeightUnit::Unsaid;
-        if let ([lateral, value], true) = (&units[..], are_unsaid) {
-            let (lateral, value) = (*lateral, *value);
+        if let [lateral, value] = units[..] {
             self.lateral_um = Some([micrometres(&lines[lateral].value)?; 2]);
             self.height = height_unit(&lines[value].value)?;
             used[lateral] = true;
             used[value] = true;
         }
-        let left = lines.iter().zip(used).find(|(entry, used)| {
-            !used && (length(entry).is_some() || micrometres(&entry.value).is_ok() || mentions_length(&entry.value))
-        });
-        left.map_or(Ok(()), |(entry, _)| Err(not_understood(entry.line, entry.text)))
+        Ok(())
     }
 }
 
-/// Lengths in µm. Numbers without a unit are nm in SPIP's files and µm in geographic grids.
+/// Lengths in µm. Numbers without a unit are nm in SPIP's files and taken for µm in geographic grids.
 fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
-    let bare = |um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * um).collect());
+    let in_unit = |um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * um).collect());
     found.lengths_um().or_else(|| match program {
-        Program::Spip => bare(1e-3),
-        Program::Esri => bare(1.0),
+        Program::Spip => in_unit(1e-3),
+        Program::Esri => in_unit(1.0),
         _ => None,
     })
 }
 
-/// Unit of the heights from a value, which may be in brackets.
+/// Unit of the heights from a value, which may be in brackets or quotes.
+///
+/// # Errors
+/// A unit that is not a length.
 fn height_unit(unit: &str) -> Result<HeightUnit, String> {
     let unit = unit.trim().trim_matches(|c| "[](){}\"".contains(c)).trim();
     if unit.is_empty() {
@@ -378,7 +403,7 @@ fn height_unit(unit: &str) -> Result<HeightUnit, String> {
     Ok(HeightUnit::Length(unit.to_owned(), um))
 }
 
-/// Unit of length in a line such as `heights in nm` or `Height (nm)`.
+/// Unit of length in a line such as `heights in nm` or `Height (nm)`; `None` without one.
 fn named_unit(text: &str) -> Option<String> {
     let in_brackets = text.find(['[', '(']).and_then(|at| bracketed(&text[at..])).map(|(unit, _)| unit);
     let words: Vec<&str> = text.split_whitespace().collect();

@@ -1,14 +1,25 @@
 //! Meaning of the English keys in headers of texts.
 //!
 //! A key is split into words in lower case, which the lists below sort into kinds. [`role`] combines the kinds: `Pixel
-//! width` has words of SIZE and X, and `pixel`, so that it is the distance between points along x.
+//! width` has the word `pixel` and a word of [`SIZE`] and [`X`], so it is the distance between points along x.
 
-/// Axis of a property; `Both` where the key names none.
+/// Axis of a property; `Both` if the key names none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Along {
     X,
     Y,
     Both,
+}
+
+impl Along {
+    /// Index of the axis in arrays of two; `None` for both axes.
+    pub(super) fn axis(self) -> Option<usize> {
+        match self {
+            Self::X => Some(0),
+            Self::Y => Some(1),
+            Self::Both => None,
+        }
+    }
 }
 
 /// Property that a key stands for.
@@ -22,17 +33,17 @@ pub(super) enum Role {
     HeightUnit,
     /// Unit of x and y.
     LateralUnit,
-    /// Length that corresponds to a value of 1, such as a radian of phase.
+    /// Height of a value of 1 with its unit, such as that of a radian of phase.
     HeightFactor,
     /// Range of the heights.
     HeightRange,
-    /// nm that correspond to a value of 1 (SPIP).
+    /// Height in nm of a value of 1 (SPIP).
     NmPerValue,
     /// Name of the channel.
     Channel,
     /// Value that marks a missing point.
     NoData,
-    /// Count of missing points, which a mask after the data marks (SPIP).
+    /// Number of missing points, which a mask after the data marks (SPIP).
     MaskedPoints,
     /// Irrelevant for size, unit and orientation.
     Irrelevant,
@@ -171,11 +182,12 @@ const NO_DATA: [&str; 8] = ["nodata", "nodatavalue", "missing", "invalid", "void
 const CHANNEL: [&str; 5] = ["channel", "title", "signal", "name", "kanal"];
 
 /// Words of a key in lower case: `x`, `length` for `X-Length` and for `xlength`.
-fn words(key: &str) -> Vec<String> {
+fn words_of(key: &str) -> Vec<String> {
     let lower = key.to_lowercase();
-    let plain: String = lower.chars().map(|c| if "-_./:".contains(c) { ' ' } else { c }).collect();
+    let spaced: String = lower.chars().map(|c| if "-_./:".contains(c) { ' ' } else { c }).collect();
     let mut words = Vec::new();
-    for word in plain.split_whitespace() {
+    for word in spaced.split_whitespace() {
+        // The word after the letter of an axis.
         let glued = word
             .strip_prefix(['x', 'y', 'z'])
             .filter(|rest| SIZE.contains(rest) || STEP.contains(rest) || UNIT.contains(rest));
@@ -187,9 +199,9 @@ fn words(key: &str) -> Vec<String> {
     words
 }
 
-/// Role of a key, which has no comment sign.
+/// Role of a key, which has no comment sign. The first rule that applies decides.
 pub(super) fn role(key: &str) -> Role {
-    let words = words(key);
+    let words = words_of(key);
     let has = |accepted: &[&str]| words.iter().any(|word| accepted.contains(&word.as_str()));
     if words == ["bit2nm"] {
         return Role::NmPerValue;
@@ -203,9 +215,11 @@ pub(super) fn role(key: &str) -> Role {
     if has(&NO_DATA) {
         return Role::NoData;
     }
+    // `X Amplitude` is an extent in files of WSxM; an amplitude without an axis is not.
     if has(&IRRELEVANT) || words == ["amplitude"] {
         return Role::Irrelevant;
     }
+    // `height` alone is a size along y.
     let is_vertical = has(&["z", "value", "values", "vertical"]) || (has(&["height"]) && has(&["range", "scale"]));
     if has(&UNIT) {
         let is_lateral = has(&["x", "y", "xy", "lateral", "horizontal", "pixel"]);

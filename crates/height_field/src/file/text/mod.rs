@@ -11,8 +11,8 @@
 //! | others | `key: value`, `key = value`, titles of columns | all keys of `keys.rs` |
 //!
 //! Steps: decode the bytes (`encoding.rs`), split header and numbers, interpret the header (`header.rs`), read the
-//! numbers (`numbers.rs`), and decide between a matrix and points. Lists, profiles and tables with an index are
-//! refused, since each would pass for a relief. Errors complete "not a usable … height field: ".
+//! numbers (`numbers.rs`), and decide between a matrix and points. Lists, profiles and tables with coordinates or an
+//! index are refused, since each would pass for a relief. Errors complete "not a usable … height field: ".
 
 mod columns;
 mod header;
@@ -30,23 +30,23 @@ use header::{Header, HeightUnit};
 use ndarray::Array2;
 use numbers::{Line, Table};
 
-/// Fewest columns of a matrix without a header. Chosen: fewer are a profile or a list.
+/// Smallest number of columns of a matrix without a header. Fewer columns are a profile or a list.
 const COLUMNS_MIN: usize = 4;
-/// Fewest rows of a matrix without a header. Chosen: fewer are profiles.
+/// Smallest number of rows of a matrix without a header. Fewer rows are profiles.
 const ROWS_MIN: usize = 3;
-/// Fewest lines of three numbers that may be points without a title. Chosen: a grid of 2 × 2.
+/// Smallest number of lines of three numbers that may be points without a title: a grid of 2 × 2.
 const POINTS_MIN: usize = 4;
-/// Most columns of a list of points with further numbers. Chosen: more are a matrix.
+/// Largest number of columns of a list of points with further numbers. More columns are a matrix.
 const POINT_COLUMNS_MAX: usize = 8;
-/// Fewest numbers in equal steps that are taken for coordinates. Chosen: fewer may be a coincidence.
+/// Smallest length of a sequence of equal steps that is taken for coordinates. Shorter sequences may be a coincidence.
 const RAMP_MIN: usize = 5;
-/// Largest deviation of a number from equal steps, as a fraction of the step. Chosen: coordinates are rounded.
+/// Largest deviation of a number from equal steps, as a fraction of the step, for the rounding of coordinates.
 const RAMP_TOLERANCE: f64 = 1e-3;
-/// Largest relative difference between a given spacing and the extent divided by the number of points (or of intervals,
-/// as some programs have it). Chosen: both numbers are rounded.
+/// Largest relative difference between a given spacing and the extent divided by the number of points, for the rounding
+/// of both. Some programs divide by the number of intervals, one less.
 const SPACING_AGREEMENT: f64 = 1e-2;
 
-/// Contents that an extension stands for.
+/// Contents that an extension allows.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A matrix, or points.
@@ -69,7 +69,7 @@ pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     surfer::refuse_binary(bytes)?;
     let text = encoding::text(bytes)?;
-    let lines = lines(&text);
+    let lines = numbered_lines(&text);
     if nanoscope::is_export(&lines) {
         return nanoscope::parse(&lines, wanted);
     }
@@ -84,18 +84,20 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     let header = header::parse(&head)?;
     let table = numbers::table(&data)?;
     if header.has_points || kind == Kind::Points {
-        return points(&header, &table);
+        return from_points(&header, &table);
     }
     match (header.counts, table.columns()) {
         ([Some(nx), Some(ny)], columns) => {
+            // With numbers of points in the header, the numbers may be in lines of any length. nx·ny lines of three
+            // numbers are points, unless nx is 3.
             let total = table.values.len();
             let is_points = columns == Ok(3) && nx != 3 && nx.checked_mul(ny * 3) == Some(total);
-            if is_points { points(&header, &table) } else { matrix(&header, table.values, nx, ny) }
+            if is_points { from_points(&header, &table) } else { from_matrix(&header, table.values, nx, ny) }
         }
         (_, columns) => {
             let (columns, rows) = (columns?, table.rows.len());
             if columns == 3 && header.extent_um == [None, None] && rows >= POINTS_MIN {
-                return points(&header, &table).map_err(|reason| {
+                return from_points(&header, &table).map_err(|reason| {
                     format!(
                         "its three columns are neither points x, y, z ({reason}) nor a height field, which has more \
                          columns"
@@ -106,13 +108,13 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
             if header.extent_um == [None, None] && header.step_um == [None, None] {
                 refuse_lists(&table, columns, rows)?;
             }
-            matrix(&header, table.values, columns, rows)
+            from_matrix(&header, table.values, columns, rows)
         }
     }
 }
 
 /// Lines with their numbers from 1. They end with LF, CR LF or CR; DOS programs may end a file with Ctrl-Z.
-fn lines(text: &str) -> Vec<Line<'_>> {
+fn numbered_lines(text: &str) -> Vec<Line<'_>> {
     let text = text.trim_end_matches('\u{1a}');
     let mut lines: Vec<&str> = text.split('\n').collect();
     if lines.len() == 1 {
@@ -181,24 +183,26 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
         _ => {}
     }
     if columns <= POINT_COLUMNS_MAX && rows > columns {
-        let first_three = |skip: usize| -> Vec<f64> {
+        // Three consecutive columns of every row, from column `skip` on.
+        let three_columns = |skip: usize| -> Vec<f64> {
             table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
         };
         let is_list = |skip: usize| {
-            points::grid(&first_three(skip), [1.0; 2])
+            points::grid(&three_columns(skip), [1.0; 2])
                 .is_ok_and(|grid| grid.values.len() >= rows && grid.values.dim().0 > 1 && grid.values.dim().1 > 1)
         };
         if is_list(0) || is_list(1) {
             return Err(format!("its {columns} columns hold points x, y, z and more: keep the columns x, y and z"));
         }
     }
-    // The corner of a table with coordinates is arbitrary.
+    // First row and column without the corner, which is arbitrary in a table with coordinates.
     let row: Vec<f64> = table.values[1..columns].to_vec();
     let column: Vec<f64> = table.values.iter().skip(columns).step_by(columns).copied().collect();
     let (row_ramp, column_ramp) = (ramp(&row), ramp(&column));
+    // An index counts from 0 or 1 in steps of 1.
     let is_index = |found: Option<(f64, f64)>| found.is_some_and(|found| found == (0.0, 1.0) || found == (1.0, 1.0));
-    let both = row_ramp.is_some() && column_ramp.is_some();
-    let which = match (both, is_index(row_ramp), is_index(column_ramp)) {
+    let both_are_ramps = row_ramp.is_some() && column_ramp.is_some();
+    let which = match (both_are_ramps, is_index(row_ramp), is_index(column_ramp)) {
         (true, ..) => "row and column",
         (_, true, _) => "row",
         (_, _, true) => "column",
@@ -228,12 +232,12 @@ fn meaning(header: &Header) -> Meaning {
     match &header.height {
         HeightUnit::Unsaid => Meaning::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
         HeightUnit::Length(unit, um) => Meaning::in_unit(unit, *um),
-        HeightUnit::Empty | HeightUnit::Other(_) => Meaning::Unknown,
+        HeightUnit::Empty | HeightUnit::NoLength(_) => Meaning::Unknown,
     }
 }
 
-/// Adds the channel's name.
-fn finish(header: &Header, raw: Raw) -> Raw {
+/// Adds the channel's name, if the header has one.
+fn with_channel(header: &Header, raw: Raw) -> Raw {
     match &header.channel {
         Some(name) if !name.is_empty() => raw.channel(name, None),
         _ => raw,
@@ -241,7 +245,7 @@ fn finish(header: &Header, raw: Raw) -> Raw {
 }
 
 /// Contents from points x, y, z.
-fn points(header: &Header, table: &Table) -> Parsed {
+fn from_points(header: &Header, table: &Table) -> Parsed {
     let columns = table.columns()?;
     if columns != 3 {
         return Err(format!("its rows have {columns} numbers; x, y and z are needed"));
@@ -254,11 +258,11 @@ fn points(header: &Header, table: &Table) -> Parsed {
     }
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
     let raw = Raw::new(grid.values, meaning(header), FirstRow::Bottom).pixel(grid.pixel_um).pixel_from(source);
-    Ok(finish(header, raw.rows_from(Source::File)))
+    Ok(with_channel(header, raw.rows_from(Source::File)))
 }
 
 /// Contents from a matrix of `nx` by `ny` heights, followed by a mask of equal size if the header says so.
-fn matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed {
+fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed {
     let total =
         nx.checked_mul(ny).filter(|total| *total > 0).ok_or("its header promises a size that is not possible")?;
     let with_mask = if header.has_mask { total.checked_mul(2) } else { Some(total) };
@@ -268,10 +272,7 @@ fn matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed
     }
     for (count, own) in header.counts.iter().zip([nx, ny]) {
         if count.is_some_and(|count| count != own) {
-            return Err(format!(
-                "its header promises {} points along an axis, and {own} are there",
-                count.unwrap_or(0)
-            ));
+            return Err(format!("its header promises {} points along an axis, but {own} follow", count.unwrap_or(0)));
         }
     }
     if let Some((line, count)) = header.loose_counts.iter().find(|(_, count)| ![nx, ny, total].contains(count)) {
@@ -287,9 +288,10 @@ fn matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed
     let (pixel_um, source) = pixel(header, nx, ny)?;
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let first = header.first.unwrap_or(FirstRow::Bottom);
+    // A known program fixes the first row.
     let rows = if header.first.is_some() { Source::Format } else { Source::Default };
     let raw = Raw::new(values, meaning(header), first).pixel(pixel_um).pixel_from(source).rows_from(rows);
-    Ok(finish(header, raw))
+    Ok(with_channel(header, raw))
 }
 
 /// Replaces the header's number of missing points by NaN.
@@ -300,7 +302,8 @@ fn mark_missing<'a>(header: &Header, values: impl Iterator<Item = &'a mut f64>) 
     }
 }
 
-/// Pixel size in µm from a header, and its origin: the spacing, or the extent over the number of points.
+/// Pixel size along x and y in µm from a header, and its origin: the spacing, or the extent divided by the number of
+/// points. `None` without either.
 ///
 /// # Errors
 /// A spacing that contradicts the extent, or a size along one axis only.
@@ -308,7 +311,7 @@ fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, S
     let counts = [nx as f64, ny as f64];
     let mut pixel_um = [None; 2];
     for axis in 0..2 {
-        let by_length = header.extent_um[axis].map(|length| length / counts[axis]);
+        let by_extent = header.extent_um[axis].map(|length| length / counts[axis]);
         if let (Some(step), Some(length)) = (header.step_um[axis], header.extent_um[axis]) {
             let agrees = |count: f64| (step * count / length - 1.0).abs() < SPACING_AGREEMENT;
             if !agrees(counts[axis]) && !agrees(counts[axis] - 1.0) {
@@ -320,7 +323,7 @@ fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, S
                 ));
             }
         }
-        pixel_um[axis] = header.step_um[axis].or(by_length);
+        pixel_um[axis] = header.step_um[axis].or(by_extent);
     }
     match (pixel_um, header.edge_um) {
         ([Some(dx), Some(dy)], _) => Ok((Some((dx, dy)), Source::File)),
@@ -329,6 +332,7 @@ fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, S
             let step = edge / counts[0].max(counts[1]);
             Ok((Some((step, step)), if nx == ny { Source::File } else { Source::Guess }))
         }
+        // The option `pixel_size` will be needed.
         ([None, None], None) => Ok((None, Source::Option)),
         ([along_x, _], _) => {
             let (given, missing) = if along_x.is_some() { ("x", "y") } else { ("y", "x") };

@@ -2,11 +2,11 @@
 //! of numbers.
 
 use super::super::channel::{self, Channel};
-use super::super::nanoscope::{pixel, sections};
+use super::super::nanoscope::{pixel_size, sections};
 use super::super::raw::FirstRow;
 use super::super::units::micrometres;
 use super::super::{Meaning, Parsed, Raw};
-use super::numbers::{Line, is_numeric, table};
+use super::numbers::{self, Line};
 use super::quantity::bracketed;
 use ndarray::Array2;
 
@@ -22,36 +22,38 @@ fn is_header(text: &str) -> bool {
 
 /// Reads the column of the channel `wanted`, or a single matrix, from the bottom row on.
 ///
-/// Numbers come in one of two layouts: ny lines of nx numbers, for a single channel, or nx·ny lines with one number for
-/// each channel.
+/// Numbers come in one of two layouts: ny lines of nx numbers (a matrix) for a single channel, or nx·ny lines with one
+/// number for each channel.
 pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     let header: Vec<&str> =
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
     let header = header.join("\n");
     let all = sections(&header);
-    let image = all.iter().find(|section| section.is_image()).ok_or("its header has no section of an image")?;
+    let image = all.iter().find(|section| section.is_image()).ok_or("its header describes no image")?;
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let mut body: Vec<Line> =
         lines.iter().copied().filter(|(_, text)| !is_header(text) && !text.trim().is_empty()).collect();
     let titles = match body.first() {
-        Some((_, text)) if !is_numeric(text) => body.remove(0).1,
+        Some((_, text)) if !numbers::is_numeric(text) => body.remove(0).1,
         _ => "",
     };
-    let table = table(&body)?;
+    let table = numbers::table(&body)?;
     let columns = table.columns()?;
     let total = nx.checked_mul(ny).ok_or("its size is too large")?;
-    let pixel = pixel(image, &all, (nx, ny))?;
+    let pixel = pixel_size(image, &all, (nx, ny))?;
     let (column, values) = if columns == nx && table.rows.len() == ny {
+        // A matrix.
         (0, table.values)
     } else if table.rows.len() == total {
-        let channels = channels(titles, columns);
+        // One column for each channel.
+        let channels = column_channels(titles, columns);
         let column = if columns == 1 && wanted.is_none() { 0 } else { channel::choose(&channels, wanted)? };
         (column, table.values.into_iter().skip(column).step_by(columns).collect())
     } else {
         let rows = table.rows.len();
         return Err(format!("its header promises {nx} × {ny} points, but {rows} lines of {columns} numbers follow"));
     };
-    let (name, unit) = title(titles, column);
+    let (name, unit) = title_and_unit(titles, column);
     let meaning = match micrometres(&unit) {
         Ok(um) => Meaning::in_unit(&unit, um),
         Err(_) if unit.is_empty() => Meaning::Unknown,
@@ -62,8 +64,8 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
 }
 
-/// Name and unit of a column by its index, from titles such as `Height_Sensor(nm)`.
-fn title(titles: &str, column: usize) -> (String, String) {
+/// Title and unit of a column by its index, from titles such as `Height_Sensor(nm)`. Either may be empty.
+fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     let cell =
         titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(column).unwrap_or_default();
     let cell = cell.trim_matches('"');
@@ -73,9 +75,9 @@ fn title(titles: &str, column: usize) -> (String, String) {
 }
 
 /// One channel for each column, numbered from 1.
-fn channels(titles: &str, columns: usize) -> Vec<Channel> {
+fn column_channels(titles: &str, columns: usize) -> Vec<Channel> {
     let channel = |column: usize| {
-        let (title, unit) = title(titles, column);
+        let (title, unit) = title_and_unit(titles, column);
         Channel::new(column + 1, title, unit)
     };
     (0..columns).map(channel).collect()

@@ -4,7 +4,7 @@
 //! ambiguous texts are refused. A *cell* is the text between separators; it holds one number, or several that blanks
 //! separate. Empty cells are missing points (NaN).
 
-/// Words for a missing point, in lower case. A C library of Windows also prints `#QNAN`, `#IND` and `#INF`.
+/// Words for a missing point, in lower case. [`number`] also accepts `1.#QNAN` and the like of Windows' C library.
 const MISSING: [&str; 9] = ["nan", "bad", "na", "n/a", "null", "none", "void", "nodata", "masked"];
 
 /// Separators and decimal mark of a text.
@@ -23,7 +23,7 @@ pub(super) type Line<'a> = (usize, &'a str);
 pub(super) struct Table {
     /// All numbers in the order of the text; NaN at missing points.
     pub values: Vec<f64>,
-    /// For each line: its number in the file, and its count of numbers.
+    /// For each line: its number in the file, and how many numbers it has.
     pub rows: Vec<(usize, usize)>,
 }
 
@@ -60,18 +60,15 @@ pub(super) fn number(word: &str) -> Option<f64> {
         return Some(value);
     }
     let lower = word.to_lowercase().replace('\u{2212}', "-");
-    let windows = [".#qnan", ".#ind", ".#inf", ".#snan"].iter().any(|mark| lower.contains(mark));
-    if windows || MISSING.contains(&lower.as_str()) || lower.chars().all(|c| c == '-') {
+    let is_of_windows = [".#qnan", ".#ind", ".#inf", ".#snan"].iter().any(|mark| lower.contains(mark));
+    // Hyphens stand for a missing point, too.
+    if is_of_windows || MISSING.contains(&lower.as_str()) || lower.chars().all(|c| c == '-') {
         return Some(f64::NAN);
     }
-    lower
-        .replace('d', "e")
-        .parse()
-        .ok()
-        .filter(|_| lower.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)))
+    lower.replace('d', "e").parse().ok()
 }
 
-/// Evidence for the meaning of commas, each with the number of the first line that shows it.
+/// Evidence for the meaning of commas: for each kind, the number of the first line that shows it.
 #[derive(Default)]
 struct Commas {
     /// A comma between two digits.
@@ -82,7 +79,7 @@ struct Commas {
     point: Option<usize>,
     /// Another separator: a semicolon, or a blank that is not next to a comma.
     other: Option<usize>,
-    /// A word between commas with a leading zero, as in `0,05`: probably decimals.
+    /// An integer between commas with a leading zero, such as the `05` of `0,05`: probably the decimals of a number.
     leading_zero: Option<(usize, String)>,
 }
 
@@ -107,10 +104,10 @@ impl Commas {
                 evidence.get_or_insert(line);
             }
             if found.leading_zero.is_none() {
-                let is_odd = |word: &&str| {
+                let has_leading_zero = |word: &&str| {
                     word.len() > 1 && word.starts_with('0') && word.bytes().all(|byte| byte.is_ascii_digit())
                 };
-                let word = text.split(',').map(str::trim).find(is_odd);
+                let word = text.split(',').map(str::trim).find(has_leading_zero);
                 found.leading_zero = word.map(|word| (line, word.to_owned()));
             }
         }
@@ -125,6 +122,7 @@ impl Commas {
         let advice = "write decimal points, or separate the numbers by tabs or semicolons";
         match self {
             Self { tight: None, .. } => Ok(false),
+            // Such as `1,234.5 2,345.6`: a third meaning, a separator of thousands.
             Self { tight: Some(line), point: Some(_), other: Some(_), .. } => {
                 Err(format!("line {line} has commas within words, and numbers have decimal points elsewhere: {advice}"))
             }
@@ -133,7 +131,9 @@ impl Commas {
                 "commas stand between digits in line {line} and before blanks in line {other}, so they could be \
                  decimal or separators: {advice}"
             )),
+            // Numbers have another separator.
             Self { other: Some(_), .. } => Ok(true),
+            // The comma is the only separator, or the text is one column of decimal numbers.
             Self { leading_zero: Some((line, word)), .. } => Err(format!(
                 "\"{word}\" in line {line} stands alone between commas, as the decimals of a number would: {advice}"
             )),
@@ -147,15 +147,16 @@ impl Commas {
 /// # Errors
 /// Ambiguous commas, and words that are no numbers.
 pub(super) fn table(lines: &[Line]) -> Result<Table, String> {
-    // Commas inside quotes are decimal marks, those between quotes are separators.
-    let unquoted: Option<Vec<(usize, String)>> = lines
-        .iter()
-        .any(|(_, text)| text.contains('"'))
-        .then(|| lines.iter().map(|&(line, text)| (line, without_quotes(text))).collect());
-    if let Some(unquoted) = unquoted {
-        let lines: Vec<Line> = unquoted.iter().map(|(line, text)| (*line, text.as_str())).collect();
-        return table(&lines);
+    if !lines.iter().any(|(_, text)| text.contains('"')) {
+        return unquoted_table(lines);
     }
+    let unquoted: Vec<(usize, String)> = lines.iter().map(|&(line, text)| (line, without_quotes(text))).collect();
+    let lines: Vec<Line> = unquoted.iter().map(|(line, text)| (*line, text.as_str())).collect();
+    unquoted_table(&lines)
+}
+
+/// All numbers of lines without quotes.
+fn unquoted_table(lines: &[Line]) -> Result<Table, String> {
     let style = Style { decimal_comma: Commas::of(lines).are_decimal()?, tab_cells: false };
     let by_blanks = read(lines, style)?;
     // Different counts may be due to empty cells between tabs.
@@ -168,7 +169,8 @@ pub(super) fn table(lines: &[Line]) -> Result<Table, String> {
     Ok(by_blanks)
 }
 
-/// The line without quotes, with semicolons for commas between quotes.
+/// The line without quotes. Commas inside quotes are decimal marks and stay; commas outside separate cells and become
+/// semicolons.
 fn without_quotes(text: &str) -> String {
     let mut quoted = false;
     let mut result = String::with_capacity(text.len());

@@ -1,33 +1,34 @@
 //! Points x, y, z on a regular grid, in any order.
 //!
-//! The grid is inferred from the coordinates: along each axis its step is the extent divided by the number of steps.
+//! The grid is inferred from the coordinates. Along each axis the number of steps is the extent divided by the typical
+//! gap between sorted coordinates, to the nearest integer, and the step is the extent divided by this number.
 
 use ndarray::Array2;
 
-/// Largest distance of a coordinate from its node, in steps. Chosen: coordinates are rounded to few decimals.
-const ON_GRID: f64 = 0.05;
-/// Most grid nodes for each given point. Chosen: beyond it points are scattered rather than missing.
-const NODES_PER_POINT: usize = 4;
-/// Largest gap between equal coordinates, relative to the widest gap. Chosen: rounding is far smaller than a step.
-const EQUAL: f64 = 0.1;
-/// Largest relative deviation of a single step from the median gap. Chosen below 1: a gap at one missing node is twice
-/// as wide.
-const SINGLE_STEP: f64 = 0.4;
-/// Most steps along an axis. Chosen: far beyond any file, and exact as an integer.
+/// Largest distance of a coordinate from its node, in steps. Files have coordinates of few decimals.
+const NODE_DISTANCE_MAX: f64 = 0.05;
+/// Largest number of grid nodes for each given point. Beyond it points are scattered rather than missing.
+const NODES_PER_POINT_MAX: usize = 4;
+/// Largest gap between equal coordinates, as a fraction of the widest gap. Rounding is far smaller than a step.
+const EQUAL_GAP_MAX: f64 = 0.1;
+/// Largest relative deviation of a single step from the median gap. It is below 1, since a gap at one missing node is
+/// twice as wide.
+const SINGLE_STEP_DEVIATION_MAX: f64 = 0.4;
+/// Largest number of steps along an axis: far beyond any file, and exact as an integer.
 const STEPS_MAX: f64 = 1e9;
 
 /// One axis of the grid, in µm.
 struct Axis {
     /// Lowest coordinate.
     first: f64,
-    /// Distance between nodes; `None` where all points share one coordinate.
+    /// Distance between nodes; `None` if all points share one coordinate.
     step: Option<f64>,
     /// Number of nodes.
     count: usize,
 }
 
 impl Axis {
-    /// The axis on which all `coordinates` (µm) lie; `name` appears in messages.
+    /// The axis on which all `coordinates` (µm, at least one, finite) lie; `name` appears in messages.
     ///
     /// # Errors
     /// Coordinates that are not at equal steps, or too many steps.
@@ -37,22 +38,24 @@ impl Axis {
         let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
         let extent = last - first;
         let widest = sorted.windows(2).fold(0.0, |widest: f64, pair| widest.max(pair[1] - pair[0]));
-        // Smaller gaps are the rounding of equal coordinates.
+        // Smaller gaps are due to the rounding of equal coordinates.
         let mut gaps: Vec<f64> =
-            sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > EQUAL * widest).collect();
+            sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > EQUAL_GAP_MAX * widest).collect();
         if gaps.is_empty() {
             return Ok(Self { first, step: None, count: 1 });
         }
         gaps.sort_by(f64::total_cmp);
         // Gaps at missing nodes are several steps wide. Gaps near the median are single steps.
         let median = gaps[gaps.len() / 2];
-        let single: Vec<f64> = gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < SINGLE_STEP).collect();
+        let single: Vec<f64> =
+            gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < SINGLE_STEP_DEVIATION_MAX).collect();
+        // The extent divided by the mean single step.
         let steps = (extent * single.len() as f64 / single.iter().sum::<f64>()).round();
         // The extent divided by the number of steps has a smaller rounding error than any single step.
         let step = extent / steps;
         let is_off_grid = |&&value: &&f64| {
             let position = (value - first) / step;
-            (position - position.round()).abs() > ON_GRID
+            (position - position.round()).abs() > NODE_DISTANCE_MAX
         };
         if let Some(value) = coordinates.iter().find(is_off_grid) {
             return Err(format!(
@@ -80,7 +83,8 @@ pub(super) struct Grid {
     pub pixel_um: Option<(f64, f64)>,
 }
 
-/// Sorts points x, y, z into their grid. x and y are in units of `xy_um` µm, z is in any unit.
+/// Sorts points into their grid. `points` holds x, y and z of each, one after the other. x and y are in units of
+/// `xy_um` µm, z is in any unit. At least one point is needed.
 ///
 /// # Errors
 /// Points that are not on a regular grid, that coincide, or that fill too few nodes.
@@ -91,8 +95,8 @@ pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
         return Err(format!("point {at} is at x = {}, y = {}; both must be finite", xs[at], ys[at]));
     }
     let (x, y) = (Axis::of('x', &xs)?, Axis::of('y', &ys)?);
-    let nodes = x.count.checked_mul(y.count).filter(|nodes| *nodes <= NODES_PER_POINT.saturating_mul(zs.len()));
-    if nodes.is_none() {
+    let nodes_max = NODES_PER_POINT_MAX.saturating_mul(zs.len());
+    if x.count.checked_mul(y.count).is_none_or(|nodes| nodes > nodes_max) {
         let (points, nx, ny) = (zs.len(), x.count, y.count);
         return Err(format!(
             "its {points} points fill little of a grid of {nx} × {ny}: they are not on a regular grid"

@@ -19,14 +19,14 @@ impl Quantity {
         Some(self.numbers.iter().map(|value| value * um).collect())
     }
 
-    /// The numbers in µm for each point; `None` unless the unit is of the form `µm/pixel`.
+    /// The numbers as spacings in µm; `None` unless the unit is a length for each point, such as `µm/pixel`.
     pub(super) fn per_point_um(&self) -> Option<Vec<f64>> {
         let (unit, point) = self.unit.split_once('/')?;
         let is_point = ["pixel", "px", "point", "pt", "sample"].contains(&point.to_lowercase().as_str());
         Self { numbers: self.numbers.clone(), unit: unit.to_owned() }.lengths_um().filter(|_| is_point)
     }
 
-    /// The numbers as counts of points; `None` for fractions, or for a unit other than points.
+    /// The numbers as counts of points, 1 to 1e9; `None` for other numbers, or for a unit other than points.
     pub(super) fn counts(&self) -> Option<Vec<usize>> {
         /// Units of a number of points.
         const POINTS: [&str; 10] = ["", "px", "pix", "pixel", "pixels", "pt", "pts", "points", "samples", "lines"];
@@ -38,7 +38,8 @@ impl Quantity {
     }
 }
 
-/// Reads `2.4 µm`, `2,4µm`, `10 x 5 µm`, `10 µm × 5 µm`, `48 pixels` or `[nm] 3`. `None` for any other text.
+/// Reads `2.4 µm`, `2,4µm`, `10 x 5 µm`, `10 µm × 5 µm`, `48 pixels` or `[nm] 3`; a comma is a decimal mark. `None` for
+/// any other text.
 pub(super) fn quantity(text: &str) -> Option<Quantity> {
     let mut numbers = Vec::new();
     let mut unit = String::new();
@@ -48,6 +49,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
         rest = after.trim();
     }
     while !rest.is_empty() && numbers.len() < 2 {
+        // Without a number at the beginning, the empty text is NaN, and ends the reading.
         let end = number_end(rest);
         let value = number(&rest[..end].replace(',', ".")).filter(|value| value.is_finite())?;
         numbers.push(value);
@@ -64,6 +66,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
         let cross = ["x ", "X ", "× ", "* ", "by ", "x", "×", "*"].iter().find_map(|sign| rest.strip_prefix(sign));
         match cross {
             Some(after) if numbers.len() == 1 => rest = after.trim_start(),
+            // Only a blank between the numbers.
             _ if rest.starts_with(|c: char| c.is_ascii_digit()) && numbers.len() == 1 => {}
             _ => break,
         }
@@ -71,7 +74,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
     (rest.is_empty() && !numbers.is_empty()).then_some(Quantity { numbers, unit })
 }
 
-/// Text in brackets of any kind at the beginning, and the text after it.
+/// Text in brackets of any kind at the beginning, and the text after the brackets; `None` without brackets.
 pub(super) fn bracketed(text: &str) -> Option<(&str, &str)> {
     let close = match text.chars().next()? {
         '[' => ']',
@@ -83,7 +86,8 @@ pub(super) fn bracketed(text: &str) -> Option<(&str, &str)> {
     Some((text[1..end].trim(), &text[end + 1..]))
 }
 
-/// Length of the number at the beginning. An exponent needs digits: in `2e` the number is `2`.
+/// Length in bytes of the number at the beginning; 0 without one. An exponent needs a sign or digits: in `2e` the
+/// number is `2`.
 fn number_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let mut end = 0;
@@ -109,6 +113,7 @@ fn leading_unit(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| c.is_whitespace() || "×*;".contains(c)).unwrap_or(text.len());
     let word = &text[..end];
     let is_cross = word.starts_with(['x', 'X']) && word[1..].starts_with(|c: char| c.is_ascii_digit());
+    // The last two are Å in the encodings of `units.rs`.
     let is_unit = word.starts_with(|c: char| c.is_alphabetic() || "~°%\u{8f}\u{81}".contains(c));
     if !is_unit || ["x", "X", "by"].contains(&word) || is_cross {
         return ("", text);

@@ -1,11 +1,12 @@
-//! Text grids of Surfer: `DSAA`, the numbers of points, the ranges of x, y and z, and heights from the lowest y on.
+//! Text grids of Surfer: `DSAA`, the numbers of points along x and y, the ranges of x, y and z (lowest and highest),
+//! and heights row by row from the lowest y on.
 //!
 //! Missing points are 1.70141e38, which `holes.rs` recognises by its magnitude.
 
 use super::super::provenance::{Source, Understood};
 use super::super::raw::FirstRow;
 use super::super::{Meaning, Parsed, Raw};
-use super::numbers::{Line, table};
+use super::numbers::{self, Line};
 use ndarray::Array2;
 
 /// Whether a text is a grid of Surfer.
@@ -21,25 +22,25 @@ pub(super) fn refuse_binary(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// Reads a grid. Ranges extend from the first node to the last. The format has no unit; lengths are taken to be in µm.
+/// Reads a grid. Ranges extend from the first node to the last. The format has no unit; lengths are taken for µm.
 pub(super) fn parse(lines: &[Line]) -> Parsed {
     let lines: Vec<Line> = lines.iter().copied().filter(|(_, text)| !text.trim().is_empty()).skip(1).collect();
-    let mut numbers = table(&lines)?.values.into_iter();
-    let mut next = || numbers.next().ok_or_else(|| "it ends within its header".to_owned());
+    let mut values = numbers::table(&lines)?.values.into_iter();
+    let mut next = || values.next().ok_or_else(|| "it ends within its header".to_owned());
     let (nx, ny) = (next()?, next()?);
     let (x, y) = ([next()?, next()?], [next()?, next()?]);
-    let _range = [next()?, next()?];
+    let _z = [next()?, next()?];
     let count = |value: f64| (value.fract() == 0.0 && (2.0..1e9).contains(&value)).then_some(value as usize);
     let (Some(nx), Some(ny)) = (count(nx), count(ny)) else {
         return Err(format!("its size is {nx} × {ny}; at least 2 × 2 nodes are needed"));
     };
-    let values: Vec<f64> = numbers.collect();
-    if nx.checked_mul(ny) != Some(values.len()) {
-        return Err(format!("{nx} × {ny} heights are promised, but {} follow", values.len()));
+    let heights: Vec<f64> = values.collect();
+    if nx.checked_mul(ny) != Some(heights.len()) {
+        return Err(format!("{nx} × {ny} heights are promised, but {} follow", heights.len()));
     }
     let step = |range: [f64; 2], count: usize| (range[1] - range[0]) / (count - 1) as f64;
     let pixel_um = Some((step(x, nx), step(y, ny)));
-    let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    let heights = Array2::from_shape_vec((ny, nx), heights).map_err(|error| error.to_string())?;
     let unit = Understood::new(Source::Default, "µm");
-    Ok(Raw::new(values, Meaning::Lengths { um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
+    Ok(Raw::new(heights, Meaning::Lengths { um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
 }
