@@ -266,17 +266,17 @@ impl<'s> Numbers for Traced<'s> {
         function
     }
 
-    // Records `function` once, in a loop over the L numbers, instead of L times: kernels stay small.
-    fn each_lane<const L: usize, const R: usize>(
+    // Records `function` once, in a loop over the inputs, instead of L times: kernels stay small.
+    fn map_each<const L: usize, const R: usize>(
         name: &'static CStr,
-        lanes: [Self::Real; L],
+        inputs: [Self::Real; L],
         active: Self::Mask,
         function: impl Fn(Self::Real) -> [Self::Real; R],
     ) -> [[Self::Real; L]; R] {
         let int = <Self::Index as Index>::lit;
         let zero = Self::Real::lit(0.0);
         if L == 1 {
-            return function(lanes[0]).map(|value| [Self::Real::select(active, value, zero); L]);
+            return function(inputs[0]).map(|value| [Self::Real::select(active, value, zero); L]);
         }
         // Equality, which `Number` lacks.
         let equals = |k: Self::Index, i: usize| k.le(int(i as u32)) & int(i as u32).le(k);
@@ -286,8 +286,8 @@ impl<'s> Numbers for Traced<'s> {
             |(k, _)| active & k.lt(int(L as u32)),
             |(k, mut results)| {
                 // Reads and writes position k of arrays by selection, because k is a variable.
-                let lane = (1..L).fold(lanes[0], |lane, i| Self::Real::select(equals(k, i), lanes[i], lane));
-                for (result, value) in results.iter_mut().zip(function(lane)) {
+                let input = (1..L).fold(inputs[0], |input, i| Self::Real::select(equals(k, i), inputs[i], input));
+                for (result, value) in results.iter_mut().zip(function(input)) {
                     for (i, entry) in result.iter_mut().enumerate() {
                         *entry = Self::Real::select(equals(k, i), value, *entry);
                     }
