@@ -206,7 +206,7 @@ fn constants_of_rust_and_wgsl_agree() {
     ];
     #[cfg(feature = "rigorous")]
     {
-        use crate::grating::{NU_HALF, NU_MIDDLE, ORDER_ZERO, REACH, TAU_SCALE, UNIT, WEIGHTS};
+        use crate::grating::{NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, REACH, TAU_SCALE, UNIT, WEIGHT_NODES};
         let single = |value: f64| f64::from(value as f32);
         expected.extend([
             ("NU_MIDDLE", single(NU_MIDDLE)),
@@ -215,11 +215,11 @@ fn constants_of_rust_and_wgsl_agree() {
             ("REACH", REACH),
             ("UNIT", single(UNIT)),
             ("LOG2_E", std::f32::consts::LOG2_E.into()),
-            ("WEIGHTS_WIDTHS", WEIGHTS[0].into()),
-            ("WEIGHTS_PLACES", WEIGHTS[1].into()),
-            ("ORDER_ZERO_SIDE", ORDER_ZERO[0].into()),
+            ("WEIGHT_NODES_TAU", WEIGHT_NODES[0].into()),
+            ("WEIGHT_NODES_NU", WEIGHT_NODES[1].into()),
+            ("ORDER_ZERO_NODES", ORDER_ZERO_NODES[0].into()),
         ]);
-        assert_eq!(ORDER_ZERO[0], ORDER_ZERO[1]);
+        assert_eq!(ORDER_ZERO_NODES[0], ORDER_ZERO_NODES[1]);
     }
     let mut seen = std::collections::BTreeSet::new();
     for (kind, method) in methods() {
