@@ -127,8 +127,8 @@ fn uniforms_have_the_layout_of_the_shaders() {
                     orders,
                     order_zero,
                     period_um,
-                    spacing,
-                    sigma,
+                    spacing_per_um,
+                    sigma_per_um,
                     _pad0,
                     _pad1
                 ),
@@ -176,7 +176,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
                 half_range_um,
                 peak_um2,
                 neighbourhood,
-                argument_of_terms
+                full_terms_kappa_h
             );
             assert_eq!(reflected(&module, "OrderGrid"), expected);
         }
@@ -192,9 +192,9 @@ fn constants_of_rust_and_wgsl_agree() {
         ("SUM_SQUARED_MAX", super::SUM_SQUARED_MAX.into()),
         ("TERMS_MAX", super::TERMS_MAX as f64),
         ("SMALL_ARGUMENT", super::bessel::SMALL_ARGUMENT.into()),
-        ("FAINT", super::orders::FAINT.into()),
+        ("EXPONENT_MAX", super::orders::EXPONENT_MAX.into()),
         ("WHITE_UM", super::nmm::WHITE_UM.into()),
-        ("SINC_SERIES", super::pq::SINC_SERIES.into()),
+        ("SERIES_ARGUMENT_MAX", super::pq::SERIES_ARGUMENT_MAX.into()),
         ("ORDERS", super::stam::ORDERS.into()),
         ("V_RANGE", super::stam::V_RANGE.into()),
         ("GEMS_ORDERS", super::stam_gems::GEMS_ORDERS.into()),
