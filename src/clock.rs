@@ -1,4 +1,4 @@
-//! Clock for build times; browsers need another one than operating systems.
+//! `Instant` for build times: `web_time` in browsers, where the standard library's clock panics.
 
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use std::time::Instant;

@@ -1,31 +1,34 @@
 //! Spectral diffraction BSDF of measured nanostructures.
 //!
-//! A relief of fractions of a micrometre (a grating, a compact disc, the skin of a snake) diffracts each wavelength
-//! into directions of its own. From a [`HeightField`] this library computes the spectral BSDF by scalar diffraction
-//! theory. The relief's power spectrum is tabulated once, so an evaluation takes a few look-ups. Directions are sampled
-//! in proportion to the tabulated power.
+//! A relief with details of about a micrometre (a grating, a compact disc, the skin of a snake) diffracts each
+//! wavelength into other directions. From a [`HeightField`] this library computes the spectral BSDF by scalar
+//! diffraction theory. The relief's power spectrum is tabulated once, so an evaluation takes a few look-ups. Directions
+//! are sampled in proportion to the tabulated power.
 //!
 //! ```
 //! use sunbeam::{Options, Preset, Surface};
 //!
-//! // A blazed grating of 2.5 µm, seen through a coherence length of 20 µm.
+//! // A blazed grating with a period of 2.5 µm, under a coherence length of 20 µm.
 //! let field = Preset::Blazed.build(None, None)?;
 //! let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
 //! let surface = Surface::new(&field, &options)?;
 //!
-//! // Light along the normal; green leaves at order 1, where the sine is the wavelength over the period.
-//! let sine: f64 = 0.55 / 2.5;
-//! let (wi, order) = ([0.0, 0.0, 1.0], [-sine, 0.0, (1.0 - sine * sine).sqrt()]);
-//! let between = [-1.5 * sine, 0.0, (1.0 - 2.25 * sine * sine).sqrt()];
-//! assert!(surface.eval(wi, order, 550.0) > 1000.0 * surface.eval(wi, between, 550.0));
+//! // Light of 550 nm along the normal. Order n leaves where the sine is n·λ over the period.
+//! let wi = [0.0, 0.0, 1.0];
+//! let wo = |order: f64| {
+//!     let sine = order * 0.55 / 2.5;
+//!     [sine, 0.0, (1.0 - sine * sine).sqrt()]
+//! };
+//! assert!(surface.eval(wi, wo(-1.0), 550.0) > 1000.0 * surface.eval(wi, wo(-1.5), 550.0));
 //!
-//! // A direction from three random numbers; its weight is f·cosθo/pdf at each wavelength carried.
+//! // An outgoing direction from three random numbers in [0, 1), and its density per solid angle.
 //! let sample = surface.sample(wi, &[550.0], [0.3, 0.6, 0.1]).expect("above the horizon");
 //! assert!((sample.pdf - surface.pdf(wi, sample.wo, &[550.0])).abs() < 1e-9 * sample.pdf);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`SurfaceConfig`] holds parameters with the names and defaults of scene files and the command line:
+//! A [`SurfaceConfig`] describes a surface by parameters, with the names and defaults of scene files and the command
+//! line:
 //!
 //! ```
 //! # #[cfg(feature = "full")] {
@@ -38,9 +41,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Where what is
+//! # Modules
 //!
-//! The root has the items that most programs need. Data flows in one direction, down this table:
+//! The root has the items that most programs need. In this table, a module depends only on modules above it:
 //!
 //! | module | contents |
 //! | --- | --- |
@@ -49,18 +52,18 @@
 //! | [`table`] | the power spectrum `S(f; κ)` over frequencies and phase rates |
 //! | [`colour_table`] | the reflectance in linear sRGB over `(u, v, w)` |
 //! | [`scattering`] | factors of a pair of directions: scattering vector, obliquity, Fresnel |
-//! | [`sampling`] | outgoing directions with their densities |
+//! | [`sampling`] | sampling of outgoing directions, and its density |
 //! | [`energy`] | the albedo, by which the reflectance is divided to conserve energy |
 //! | [`lobe`] | the BSDF that renderers evaluate and sample, by scalar theory |
-//! | `grating` | the same by Maxwell's equations (feature `rigorous`) |
+//! | `grating` | the BSDF of a grating by Maxwell's equations (feature `rigorous`) |
 //! | [`methods`] | methods of the realtime renderer, in Rust and WGSL |
 //! | [`config`] | a surface's parameters and defaults |
 //!
-//! Three modules serve all others: [`colour`] (spectra to sRGB), [`numeric`] (one code for plain, SIMD and traced
-//! numbers), and `cache` (tables on disk, feature `cache`).
+//! Three modules serve the others: [`colour`] (spectra to sRGB), [`numeric`] (number types over which evaluators are
+//! generic: plain, SIMD and traced), and `cache` (tables on disk, feature `cache`).
 //!
-//! The command line, the Mitsuba plugin, the C interface and the realtime renderer are packages of their own, on which
-//! this library does not depend.
+//! The command line, the Mitsuba plugin, the C interface and the realtime renderer are separate packages, which depend
+//! on this library.
 //!
 //! # Conventions
 //!
@@ -68,9 +71,9 @@
 //!   the surface, to the light and to the viewer.
 //! - The scattering vector `q = wi + wo = (u, v, w)`: `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
 //! - Lengths on the surface are in µm, wavelengths in nm at every interface.
-//! - Fourier sign is positive: `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`,
-//!   with the phase rate `κ = 2πw/λ` in rad/µm. Order `j` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`.
-//! - Transforms are means: order 0 of a flat tile is 1.
+//! - The phase rate is `κ = 2πw/λ` in rad/µm. A tile of `Lx` by `Ly` has the order amplitudes
+//!   `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`, with a positive sign of the exponent.
+//!   Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 //! - The reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
 //!
@@ -79,7 +82,7 @@
 //! - `files`: reads height fields from files and writes them.
 //! - `cache`: keeps tables on disk.
 //! - `rigorous`: computes gratings by Maxwell's equations.
-//! - `full` (default): all three; [`SurfaceConfig`] then also builds the surfaces that it describes.
+//! - `full` (default): all three. Only then does [`SurfaceConfig`] build the surfaces that it describes.
 
 #[cfg(feature = "cache")]
 pub mod cache;

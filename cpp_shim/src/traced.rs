@@ -247,17 +247,17 @@ impl<'s> Numbers for Traced<'s> {
         function
     }
 
-    // Records `function` once, in a loop over the lanes, instead of L times: kernels stay small.
-    fn each_lane<const L: usize, const R: usize>(
+    // Records `function` once, in a loop over the inputs, instead of L times: kernels stay small.
+    fn map_each<const L: usize, const R: usize>(
         name: &'static CStr,
-        lanes: [Self::Real; L],
+        inputs: [Self::Real; L],
         active: Self::Mask,
         function: impl Fn(Self::Real) -> [Self::Real; R],
     ) -> [[Self::Real; L]; R] {
         let index = <Self::Index as Index>::lit;
         if L == 1 {
             let zero = Self::Real::lit(0.0);
-            return function(lanes[0]).map(|value| [Self::Real::select(active, value, zero); L]);
+            return function(inputs[0]).map(|value| [Self::Real::select(active, value, zero); L]);
         }
         // Equality of unsigned integers.
         let equals = |k: Self::Index, i: usize| k.le(index(i as u32)) & index(i as u32).le(k);
@@ -267,8 +267,8 @@ impl<'s> Numbers for Traced<'s> {
             (index(0), zeros),
             |(k, _)| active & k.lt(index(L as u32)),
             |(k, mut results)| {
-                let lane = (1..L).fold(lanes[0], |lane, i| Self::Real::select(equals(k, i), lanes[i], lane));
-                for (result, value) in results.iter_mut().zip(function(lane)) {
+                let input = (1..L).fold(inputs[0], |input, i| Self::Real::select(equals(k, i), inputs[i], input));
+                for (result, value) in results.iter_mut().zip(function(input)) {
                     for (i, entry) in result.iter_mut().enumerate() {
                         *entry = Self::Real::select(equals(k, i), value, *entry);
                     }

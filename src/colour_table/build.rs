@@ -1,4 +1,4 @@
-//! Builds a colour table: spectral table, samples of all rings, and spline coefficients in packed words.
+//! Build of a colour table: the spectral table, samples of all rings, and their spline coefficients in packed words.
 
 use super::fit::{FittedRing, fit};
 use super::pack::{exponent_offset, pack};
@@ -19,11 +19,13 @@ use std::f64::consts::TAU;
 /// Upper bound of the [`cost`] of a build: some seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
 
-/// Factor by which the coherence length is reduced until the table is small enough (chosen).
+/// Factor by which the coherence length is reduced until the table is small enough. A smaller one would lose more of
+/// the length than necessary; one closer to 1 takes more plans, which are cheap.
 const LENGTH_STEP: f64 = 0.95;
 
-/// Standard deviation of the window that an aperiodic scan's taper stands for, as a fraction of the scan's longer side.
-/// Chosen above 0.23, that of the Gaussian with the taper's spectral peak, so that rings resolve the taper's lobes.
+/// Standard deviation of the Gaussian window that stands for an aperiodic scan's taper, as a fraction of the scan's
+/// longer side. The Gaussian with the taper's spectral peak has 0.23. This value is larger, so that rings resolve the
+/// taper's lobes.
 const TAPER_SIGMA: f64 = 0.35;
 
 /// Wavelength in µm at which [`knee`] is taken: about the middle of the visible range.
@@ -38,12 +40,12 @@ pub struct ColourTableOptions {
     pub model: Model,
     /// Continuation of the relief beyond the tile.
     pub tiling: Tiling,
-    /// Relative error of the spectral table from which colours are computed.
+    /// Relative error of the spectral table from which colours are computed, in [`TOLERANCE`].
     pub tolerance: f64,
-    /// Factor on the number of samples along each axis, in [`RESOLUTION`]. At 1 the error is below a ΔE₀₀ of 1 for 99 %
-    /// of the pixels.
+    /// Factor on the number of samples along each axis, in [`RESOLUTION`]. At 1 the colour difference ΔE₀₀ from the
+    /// integral is below 1 for 99 % of the pixels.
     pub resolution: f64,
-    /// Factor on the memory and time that the spectral table may take, in [`crate::table::BUILD_LIMIT`].
+    /// Factor on the limits of memory and time of the spectral table, in [`crate::table::BUILD_LIMIT`].
     pub build_limit: f64,
 }
 
@@ -58,9 +60,11 @@ impl ColourTable {
     }
 
     /// Builds the table of `field` with the interface's `reflectance` in the integral over wavelength. Also returns the
-    /// spectral table, which is for [`ColourTableReport::coherence_length_um`].
+    /// spectral table that it was integrated from, whose coherence length is
+    /// [`ColourTableReport::coherence_length_um`].
     ///
-    /// `reflectance` should be smooth in the cosine. It is sampled at the table's w, of which a flat relief has six.
+    /// `reflectance` should be smooth in the cosine: it is sampled at the table's values of w, which are only six on
+    /// each ring of a flat relief.
     ///
     /// # Errors
     /// The errors of [`ColourTable::build`].
@@ -75,7 +79,7 @@ impl ColourTable {
         TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         TableError::unless_in("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
-        let colours = SpectralToRgb::visible(1.0)?;
+        let weights = SpectralToRgb::visible(1.0)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
         let (low, high) = field.range_um();
         let demand = BuildDemand {
@@ -93,71 +97,82 @@ impl ColourTable {
         let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);
         let (of_table, of_rings) = progress.halves();
         let built = crate::table::build(&spectrum, options.tolerance, &of_table)?;
-        let sigma = order_sigma(field, options.tiling, coherence_length_um);
-        let rings = fit_rings(&built.table, &plan, sigma, knee(&spectrum), &colours, reflectance, &of_rings);
+        let sigma_per_um = order_sigma_per_um(field, options.tiling, coherence_length_um);
+        let rings = fit_rings(&built.table, &plan, sigma_per_um, knee(&spectrum), &weights, reflectance, &of_rings);
         progress.report(1.0);
-        let mut colours = assemble(&plan, rings, coherence_length_um, sigma, start);
-        colours.report.spectral_error = built.report.relative_error;
-        Ok((colours, built.table))
+        let (layout, words) = assemble(&plan, &rings);
+        let report = ColourTableReport {
+            bytes: 4 * words.len(),
+            rings: plan.rings.len(),
+            directions: plan.rings.iter().map(|ring| ring.directions).max().unwrap_or(0),
+            coherence_length_um,
+            order_sigma_per_um: sigma_per_um,
+            spectral_error: built.report.relative_error,
+            build_seconds: start.elapsed().as_secs_f64(),
+        };
+        Ok((Self { layout, words, report }, built.table))
     }
 }
 
 /// Standard deviation in cycles/µm of the narrowest feature of S: an order's Gaussian, which an aperiodic scan's taper
 /// widens.
-fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
-    let window = CoherenceWindow::new(coherence_length_um);
-    let window = match tiling {
-        Tiling::Periodic => window,
+fn order_sigma_per_um(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
+    let window_um = CoherenceWindow::new(coherence_length_um).sigma_um();
+    let sigma_um = match tiling {
+        Tiling::Periodic => window_um,
         Tiling::Aperiodic => {
             // A smooth minimum of the standard deviations of both windows.
             let (lx, ly) = field.extent_um();
             let taper_um = TAPER_SIGMA * lx.max(ly);
-            CoherenceWindow::from_sigma_um(window.sigma_um().powi(-2).hypot(taper_um.powi(-2)).powf(-0.5))
+            window_um.powi(-2).hypot(taper_um.powi(-2)).powf(-0.5)
         }
     };
-    window.order_sigma_per_um()
+    CoherenceWindow::from_sigma_um(sigma_um).order_sigma_per_um()
 }
 
-/// Plan of the rings, and its coherence length in µm: the surface's, or the longest whose table is small enough.
+/// Plan of the rings, and its coherence length in µm: the surface's, or a shorter one whose table is small enough.
 fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f64) {
     let (low, high) = field.range_um();
     let mut coherence_length_um = options.coherence_length_um;
+    // Ends, since bounds in `rings.rs` keep the tables of short coherence lengths small for any relief.
     loop {
-        let sigma = order_sigma(field, options.tiling, coherence_length_um);
-        let plan = Rings::plan(sigma, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
+        let sigma_per_um = order_sigma_per_um(field, options.tiling, coherence_length_um);
+        let plan = Rings::plan(sigma_per_um, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
         let is_small = 4 * (plan.words() + Ring::WORDS * plan.rings.len()) <= ColourTable::LIMIT_BYTES
             && plan.rings.len() <= ColourTable::RINGS_MAX;
-        if is_small && cost(&plan, sigma) <= COST_MAX {
+        if is_small && cost(&plan, sigma_per_um) <= COST_MAX {
             return (plan, coherence_length_um);
         }
         coherence_length_um *= LENGTH_STEP;
     }
 }
 
-/// Number of [`Term`]s over all rays.
-fn cost(plan: &Rings, sigma: f64) -> f64 {
-    let wavenumbers = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
+/// Estimated number of products of a [`Term`] and a ray.
+fn cost(plan: &Rings, sigma_per_um: f64) -> f64 {
+    let visible_per_um = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings
         .iter()
         .map(|ring| {
-            let steps = (ring.radius * wavenumbers / (STEP_SIGMAS * sigma)).max(STEPS_MIN);
-            (ring.directions * ring.heights()) as f64 * steps
+            let steps = (ring.radius * visible_per_um / (STEP_SIGMAS * sigma_per_um)).max(STEPS_MIN);
+            (ring.directions * ring.w_count()) as f64 * steps
         })
         .sum()
 }
 
-/// The w below which F falls as w²: where the phase of the relief is about one radian.
+/// The `knee` of `fit.rs`, a value of w: below it F falls as w². It lies where the phase κH of half the range of
+/// heights H is one radian, at most at the largest w, 2.
 fn knee(spectrum: &Spectrum) -> f64 {
     (KNEE_WAVELENGTH_UM / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
 }
 
-/// Samples and fits all rings, group by group.
+/// Samples and fits all rings, group by group. `sigma_per_um` is the standard deviation of an order in cycles/µm;
+/// `weights` are those of the wavelengths in linear sRGB.
 fn fit_rings(
     table: &SpectralTable,
     plan: &Rings,
-    sigma: f64,
+    sigma_per_um: f64,
     knee: f64,
-    colours: &SpectralToRgb,
+    weights: &SpectralToRgb,
     reflectance: Reflectance,
     progress: &Progress,
 ) -> Vec<FittedRing> {
@@ -166,54 +181,51 @@ fn fit_rings(
     let steps = progress.of_steps(groups().map(batches_of).sum());
     groups()
         .flat_map(|group| {
-            let path = Path::new(group, sigma);
+            let path = Path::new(group, sigma_per_um);
             let terms: Vec<Vec<Term>> =
-                group.iter().map(|ring| path.terms(table, ring, colours, reflectance)).collect();
-            let coefficients = path.coefficients(&terms);
+                group.iter().map(|ring| path.terms(table, ring, weights, reflectance)).collect();
+            let coefficient_counts = path.coefficient_counts(&terms);
             let batches: Vec<Vec<PerRay>> = (0..batches_of(group))
                 .into_par_iter()
                 .map(|batch| {
-                    let integrals = path.integrate(table, &coefficients, &terms, group, batch * RAYS);
+                    let samples = path.integrate(table, &coefficient_counts, &terms, group, batch * RAYS);
                     steps.one();
-                    integrals
+                    samples
                 })
                 .collect();
             // Start of each ring in a batch.
-            let starts = group.iter().scan(0, |next, ring| {
-                let start = *next;
-                *next += ring.heights() * 3;
-                Some(start)
-            });
-            let starts: Vec<usize> = starts.collect();
+            let starts: Vec<usize> = group
+                .iter()
+                .scan(0, |next, ring| {
+                    let start = *next;
+                    *next += ring.w_count() * 3;
+                    Some(start)
+                })
+                .collect();
             let rings: Vec<FittedRing> = group
                 .par_iter()
                 .zip(starts)
-                .map(|(ring, start)| fit(ring, ring_values(&batches, start, ring), knee))
+                .map(|(ring, start)| fit(ring, ring_samples(&batches, start, ring), knee))
                 .collect();
             rings
         })
         .collect()
 }
 
-/// Samples of one ring, `[direction][height][channel]`, from batches of `[ring][height][channel][ray]`.
-fn ring_values(batches: &[Vec<PerRay>], start: usize, ring: &RingPlan) -> Vec<f32> {
-    let numbers = ring.heights() * 3;
-    let mut values = vec![0f32; ring.directions * numbers];
-    for (direction, to) in values.chunks_exact_mut(numbers).enumerate() {
-        let from = &batches[direction / RAYS][start..];
-        to.iter_mut().zip(from).for_each(|(to, rays)| *to = rays[direction % RAYS]);
+/// Samples of one ring, `[direction][w][channel]`, from batches of [`RAYS`] directions. A batch is
+/// `[ring][w][channel][ray]`, and the ring begins at `start` in it.
+fn ring_samples(batches: &[Vec<PerRay>], start: usize, ring: &RingPlan) -> Vec<f32> {
+    let row_len = ring.w_count() * 3;
+    let mut samples = vec![0f32; ring.directions * row_len];
+    for (direction, row) in samples.chunks_exact_mut(row_len).enumerate() {
+        let batch = &batches[direction / RAYS][start..];
+        row.iter_mut().zip(batch).for_each(|(sample, rays)| *sample = rays[direction % RAYS]);
     }
-    values
+    samples
 }
 
-/// Packs the fitted rings and their records into words.
-fn assemble(
-    plan: &Rings,
-    fitted: Vec<FittedRing>,
-    coherence_length_um: f64,
-    sigma: f64,
-    start: Instant,
-) -> ColourTable {
+/// Packs the coefficients of the fitted rings and the rings' records into the words of a table.
+fn assemble(plan: &Rings, fitted: &[FittedRing]) -> (ColourLayout, Vec<u32>) {
     let largest = fitted
         .par_iter()
         .map(|ring| ring.coefficients.iter().fold(0f32, |a, b| a.max(b.abs())))
@@ -226,18 +238,18 @@ fn assemble(
         rings.push(Ring {
             offset: words.len() as u32,
             directions: ring.directions as u32,
-            heights: ring.heights() as u32,
-            knots_per_w: ring.knots.0 as f32,
-            knots_per_efold: ring.knots.1 as f32,
+            w_count: ring.w_count() as u32,
+            knots_per_w: ring.knots_per_w as f32,
+            knots_per_efold: ring.knots_per_efold as f32,
             knee_squared: fitted.knee_squared as f32,
             zero_squared: fitted.zero_squared as f32,
         });
         words.extend(fitted.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
     }
-    // A multiple of four words: the packet of look-ups and the alignment of GPU buffers.
+    // Records are read in packets of four words, and GPU buffers are aligned to four words.
     words.resize(words.len().next_multiple_of(4), 0);
     let layout = ColourLayout {
-        knee_radius: plan.knee_radius as f32,
+        inner_spacing: plan.inner_spacing as f32,
         growth: plan.growth as f32,
         w_log: W_LOG as f32,
         exponent_offset,
@@ -245,14 +257,5 @@ fn assemble(
         rings_at: words.len() as u32 / 4,
     };
     words.extend(rings.iter().flat_map(Ring::words));
-    let report = ColourTableReport {
-        bytes: 4 * words.len(),
-        rings: count,
-        directions: plan.rings.iter().map(|ring| ring.directions).max().unwrap_or(0),
-        coherence_length_um,
-        order_sigma_per_um: sigma,
-        spectral_error: 0.0,
-        build_seconds: start.elapsed().as_secs_f64(),
-    };
-    ColourTable { layout, words, report }
+    (layout, words)
 }

@@ -1,93 +1,110 @@
-//! Fit of one ring: samples of the colour over direction and w to coefficients of a bicubic B-spline.
+//! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
-//! Near the horizon F falls as w², except where order zero leaks in. So that relative accuracy survives, the spline
-//! goes through `F·(w² + knee²)/(w² + zero²)`: `knee` is the w where the square law ends, `zero` the one where order
-//! zero takes over.
+//! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
+//! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
+//! Above `knee` F no longer follows the square law; below `zero` the constant prevails. Both are values of w.
 
 use super::rings::RingPlan;
 use crate::numeric::math::cubic_b_spline;
 use crate::table::POLE;
 use nalgebra::DMatrix;
 
-/// A ring's spline over `[direction][height][channel]`.
+/// A ring's spline.
 pub(super) struct FittedRing {
     /// `knee²` of the module's formula.
     pub knee_squared: f64,
     /// `zero²` of the module's formula.
     pub zero_squared: f64,
+    /// Spline coefficients `[direction][w][channel]`, with [`RingPlan::w_count`] of them over w. The first over w
+    /// belongs to the knot −1.
     pub coefficients: Vec<f32>,
 }
 
-/// Fits a ring's samples, `[direction][height][channel]`; `knee` as in the [module](self).
+/// Fits the samples `values` of F on a ring: `[direction][w][channel]`, over w at [`RingPlan::sampled_w`]. `knee` is
+/// that of the [module](self)'s formula.
 pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRing {
-    let (heights, numbers) = (ring.heights(), 3 * ring.heights());
-    let samples = ring.samples();
-    let total = |height: usize| -> f64 {
-        values.chunks_exact(numbers).flat_map(|v| &v[3 * height..3 * height + 3]).map(|v| f64::from(v.abs())).sum()
+    let w_count = ring.w_count();
+    // A row has the values of one direction.
+    let row_len = 3 * w_count;
+    let sampled_w = ring.sampled_w();
+    // Sum of |F| over directions and channels at one sample over w.
+    let total = |i: usize| -> f64 {
+        values.chunks_exact(row_len).flat_map(|row| &row[3 * i..3 * i + 3]).map(|v| f64::from(v.abs())).sum()
     };
     let knee_squared = knee * knee;
-    // F at the first sample beyond its square law, which bends by less than a factor of three up to the knee.
-    let near_knee = samples.partition_point(|w| *w < knee).min(heights - 1);
+    // If F ∝ w² + zero² up to the knee, zero² follows from F at the first sample w_0 and at w_k, the first beyond the
+    // knee: zero² = w_k²·F(w_0)/F(w_k) − w_0². F(w_k) lies up to three times below the square law, which would pass for
+    // a zero² of up to 2·w_0². Subtracting 3·w_0² excludes that.
+    let near_knee = sampled_w.partition_point(|w| *w < knee).min(w_count - 1);
     let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
-    let zero_squared = (samples[near_knee].powi(2) * fall - 3.0 * samples[0] * samples[0]).clamp(0.0, knee_squared);
-    for value in values.chunks_exact_mut(numbers) {
-        for (sample, w) in value.chunks_exact_mut(3).zip(&samples) {
+    let zero_squared =
+        (sampled_w[near_knee].powi(2) * fall - 3.0 * sampled_w[0] * sampled_w[0]).clamp(0.0, knee_squared);
+    for row in values.chunks_exact_mut(row_len) {
+        for (sample, w) in row.chunks_exact_mut(3).zip(&sampled_w) {
             let scale = ((w * w + knee_squared) / (w * w + zero_squared)) as f32;
             sample.iter_mut().for_each(|channel| *channel *= scale);
         }
     }
+    // Over w: a matrix product per direction.
     let inverse = collocation_inverse(ring);
-    let mut fitted = vec![0f32; numbers];
-    for value in values.chunks_exact_mut(numbers) {
-        for (weights, fitted) in inverse.chunks_exact(heights).zip(fitted.chunks_exact_mut(3)) {
+    let mut fitted = vec![0f32; row_len];
+    for row in values.chunks_exact_mut(row_len) {
+        for (weights, fitted) in inverse.chunks_exact(w_count).zip(fitted.chunks_exact_mut(3)) {
             let mut sums = [0f32; 3];
-            for (weight, sample) in weights.iter().zip(value.chunks_exact(3)) {
+            for (weight, sample) in weights.iter().zip(row.chunks_exact(3)) {
                 sums.iter_mut().zip(sample).for_each(|(sum, sample)| *sum += weight * sample);
             }
             fitted.copy_from_slice(&sums);
         }
-        value.copy_from_slice(&fitted);
+        row.copy_from_slice(&fitted);
     }
-    prefilter_periodic(&mut values, numbers);
+    // Around the ring.
+    prefilter_periodic(&mut values, row_len);
     FittedRing { knee_squared, zero_squared, coefficients: values }
 }
 
-/// Matrix from samples at [`RingPlan::samples`] to the coefficients of the cubic B-spline through them, row-major.
+/// Matrix `[coefficient][sample]`, row-major, from samples at [`RingPlan::sampled_w`] to the coefficients of the cubic
+/// B-spline through them.
 fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
-    let n = ring.heights();
-    let samples = ring.samples();
+    let n = ring.w_count();
+    let sampled_w = ring.sampled_w();
     let basis = DMatrix::from_fn(n, n, |sample, coefficient| {
-        let y = ring.knot_position(samples[sample]);
-        cubic_b_spline(y - (coefficient as f64 - 1.0))
+        let position = ring.knot_position(sampled_w[sample]);
+        // Coefficient i belongs to the knot i − 1.
+        cubic_b_spline(position - (coefficient as f64 - 1.0))
     });
-    // Schoenberg and Whitney: the inverse exists, since each basis function has a sample of its own.
+    // The inverse exists by the theorem of Schoenberg and Whitney: each basis function has a sample within its support.
     let inverse = basis.try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));
     (0..n * n).map(|i| inverse[(i / n, i % n)] as f32).collect()
 }
 
-/// Replaces values around a ring, rows of `numbers`, by the coefficients of the periodic cubic B-spline through them.
-fn prefilter_periodic(values: &mut [f32], numbers: usize) {
+/// Replaces rows of `row_len` values, one row per direction, by the coefficients of the periodic cubic B-splines
+/// through them.
+///
+/// Each column is filtered by two recursive passes around the ring. As in `table/spline.rs`, the gain of both is 6.
+fn prefilter_periodic(values: &mut [f32], row_len: usize) {
     /// Rows after which a filter has forgotten its start: |pole|²⁴ ≈ 2e-14 is below the rounding of single precision.
     const WARM_UP: usize = 24;
     let pole = POLE as f32;
-    let n = values.len() / numbers;
+    let n = values.len() / row_len;
     let warm_up = WARM_UP.min(n);
-    let mut state = vec![0f32; numbers];
-    for row in values.chunks_exact(numbers).skip(n - warm_up) {
+    // On a ring, the rows before the first are the last rows.
+    let mut state = vec![0f32; row_len];
+    for row in values.chunks_exact(row_len).skip(n - warm_up) {
         state.iter_mut().zip(row).for_each(|(state, value)| *state = value + pole * *state);
     }
-    for row in values.chunks_exact_mut(numbers) {
+    for row in values.chunks_exact_mut(row_len) {
         for (state, value) in state.iter_mut().zip(row) {
             *state = *value + pole * *state;
             *value = *state;
         }
     }
-    // The backward pass begins with its state after one turn.
+    // The rows after the last are the first rows.
     state.fill(0.0);
-    for row in values.chunks_exact(numbers).take(warm_up).rev() {
+    for row in values.chunks_exact(row_len).take(warm_up).rev() {
         state.iter_mut().zip(row).for_each(|(state, value)| *state = pole * (*state - value));
     }
-    for row in values.chunks_exact_mut(numbers).rev() {
+    for row in values.chunks_exact_mut(row_len).rev() {
         for (state, value) in state.iter_mut().zip(row) {
             *state = pole * (*state - *value);
             *value = 6.0 * *state;
@@ -106,8 +123,8 @@ mod tests {
         let mut coefficients = samples.clone();
         prefilter_periodic(&mut coefficients, 1);
         for (i, sample) in samples.iter().enumerate() {
-            let at = |offset: usize| coefficients[(i + 31 + offset) % 32];
-            let value = (at(0) + 4.0 * at(1) + at(2)) / 6.0;
+            let coefficient = |j: usize| coefficients[j % 32];
+            let value = (coefficient(i + 31) + 4.0 * coefficient(i) + coefficient(i + 1)) / 6.0;
             assert!((value - sample).abs() < 1e-5, "{i}: {value} {sample}");
         }
     }
@@ -116,12 +133,13 @@ mod tests {
     fn collocation_gives_splines_through_the_samples() {
         let plan = Rings::plan(0.01, 0.8, true, 1.0);
         let ring = &plan.rings[3];
-        let (n, inverse) = (ring.heights(), collocation_inverse(ring));
-        for (sample, w) in ring.samples().into_iter().enumerate() {
+        let (n, inverse) = (ring.w_count(), collocation_inverse(ring));
+        for (at, w) in ring.sampled_w().into_iter().enumerate() {
             let basis = |c: usize| cubic_b_spline(ring.knot_position(w) - (c as f64 - 1.0));
-            for other in 0..n {
-                let value: f64 = (0..n).map(|c| basis(c) * f64::from(inverse[c * n + other])).sum();
-                assert!((value - f64::from(u8::from(sample == other))).abs() < 1e-4, "{sample} {other}: {value}");
+            // Value at sample `at` of the spline through 1 at sample `one` and 0 at all others.
+            for one in 0..n {
+                let value: f64 = (0..n).map(|c| basis(c) * f64::from(inverse[c * n + one])).sum();
+                assert!((value - f64::from(u8::from(at == one))).abs() < 1e-4, "{at} {one}: {value}");
             }
         }
     }

@@ -1,7 +1,7 @@
-//! Look-up in a [`super::ColourTable`], written once for all families of numbers.
+//! Look-up in a [`super::ColourTable`], generic over [`Numbers`].
 //!
-//! A look-up reads four rings about the radius `r = |(u, v)|`. On each ring it reads 4 × 4 coefficients about direction
-//! and w. Words are those of `pack.rs`. The WGSL twin is `src/methods/table.wgsl`.
+//! A look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the
+//! direction and w. The words of coefficients are those of `pack.rs`. The WGSL twin is `src/methods/table.wgsl`.
 
 use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
@@ -13,7 +13,7 @@ use std::f64::consts::LN_2;
 /// Upper bound of `|q|²` for a sum of two unit vectors: 4, and room for rounding.
 pub const SUM_SQUARED_MAX: f32 = 4.001;
 
-/// A [`super::ColourTable`] as an evaluator over the numbers `N` reads it.
+/// Evaluator of a [`super::ColourTable`] over the numbers `N`.
 #[derive(Clone, Copy, Debug)]
 pub struct ColourView<N: Numbers> {
     /// Layout of the words.
@@ -23,8 +23,8 @@ pub struct ColourView<N: Numbers> {
 }
 
 impl<N: Numbers> ColourView<N> {
-    /// The colour `F(q)` of the [module](super), linear sRGB in 1/sr; colours outside sRGB have negative channels. Zero
-    /// unless `active`, `w > 0`, and `q` can be a sum of two unit vectors.
+    /// Colour `F(q)` of the [module](super), linear sRGB in 1/sr. Colours outside sRGB have negative channels. Zero
+    /// unless `active`, `w > 0` and `|q|²` is at most [`SUM_SQUARED_MAX`]; zero for NaN.
     #[inline(always)]
     pub fn relief_rgb(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
@@ -32,78 +32,89 @@ impl<N: Numbers> ColourView<N> {
         // Comparisons with NaN are false.
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
-        // The divisions of the WGSL twin, one by one: next to a bright order a rounding of the radial position shows.
+        // Position among the rings: ring k lies at k. The divisions are not simplified, since the WGSL twin has the
+        // same ones: beside a bright order another rounding of the position would change the colour visibly.
         let growth = lit(self.layout.growth.into());
-        let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.knee_radius.into());
+        let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.inner_spacing.into());
         let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
         let position = arsinh / growth - lit(0.5);
-        let first = position.floor();
-        let weights = lagrange_weights(position - first);
+        let inner = position.floor();
+        let weights = lagrange_weights(position - inner);
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
-        let numbers = [-1.0, 0.0, 1.0, 2.0].map(|i| first + lit(i));
-        let rings =
-            N::each_lane(c"rings of colours", numbers, valid, |number| self.on_ring(number, turn, w, efolds, valid));
+        let rings = [-1.0, 0.0, 1.0, 2.0].map(|i| inner + lit(i));
+        // [channel][ring].
+        let values = N::map_each(c"rings of colours", rings, valid, |ring| self.on_ring(ring, turn, w, efolds, valid));
         array::from_fn(|c| {
-            let sum = (0..4).fold(lit(0.0), |sum, i| weights[i].fma(rings[c][i], sum));
+            let sum = (0..4).fold(lit(0.0), |sum, i| weights[i].fma(values[c][i], sum));
             N::Real::select(valid, sum, lit(0.0))
         })
     }
 
-    /// Colour on ring `number` at the direction `turn` (in turns) and `w`; `efolds` is `ln(1 + w/w_log)`. Negative
-    /// numbers are rings on the other side of the centre.
+    /// Colour on the ring of index `ring`, a whole number, at the direction `turn` (in turns) and `w`. `efolds` is
+    /// `ln(1 + w/w_log)`.
+    ///
+    /// The line through the centre goes on to ring 0 on the opposite side, so index −1 is ring 0 half a turn away, and
+    /// −2 is ring 1. Indices beyond the last ring read the last.
     #[inline(always)]
-    fn on_ring(&self, number: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
-        let (lit, index) = (N::Real::lit, N::Index::lit);
-        let mirrored = number.lt(lit(0.0));
-        let number = N::Real::select(mirrored, lit(-1.0) - number, number).min(lit(self.layout.last_ring.into()));
-        let turn = N::Real::select(mirrored, turn + lit(0.5), turn);
+    fn on_ring(&self, ring: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
+        let (lit, int) = (N::Real::lit, N::Index::lit);
+        let opposite = ring.lt(lit(0.0));
+        let ring = N::Real::select(opposite, lit(-1.0) - ring, ring).min(lit(self.layout.last_ring.into()));
+        let turn = N::Real::select(opposite, turn + lit(0.5), turn);
         const PACKETS: u32 = Ring::WORDS as u32 / 4;
-        let record = N::index(number) * index(PACKETS) + index(self.layout.rings_at);
-        let [offset, directions, heights, knots_per_w] = N::gather::<4>(self.words, record, active);
-        let rest = N::gather::<4>(self.words, record + index(1), active);
+        let record = N::index(ring) * int(PACKETS) + int(self.layout.rings_at);
+        let [offset, directions, w_count, knots_per_w] = N::gather::<4>(self.words, record, active);
+        let rest = N::gather::<4>(self.words, record + int(1), active);
         let [knots_per_efold, knee_squared, zero_squared, _] = rest.map(N::from_bits);
-        let around = N::real(directions);
-        let x = turn * around;
+        // Positions in knots, along the ring and over w.
+        let per_turn = N::real(directions);
+        let x = turn * per_turn;
         let y = w.fma(N::from_bits(knots_per_w), knots_per_efold * efolds);
         let column = x.floor();
-        let row = y.floor().min(N::real(heights) - lit(4.0));
+        let row = y.floor().min(N::real(w_count) - lit(4.0));
         let direction_weights = cubic_b_spline_weights(x - column);
-        let height_weights = cubic_b_spline_weights(y - row);
-        // A turn lies in [−½, 1], so that one addition and at most one subtraction bring the direction into range.
-        let wrapped = N::index(column + around - lit(1.0));
-        let mut direction = wrapped - N::Index::select(directions.le(wrapped), directions, index(0));
+        let w_weights = cubic_b_spline_weights(y - row);
+        // The four directions read are column − 1 to column + 2, modulo the number of directions. A turn lies in [−½,
+        // 1], so one addition and at most one subtraction bring the first into range.
+        let wrapped = N::index(column + per_turn - lit(1.0));
+        let mut direction = wrapped - N::Index::select(directions.le(wrapped), directions, int(0));
+        // Coefficient 0 over w belongs to the knot −1, so those of the knots row − 1 to row + 2 begin at `row`.
         let start = offset + N::index(row);
-        // [channel][height], so that the four heights fill a vector.
+        // [channel][coefficient over w], so that four coefficients fill a vector.
         let mut sums = [[lit(0.0); 4]; 3];
         for direction_weight in direction_weights {
-            let first = direction * heights + start;
-            // Single words, since they begin at any word.
+            let first = direction * w_count + start;
+            // Read one by one, since `first` is any number and packets begin at multiples of four.
             let words: [N::Index; 4] = array::from_fn(|j| {
-                let [word] = N::gather::<1>(self.words, first + index(j as u32), active);
+                let [word] = N::gather::<1>(self.words, first + int(j as u32), active);
                 word
             });
-            // Stored mantissa bits m in the top of a float's mantissa make `(1 + m/512)·2^e`. Subtracting `1.5·2^e`
-            // removes the excess 256 exactly, without a conversion from integers.
-            let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
-            let excess = powers.map(|power| N::from_bits(power | index(1 << 22)));
+            // The nine stored bits m of a mantissa become the upper bits of a float's mantissa, with the exponent e:
+            // `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly. With MANTISSA_BITS in
+            // e, which multiplies by 512, the difference is the number of `pack.rs`.
+            let exponent_offset = int(self.layout.exponent_offset + MANTISSA_BITS);
+            let powers = words.map(|word| ((word >> (3 * MANTISSA_BITS)) + exponent_offset) << 23);
+            let excess = powers.map(|power| N::from_bits(power | int(1 << 22)));
+            // Shifts that move red, green and blue to the bits 14 to 22.
             let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
             for (sum, in_place) in sums.iter_mut().zip(in_place) {
                 *sum = array::from_fn(|j| {
-                    let bits = (in_place(words[j]) & index(0x1ff << 14)) | powers[j];
+                    let bits = (in_place(words[j]) & int(0x1ff << 14)) | powers[j];
                     (N::from_bits(bits) - excess[j]).fma(direction_weight, sum[j])
                 });
             }
-            let next = direction + index(1);
-            direction = N::Index::select(next.lt(directions), next, index(0));
+            let next = direction + int(1);
+            direction = N::Index::select(next.lt(directions), next, int(0));
         }
+        // Undoes the scaling of `fit.rs`.
         let squared = w * w;
         let shape = (squared + zero_squared) / (squared + knee_squared);
-        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| height_weights[j].fma(sum[j], total)) * shape)
+        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| w_weights[j].fma(sum[j], total)) * shape)
     }
 }
 
-/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1]: a minimax fit with an error of at most 6e-9 turns.
-const TURNS: [f64; 8] = [
+/// Coefficients of `atan(a)/(2πa)` in powers of a², for a in [0, 1]: a minimax fit that errs by at most 6e-9 turns.
+const ATAN_TURNS: [f64; 8] = [
     1.591_548_4e-1,
     -5.304_612e-2,
     3.174_594_5e-2,
@@ -114,20 +125,22 @@ const TURNS: [f64; 8] = [
     -6.453_036_6e-4,
 ];
 
-/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin. WGSL allows `atan2` an error of 4096
-/// units in the last place, a quarter of the distance between directions, so both twins use this function.
+/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin.
+///
+/// The WGSL twin has the same polynomial, because WGSL allows `atan2` an error of 4096 units in the last place. That is
+/// a quarter of the distance between directions.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
     let (abs_u, abs_v) = (u.abs(), v.abs());
     let largest = abs_v.max(abs_u).max(R::lit(1e-37));
     let ratio = abs_v.min(abs_u) / largest;
-    let octant = ratio * polynomial(ratio * ratio, &TURNS);
+    let octant = ratio * polynomial(ratio * ratio, &ATAN_TURNS);
     let quadrant = R::select(abs_u.lt(abs_v), R::lit(0.25) - octant, octant);
     let half = R::select(u.lt(R::lit(0.0)), R::lit(0.5) - quadrant, quadrant);
     R::select(v.lt(R::lit(0.0)), -half, half)
 }
 
-/// Weights of the values at −1, 0, 1, 2 in the cubic through them, at `t` in [0, 1].
+/// Weights of the values at −1, 0, 1, 2 in the cubic polynomial through them, at `t` in [0, 1].
 #[inline(always)]
 fn lagrange_weights<R: Real>(t: R) -> [R; 4] {
     let (a, b, c) = (t + R::lit(1.0), t - R::lit(1.0), t - R::lit(2.0));

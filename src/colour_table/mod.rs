@@ -1,20 +1,28 @@
-//! The colour of a relief as a table over the scattering vector `q = wi + wo = (u, v, w)`: the integral over
-//! wavelength, read with a few fetches by RGB renderers and on the GPU.
+//! Colour of a relief, tabulated over the scattering vector `q = wi + wo = (u, v, w)`: the integral over wavelength,
+//! which RGB renderers and the GPU read with a few fetches.
 //!
-//! Apart from obliquity, the colour of a pair of directions is
+//! Without obliquity and shadowing, the reflectance of a pair of directions has the colour
 //!
 //! `F(q) = ∫ R(λ, |q|/2)·S(f; κ)/λ² · weight(λ) dλ`, with `f = (u, v)/λ` and `κ = 2πw/λ`.
 //!
-//! It depends on `q` alone, since the cosine at the half vector is `|q|/2`. `R` is the reflectance of the interface, or
-//! 1 where the caller applies it. `weight` is linear sRGB for the CIE 1931 observer under D65, from 380 to 780 nm:
-//! `S/λ² = 1` at every wavelength has the colour (1, 1, 1). Colours outside sRGB have negative channels.
+//! - `F`: linear sRGB in 1/sr. Colours outside sRGB have negative channels.
+//! - `S`: power density of the relief in µm² ([`crate::table`]), at the frequency `f` and the phase rate `κ`.
+//! - `R`: reflectance of the interface at the half vector, whose cosine with either direction is `|q|/2`; 1 where the
+//!   caller applies it.
+//! - `weight`: linear sRGB per wavelength, for the CIE 1931 observer under D65 from 380 to 780 nm. `S/λ² = 1` at every
+//!   wavelength has the colour (1, 1, 1).
 //!
-//! Features of `F` differ in width. Around the centre they are as fine as an order, about 0.003. Along the radius
-//! `r = |(u, v)|` the integral over wavelength smears them to about 4 % of `r`. Over `w` they are as wide as
-//! `λ/(range of heights)`. So the table consists of rings in the (u, v) plane whose spacing grows in proportion to `r`
-//! (`rings.rs`). The number of directions on a ring is proportional to its circumference. On a ring, a scaled `F`
-//! (`fit.rs`) is a cubic B-spline over direction (periodic) and w; between rings it is the cubic through four of them.
-//! A look-up ([`ColourView`]) reads 64 words of 32 bits. Since `|q| ≤ 2`, outer rings need fewer knots over w.
+//! The layout follows the widths of the features of `F`. Like `q`, these are dimensionless:
+//!
+//! - Near `(u, v) = 0` they are as fine as an order: 0.003 at the default coherence length. Along the radius
+//!   `r = |(u, v)|` the integral over wavelength smears them to about 4 % of `r`. So the table consists of rings around
+//!   the centre whose spacing grows with `r` (`rings.rs`).
+//! - Along a ring they stay as fine as an order. The number of directions is proportional to the circumference.
+//! - Over `w` they are as wide as `λ/(range of heights)`. Since `|q| ≤ 2`, outer rings span less of `w` and need fewer
+//!   knots.
+//!
+//! On a ring, a scaled `F` (`fit.rs`) is a cubic B-spline over direction (periodic) and `w`. Between rings it is the
+//! cubic polynomial through four of them. A look-up ([`ColourView`]) reads 4 × 4 × 4 words of 32 bits.
 
 mod build;
 mod fit;
@@ -32,10 +40,10 @@ use crate::numeric::{Numbers, Plain};
 use crate::table::TableError;
 use serde::{Deserialize, Serialize};
 
-/// Accepted factors on the number of samples along each axis of the table.
+/// Accepted values of [`ColourTableOptions::resolution`].
 pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
-/// The colour of a relief over `q = (u, v, w)`; see the [module](self).
+/// Colour of a relief over `q = (u, v, w)`; see the [module](self).
 ///
 /// ```
 /// use sunbeam::colour_table::{ColourTable, ColourTableOptions};
@@ -61,7 +69,8 @@ pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTable {
     layout: ColourLayout,
-    /// Spline coefficients `[ring][direction][height]`, packed by [`pack`], then a record per ring ([`Ring::words`]).
+    /// Spline coefficients `[ring][direction][w]`, one word for the three channels ([`pack`]), then padding to a
+    /// multiple of four words, then a record per ring ([`Ring::words`]).
     #[serde(with = "words")]
     words: Vec<u32>,
     report: ColourTableReport,
@@ -70,36 +79,38 @@ pub struct ColourTable {
 /// Layout of a [`ColourTable`]'s words.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourLayout {
-    /// Spacing of the rings near the centre; ring k has the radius `knee_radius/growth · sinh(growth·(k + ½))`.
-    pub knee_radius: f32,
-    /// Relative spacing of the outer rings.
+    /// Spacing of the rings near the centre. Ring k has the radius `inner_spacing/growth · sinh(growth·(k + ½))`.
+    pub inner_spacing: f32,
+    /// Spacing of the outer rings over their radius.
     pub growth: f32,
-    /// Scale of w above which knots are spaced logarithmically.
+    /// Scale of w above which knots are spaced logarithmically; see [`Ring::knots_per_efold`].
     pub w_log: f32,
-    /// Number that is added to a word's exponent to make it a single-precision exponent.
+    /// Addend that makes the stored exponent of a word the biased exponent of a single-precision number.
     pub exponent_offset: u32,
-    /// Number of the outermost ring.
+    /// Index of the outermost ring, counted from zero at the centre.
     pub last_ring: u32,
-    /// Start of the rings' records among the words, in packets of four.
+    /// Start of the rings' records in [`ColourTable::words`], in packets of four words.
     pub rings_at: u32,
 }
 
-/// Record of one ring.
+/// Record of one ring: its part of the coefficients, and the splines' scale.
+///
+/// A value w lies `knots_per_w·w + knots_per_efold·ln(1 + w/w_log)` knots above knot 0, which is w = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
-    /// First word of the ring's coefficients.
+    /// Index of the ring's first coefficient in [`ColourTable::words`].
     pub offset: u32,
-    /// Number of directions, uniformly spaced from +u towards +v.
+    /// Number of directions, uniformly spaced over a full turn, from +u towards +v.
     pub directions: u32,
     /// Number of spline coefficients over w; the first belongs to the knot −1.
-    pub heights: u32,
-    /// Knots per unit of w.
+    pub w_count: u32,
+    /// Uniform part of the spacing of knots: knots per unit of w.
     pub knots_per_w: f32,
-    /// Knots per e-fold of `1 + w/w_log`.
+    /// Logarithmic part of the spacing of knots: knots per e-fold of `1 + w/w_log`.
     pub knots_per_efold: f32,
-    /// `knee²`: the spline is that of `F·(w² + knee²)/(w² + zero²)`.
+    /// Square of `knee`, a value of w: the spline represents `F·(w² + knee²)/(w² + zero²)`.
     pub knee_squared: f32,
-    /// `zero²`, at most `knee²`.
+    /// Square of `zero`, a value of w from 0 to `knee`.
     pub zero_squared: f32,
 }
 
@@ -110,20 +121,20 @@ pub struct ColourTableReport {
     pub bytes: usize,
     /// Number of rings.
     pub rings: usize,
-    /// Number of directions on the outermost ring.
+    /// Largest number of directions on a ring: that of the outermost.
     pub directions: usize,
     /// Coherence length of the table in µm: the surface's, or a shorter one where features would need more than
     /// [`ColourTable::LIMIT_BYTES`] or too much time.
     pub coherence_length_um: f64,
     /// Standard deviation of an order, the narrowest feature, in cycles/µm.
     pub order_sigma_per_um: f64,
-    /// Relative error of the spectral table; see [`crate::table::TableReport`].
+    /// Relative error of the spectral table; see [`crate::table::TableReport::relative_error`].
     pub spectral_error: f64,
     /// Build time in seconds, spectral table included.
     pub build_seconds: f64,
 }
 
-/// Reason why a colour table is not built.
+/// Reasons for which a colour table is not built.
 #[derive(Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum ColourTableError {
@@ -134,22 +145,22 @@ pub enum ColourTableError {
 }
 
 impl Ring {
-    /// Words of a ring's record.
+    /// Number of words of a ring's record.
     const WORDS: usize = 8;
 
-    /// The record as words: integers, then the bits of single-precision numbers.
+    /// The record as words: integers, then the bits of single-precision numbers, then a word of padding.
     fn words(&self) -> [u32; Self::WORDS] {
-        let [w, efold, knee, zero] =
-            [self.knots_per_w, self.knots_per_efold, self.knee_squared, self.zero_squared].map(f32::to_bits);
-        [self.offset, self.directions, self.heights, w, efold, knee, zero, 0]
+        let floats = [self.knots_per_w, self.knots_per_efold, self.knee_squared, self.zero_squared];
+        let [knots_per_w, knots_per_efold, knee_squared, zero_squared] = floats.map(f32::to_bits);
+        [self.offset, self.directions, self.w_count, knots_per_w, knots_per_efold, knee_squared, zero_squared, 0]
     }
 
     /// The record from [`Ring::WORDS`] words.
     fn from_words(words: &[u32]) -> Self {
-        let [offset, directions, heights] = std::array::from_fn(|i| words[i]);
+        let [offset, directions, w_count] = std::array::from_fn(|i| words[i]);
         let [knots_per_w, knots_per_efold, knee_squared, zero_squared] =
             std::array::from_fn(|i| f32::from_bits(words[3 + i]));
-        Self { offset, directions, heights, knots_per_w, knots_per_efold, knee_squared, zero_squared }
+        Self { offset, directions, w_count, knots_per_w, knots_per_efold, knee_squared, zero_squared }
     }
 }
 
@@ -170,22 +181,22 @@ impl ColourTable {
         &self.layout
     }
 
-    /// All words: coefficients, then the rings' records.
+    /// All words: packed coefficients `[ring][direction][w]`, padding, then the rings' records.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Words of the coefficients, a multiple of four.
-    pub fn samples(&self) -> &[u32] {
+    /// Words before the rings' records: packed coefficients `[ring][direction][w]`, padded to a multiple of four words.
+    pub fn coefficients(&self) -> &[u32] {
         &self.words[..4 * self.layout.rings_at as usize]
     }
 
-    /// The rings, from the centre outwards.
+    /// Records of the rings, from the centre outwards.
     pub fn rings(&self) -> impl ExactSizeIterator<Item = Ring> + '_ {
         self.words[4 * self.layout.rings_at as usize..].chunks_exact(Ring::WORDS).map(Ring::from_words)
     }
 
-    /// Look-ups in the precision `F`, `f32` or `f64`.
+    /// Evaluator in the precision `F`, `f32` or `f64`.
     pub fn view<F>(&self) -> ColourView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -194,7 +205,7 @@ impl ColourTable {
     }
 }
 
-/// Serialisation of words as little-endian bytes, smaller and faster than a sequence of numbers.
+/// Serialisation of words as little-endian bytes, which is faster than a sequence of numbers.
 mod words {
     use serde::de::{Error, Visitor};
     use serde::{Deserializer, Serializer};

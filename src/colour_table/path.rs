@@ -1,10 +1,12 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
-//! Samples of one direction of a ring of radius r lie on one ray: wavelength λ reads the radial frequency `ρ = r/λ`,
-//! and `dλ/λ² = −dρ/r`. All rings of a group have the same directions. So along each ray the records of the spectral
-//! table are interpolated once, at uniform ρ that resolve an order, and then serve every ring of the group and every w:
+//! At one direction φ of a ring of radius r, the wavelength λ reads the spectral table at the radial frequency
+//! `ρ = r/λ`. So the integrand lies on a ray from the origin, and `dλ/λ² = −dρ/r`:
 //!
-//! `F(q) = Σ_ρ (Δρ/r)·R·colour(λ)·S(f; κ)` with `f = ρ·(cos, sin)` and `κ = 2πw/λ`.
+//! `F(q) = Σ_ρ (Δρ/r)·R·weight(λ)·S(f; κ)` with `f = ρ·(cos φ, sin φ)`, `λ = r/ρ` and `κ = 2πw/λ`.
+//!
+//! The rings of a *group* have the same directions. So along each ray the records of the spectral table are
+//! interpolated once, at uniform ρ that resolve an order. They serve every ring of the group and every w.
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
@@ -17,54 +19,60 @@ pub(super) const RAYS: usize = 16;
 pub(super) type PerRay = [f32; RAYS];
 /// Step over ρ in standard deviations of an order. The trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5 of a Gaussian.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
-/// Fewest steps over the visible wavelengths, about 6 nm each. Colour matching functions are smooth over that (chosen).
+/// Fewest steps over the visible wavelengths, about 6 nm each. More take longer; fewer would miss the curvature of the
+/// colour matching functions.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// Visible wavelengths in µm, shortest and longest.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
 
-/// Reflectance of the interface: a function of the wavelength in nm and the cosine at the half vector.
+/// Reflectance of the interface, 0 to 1, as a function of the wavelength in nm and the cosine between either direction
+/// and the half vector.
 pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
-/// Uniform radial frequencies ρ in cycles/µm along the rays of one group of rings.
+/// Points of the rays of one group of rings: uniform radial frequencies ρ, in cycles/µm.
 pub(super) struct Path {
-    first: f64,
-    step: f64,
+    first_per_um: f64,
+    step_per_um: f64,
     count: usize,
 }
 
-/// Contribution of the record at one ρ to one ring at one w, apart from the ray.
+/// Contribution of the record at one point of a ray to one ring at one w. It is equal for all rays.
 pub(super) struct Term {
-    /// Number of ρ along the path.
-    node: usize,
-    /// Number of w among the ring's samples.
-    height: usize,
-    /// Number of the first spline coefficient read.
+    /// Index of the point on the path.
+    point: usize,
+    /// Index of w among the ring's samples.
+    w_index: usize,
+    /// Index of the first spline coefficient read.
     first: usize,
     /// Weights of the four spline coefficients read.
     weights: [f32; 4],
-    /// Factors on a power's header.
+    /// Factors on a power's header, `P(0)` and `P'(0)`.
     header_factors: [f32; HEADER],
     /// Factor on the spline, real and imaginary part.
     spline_factor: [f32; 2],
     /// Linear sRGB that `S/norm` is multiplied by.
-    colour: [f32; 3],
+    rgb: [f32; 3],
 }
 
 impl Path {
-    /// Path of a group of rings for orders of standard deviation `sigma` in cycles/µm.
-    pub(super) fn new(group: &[RingPlan], sigma: f64) -> Self {
+    /// Path of a group of rings for orders of the standard deviation `sigma_per_um` in cycles/µm.
+    pub(super) fn new(group: &[RingPlan], sigma_per_um: f64) -> Self {
         let (inner, outer) = (group[0].radius, group[group.len() - 1].radius);
-        let visible = inner / VISIBLE_UM.0 - inner / VISIBLE_UM.1;
-        let step = (STEP_SIGMAS * sigma).min(visible / STEPS_MIN);
-        let first = inner / VISIBLE_UM.1;
-        Self { first, step, count: ((outer / VISIBLE_UM.0 - first) / step) as usize + 2 }
+        let visible_per_um = inner / VISIBLE_UM.0 - inner / VISIBLE_UM.1;
+        let step_per_um = (STEP_SIGMAS * sigma_per_um).min(visible_per_um / STEPS_MIN);
+        let first_per_um = inner / VISIBLE_UM.1;
+        // One point more than steps, and one for the rounding of the quotient.
+        let count = ((outer / VISIBLE_UM.0 - first_per_um) / step_per_um) as usize + 2;
+        Self { first_per_um, step_per_um, count }
     }
 
-    fn frequency(&self, node: usize) -> f64 {
-        self.first + node as f64 * self.step
+    /// Radial frequency of a point in cycles/µm.
+    fn frequency(&self, point: usize) -> f64 {
+        self.first_per_um + point as f64 * self.step_per_um
     }
 
-    /// Terms of a ring: [`RingPlan::heights`] of them for each visible ρ, in the order of ρ.
+    /// Terms of a ring `[point][w]`: [`RingPlan::w_count`] of them for each point at which the ring has a visible
+    /// wavelength, in ascending order. `colours` has the weights of the wavelengths in linear sRGB.
     pub(super) fn terms(
         &self,
         table: &SpectralTable,
@@ -72,98 +80,115 @@ impl Path {
         colours: &SpectralToRgb,
         reflectance: Reflectance,
     ) -> Vec<Term> {
-        // dλ/λ² in 1/µm, times the factor of S; colours are per nm.
-        let scale = 1e3 * self.step / ring.radius * table.norm();
-        let samples = ring.samples();
+        // dλ/λ² = Δρ/r in 1/µm, times the norm of S. The factor 10³ goes with the weights, which are per nm.
+        let scale = 1e3 * self.step_per_um / ring.radius * table.norm();
+        let sampled_w = ring.sampled_w();
         let mut terms = Vec::new();
-        for node in 0..self.count {
-            let frequency = self.frequency(node);
+        for point in 0..self.count {
+            let frequency = self.frequency(point);
             let wavelength_um = ring.radius / frequency;
             if !(VISIBLE_UM.0..=VISIBLE_UM.1).contains(&wavelength_um) {
                 continue;
             }
             let wavelength_nm = 1e3 * wavelength_um;
-            let colour = colours.density(wavelength_nm);
-            for (height, &w) in samples.iter().enumerate() {
+            let weight = colours.density(wavelength_nm);
+            for (w_index, &w) in sampled_w.iter().enumerate() {
+                // The largest w are those of smaller radii, which also read the ring. At its own radius no pair of
+                // directions has a κ beyond the limit, and records end there.
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
                 let (header_factors, spline_factor) = curve.factors();
-                let reflected = scale * reflectance(wavelength_nm, (0.5 * ring.radius.hypot(w)).min(1.0));
+                let cos_half = (0.5 * ring.radius.hypot(w)).min(1.0);
+                let factor = scale * reflectance(wavelength_nm, cos_half);
                 terms.push(Term {
-                    node,
-                    height,
+                    point,
+                    w_index,
                     first,
                     weights: weights.map(|weight| weight as f32),
                     header_factors: header_factors.map(|factor| factor as f32),
                     spline_factor: [spline_factor.re as f32, spline_factor.im as f32],
-                    colour: colour.map(|channel| (channel * reflected) as f32),
+                    rgb: weight.map(|channel| (channel * factor) as f32),
                 });
             }
         }
         terms
     }
 
-    /// Number of spline coefficients that are read at each ρ.
-    pub(super) fn coefficients(&self, terms: &[Vec<Term>]) -> Vec<usize> {
+    /// Number of spline coefficients that the `[ring][term]` of a group read at each point; 0 where there is no term.
+    pub(super) fn coefficient_counts(&self, terms: &[Vec<Term>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
-        for Term { node, first, .. } in terms.iter().flatten() {
-            counts[*node] = counts[*node].max(first + 4);
+        for Term { point, first, .. } in terms.iter().flatten() {
+            counts[*point] = counts[*point].max(first + 4);
         }
         counts
     }
 
-    /// Colours of all rings of the group on [`RAYS`] rays from `first_ray` on: `[ring][height][channel]`.
+    /// Samples of F of all rings of the group on the [`RAYS`] rays from `first_ray` on: `[ring][w][channel]`.
+    ///
+    /// `coefficient_counts` are those of [`Path::coefficient_counts`], `terms` those of [`Path::terms`] for each ring.
     pub(super) fn integrate(
         &self,
         table: &SpectralTable,
-        coefficients: &[usize],
+        coefficient_counts: &[usize],
         terms: &[Vec<Term>],
         group: &[RingPlan],
         first_ray: usize,
     ) -> Vec<PerRay> {
-        let records = self.records(table, coefficients, group[0].directions, first_ray);
-        let mut colours = Vec::new();
+        let records = self.records(table, coefficient_counts, group[0].directions, first_ray);
+        let mut samples = Vec::new();
         for (ring, terms) in group.iter().zip(terms) {
-            let start = colours.len();
-            colours.resize(start + ring.heights() * 3, [0.0; RAYS]);
-            // Most ρ of a grating are far from its orders on all of these rays.
-            let occupied = terms.chunks_exact(ring.heights()).filter(|at_node| !records.is_empty(at_node[0].node));
-            for term in occupied.flatten() {
-                let Some(density) = term.density(table.quantity(), &records) else { continue };
-                for (colour, sums) in term.colour.iter().zip(&mut colours[start + 3 * term.height..]) {
-                    for (sum, density) in sums.iter_mut().zip(&density) {
-                        *sum += colour * density;
+            let start = samples.len();
+            samples.resize(start + ring.w_count() * 3, [0.0; RAYS]);
+            for at_point in terms.chunks_exact(ring.w_count()) {
+                let record = records.at(at_point[0].point);
+                // Most points of a grating are far from its orders on all of these rays.
+                if record.is_empty() {
+                    continue;
+                }
+                for term in at_point {
+                    let density = term.density(table.quantity(), record);
+                    for (channel, sums) in term.rgb.iter().zip(&mut samples[start + 3 * term.w_index..]) {
+                        for (sum, density) in sums.iter_mut().zip(&density) {
+                            *sum += channel * density;
+                        }
                     }
                 }
             }
         }
-        colours
+        samples
     }
 
-    /// Interpolated records along [`RAYS`] rays of a circle of `directions`, from `first_ray` on.
-    fn records(&self, table: &SpectralTable, coefficients: &[usize], directions: usize, first_ray: usize) -> Records {
+    /// Records interpolated along the [`RAYS`] rays from `first_ray` on, of a circle of `directions` rays.
+    fn records(
+        &self,
+        table: &SpectralTable,
+        coefficient_counts: &[usize],
+        directions: usize,
+        first_ray: usize,
+    ) -> Records {
         let rays: [[f64; 2]; RAYS] = std::array::from_fn(|ray| {
             let (sin, cos) = (TAU * (first_ray + ray) as f64 / directions as f64).sin_cos();
             [cos, sin]
         });
         let mut record = Vec::new();
         let mut records = Records { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
-        for (node, &coefficients) in coefficients.iter().enumerate() {
+        for (point, &coefficients) in coefficient_counts.iter().enumerate() {
             let start = records.values.len();
             records.starts.push(start);
             if coefficients == 0 {
                 continue;
             }
-            let frequency = self.frequency(node);
-            for (number, ray) in rays.iter().enumerate() {
-                table.interpolate_record(ray.map(|component| frequency * component), coefficients, &mut record);
+            let frequency = self.frequency(point);
+            for (ray, direction) in rays.iter().enumerate() {
+                // Empty, or as long as every other record of this point.
+                table.interpolate_record(direction.map(|component| frequency * component), coefficients, &mut record);
                 let needed = start + record.len();
                 if records.values.len() < needed {
                     records.values.resize(needed, [0.0; RAYS]);
                 }
                 for (to, from) in records.values[start..].iter_mut().zip(&record) {
-                    to[number] = *from;
+                    to[ray] = *from;
                 }
             }
         }
@@ -172,30 +197,28 @@ impl Path {
     }
 }
 
-/// Interpolated records at all ρ of a path, [`RAYS`] side by side. The record at ρ number n is
-/// `values[starts[n]..starts[n + 1]]`, empty where no ray has one.
+/// Interpolated records of a [`SpectralTable`] at all points of a path, on [`RAYS`] rays side by side.
 struct Records {
+    /// Start of each point's record in `values`, then the end of the last.
     starts: Vec<usize>,
     values: Vec<PerRay>,
 }
 
 impl Records {
-    fn is_empty(&self, node: usize) -> bool {
-        self.starts[node] == self.starts[node + 1]
-    }
-
-    /// `count` numbers of a record from `first` on; `None` beyond its end.
-    fn numbers(&self, node: usize, first: usize, count: usize) -> Option<&[PerRay]> {
-        self.values[self.starts[node]..self.starts[node + 1]].get(first..first + count)
+    /// Record of a point, with [`HEADER`] numbers and the coefficients that its terms read. Zeros on rays that have no
+    /// record there; empty where none has one.
+    fn at(&self, point: usize) -> &[PerRay] {
+        &self.values[self.starts[point]..self.starts[point + 1]]
     }
 }
 
 impl Term {
-    /// `S/norm` on all rays; `None` where no ray has a record that is long enough.
-    fn density(&self, quantity: NodeQuantity, records: &Records) -> Option<PerRay> {
-        let header = records.numbers(self.node, 0, HEADER)?;
+    /// `S/norm` on all rays, from the record of the term's point.
+    fn density(&self, quantity: NodeQuantity, record: &[PerRay]) -> PerRay {
         let components = quantity.components();
-        let coefficients = records.numbers(self.node, HEADER + self.first * components, 4 * components)?;
+        let (header, coefficients) = record.split_at(HEADER);
+        let coefficients = &coefficients[self.first * components..][..4 * components];
+        // One component of the spline.
         let spline = |part: usize| -> PerRay {
             let mut sums = [0.0; RAYS];
             for (weight, values) in self.weights.iter().zip(coefficients.iter().skip(part).step_by(components)) {
@@ -203,7 +226,7 @@ impl Term {
             }
             sums
         };
-        Some(match quantity {
+        match quantity {
             NodeQuantity::Power => {
                 let spline = spline(0);
                 std::array::from_fn(|ray| {
@@ -220,6 +243,6 @@ impl Term {
                     re_sum * re_sum + im_sum * im_sum
                 })
             }
-        })
+        }
     }
 }

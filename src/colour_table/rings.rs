@@ -1,68 +1,76 @@
 //! Resolution of a colour table: radii of its rings, directions on each, knots over w.
 //!
-//! Ring k has the radius `r_k = knee_radius/growth · sinh(growth·(k + ½))`: uniform spacing `knee_radius` near the
-//! centre, relative spacing `growth` further out. The finest feature over radius and direction is the Gaussian of an
-//! order, of standard deviation `λ·sigma`. Features over w are fringes of the whole range of heights, of width
-//! `λ/(2·range)` per half wave.
+//! Ring k has the radius `r_k = inner_spacing/growth · sinh(growth·(k + ½))`. Near the centre rings are `inner_spacing`
+//! apart, further out `growth·r`. The finest feature over radius and direction is the Gaussian of an order. Its
+//! standard deviation is `λ·sigma_per_um` in direction cosines. Features over w are the fringes between the highest and
+//! the lowest point of the relief. A half wave of them is `λ/(2·range_um)` wide.
 
 use std::f64::consts::{SQRT_2, TAU};
 
-/// Wavelength in µm at which features are sampled: near the short end of what counts for colour (chosen).
+/// Wavelength in µm for which features are resolved: about the peak of blue. Shorter wavelengths have narrower features
+/// but little effect on the colour.
 const WAVELENGTH_UM: f64 = 0.45;
 /// Spacing of directions in standard deviations of an order. A cubic B-spline then errs by 0.5 % of a Gaussian's peak.
 const DIRECTION_SPACING: f64 = 0.87;
-/// Spacing of the rings near the centre in standard deviations of an order. The cubic through four rings errs more than
-/// a B-spline, by 7 % at a spacing of 1.
+/// Spacing of the rings near the centre in standard deviations of an order. It is finer than that of directions,
+/// because the cubic through four rings is less accurate than a B-spline: it errs by 7 % at a spacing of 1.
 const RING_SPACING: f64 = 0.45;
-/// Upper bound of both spacings, for short windows: a tenth of the disc of direction cosines (chosen).
+/// Upper bound of the spacing of directions, in direction cosines. It acts at short coherence lengths, where it bounds
+/// the spacing of inner rings by 0.05. Larger values save little, since these tables are small; smaller ones enlarge
+/// them.
 const SPACING_MAX: f64 = 0.1;
-/// Relative spacing of the outer rings. The integral over wavelength smears features by the width of the colour
-/// matching functions, 4 to 9 %.
+/// Spacing of the outer rings over their radius. The integral over wavelength smears features by the width of the
+/// colour matching functions, 0.04 to 0.09 of the radius.
 const GROWTH: f64 = 0.025;
-/// Knots over w per feature: per half wave of the fastest fringe, and per e-fold of `1 + w/`[`W_LOG`]. Chosen for a
-/// ΔE₀₀ below 1 at 99 % of the pixels (`tests/core/colour_table.rs`).
+/// Knots over w per feature: per half wave of the fastest fringe, and per e-fold of `1 + w/`[`W_LOG`]. This is enough
+/// for a ΔE₀₀ below 1 at 99 % of the pixels (`tests/core/colour_table.rs`).
 const KNOTS_PER_FEATURE: f64 = 1.3;
-/// Scale of w above which knots are spaced logarithmically. The taper of an aperiodic scan spreads order zero over all
-/// directions, and that light does not fall as w² near the horizon (chosen).
+/// Scale of w above which the additional knots of an aperiodic scan are spaced logarithmically. The taper of such a
+/// scan spreads order zero over all directions, and that light does not fall as w² near the horizon. Larger values
+/// resolve less of the horizon; smaller ones take more knots.
 pub(super) const W_LOG: f64 = 0.02;
-/// Fewest intervals between knots: a cubic.
+/// Fewest intervals between knots. Even the F of a flat relief may change with w, by the interface's reflectance.
 const INTERVALS_MIN: usize = 3;
 /// Most intervals between knots, which bounds a table's size. Reached by reliefs deeper than 350 µm.
 const INTERVALS_MAX: usize = 4096;
-/// Fewest directions on a ring.
+/// Fewest directions on a ring. Fewer would not build faster, since rays are integrated 16 at a time (`path.rs`).
 const DIRECTIONS_MIN: usize = 16;
 /// Outermost over innermost radius of a group of rings with equally many directions. A larger ratio wastes directions
-/// on the inner rings, a smaller one integrates along more rays (chosen).
+/// on the inner rings, a smaller one integrates along more rays.
 const GROUP_RATIO: f64 = SQRT_2;
 
 /// Radius and resolution of one ring.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RingPlan {
+    /// Radius in the plane of (u, v), in direction cosines.
     pub radius: f64,
-    /// Number of uniformly spaced directions.
+    /// Number of directions, uniformly spaced over a full turn.
     pub directions: usize,
     /// Number of intervals between knots over `[0, w_max]`.
     pub intervals: usize,
     /// Largest w of a look-up that reads the ring.
     pub w_max: f64,
-    /// Knots per unit of w, and per e-fold of `1 + w/`[`W_LOG`].
-    pub knots: (f64, f64),
+    /// Knots per unit of w, in addition to the logarithmic ones.
+    pub knots_per_w: f64,
+    /// Knots per e-fold of `1 + w/`[`W_LOG`], in addition to the uniform ones.
+    pub knots_per_efold: f64,
 }
 
 impl RingPlan {
     /// Number of spline coefficients over w, and of the samples they are computed from.
-    pub(super) fn heights(&self) -> usize {
+    pub(super) fn w_count(&self) -> usize {
         self.intervals + 3
     }
 
-    /// Position of `w` in knots, from 0 to `intervals`.
+    /// Position of `w` in knots, from 0 at w = 0 to `intervals` at `w_max`.
     pub(super) fn knot_position(&self, w: f64) -> f64 {
-        self.knots.0 * w + self.knots.1 * (1.0 + w / W_LOG).ln()
+        self.knots_per_w * w + self.knots_per_efold * (1.0 + w / W_LOG).ln()
     }
 
-    /// The w of the samples: at the knots, and one more in the first and the last interval. The first is a tenth of an
-    /// interval above w = 0, where scaling by w² would be lost to rounding.
-    pub(super) fn samples(&self) -> Vec<f64> {
+    /// Values of w of the [`RingPlan::w_count`] samples, ascending: one at each knot, and one more in the first and the
+    /// last interval. That of knot 0 is moved up by a tenth of an interval, since the scaled F of `fit.rs` may be 0/0
+    /// at w = 0.
+    pub(super) fn sampled_w(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
         positions[0] = 0.1;
@@ -76,46 +84,56 @@ impl RingPlan {
         let (mut low, mut high) = (0.0, self.w_max);
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
-            *(if self.knot_position(middle) < position { &mut low } else { &mut high }) = middle;
+            if self.knot_position(middle) < position {
+                low = middle;
+            } else {
+                high = middle;
+            }
         }
         0.5 * (low + high)
     }
 }
 
-/// Rings of a table, from the centre outwards, and the parameters of their radii; see the [module](self).
+/// Rings of a table, with the parameters of their radii; see the [module](self).
 #[derive(Clone, Debug)]
 pub(super) struct Rings {
-    pub knee_radius: f64,
+    /// Spacing near the centre, in direction cosines.
+    pub inner_spacing: f64,
+    /// Spacing of the outer rings over their radius.
     pub growth: f64,
+    /// Rings from the centre outwards.
     pub rings: Vec<RingPlan>,
 }
 
 impl Rings {
-    /// Plans the rings for orders of standard deviation `sigma` (cycles/µm) and heights over `range_um`. `tapered` adds
-    /// knots near the horizon, and `resolution` multiplies the number of samples along each axis.
-    pub(super) fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
-        let spacing = (DIRECTION_SPACING * WAVELENGTH_UM * sigma / resolution).min(SPACING_MAX);
-        let knee_radius = spacing * RING_SPACING / DIRECTION_SPACING;
+    /// Plans the rings for orders of the standard deviation `sigma_per_um` (cycles/µm), and heights that differ by at
+    /// most `range_um`. `tapered` adds knots near the horizon for an aperiodic scan. `resolution` multiplies the number
+    /// of samples along each axis.
+    pub(super) fn plan(sigma_per_um: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
+        let spacing = (DIRECTION_SPACING * WAVELENGTH_UM * sigma_per_um / resolution).min(SPACING_MAX);
+        let inner_spacing = spacing * RING_SPACING / DIRECTION_SPACING;
         let growth = GROWTH / resolution;
-        let radius = |k: f64| knee_radius / growth * (growth * (k + 0.5)).sinh();
+        let radius_of = |k: f64| inner_spacing / growth * (growth * (k + 0.5)).sinh();
         let mut rings = Vec::new();
         for k in 0.. {
-            // A look-up at radius r reads two rings on either side, so the last rings lie beyond the largest radius, 2.
-            let inner = radius(k as f64 - 2.0);
-            if inner >= 2.0 {
+            // A look-up at radius r reads two rings on either side, so ring k serves radii from that of ring k − 2.
+            // Radii of look-ups are at most 2.
+            let innermost = radius_of(k as f64 - 2.0);
+            if innermost >= 2.0 {
                 break;
             }
-            let radius = radius(k as f64);
+            let radius = radius_of(k as f64);
+            // Group g has radii from 2·GROUP_RATIO^(−g − 1) to 2·GROUP_RATIO^(−g), and directions for the largest.
             let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
-            let around = TAU * 2.0 * GROUP_RATIO.powf(-group) / spacing;
-            // |q| ≤ 2 at the innermost radius from which the ring is read.
-            let w_max = (4.0 - inner.max(0.0).powi(2)).sqrt();
+            let directions = TAU * 2.0 * GROUP_RATIO.powf(-group) / spacing;
+            // |q| ≤ 2 at the innermost radius that the ring serves.
+            let w_max = (4.0 - innermost.max(0.0).powi(2)).sqrt();
             let per_w = 2.0 * range_um / WAVELENGTH_UM * KNOTS_PER_FEATURE * resolution;
             let per_efold = if tapered { KNOTS_PER_FEATURE * resolution } else { 0.0 };
             let wanted = per_w * w_max + per_efold * (1.0 + w_max / W_LOG).ln();
             let intervals = (wanted.ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
-            // A flat field needs no knots; uniform ones serve.
-            let knots = if wanted > 0.0 {
+            // Scaled so that the last knot lies at w_max. A flat periodic field has no features; uniform knots serve.
+            let (knots_per_w, knots_per_efold) = if wanted > 0.0 {
                 let scale = intervals as f64 / wanted;
                 (scale * per_w, scale * per_efold)
             } else {
@@ -123,17 +141,18 @@ impl Rings {
             };
             rings.push(RingPlan {
                 radius,
-                directions: (around.ceil() as usize).max(DIRECTIONS_MIN),
+                directions: (directions.ceil() as usize).max(DIRECTIONS_MIN),
                 intervals,
                 w_max,
-                knots,
+                knots_per_w,
+                knots_per_efold,
             });
         }
-        Self { knee_radius, growth, rings }
+        Self { inner_spacing, growth, rings }
     }
 
-    /// Number of words of all samples.
+    /// Number of words of all coefficients.
     pub(super) fn words(&self) -> usize {
-        self.rings.iter().map(|ring| ring.directions * ring.heights()).sum()
+        self.rings.iter().map(|ring| ring.directions * ring.w_count()).sum()
     }
 }

@@ -1,4 +1,9 @@
-//! Builds the nodes of albedo tables; see the [module](super) for a, b, t and A.
+//! Fills the nodes of albedo tables; see the [module](super) for the steps and the symbols a, b, t and A.
+//!
+//! - A *plane* has the values of one wavelength, or of one band (red, green or blue).
+//! - A *group* has the wavelengths that are integrated together for K planes. A table over wavelengths has one group
+//!   for each plane, with one wavelength and K = 1. A table of bands has one group, with many wavelengths and K = 3.
+//! - A position among groups, `group_at`, is 0 at the first group and may lie between two groups.
 
 use super::grid::{Grid, place};
 use super::integral::AlbedoIntegral;
@@ -9,82 +14,106 @@ use crate::scattering::Vec3;
 use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 
-/// Cells along a side and planes of wavelength, by the largest number of quadrature nodes of an integral. The fewer the
-/// nodes, the narrower the orders and the ridges. Cells are even and planes odd, so that every other node makes a grid.
-const RESOLUTIONS: [(usize, u32, u32); 4] = [(400, 48, 17), (1000, 32, 11), (4000, 20, 9), (usize::MAX, 16, 7)];
-/// Fewest cells along a side where orders have ridges.
-const CELLS_OF_RIDGES: u32 = 24;
-/// Margin of the divisor, relative to it, for errors of interpolation. Chosen: at 0.015 no albedo found on a grating
-/// exceeds one, and the means are lower by 0.003 to 0.008.
-const MARGIN: f64 = 0.007;
-/// Cells along a side from which ridges need no larger margin; with fewer it is larger by the ratio.
-const MARGIN_CELLS: f64 = 48.0;
-/// Excess of the divisor over one from which it gets the whole margin.
-const MARGIN_FROM: f64 = 0.05;
-/// Relative increase of the excess at the horizon, falling by e² per cell: `(A − 1)·cos²θ` is concave in the outermost
-/// cells. Chosen; light that grazes so carries next to no power.
-const RIM_INCREASE: f64 = 3.0;
-/// Relative increase of the excess of orders with ridges at the horizon, falling as `(1 − cosθ)¹⁶`, to a tenth at 82°:
-/// ridges are narrowest there. Chosen: at 0.3 albedos of a window of 5 µm reach 1.03 beyond 85°.
-const GRAZING_INCREASE: f64 = 0.6;
-/// Relative increase of the excess per unit of it: a large divisor changes much within a cell. It acts on reliefs some
-/// µm deep.
-const LARGE_INCREASE: f64 = 0.007;
-/// Excess of t over one that is taken for an error of the quadrature. Chosen.
-const NEGLIGIBLE: f64 = 3e-4;
-/// Iterations for t. Each lowers it and any of them is a bound, so that more only spare light. Chosen.
-const STEPS: usize = 4;
-/// Half-sides of a node's box ([`Ridge`]) in cells along x and y, and in groups along the wavelength. With 0.6 and 0.5
-/// albedos reach 1.04; with a whole cell their mean is lower by 0.01.
-const BOX: [f64; 2] = [0.7, 0.6];
+/// Size of a table whose integrals have at most a number of quadrature nodes.
+#[derive(Clone, Copy)]
+struct Resolution {
+    quadrature_nodes_max: usize,
+    /// Cells along each side of the grid.
+    cells: u32,
+    /// Planes of wavelength.
+    planes: u32,
+}
 
-/// Directions side by side.
+/// Sizes of tables. Integrals with few quadrature nodes are those of narrow orders, whose ridges need fine grids. Cells
+/// are even and planes odd, so that every other node forms a coarse grid.
+const RESOLUTIONS: [Resolution; 4] = [
+    Resolution { quadrature_nodes_max: 400, cells: 48, planes: 17 },
+    Resolution { quadrature_nodes_max: 1000, cells: 32, planes: 11 },
+    Resolution { quadrature_nodes_max: 4000, cells: 20, planes: 9 },
+    Resolution { quadrature_nodes_max: usize::MAX, cells: 16, planes: 7 },
+];
+/// Fewest cells along each side where orders have ridges.
+const RIDGE_CELLS_MIN: u32 = 24;
+/// Margin of the divisor, relative to it, for errors of interpolation. A smaller margin leaves larger albedos between
+/// nodes. With 0.015 no albedo found on a grating exceeds one, but mean albedos are lower by 0.003 to 0.008.
+const MARGIN: f64 = 0.007;
+/// Number of cells along each side at which ridges get the margin [`MARGIN`]. With fewer cells it is larger by the
+/// ratio.
+const MARGIN_CELLS: f64 = 48.0;
+/// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get it in proportion.
+const MARGIN_FROM: f64 = 0.05;
+/// Relative increase of the excess at the rim of the grid, falling by e² per cell: `(A − 1)·cos²θ` is concave in the
+/// outermost cells, so linear interpolation lies below it. Next to no power leaves there, so a large value costs
+/// little.
+const RIM_INCREASE: f64 = 3.0;
+/// Relative increase of the excess at the horizon where orders have ridges, falling as `(1 − cosθ)¹⁶`, to a tenth at
+/// 82°: ridges are narrowest there. With 0.3 albedos of a window of 5 µm reach 1.03 beyond 85°.
+const GRAZING_INCREASE: f64 = 0.6;
+/// Relative increase of the excess per unit of excess: a large divisor changes much within a cell. It acts on reliefs
+/// some µm deep.
+const LARGE_INCREASE: f64 = 0.007;
+/// Excess of t over one that is attributed to errors of the quadrature, and set to zero.
+const NEGLIGIBLE: f64 = 3e-4;
+/// Number of iterations for t. Every iterate is an upper bound of t, so more iterations only darken less.
+const ITERATIONS: usize = 4;
+/// Half-sides of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 and 0.5 groups ([`BOX_GROUPS`])
+/// albedos reach 1.04; with 1 their mean is lower by 0.01.
+const BOX_CELLS: f64 = 0.7;
+/// Half of a node's box ([`Ridge`]) along the wavelength, in groups.
+const BOX_GROUPS: f64 = 0.6;
+
+/// Four directions side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
-/// Wavelengths that are integrated together for `K` planes of a table.
+/// Wavelengths that are integrated together for K planes of a table.
 pub(super) struct Group<const K: usize> {
-    /// Wavelengths in nm with their weight in each plane.
+    /// Wavelengths in nm, each with its weight in every plane.
     pub wavelengths: Vec<(f64, [f64; K])>,
-    /// Distance to the next group in nm; zero where there is none.
+    /// Distance to the next group in nm; zero if the table has one group.
     pub spacing_nm: f64,
 }
 
-/// `(A − 1)·cos²θ` at the nodes of a grid for several groups, `[group][y][x][plane]`.
+/// Values `(A − 1)·cos²θ` at the nodes of a grid, for several groups.
 pub(super) struct Nodes<const K: usize> {
-    pub grid: Grid,
+    grid: Grid,
+    /// Values `[group][y][x][plane]`.
     pub values: Vec<[f32; K]>,
 }
 
-/// A builder of the nodes of one table.
+/// Builder of the nodes of one table.
 pub(super) struct Builder<'a, const K: usize> {
     integral: &'a AlbedoIntegral<'a>,
-    /// The group at a position from zero for the first to `groups − 1` for the last.
+    /// The group at a position `group_at`, from 0 to `groups − 1`.
     group: &'a (dyn Fn(f64) -> Group<K> + Sync),
-    /// Odd, so that every other group makes a grid as well.
+    /// Number of groups: odd, so that every other group belongs to the coarse grid.
     groups: usize,
-    mirrored: bool,
+    /// [`AlbedoIntegral::is_mirrored`].
+    is_mirrored: bool,
+    /// [`AlbedoIntegral::ridge_cosines`].
     ridge_cosines: Vec<f64>,
 }
 
-/// Known divisors b at all positions between their groups, which are `stride` groups of the table apart.
+/// Known divisors b.
 #[derive(Clone, Copy)]
 struct Known<'a, const K: usize> {
     nodes: &'a Nodes<K>,
+    /// Distance of two groups of `nodes` in groups of the table.
     stride: f64,
 }
 
-/// Cells along a side and planes of wavelength for a surface.
+/// Cells along each side and planes of wavelength of a surface's table.
 pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
-    let points = integral.points_typical();
+    let nodes = integral.typical_nodes();
     let [.., coarsest] = RESOLUTIONS;
-    let (_, cells, planes) = RESOLUTIONS.into_iter().find(|(most, ..)| points <= *most).unwrap_or(coarsest);
-    (if integral.has_ridges() { Ord::max(cells, CELLS_OF_RIDGES) } else { cells }, planes)
+    let Resolution { cells, planes, .. } =
+        RESOLUTIONS.into_iter().find(|resolution| nodes <= resolution.quadrature_nodes_max).unwrap_or(coarsest);
+    (if integral.has_ridges() { Ord::max(cells, RIDGE_CELLS_MIN) } else { cells }, planes)
 }
 
-/// The group of one wavelength at a position among `planes` planes, equally spaced over the tables' range.
-pub(super) fn single_wavelength(planes: u32, at: f64) -> Group<1> {
+/// Group of one wavelength, at a position among `planes` planes that are equally spaced over the tables' range.
+pub(super) fn single_wavelength(planes: u32, group_at: f64) -> Group<1> {
     let spacing_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / f64::from(planes - 1);
-    Group { wavelengths: vec![(WAVELENGTH_MIN_NM + at * spacing_nm, [1.0])], spacing_nm }
+    Group { wavelengths: vec![(WAVELENGTH_MIN_NM + group_at * spacing_nm, [1.0])], spacing_nm }
 }
 
 impl<'a, const K: usize> Builder<'a, K> {
@@ -93,17 +122,19 @@ impl<'a, const K: usize> Builder<'a, K> {
         groups: usize,
         group: &'a (dyn Fn(f64) -> Group<K> + Sync),
     ) -> Self {
-        Self { integral, group, groups, mirrored: integral.is_mirrored(), ridge_cosines: integral.ridge_cosines() }
+        let (is_mirrored, ridge_cosines) = (integral.is_mirrored(), integral.ridge_cosines());
+        Self { integral, group, groups, is_mirrored, ridge_cosines }
     }
 
-    /// The nodes of a table; `None` where nothing is divided: a dielectric's albedo has no ridges, and none of the
-    /// coarse grid's exceeds one.
+    /// Nodes of a table with the given grid. `None` if no albedo has to be divided: the surface is a dielectric, so its
+    /// albedo has no ridges, and no node of the coarse grid exceeds one.
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
         let coarse_grid = Grid { cells: grid.cells / 2 };
         let coarse_groups = self.groups / 2 + 1;
-        let cells = self.gaps() * self.rows(grid) * grid.cells as usize;
-        let steps = progress
-            .of_steps(2 * coarse_groups * self.integrals(coarse_grid) + self.groups * self.integrals(grid) + cells);
+        let cells = self.gaps() * self.integrated_rows(grid) * grid.cells as usize;
+        let steps = progress.of_steps(
+            2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
+        );
         let albedo = self.nodes(coarse_grid, 2, None, &steps);
         if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
             return None;
@@ -111,7 +142,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         let coarse = self.nodes(coarse_grid, 2, Some(Known { nodes: &albedo, stride: 2.0 }), &steps);
         let known = Known { nodes: &coarse, stride: 2.0 };
         let mut nodes = self.nodes(grid, 1, Some(known), &steps);
-        // The bound needs A ≥ b.
+        // t bounds the albedo only if A ≥ b everywhere.
         nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)).for_each(|(values, least)| {
             values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
         });
@@ -119,40 +150,41 @@ impl<'a, const K: usize> Builder<'a, K> {
         Some(nodes)
     }
 
-    /// Nodes of a plane that are integrated: all, or those up to the middle row where the others mirror them.
-    fn integrals(&self, grid: Grid) -> usize {
-        if self.mirrored { (grid.cells as usize / 2 + 1) * grid.side() } else { grid.in_plane() }
+    /// Number of nodes of a plane that are integrated: all, or those up to the middle row, which the others mirror.
+    fn integrated_nodes(&self, grid: Grid) -> usize {
+        if self.is_mirrored { (grid.cells as usize / 2 + 1) * grid.side() } else { grid.in_plane() }
     }
 
-    /// Rows of cells whose centres are integrated.
-    fn rows(&self, grid: Grid) -> usize {
-        if self.mirrored { grid.cells as usize / 2 } else { grid.cells as usize }
+    /// Number of rows of cells whose centres are integrated: all, or half of them, which the others mirror.
+    fn integrated_rows(&self, grid: Grid) -> usize {
+        if self.is_mirrored { grid.cells as usize / 2 } else { grid.cells as usize }
     }
 
-    /// Gaps between groups; a single group counts as one.
+    /// Number of gaps between groups; one for a single group.
     fn gaps(&self) -> usize {
         (self.groups - 1).max(1)
     }
 
-    /// Nodes of every `stride`-th group: a without known divisors, t with them, and with the orders on their ridges in
-    /// the table's own grid.
+    /// Nodes of every `stride`-th group on a grid: of a without known divisors, of t with them. A stride of 1 is the
+    /// table's own grid, whose nodes also get the t of orders on their ridges.
     fn nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
-        let integrals = self.integrals(grid);
+        let integrated = self.integrated_nodes(grid);
         let groups = (self.groups - 1) / stride + 1;
-        let node = |i: usize| {
+        let integrate = |i: usize| {
             steps.one();
-            let (group_at, node) = ((i / integrals * stride) as f64, i % integrals);
-            let at = [node % grid.side(), node / grid.side()].map(|at| at as f64);
-            let (wi, radius) = grid.direction(at);
+            let (group_at, node) = ((i / integrated * stride) as f64, i % integrated);
+            let position = [node % grid.side(), node / grid.side()].map(|at| at as f64);
+            let (wi, radius) = grid.direction(position);
             if grid.is_beyond(radius) {
                 return [0.0; K];
             }
             let group = (self.group)(group_at);
-            let mut t = self.least(wi, group_at, &group, b, None);
+            let mut t = self.divisor(wi, group_at, &group, b, None);
             if stride == 1 {
+                // Half of the difference between the directions at both ends of the box along a grid axis.
                 let half_side = |axis: usize| {
-                    let ends = [-BOX[0], BOX[0]].map(|step| {
-                        let mut end = at;
+                    let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {
+                        let mut end = position;
                         end[axis] += step;
                         grid.direction(end).0
                     });
@@ -160,35 +192,37 @@ impl<'a, const K: usize> Builder<'a, K> {
                 };
                 let half_sides = [0, 1].map(half_side);
                 for &cosine in &self.ridge_cosines {
-                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX[1] * 1e-3 * group.spacing_nm };
-                    let on_ridge = self.least(wi, group_at, &group, b, Some(ridge));
+                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX_GROUPS * 1e-3 * group.spacing_nm };
+                    let on_ridge = self.divisor(wi, group_at, &group, b, Some(ridge));
                     t = std::array::from_fn(|k| t[k].max(on_ridge[k]));
                 }
             }
             self.tabulated(t, true, wi, radius, grid).map(|value| value as f32)
         };
-        let found: Vec<[f32; K]> = (0..groups * integrals).into_par_iter().map(node).collect();
+        let found: Vec<[f32; K]> = (0..groups * integrated).into_par_iter().map(integrate).collect();
         let values = (0..groups * grid.in_plane()).map(|i| {
             let (group, node) = (i / grid.in_plane(), i % grid.in_plane());
-            let node = if self.mirrored { node.min(grid.mirrored(node)) } else { node };
-            found[group * integrals + node]
+            let node = if self.is_mirrored { node.min(grid.mirrored(node)) } else { node };
+            found[group * integrated + node]
         });
         Nodes { grid, values: values.collect() }
     }
 
-    /// Raises the corners of cells in whose centre the table, linear between nodes, lies below t. Cells with nothing to
-    /// divide at any corner are left.
+    /// Raises the eight corners of each cell in whose centre the table lies below t, by the difference. The table's
+    /// value there is the mean of the corners. Cells without division at any corner are left.
     fn raise_to_centres(&self, nodes: &mut Nodes<K>, b: Known<K>, steps: &Steps) {
         let grid = nodes.grid;
-        let (cells, rows) = (grid.cells as usize, self.rows(grid));
+        let (cells, rows) = (grid.cells as usize, self.integrated_rows(grid));
+        // Nodes at the corners of a cell: bits 0, 1 and 2 of i are steps along x, along y and to the next group.
         let corners = |gap: usize, y: usize, x: usize| {
-            let node = move |i: usize| {
+            let corner = move |i: usize| {
                 let group = (gap + (i >> 2)).min(self.groups - 1);
                 group * grid.in_plane() + (y + (i >> 1 & 1)) * grid.side() + x + (i & 1)
             };
-            (0..8).map(node)
+            (0..8).map(corner)
         };
-        let lacking = |i: usize| {
+        // Difference in the centre of cell i, `[gap][y][x]`; zero where the table is large enough.
+        let deficit_of = |i: usize| {
             steps.one();
             let [gap, y, x] = [i / cells / rows, i / cells % rows, i % cells];
             let (wi, radius) = grid.direction([x, y].map(|at| at as f64 + 0.5));
@@ -198,27 +232,37 @@ impl<'a, const K: usize> Builder<'a, K> {
                 return [0.0; K];
             }
             let group_at = if self.groups > 1 { gap as f64 + 0.5 } else { 0.0 };
-            let t = self.least(wi, group_at, &(self.group)(group_at), Some(b), None);
+            let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
             let wanted = self.tabulated(t, false, wi, radius, grid);
             std::array::from_fn(|k| (wanted[k] - sum[k] / 8.0).max(0.0) as f32)
         };
-        let lacking: Vec<[f32; K]> = (0..self.gaps() * rows * cells).into_par_iter().map(lacking).collect();
-        let mut raise = vec![[0f32; K]; nodes.values.len()];
+        let deficits: Vec<[f32; K]> = (0..self.gaps() * rows * cells).into_par_iter().map(deficit_of).collect();
+        // A node is raised by the largest deficit of its cells.
+        let mut raises = vec![[0f32; K]; nodes.values.len()];
         for i in 0..self.gaps() * cells * cells {
             let [gap, y, x] = [i / cells / cells, i / cells % cells, i % cells];
-            let row = if self.mirrored { y.min(cells - 1 - y) } else { y };
-            let lacking = lacking[(gap * rows + row) * cells + x];
+            let row = if self.is_mirrored { y.min(cells - 1 - y) } else { y };
+            let deficit = deficits[(gap * rows + row) * cells + x];
             for node in corners(gap, y, x) {
-                raise[node] = std::array::from_fn(|k| raise[node][k].max(lacking[k]));
+                raises[node] = std::array::from_fn(|k| raises[node][k].max(deficit[k]));
             }
         }
-        for (values, raise) in nodes.values.iter_mut().zip(raise) {
+        for (values, raise) in nodes.values.iter_mut().zip(raises) {
             values.iter_mut().zip(raise).for_each(|(value, raise)| *value += raise);
         }
     }
 
-    /// t of each plane of a group, from above; `max(1, a)` without known divisors.
-    fn least(&self, wi: Vec3, group_at: f64, group: &Group<K>, b: Option<Known<K>>, ridge: Option<Ridge>) -> [f64; K] {
+    /// Upper bound of t in each plane of the group at `group_at`; `max(1, a)` without known divisors. With a `ridge`,
+    /// narrow orders near the horizon are moved onto it.
+    fn divisor(
+        &self,
+        wi: Vec3,
+        group_at: f64,
+        group: &Group<K>,
+        b: Option<Known<K>>,
+        ridge: Option<Ridge>,
+    ) -> [f64; K] {
+        // Directions wo, with their parts of a in each plane.
         let mut parts = Vec::new();
         let mut albedo = [Real4::lit(0.0); K];
         for (nm, weights) in &group.wavelengths {
@@ -230,6 +274,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         }
         let mut t = albedo.map(|albedo| Lanes::total(albedo).max(1.0));
         let Some(b) = b.filter(|_| t.iter().any(|t| *t > 1.0 + NEGLIGIBLE)) else { return t };
+        // Parts, and parts over b.
         let divided: Vec<_> = parts
             .into_iter()
             .map(|(wo, part)| {
@@ -237,14 +282,15 @@ impl<'a, const K: usize> Builder<'a, K> {
                 (part, std::array::from_fn::<Real4, K, _>(|k| part[k] / (Real4::lit(1.0) + excess[k])))
             })
             .collect();
-        for _ in 0..STEPS {
-            // The integral is concave in t, so it stays below t where it is below t once.
+        for _ in 0..ITERATIONS {
+            // Replaces t by I(t), the integral in its definition. I does not decrease with t, so from I(t) ≤ t follows
+            // I(I(t)) ≤ I(t): the new t also fulfils the definition's condition.
             t = std::array::from_fn(|k| {
                 let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
                 let sum = divided.iter().fold(zero, |sum, (part, divided)| {
-                    // A band's part may be negative.
-                    let (part, most) = (part[k], t * divided[k]);
-                    sum + Number::select(zero.lt(part), Number::min(part, most), Number::max(part, most))
+                    // part·min(1, t/b). Parts of a band may be negative.
+                    let (part, scaled) = (part[k], t * divided[k]);
+                    sum + Number::select(zero.lt(part), Number::min(part, scaled), Number::max(part, scaled))
                 });
                 Lanes::total(sum).max(1.0)
             });
@@ -252,16 +298,17 @@ impl<'a, const K: usize> Builder<'a, K> {
         t
     }
 
-    /// The tabulated value `(A − 1)·cos²θ` for t, its excess increased towards the horizon; at nodes with the margin.
-    fn tabulated(&self, t: [f64; K], at_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
-        let ridges = !self.ridge_cosines.is_empty();
-        let margin = match at_node {
-            true if ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
+    /// Tabulated value `(A − 1)·cos²θ` for t in a direction wi at `radius` of the grid. The excess is increased towards
+    /// the horizon; at nodes the margin is added.
+    fn tabulated(&self, t: [f64; K], is_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
+        let has_ridges = !self.ridge_cosines.is_empty();
+        let margin = match is_node {
+            true if has_ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
             true => MARGIN,
             false => 0.0,
         };
         let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
-        let grazing = if ridges { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
+        let grazing = if has_ridges { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
         let increase = RIM_INCREASE * (-2.0 * cells_from_rim).exp() + grazing;
         t.map(|t| match t - 1.0 {
             excess if excess > NEGLIGIBLE => {
@@ -274,33 +321,37 @@ impl<'a, const K: usize> Builder<'a, K> {
 }
 
 impl<const K: usize> Nodes<K> {
-    /// `A − 1` in each plane, linear in direction and between groups.
+    /// `A − 1` of directions `w` in each plane, linear in the grid and between groups. `group_at` counts the groups of
+    /// these nodes.
     #[inline]
     fn excess<V: Values>(&self, group_at: f64, w: [V::Real; 3]) -> [V::Real; K] {
         let place = place::<V>(self.grid.cells, w);
-        // A row has one node more than cells.
+        // First corner of the cell: a row has one node more than cells.
         let corner: [usize; VALUES_MAX] = std::array::from_fn(|lane| {
             let cell = V::lane(place.cell, lane);
             cell + cell / self.grid.cells as usize
         });
         let groups = [group_at.floor(), group_at.ceil()].map(|group| group as usize * self.grid.in_plane());
         std::array::from_fn(|k| {
-            let node = |from: usize| V::pack(|lane| self.values[corner[lane] + from][k].into());
-            let row = |from: usize| lerp(node(from), node(from + 1), place.x);
-            let [low, high] = groups.map(|from| lerp(row(from), row(from + self.grid.side()), place.y));
+            let node = |offset: usize| V::pack(|lane| self.values[corner[lane] + offset][k].into());
+            let row = |offset: usize| lerp(node(offset), node(offset + 1), place.x);
+            let [low, high] = groups.map(|offset| lerp(row(offset), row(offset + self.grid.side()), place.y));
             lerp(low, high, V::Real::lit(group_at.fract())) * place.per_squared_cosine
         })
     }
 
-    /// The values at the nodes of a grid twice as fine and all its `groups`, of which these are every other.
+    /// Values `[group][y][x]` interpolated to a grid twice as fine and to `groups` groups, of which every other is one
+    /// of these.
     fn refined(&self, grid: Grid, groups: usize) -> impl Iterator<Item = [f32; K]> {
-        let halves = |at: usize| [at / 2, at.div_ceil(2)];
+        // Coarse neighbours of a fine number, equal for an even one.
+        let neighbours = |at: usize| [at / 2, at.div_ceil(2)];
         (0..groups * grid.in_plane()).map(move |i| {
-            let [group, y, x] = [i / grid.in_plane(), i % grid.in_plane() / grid.side(), i % grid.side()].map(halves);
+            let [group, y, x] =
+                [i / grid.in_plane(), i % grid.in_plane() / grid.side(), i % grid.side()].map(neighbours);
             let mut sum = [0.0; K];
-            for node in 0..8 {
-                let row = group[node >> 2] * self.grid.in_plane() + y[node >> 1 & 1] * self.grid.side();
-                (0..K).for_each(|k| sum[k] += self.values[row + x[node & 1]][k]);
+            for corner in 0..8 {
+                let row = group[corner >> 2] * self.grid.in_plane() + y[corner >> 1 & 1] * self.grid.side();
+                (0..K).for_each(|k| sum[k] += self.values[row + x[corner & 1]][k]);
             }
             sum.map(|sum| sum / 8.0)
         })

@@ -1,5 +1,8 @@
-//! The divisor of red, green and blue, for renderers that carry colours instead of wavelengths. `methods/albedo.wgsl`
-//! is its twin in WGSL.
+//! Table of the divisor A for red, green and blue, for renderers that carry colours instead of wavelengths. The WGSL
+//! twin is `methods/albedo.wgsl`.
+//!
+//! A colour channel is a band: an integral over wavelengths with its weights in linear sRGB. Its albedo is the weighted
+//! mean of the albedos by wavelength.
 
 use super::build::{Builder, Group};
 use super::grid::{Grid, GridPlace, place};
@@ -13,22 +16,27 @@ use serde::{Deserialize, Serialize};
 
 /// Number of bands: red, green and blue.
 const BANDS: usize = 3;
-/// Wavelengths of an integral over the bands without ridges. Chosen.
+/// Number of wavelengths in an integral over the bands. More take longer; fewer sample the bands too coarsely.
 const WAVELENGTHS: usize = 12;
-/// Wavelengths of an integral over the bands where narrow orders have ridges. Chosen, so that the test of bands holds
-/// 1.01.
+/// Number of wavelengths in an integral over the bands where the albedo has ridges. It is large enough that albedos of
+/// bands stay below 1.01 (`tests/core/energy.rs`).
 const WAVELENGTHS_OF_RIDGES: usize = 32;
-/// Cells along a side. Ridges are spread over a band, so the grids of wavelengths would be finer than needed.
+/// Number of cells along each side. It is smaller than that of an [`AlbedoTable`](super::AlbedoTable), since
+/// integration over a band smooths the albedo.
 const CELLS: u32 = 16;
-/// Cells along a side where narrow orders have ridges.
+/// Number of cells along each side where the albedo has ridges.
 const CELLS_OF_RIDGES: u32 = 32;
 /// Words of a cell: two for each band, and two of padding.
 const WORDS: usize = 8;
 
-/// The divisor `max(1, A)` of the reflectance in linear sRGB under D65, with the weights of [`WavelengthWeights`].
+/// Table of the divisor A over directions, in linear sRGB under D65 with the weights of [`WavelengthWeights`].
 ///
-/// It is an [`AlbedoTable`](super::AlbedoTable) with bands in place of wavelengths. A band's reflectance may be
-/// negative for some directions, out of gamut, and its albedo includes them.
+/// It is an [`AlbedoTable`](super::AlbedoTable) with bands in place of planes of wavelength. A band's reflectance is
+/// negative in directions whose colour lies outside sRGB, and its albedo includes them.
+///
+/// Words are arranged `[y][x]`, with eight for each cell: two for each band, and two of padding. A band's first word
+/// has the corners (x, y) and (x + 1, y), its second (x, y + 1) and (x + 1, y + 1). They are 16-bit floats (bfloat16),
+/// rounded up, the first in the lower half.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ColourAlbedoTable {
     layout: AlbedoLayout,
@@ -36,7 +44,7 @@ pub struct ColourAlbedoTable {
 }
 
 impl ColourAlbedoTable {
-    /// The table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
+    /// Builds the table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
         let integral = AlbedoIntegral::fast(table, options)?;
         let (cells, wavelengths) = match integral.has_ridges() {
@@ -61,28 +69,27 @@ impl ColourAlbedoTable {
         Some(Self { layout, words: words.collect() })
     }
 
-    /// Arrangement: `[y][x]`, cells of eight words, two for each band and two of padding. A band's first word holds the
-    /// corners (x, y) and (x + 1, y), its second (x, y + 1) and (x + 1, y + 1).
+    /// Dimensions of the table.
     pub fn layout(&self) -> &AlbedoLayout {
         &self.layout
     }
 
-    /// The packets of all cells.
+    /// Words of all cells, `[y][x]`, eight words each.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Bytes held.
+    /// Size of the words in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words.as_slice())
     }
 
-    /// Whether no albedo exceeds one.
+    /// Whether the divisor is one everywhere.
     pub fn is_one(&self) -> bool {
         self.words.iter().all(|&word| word == 0)
     }
 
-    /// The evaluator over plain numbers.
+    /// Evaluator in the precision `F`, `f32` or `f64`.
     pub fn view<F>(&self) -> ColourAlbedoView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -91,14 +98,15 @@ impl ColourAlbedoTable {
     }
 }
 
-/// The bands as one group, integrated over `count` wavelengths.
+/// The bands as one group, integrated by the midpoint rule over `count` wavelengths. The weights of each band sum to 1.
 fn bands(count: usize) -> Group<BANDS> {
-    let step = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / count as f64;
-    let at = |k: usize| WAVELENGTH_MIN_NM + (k as f64 + 0.5) * step;
+    let step_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / count as f64;
     let mut wavelengths: Vec<(f64, [f64; BANDS])> = (0..count)
         .map(|k| {
-            let weights = WavelengthWeights::at(at(k));
-            (at(k), std::array::from_fn(|band| weights[band]))
+            let nm = WAVELENGTH_MIN_NM + (k as f64 + 0.5) * step_nm;
+            let weights = WavelengthWeights::at(nm);
+            // Leaves out the luminance.
+            (nm, std::array::from_fn(|band| weights[band]))
         })
         .collect();
     let total: [f64; BANDS] = std::array::from_fn(|band| wavelengths.iter().map(|(_, weights)| weights[band]).sum());
@@ -106,7 +114,7 @@ fn bands(count: usize) -> Group<BANDS> {
     Group { wavelengths, spacing_nm: 0.0 }
 }
 
-/// The evaluator of a [`ColourAlbedoTable`], over any [`Numbers`].
+/// Evaluator of a [`ColourAlbedoTable`] over the numbers `N`.
 pub struct ColourAlbedoView<N: Numbers> {
     /// [`ColourAlbedoTable::layout`].
     pub layout: AlbedoLayout,
@@ -115,21 +123,23 @@ pub struct ColourAlbedoView<N: Numbers> {
 }
 
 impl<N: Numbers> ColourAlbedoView<N> {
-    /// `1/max(1, A(wi), A(wo))` of red, green and blue, for directions of unit length above the surface.
+    /// `1/max(1, A(wi), A(wo))` of red, green and blue, for directions of unit length above the surface. 1 unless
+    /// `active`.
     #[inline(always)]
     pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; BANDS] {
         let [i, o] = [wi, wo].map(|w| self.excess(&place(self.layout.cells, w), active));
         std::array::from_fn(|band| N::Real::lit(1.0) / (N::Real::lit(1.0) + i[band].max(o[band])))
     }
 
-    /// `A − 1` of red, green and blue.
+    /// `max(1, A) − 1` of red, green and blue at a place; zero unless `active`.
     #[inline(always)]
     fn excess(&self, place: &GridPlace<N>, active: N::Mask) -> [N::Real; BANDS] {
-        let first = place.cell << 1;
-        let low = N::gather::<4>(self.words, first, active).map(bf16_pair::<N>);
-        let high = N::gather::<4>(self.words, first + N::Index::lit(1), active).map(bf16_pair::<N>);
-        let rows = [[low[0], low[1]], [low[2], low[3]], [high[0], high[1]]];
-        rows.map(|rows| {
+        // A cell has two packets of four words.
+        let packet = place.cell << 1;
+        let [red_near, red_far, green_near, green_far] = N::gather::<4>(self.words, packet, active).map(bf16_pair::<N>);
+        let [blue_near, blue_far, ..] =
+            N::gather::<4>(self.words, packet + N::Index::lit(1), active).map(bf16_pair::<N>);
+        [[red_near, red_far], [green_near, green_far], [blue_near, blue_far]].map(|rows| {
             let [near, far] = rows.map(|[left, right]| lerp(left, right, place.x));
             lerp(near, far, place.y) * place.per_squared_cosine
         })

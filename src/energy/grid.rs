@@ -1,73 +1,75 @@
-//! A square grid over the disc of directions.
+//! Square grid over the hemisphere of directions.
 //!
-//! `X = x/√((1 + √cosθ)(1 + cosθ))`, and Y alike, lie in the unit disc: `X² + Y² = 1 − √cosθ`. The map needs no
+//! The direction `(x, y, cosθ)` lies at `X = x/√((1 + √cosθ)(1 + cosθ))` and `Y = y/√((1 + √cosθ)(1 + cosθ))`. Since
+//! `x² + y² = 1 − cos²θ`, its squared radius is `X² + Y² = 1 − √cosθ`: the hemisphere fills the unit disc, with the
+//! horizon at the rim. The grid divides the square [−1, 1]² around the disc into equal cells. The map needs no
 //! trigonometry, is regular at the normal, and is fine towards the horizon, where albedos change most.
 
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::scattering::Vec3;
+use crate::scattering::{COSINE_MIN, Vec3};
 
-/// Smallest cosine that is told from the horizon, as in [`crate::scattering::Pair`].
-const COSINE_MIN: f64 = 1e-7;
-/// cosθ at which nodes on the horizon and beyond it are evaluated. Chosen: small against 0.007, one cell of the finest
-/// grid inside.
+/// cosθ at which nodes on the rim and beyond it are evaluated. It is small against 0.007, the cosine one cell inside
+/// the rim of the finest grid.
 const RIM_COSINE: f64 = 1e-4;
 
-/// A direction's place in a grid.
+/// Place of a direction in a grid.
 pub(crate) struct GridPlace<N: Numbers> {
-    /// Number of its cell in a plane.
+    /// Index of its cell in a plane, `[y][x]`.
     pub cell: N::Index,
-    /// Fraction of the cell towards the next node along x.
+    /// Position in the cell along x, from 0 at the lower node to 1 at the upper.
     pub x: N::Real,
-    /// Fraction of the cell towards the next node along y.
+    /// Position in the cell along y, from 0 at the lower node to 1 at the upper.
     pub y: N::Real,
     /// 1/cos²θ, the factor on the tabulated excess.
     pub per_squared_cosine: N::Real,
 }
 
-/// The place of a direction of unit length in a grid of `cells` along a side.
+/// Place of a direction of unit length in a grid with `cells` along each side.
 #[inline(always)]
 pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> GridPlace<N> {
     let lit = |value: f64| N::Real::lit(value);
     let cos = w[2].clip(lit(COSINE_MIN), lit(1.0));
     let scale = lit(1.0) / ((lit(1.0) + cos.sqrt()) * (lit(1.0) + cos)).sqrt();
-    let half = f64::from(cells) * 0.5;
+    let side = f64::from(cells);
+    // Cell along one axis, and the position in it.
     let along = |x: N::Real| {
-        let at = (x * scale).fma(lit(half), lit(half)).clip(lit(0.0), lit(2.0 * half));
-        let cell = at.floor().min(lit(2.0 * half - 1.0));
-        (N::index(cell), at - cell)
+        let position = (x * scale).fma(lit(0.5 * side), lit(0.5 * side)).clip(lit(0.0), lit(side));
+        let cell = position.floor().min(lit(side - 1.0));
+        (N::index(cell), position - cell)
     };
     let ((ix, x), (iy, y)) = (along(w[0]), along(w[1]));
     let per_squared_cosine = lit(1.0) / (cos * cos);
     GridPlace { cell: iy * N::Index::lit(cells) + ix, x, y, per_squared_cosine }
 }
 
-/// A grid of so many cells along a side; nodes of a plane are numbered `[y][x]`.
+/// Grid of one plane. Its nodes, the corners of the cells, are numbered `[y][x]`.
 #[derive(Clone, Copy)]
 pub(super) struct Grid {
+    /// Number of cells along each side.
     pub cells: u32,
 }
 
 impl Grid {
-    /// Nodes along a side.
+    /// Number of nodes along each side.
     pub(super) fn side(self) -> usize {
         self.cells as usize + 1
     }
 
-    /// Nodes of a plane.
+    /// Number of nodes of a plane.
     pub(super) fn in_plane(self) -> usize {
         self.side() * self.side()
     }
 
-    /// The node on the other side of the x axis.
+    /// Node on the other side of the x axis: the same column, and the row counted from the other end.
     pub(super) fn mirrored(self, node: usize) -> usize {
-        let row = node / self.side();
-        node - row * self.side() + (self.side() - 1 - row) * self.side()
+        let (row, column) = (node / self.side(), node % self.side());
+        (self.side() - 1 - row) * self.side() + column
     }
 
-    /// The direction at a position in cells, on the horizon if it lies beyond, and its distance from the middle in
-    /// radii of the disc.
-    pub(super) fn direction(self, at: [f64; 2]) -> (Vec3, f64) {
-        let [x, y] = at.map(|at| 2.0 * at / f64::from(self.cells) - 1.0);
+    /// Direction at a `position` along x and y in cells from the first node, and its radius `√(X² + Y²)`. Positions
+    /// beyond the rim of the disc get the direction at the rim. Cosines are at least [`RIM_COSINE`].
+    pub(super) fn direction(self, position: [f64; 2]) -> (Vec3, f64) {
+        let [x, y] = position.map(|p| 2.0 * p / f64::from(self.cells) - 1.0);
         let radius = x.hypot(y);
         let cos = (1.0 - radius.min(1.0).powi(2)).powi(2).max(RIM_COSINE);
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
@@ -75,7 +77,8 @@ impl Grid {
         ([x * scale, y * scale, cos], radius)
     }
 
-    /// Whether a node at a distance from the middle, in radii of the disc, touches no cell that overlaps the disc.
+    /// Whether a node at `radius` from the centre of the disc belongs to no cell that overlaps the disc: its distance
+    /// from the rim exceeds the diagonal of a cell, `√2·2/cells`.
     pub(super) fn is_beyond(self, radius: f64) -> bool {
         radius > 1.0 + 8f64.sqrt() / f64::from(self.cells)
     }

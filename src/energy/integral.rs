@@ -1,10 +1,13 @@
-//! The albedo by quadrature over the hemisphere, `A(wi, λ) = Σ_m F(wi, wo_m)·P_m`: quadrature nodes in directions wo_m,
-//! each with its part of the power that the table holds and the angular factor F of the two directions (`O·M`, or `Q·M`
-//! of a small slope).
+//! Quadrature of the albedo over the hemisphere: `a(wi, λ) = Σ_m F(wi, wo_m)·P_m`.
 //!
-//! Tables of narrow nodes are integrated node by node, tables of wide nodes over the hemisphere.
+//! Each quadrature node m has a direction wo_m and a fraction P_m of the power in the table. F is the angular factor of
+//! the two directions: `O·M`, or `Q·M` with the small slope (docs/model.md#the-reflectance).
+//!
+//! A table's nodes are *narrow* or *wide*, by the width of their Gaussians over the hemisphere. Narrow nodes are
+//! integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is integrated
+//! over the hemisphere (`quadrature.rs`).
 
-use super::node_gaussian::{Incidence, NodeGaussian, PHASE_PANEL, Ridge, peak_cosine};
+use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use crate::numeric::{Number, Real, Values};
@@ -13,59 +16,62 @@ use crate::table::{NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENG
 use std::collections::BTreeMap;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Width of a panel of 16 quadrature nodes in standard deviations of a table's node. Chosen.
+/// Width of a panel of 16 quadrature nodes in standard deviations of a wide node. Wider panels are less accurate;
+/// narrower ones take longer.
 const PANEL_SIGMAS: f64 = 18.0;
-/// Largest number of panels of an integral over the hemisphere; with more, nodes are integrated one by one, which is
-/// then quicker.
+/// Largest number of panels over the hemisphere with which a table's nodes count as wide. With more, it is faster to
+/// integrate nodes one by one.
 const PANELS_MAX: f64 = 24.0;
-/// Up to this many nodes are integrated separately in fast integrals; beyond it the weaker are merged.
-const SEPARATE_ALL: usize = 640;
+/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker ones are merged.
+const SEPARATE_MAX: usize = 640;
 /// Number of the strongest nodes that stay separate where others are merged.
-const SEPARATE: usize = 16;
+const STRONGEST: usize = 16;
 /// Side in cycles/µm of the squares in which nodes are merged.
-const MERGED_SIDE: f64 = 0.14;
+const MERGED_SIDE_PER_UM: f64 = 0.14;
 
-/// Wavelength in µm whose Gaussians place the ridges: the middle of what the eye sees.
-const MIDDLE_UM: f64 = 0.55;
+/// Wavelength in µm at which the cosines of ridges are chosen: the middle of the visible range.
+const RIDGE_WAVELENGTH_UM: f64 = 0.55;
 /// Largest cosθo of a ridge. Measured on a steep sinusoid: 0.3 leaves albedos of 1.05.
 const RIDGE_COSINE_MAX: f64 = 0.45;
 /// Largest ratio of neighbouring cosines of ridges. Measured on a steep sinusoid: 1.7 leaves albedos of 1.013, 1.55 of
 /// 1.005.
 const RIDGE_RATIO: f64 = 1.55;
-/// Smallest cosθo of a ridge, for Gaussians narrower than those of sunlight (65 µm). Nearer to the horizon the divisor
-/// takes a ridge away.
+/// Smallest cosθo of a ridge. It acts on Gaussians narrower than those of sunlight (coherence length of 65 µm). Closer
+/// to the horizon the divisor of the outgoing direction removes the ridge.
 const RIDGE_COSINE_MIN: f64 = 0.07;
 
-/// The integral of one ensemble table, at any incidence and wavelength.
+/// Albedo integral of one ensemble table, at any incidence and wavelength.
 pub(crate) struct AlbedoIntegral<'a> {
     table: &'a SpectralTable,
     options: &'a Options,
     power: Power<'a>,
 }
 
+/// Form in which the power of a table is integrated.
 enum Power<'a> {
-    /// Narrow nodes, or merged squares of nodes. `exact_cut`: see [`Incidence`].
+    /// Narrow nodes, or merged squares of them. `exact_cut` is that of [`Incidence`].
     Gaussians { gaussians: Vec<NodeGaussian<'a>>, exact_cut: bool },
     /// Wide nodes, read from the table.
     Table,
-    /// Wide nodes, read from a finer grid.
+    /// Wide nodes, read from a finer grid, which is faster.
     Grid(PowerGrid),
 }
 
 impl<'a> AlbedoIntegral<'a> {
-    /// The accurate integral, which others are judged by; `None` for a table of amplitudes, whose powers do not add.
+    /// The accurate integral, the reference for albedos. `None` for a table of amplitudes, whose powers do not add.
     pub(crate) fn accurate(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
         let gaussians = || Power::Gaussians { gaussians: node_gaussians(table), exact_cut: is_limited(table) };
         Self::new(table, options, gaussians, || Power::Table)
     }
 
-    /// The integral that tables are built from, good to less than a hundredth. `None` as in
+    /// The fast integral, from which tables of the albedo are built, with an error below 1 %. `None` as in
     /// [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        let gaussians = || Power::Gaussians { gaussians: merged(table), exact_cut: false };
+        let gaussians = || Power::Gaussians { gaussians: merged_gaussians(table), exact_cut: false };
         Self::new(table, options, gaussians, || Power::Grid(PowerGrid::new(table)))
     }
 
+    /// The integral with the power in the form `narrow` or `wide`, by the width of the table's nodes.
     fn new(
         table: &'a SpectralTable,
         options: &'a Options,
@@ -78,9 +84,11 @@ impl<'a> AlbedoIntegral<'a> {
         })
     }
 
-    /// Calls `visit` with directions, `V::COUNT` at once, and their parts of `∫ f_r cosθo dωo`. The Fresnel reflectance
-    /// is left out, the small slope's factor is included. Lanes left over have parts of zero. With a `ridge`, narrow
-    /// orders near the horizon lie on it.
+    /// Calls `visit` with the quadrature nodes of `∫ f cosθo dωo`, `V::COUNT` at once: directions wo and their parts of
+    /// the integral. Surplus lanes have parts of zero. Nothing is visited unless wi lies above the surface.
+    ///
+    /// f excludes the Fresnel reflectance and includes the small-slope factor. With a `ridge`, narrow orders near the
+    /// horizon are moved onto it.
     pub(crate) fn visit<V: Values>(
         &self,
         wi: Vec3,
@@ -91,19 +99,20 @@ impl<'a> AlbedoIntegral<'a> {
         if wi[2] <= 0.0 {
             return;
         }
-        let mut points = self.points(wi, 1e-3 * wavelength_nm, ridge);
-        points.resize(points.len().next_multiple_of(V::COUNT), QuadraturePoint::NONE);
+        let mut nodes = self.quadrature_nodes(wi, 1e-3 * wavelength_nm, ridge);
+        nodes.resize(nodes.len().next_multiple_of(V::COUNT), QuadratureNode::NONE);
         let integrand = Integrand::<V>::new(self, wi, wavelength_nm);
-        for lanes in points.chunks_exact(V::COUNT) {
+        for lanes in nodes.chunks_exact(V::COUNT) {
             let (wo, part) = integrand.part(lanes);
             visit(wo, part);
         }
     }
 
-    /// The quadrature nodes of an incidence.
-    fn points(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadraturePoint<'_>> {
-        let mut points = Vec::new();
+    /// Quadrature nodes of an incidence at a wavelength.
+    fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
+        let mut nodes = Vec::new();
         let lattice = self.table.lattice();
+        // Outgoing direction cosines up to the cutoff: |wi + wo|/λ ≤ cutoff/period along each axis.
         let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, wi)| {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
             [-reach - wi, reach - wi]
@@ -114,37 +123,38 @@ impl<'a> AlbedoIntegral<'a> {
                 let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
                 for gaussian in gaussians {
                     gaussian.integrate(&incidence, |wo, factor, exponent| {
-                        points.push(QuadraturePoint { wo, factor, exponent, record: &gaussian.record });
+                        nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
                     });
                 }
-                return points;
+                return nodes;
             }
             Power::Table => &|f, kappa| self.table.density(f, kappa),
             Power::Grid(grid) => &|f, kappa| grid.density(f, kappa),
         };
-        let widest = node_panel_widths(self.table, wavelength_um).map(|width| width.min(PHASE_PANEL / phase));
+        let widest = wide_node_panels(self.table, wavelength_um).map(|width| width.min(PANEL_PHASE_MAX / phase));
         hemisphere(resolved, widest, wi[2], |wo, area| {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
                 let density = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
-                points.push(QuadraturePoint { wo, factor: area * density, ..QuadraturePoint::NONE });
+                nodes.push(QuadratureNode { wo, factor: area * density, ..QuadratureNode::NONE });
             }
         });
-        points
+        nodes
     }
 
-    /// Whether the relief varies along x alone, so that the albedo is mirrored at the x axis.
+    /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
     pub(crate) fn is_mirrored(&self) -> bool {
         self.table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0)
     }
 
-    /// Whether all nodes are narrow and few: where one leaves along the surface the albedo has a ridge.
+    /// Whether the table has narrow nodes, and few enough for high ridges of the albedo where one of them leaves along
+    /// the surface.
     pub(crate) fn has_ridges(&self) -> bool {
-        self.separate_orders().is_some_and(|orders| orders <= SEPARATE_ALL)
+        self.separate_nodes().is_some_and(|nodes| nodes <= SEPARATE_MAX)
     }
 
-    /// Number of narrow nodes; `None` if nodes are merged or wide.
-    fn separate_orders(&self) -> Option<usize> {
+    /// Number of narrow nodes; `None` if some are merged, or if nodes are wide.
+    fn separate_nodes(&self) -> Option<usize> {
         match &self.power {
             Power::Gaussians { gaussians, .. } => {
                 gaussians.iter().all(|gaussian| !gaussian.merged).then_some(gaussians.len())
@@ -153,19 +163,23 @@ impl<'a> AlbedoIntegral<'a> {
         }
     }
 
-    /// Whether the factor is a dielectric's small slope, which vanishes at the horizon instead of having a pole.
+    /// Whether F contains the small-slope factor of a dielectric, so that it vanishes at the horizon instead of having
+    /// a pole.
     pub(crate) fn is_dielectric(&self) -> bool {
         let index = self.options.index.as_ref();
         self.options.obliquity == Obliquity::SmallSlope && index.is_some_and(SpectralIndex::is_dielectric)
     }
 
-    /// cosθo at which orders on a ridge are counted: from where a Gaussian about the horizon adds most to where its
-    /// divisor sets in. One in the middle where orders are many and ridges low; none where nodes are merged or wide.
+    /// Values of cosθo at which orders on a ridge are counted ([`Ridge::cosine`]), in geometric progression.
+    ///
+    /// At the first a Gaussian adds most to the albedo; the last is [`RIDGE_COSINE_MAX`]. Tables of many narrow nodes
+    /// have low ridges, and one value, the geometric mean of these two. Empty if nodes are merged or wide.
     pub(crate) fn ridge_cosines(&self) -> Vec<f64> {
-        if self.separate_orders().is_none() {
+        if self.separate_nodes().is_none() {
             return Vec::new();
         }
-        let sigma = MIDDLE_UM
+        // Larger standard deviation of a node in direction cosines.
+        let sigma = RIDGE_WAVELENGTH_UM
             * [&self.table.lattice().x, &self.table.lattice().y]
                 .map(|axis| axis.sigma / axis.period_um)
                 .into_iter()
@@ -174,28 +188,32 @@ impl<'a> AlbedoIntegral<'a> {
         if !self.has_ridges() {
             return vec![(first * RIDGE_COSINE_MAX).sqrt()];
         }
-        let count = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
-        (0..=count as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / count.max(1.0))).collect()
+        let steps = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
+        (0..=steps as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / steps.max(1.0))).collect()
     }
 
-    /// Largest number of quadrature nodes among three typical incidences.
-    pub(crate) fn points_typical(&self) -> usize {
+    /// Largest number of quadrature nodes among three typical incidences; at least 1.
+    pub(crate) fn typical_nodes(&self) -> usize {
         let incidences = [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)];
-        incidences.map(|(wi, wavelength_um)| self.points(wi, wavelength_um, None).len()).into_iter().fold(1, usize::max)
+        let counts = incidences.map(|(wi, wavelength_um)| self.quadrature_nodes(wi, wavelength_um, None).len());
+        counts.into_iter().fold(1, usize::max)
     }
 }
 
-/// A direction with its weight `factor·exp(exponent)`, times the power `P(κ)` of a record where there is one.
+/// Quadrature node of an albedo integral, except for the angular factor F.
+///
+/// Its fraction of the power is `factor`, times `exp(exponent)` and the power `P(κ)` of the record where the power is
+/// [`Power::Gaussians`].
 #[derive(Clone, Copy)]
-struct QuadraturePoint<'a> {
+struct QuadratureNode<'a> {
     wo: Vec3,
     factor: f64,
     exponent: f64,
     record: &'a [f32],
 }
 
-impl QuadraturePoint<'_> {
-    /// A point that adds nothing.
+impl QuadratureNode<'_> {
+    /// Node without power.
     const NONE: Self = Self { wo: [0.0, 0.0, 1.0], factor: 0.0, exponent: 0.0, record: &[] };
 }
 
@@ -218,18 +236,18 @@ impl<'a, V: Values> Integrand<'a, V> {
         }
     }
 
-    /// Directions of `V::COUNT` quadrature nodes and their parts of the albedo.
+    /// Directions wo of `V::COUNT` quadrature nodes, and their parts `F·P_m` of the albedo.
     #[inline(always)]
-    fn part(&self, points: &[QuadraturePoint]) -> ([V::Real; 3], V::Real) {
-        let wo = [0, 1, 2].map(|c| V::pack(|lane| points[lane].wo[c]));
+    fn part(&self, nodes: &[QuadratureNode]) -> ([V::Real; 3], V::Real) {
+        let wo = [0, 1, 2].map(|c| V::pack(|lane| nodes[lane].wo[c]));
         let cosines = [self.wi[2], wo[2].max(V::Real::lit(COSINE_MIN))];
         let q = [self.wi[0] + wo[0], self.wi[1] + wo[1], cosines[0] + cosines[1]];
         let factor = self.integral.options.albedo_factor(q, cosines, self.index);
-        let mut part = V::pack(|lane| points[lane].factor) * factor;
+        let mut part = V::pack(|lane| nodes[lane].factor) * factor;
         if let Power::Gaussians { .. } = self.integral.power {
             let curves = PowerCurves::<V>::new(self.integral.table, q[2] * self.wavenumber);
-            let gaussian = (V::pack(|lane| points[lane].exponent) * V::Real::lit(LOG2_E)).exp2();
-            part = part * gaussian * curves.power(|lane| points[lane].record);
+            let gaussian = (V::pack(|lane| nodes[lane].exponent) * V::Real::lit(LOG2_E)).exp2();
+            part = part * gaussian * curves.power(|lane| nodes[lane].record);
         }
         (wo, part)
     }
@@ -241,28 +259,28 @@ fn phase(table: &SpectralTable, wavelength_um: f64) -> f64 {
     TAU / wavelength_um * 2.0 / table.kappa_knee()
 }
 
-/// Widths in radians, along x and y, of panels in which a table of wide nodes is smooth at one κ.
-fn node_panel_widths(table: &SpectralTable, wavelength_um: f64) -> [f64; 2] {
+/// Largest widths in radians, along x and y, of panels of 16 quadrature nodes that resolve a table's nodes.
+fn wide_node_panels(table: &SpectralTable, wavelength_um: f64) -> [f64; 2] {
     let lattice = table.lattice();
     [&lattice.x, &lattice.y].map(|axis| PANEL_SIGMAS * wavelength_um * axis.sigma / axis.period_um)
 }
 
-/// Number of panels of the nodes' width over the hemisphere, at the shortest wavelength.
+/// Number of the panels of [`wide_node_panels`] over the hemisphere, at the shortest wavelength and normal incidence.
 fn panels_over_the_hemisphere(table: &SpectralTable) -> f64 {
     let wavelength_um = 1e-3 * WAVELENGTH_MIN_NM;
     let lattice = table.lattice();
-    let widths = node_panel_widths(table, wavelength_um);
+    let widths = wide_node_panels(table, wavelength_um);
     let panels = [(&lattice.x, widths[0]), (&lattice.y, widths[1])]
         .map(|(axis, width)| (2.0 * (wavelength_um * axis.cutoff / axis.period_um).min(1.0).asin() / width).ceil());
     panels[0] * panels[1]
 }
 
-/// Whether the pixels resolve the relief up to some frequency alone.
+/// Whether the table has a cutoff, the frequency up to which the pixels resolve the relief.
 fn is_limited(table: &SpectralTable) -> bool {
     table.lattice().x.cutoff.is_finite() || table.lattice().y.cutoff.is_finite()
 }
 
-/// A Gaussian for every node.
+/// One Gaussian for every node with a record.
 fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let axes = [&table.lattice().x, &table.lattice().y];
     let sigma_f = axes.map(|axis| axis.sigma / axis.period_um);
@@ -276,28 +294,28 @@ fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     .collect()
 }
 
-/// A Gaussian for each of the strongest nodes, and one for all others of each square; for every node where there are
-/// few.
-fn merged(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
+/// One Gaussian for each of the strongest nodes, and one for all other nodes of each square of frequencies. Few nodes
+/// without a cutoff are all kept.
+fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let mut gaussians = node_gaussians(table);
-    if gaussians.len() <= SEPARATE_ALL && !is_limited(table) {
+    if gaussians.len() <= SEPARATE_MAX && !is_limited(table) {
         return gaussians;
     }
-    let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|part| NodeCurve::new(table, part * table.kappa_max()));
+    let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
     let strength = |node: &NodeGaussian| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
-    // Integers sort.
+    // Keys have to be ordered, which floats are not.
     gaussians.sort_by_cached_key(|node| std::cmp::Reverse((strength(node) * 1e12) as u64));
     let mut squares: BTreeMap<[i64; 2], Vec<(f64, NodeGaussian<'_>)>> = BTreeMap::new();
-    for node in gaussians.split_off(SEPARATE.min(gaussians.len())) {
-        let square = node.f.map(|f| (f / MERGED_SIDE).round() as i64);
+    for node in gaussians.split_off(STRONGEST.min(gaussians.len())) {
+        let square = node.f.map(|f| (f / MERGED_SIDE_PER_UM).round() as i64);
         squares.entry(square).or_default().push((strength(&node).max(f64::MIN_POSITIVE), node));
     }
     gaussians.extend(squares.into_values().map(joined));
     gaussians
 }
 
-/// One Gaussian for several nodes of equal width with their weights: the sum of their records, their centre and their
-/// spread.
+/// One Gaussian for several nodes, given with their weights: with the sum of their records, and the mean and variance
+/// of their weighted Gaussians.
 fn joined(mut nodes: Vec<(f64, NodeGaussian<'_>)>) -> NodeGaussian<'_> {
     if nodes.len() == 1 {
         return nodes.swap_remove(0).1;
@@ -362,7 +380,7 @@ mod tests {
 
     #[test]
     fn lanes_match_scalar() {
-        // Single precision of directions and factors; parts are not negative, so nothing cancels.
+        // Rounding of directions and factors to single precision. Parts are not negative, so nothing cancels.
         const SINGLE: f64 = 3e-6;
         each_incidence(|integral, _, wi, nm| {
             let (scalar, lanes) = (albedo::<Plain<f64>>(integral, wi, nm), albedo::<Lanes>(integral, wi, nm));
@@ -372,7 +390,7 @@ mod tests {
 
     #[test]
     fn mirrored_half_matches_full() {
-        // Equal numbers summed in another order, in double precision.
+        // Rounding of sums of equal numbers in another order, in double precision.
         const ROUNDING: f64 = 1e-12;
         each_incidence(|integral, along_x_alone, wi, nm| {
             assert_eq!(integral.is_mirrored(), along_x_alone);

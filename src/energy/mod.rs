@@ -1,23 +1,33 @@
-//! Energy conservation: the reflectance is divided by the albedo where that exceeds one (docs/model.md, "Energy").
+//! Energy conservation: the reflectance is divided by albedos that exceed one (docs/model.md#energy).
 //!
-//! ```text
-//! f    reflectance of the model as it is, Fresnel reflectance left out (a small slope's factor included), 1/sr
-//! f'   f(wi, wo)/max(1, A(wi), A(wo)), the reflectance that conserves energy; reciprocal, because f is
-//! a    albedo ∫ f cosθo dωo of an incident direction at a wavelength; a' that of f'
-//! A    divisor of a direction. A ≥ a suffices for a' ≤ A/max(1, A) ≤ 1
-//! b    any function 1 ≤ b ≤ max(1, A)
-//! t    least t ≥ 1 with ∫ f(wi, wo) min(1, t/b(wo)) cosθo dωo ≤ t. A ≥ t suffices for a' ≤ 1:
-//!      the integral over t falls with t, and at t = max(1, A(wi)) it bounds a'
-//! ```
+//! All symbols are functions of a direction (or two) and the wavelength λ:
 //!
-//! t is below a where narrow orders leave along the surface: a has a pole there, of light that the divisor of its own
-//! direction takes away.
+//! | symbol | meaning |
+//! | --- | --- |
+//! | `f(wi, wo)` | reflectance of the model in 1/sr, with the small-slope factor but without the Fresnel reflectance |
+//! | `a(wi)` | albedo of f: `∫ f cosθo dωo` |
+//! | `A(w)` | divisor of a direction, tabulated by [`AlbedoTable`] |
+//! | `f'(wi, wo)` | `f/max(1, A(wi), A(wo))`, the reflectance that conserves energy; reciprocal, because f is |
+//! | `a'(wi)` | albedo of f', which must not exceed 1 |
+//! | `b(w)` | known lower bound of the divisor: `1 ≤ b ≤ max(1, A)` |
+//! | `t(wi)` | least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t` |
 //!
-//! [`AlbedoTable`] holds A, linear between nodes. Nodes of a grid half as fine get a, and then t with b from these;
-//! nodes of the table get t with b from those, and a margin. t still has ridges, narrower than a cell, where an order
-//! passes the horizon. Nodes therefore also get the t of orders moved onto their ridge, wherever a ridge crosses the
-//! box that the node stands for ([`node_gaussian::Ridge`]). Between nodes an albedo of 1.01 may remain (docs/tables.md,
-//! "Energy").
+//! `A ≥ a` is sufficient for `a' ≤ 1`, and so is `A ≥ t`: with `T = max(1, A(wi))`, the quotient
+//! `∫ f min(1, T/b(wo)) cosθo dωo / T` is an upper bound of a'. It falls with T, and is at most 1 from t on.
+//!
+//! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
+//! already removed by the divisor of the outgoing direction.
+//!
+//! The divisor is linear between the nodes of the table, which is filled in four steps (`build.rs`):
+//!
+//! 1. Nodes of a grid half as fine get a.
+//! 2. These nodes get t, with a as b.
+//! 3. Nodes of the table get t with the values of step 2 as b, and a margin.
+//! 4. Where the table lies below t in the centre of a cell, the cell's corners are raised.
+//!
+//! Where an order passes the horizon, t has a ridge narrower than a cell. In step 3 a node therefore gets the largest
+//! of several t: with the orders in place, and with the orders moved onto a ridge that crosses the node's box
+//! ([`node_gaussian::Ridge`]). Between nodes an albedo of 1.01 may remain (docs/tables.md#energy).
 
 mod build;
 mod colour;
@@ -41,29 +51,31 @@ use build::{Builder, resolution, single_wavelength};
 use grid::{Grid, place};
 use serde::{Deserialize, Serialize};
 
-/// Part of a build's progress that its nodes take; the report takes the rest.
-const NODES_PROGRESS: f64 = 0.9;
+/// Fraction of a build's progress at the end of its nodes; the report takes the rest. Progress is for display only.
+const NODES_DONE: f64 = 0.9;
 
-/// Arrangement of a table: `[wavelength][y][x]`, cell by cell.
-#[repr(C)]
+/// Dimensions of an [`AlbedoTable`] or a [`ColourAlbedoTable`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlbedoLayout {
-    /// Cells along each side of the square around the disc of directions.
+    /// Number of cells along each side of the square grid over directions (`grid.rs`).
     pub cells: u32,
-    /// Nodes in wavelength, at least two; or the number of bands of a table of colours.
+    /// Number of planes of wavelength, at least two. In a [`ColourAlbedoTable`] the number of bands.
     pub planes: u32,
-    /// Wavelength of the first plane in nm; zero in a table of colours.
+    /// Wavelength of the first plane in nm; zero in a [`ColourAlbedoTable`].
     pub wavelength_min_nm: f32,
-    /// Planes per nm of wavelength; zero in a table of colours.
+    /// Planes per nm of wavelength; zero in a [`ColourAlbedoTable`].
     pub planes_per_nm: f32,
 }
 
-/// The divisor A of a direction and a wavelength as a table.
+/// Table of the divisor A over directions and wavelengths; see the [module](self).
 ///
-/// A node holds `(A − 1)·cos²θ`: zero where nothing is divided, and finite at the horizon, where A has a pole (of the
-/// first order for narrow orders, of the second for orders wider than cosθ). A cell is a packet of four words, so that
-/// one read serves a look-up: the corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of its lower plane of
-/// wavelength and then of its upper, as 16-bit floats (bfloat16), rounded up.
+/// A node holds `(A − 1)·cos²θ`. It is zero where nothing is divided, and finite at the horizon, where A has a pole in
+/// cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
+///
+/// Words are arranged `[wavelength][y][x]`, with a packet of four for each cell, so that a look-up takes one read. A
+/// packet has the corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of the cell's lower plane of wavelength, then
+/// those of its upper plane. Two corners share a word as 16-bit floats (bfloat16), rounded up, the first in the lower
+/// half.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
@@ -82,8 +94,8 @@ pub struct AlbedoTable {
 }
 
 impl AlbedoTable {
-    /// The table of an ensemble, with the means before and after division; `None` for a table of amplitudes, whose
-    /// powers do not add.
+    /// Builds the table of an ensemble, and the albedos before and after division. `None` for a table of amplitudes,
+    /// whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
         let integral = AlbedoIntegral::fast(table, options)?;
         let (cells, planes) = resolution(&integral);
@@ -93,46 +105,46 @@ impl AlbedoTable {
         let grid = Grid { cells };
         let group = |at: f64| single_wavelength(planes, at);
         let builder = Builder::new(&integral, planes as usize, &group);
-        let nodes = builder.build(grid, &progress.part(0.0, NODES_PROGRESS));
+        let nodes = builder.build(grid, &progress.part(0.0, NODES_DONE));
         let cells = cells as usize;
         let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
             let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
             // Steps along x, along y and to the next plane.
-            let corner = |dx: usize, dy: usize, dp: usize| match &nodes {
+            let corner = |dx: usize, dy: usize, d_plane: usize| match &nodes {
                 Some(nodes) => {
-                    let node = (plane + dp) * grid.in_plane() + (y + dy) * grid.side() + x + dx;
+                    let node = (plane + d_plane) * grid.in_plane() + (y + dy) * grid.side() + x + dx;
                     bf16_above(nodes.values[node][0])
                 }
                 None => 0,
             };
-            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, dp)| corner(0, dy, dp) | corner(1, dy, dp) << 16)
+            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, d_plane)| corner(0, dy, d_plane) | corner(1, dy, d_plane) << 16)
         });
         let built = Self { layout, words: words.collect() };
-        let report = AlbedoReport::new(&integral, &built, &progress.part(NODES_PROGRESS, 1.0));
+        let report = AlbedoReport::new(&integral, &built, &progress.part(NODES_DONE, 1.0));
         Some((built, report))
     }
 
-    /// Arrangement of [`AlbedoTable::words`].
+    /// Dimensions of the table.
     pub fn layout(&self) -> &AlbedoLayout {
         &self.layout
     }
 
-    /// The packets of all cells.
+    /// Packets of all cells, `[wavelength][y][x]`, four words each.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Bytes held.
+    /// Size of the words in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words.as_slice())
     }
 
-    /// Whether no albedo exceeds one, so that nothing is divided.
+    /// Whether the divisor is one everywhere.
     pub fn is_one(&self) -> bool {
         self.words.iter().all(|&word| word == 0)
     }
 
-    /// The evaluator over plain numbers.
+    /// Evaluator in the precision `F`, `f32` or `f64`.
     pub fn view<F>(&self) -> AlbedoView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -147,7 +159,7 @@ impl AlbedoTable {
     }
 }
 
-/// The evaluator of an [`AlbedoTable`], over any [`Numbers`].
+/// Evaluator of an [`AlbedoTable`] over the numbers `N`.
 #[derive(Clone, Copy)]
 pub struct AlbedoView<N: Numbers> {
     /// [`AlbedoTable::layout`].
@@ -157,51 +169,54 @@ pub struct AlbedoView<N: Numbers> {
 }
 
 impl<N: Numbers> AlbedoView<N> {
-    /// `1/max(1, A(wi), A(wo))`, of directions of unit length above the surface and a wavelength in nm.
+    /// `1/max(1, A(wi), A(wo))`, of directions of unit length above the surface and a wavelength in nm. 1 unless
+    /// `active`.
     #[inline(always)]
     pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         self.factor_at(&self.place(wi), &self.place(wo), wavelength_nm, active)
     }
 
-    /// `1/max(1, A(wi), A(wo))` of places of directions, which serve every wavelength.
+    /// [`AlbedoView::factor`] from the places of wi and wo in the grid, which are equal for every wavelength.
     #[inline(always)]
     pub(crate) fn factor_at(
         &self,
-        i: &GridPlace<N>,
-        o: &GridPlace<N>,
+        place_i: &GridPlace<N>,
+        place_o: &GridPlace<N>,
         wavelength_nm: N::Real,
         active: N::Mask,
     ) -> N::Real {
-        let excess = self.excess(i, wavelength_nm, active).max(self.excess(o, wavelength_nm, active));
+        let excess = self.excess(place_i, wavelength_nm, active).max(self.excess(place_o, wavelength_nm, active));
         N::Real::lit(1.0) / (N::Real::lit(1.0) + excess)
     }
 
-    /// The place of a direction in the grid.
+    /// Place of a direction of unit length in the grid.
     #[inline(always)]
     pub(crate) fn place(&self, w: [N::Real; 3]) -> GridPlace<N> {
         place(self.layout.cells, w)
     }
 
-    /// `A − 1`.
+    /// `max(1, A) − 1` at a place and a wavelength in nm; zero unless `active`.
     #[inline(always)]
     pub(crate) fn excess(&self, place: &GridPlace<N>, wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let lit = |value: f64| N::Real::lit(value);
         let last = f64::from(self.layout.planes - 1);
-        let l = (wavelength_nm - lit(self.layout.wavelength_min_nm.into())) * lit(self.layout.planes_per_nm.into());
-        let l = l.clip(lit(0.0), lit(last));
-        let plane = l.floor().min(lit(last - 1.0));
+        let (min_nm, planes_per_nm) =
+            (lit(self.layout.wavelength_min_nm.into()), lit(self.layout.planes_per_nm.into()));
+        let position = ((wavelength_nm - min_nm) * planes_per_nm).clip(lit(0.0), lit(last));
+        let plane = position.floor().min(lit(last - 1.0));
         let in_plane = self.layout.cells * self.layout.cells;
         let packet = N::index(plane) * N::Index::lit(in_plane) + place.cell;
         let corners = N::gather::<4>(self.words, packet, active).map(bf16_pair::<N>);
+        // Words 0 and 1 are the rows y and y + 1 of the lower plane, 2 and 3 those of the upper.
         let [low, high] = [0, 2].map(|first| {
             let [near, far] = [0, 1].map(|row| lerp(corners[first + row][0], corners[first + row][1], place.x));
             lerp(near, far, place.y)
         });
-        lerp(low, high, l - plane) * place.per_squared_cosine
+        lerp(low, high, position - plane) * place.per_squared_cosine
     }
 }
 
-/// The smallest bfloat16 that is not below `value`, which is not negative.
+/// Bits of the smallest bfloat16 that is at least `value`, a number that is not negative.
 fn bf16_above(value: f32) -> u32 {
     let bits = value.to_bits();
     (bits >> 16) + u32::from(bits & 0xffff != 0)

@@ -1,42 +1,49 @@
 //! Quadrature of one node of an ensemble table over the hemisphere.
 //!
-//! A node carries the power `P(κ)` about its frequency f, spread as a Gaussian of standard deviation `σ_f`. Seen from
-//! wi it lies at `q = λf − wi` in the plane of outgoing direction cosines, `ρ = |q|` from the normal, with standard
-//! deviation `σ = λσ_f`. The horizon is the circle ρ = 1. Where a node lies near it the obliquity factor makes a pole
-//! of `1/cosθo`, which the radial rule integrates.
+//! A node carries the power `P(κ)`, spread around its frequency f as a Gaussian of the standard deviation `σ_f`. At the
+//! incidence wi this is a Gaussian in the plane of outgoing direction cosines:
+//!
+//! - centre `λf − wi`, at the distance ρ from the normal,
+//! - standard deviation `σ = λσ_f` along each axis.
+//!
+//! The horizon is the unit circle, ρ = 1, where the obliquity factor has the pole `1/cosθo`. Far from it Gauss–Hermite
+//! rules follow the integrand. Near it a rule along the radius is used, in an angle in which there is no pole.
 
 use super::quadrature::{HERMITE_3, HERMITE_5, LEGENDRE_6, LEGENDRE_16, SymmetricRule, hemisphere, in_panels};
 use crate::scattering::{Vec3, direction_above};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-/// σ in direction cosines below which one node across the radius stands for a Gaussian's width. Chosen; the tests of
-/// the accurate integral hold it to 0.2 %.
-const SHARP: f64 = 0.01;
-/// σ in direction cosines from which five nodes across the radius are taken near the horizon instead of three. Chosen,
-/// as SHARP.
-const WIDE: f64 = 0.04;
-/// Standard deviations at which a Gaussian is cut; 6e-7 of it lies beyond.
-const CUT: f64 = 5.0;
-/// Standard deviations from the horizon beyond which Gauss–Hermite rules follow `1/cosθo`.
-const CLEAR: f64 = 6.0;
-/// Standard deviations from the horizon, in cos²θo, from which one node stands for a Gaussian: the mean of `1/cosθo` is
-/// then off by a thousandth.
-const ONE_NODE: f64 = 40.0;
-/// Standard deviations from the horizon, in cos²θo, from which three nodes an axis stand for a Gaussian, or one for a
-/// merged Gaussian. For three the mean of `1/cos³θo` is off by 1e-4, for one that of `1/cosθo` by 0.6 %.
-const THREE_NODES: f64 = 16.0;
-/// Largest change of the relief's phase, in radians, within σ of a Gauss–Hermite rule.
-const PHASE_SIGMA: f64 = 1.0;
-/// Largest change of the relief's phase, in radians, within a panel of 16 quadrature nodes: about five periods.
-pub(super) const PHASE_PANEL: f64 = 30.0;
-/// Fraction of cosθi below which σ counts as sharp: the obliquity factor changes with the distance from the mirror
-/// direction over cosθi.
+/// σ in direction cosines below which one quadrature node stands for a Gaussian's width: for the larger σ far from the
+/// horizon, for that across the radius near it. Larger values take fewer nodes. The tests of the accurate integral
+/// allow an error of 0.2 % for this and [`WIDE_SIGMA`].
+const SHARP_SIGMA: f64 = 0.01;
+/// Upper bound of σ across the radius over cosθi for one quadrature node near the horizon: the obliquity factor changes
+/// with the distance from the mirror direction over cosθi.
 const SHARP_OF_COSINE: f64 = 0.3;
-/// Standard deviations inside the horizon at which the mean of `(1 − ρ)^(−½)` over a Gaussian is largest.
+/// σ across the radius, in direction cosines, from which five quadrature nodes are used instead of three.
+const WIDE_SIGMA: f64 = 0.04;
+/// Standard deviations from the centre at which a Gaussian is cut; 6e-7 of it lies beyond.
+const CUT_SIGMAS: f64 = 5.0;
+/// Distance of the centre from the horizon, in standard deviations, from which Gauss–Hermite rules follow `1/cosθo`.
+const CLEAR_SIGMAS: f64 = 6.0;
+/// cos²θo of the centre over σ from which one quadrature node stands for a Gaussian. The mean of `1/cosθo` is then off
+/// by a thousandth.
+const ONE_NODE_SIGMAS: f64 = 40.0;
+/// cos²θo of the centre over σ from which three quadrature nodes per axis stand for a Gaussian, or one for a merged
+/// Gaussian. With three the mean of `1/cos³θo` is off by 1e-4, with one that of `1/cosθo` by 0.6 %.
+const THREE_NODES_SIGMAS: f64 = 16.0;
+/// Largest change of the relief's phase over σ, in radians, that a Gauss–Hermite rule follows.
+const SIGMA_PHASE_MAX: f64 = 1.0;
+/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods.
+pub(super) const PANEL_PHASE_MAX: f64 = 30.0;
+/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly.
+const CUT_PANEL_SIGMAS: f64 = 2.5 * CUT_SIGMAS;
+/// Distance of the centre from the horizon, inwards in standard deviations, at which the mean of `(1 − ρ)^(−½)` over a
+/// Gaussian is largest.
 const PEAK_SIGMAS: f64 = 0.77;
 
-/// Power `P(κ)` about a frequency, with a Gaussian spread.
+/// Power `P(κ)` around a frequency, with a Gaussian spread.
 #[derive(Clone)]
 pub(super) struct NodeGaussian<'a> {
     /// Frequency along x and y in cycles/µm.
@@ -45,149 +52,167 @@ pub(super) struct NodeGaussian<'a> {
     pub sigma_f: [f64; 2],
     /// Record of the table that gives `P(κ)`, or a sum of several.
     pub record: Cow<'a, [f32]>,
-    /// Whether it stands for several nodes, and coarser rules serve.
+    /// Whether it stands for several nodes; coarser rules then suffice.
     pub merged: bool,
 }
 
-/// Incident light, and everything else that is common to all nodes of an integral.
+/// Incident light, and all other parameters that are common to the nodes of an integral.
 pub(super) struct Incidence {
+    /// Incident direction.
     pub wi: Vec3,
     pub wavelength_um: f64,
-    /// Outgoing direction cosines along x and y between which the pixels resolve the relief.
+    /// Outgoing direction cosines between which the pixels resolve the relief, `[[x low, x high], [y low, y high]]`.
     pub resolved: [[f64; 2]; 2],
     /// Change of the relief's phase, in radians from its lowest point to its highest, per unit of cosθo.
     pub phase: f64,
-    /// Whether Gaussians that `resolved` cuts are integrated up to the cut.
+    /// Whether Gaussians that extend beyond `resolved` are integrated exactly up to it. Otherwise quadrature nodes
+    /// beyond are dropped.
     pub exact_cut: bool,
+    /// Ridge onto which narrow orders near the horizon are moved; `None` leaves them in place.
     pub ridge: Option<Ridge>,
 }
 
-/// A box of incident directions and wavelengths in which narrow orders may leave along the surface. An order whose
-/// ridge crosses the box is counted where it adds most.
+/// Ridge of the albedo, and the box of incident directions and wavelengths that a node of the albedo's table
+/// represents.
+///
+/// The albedo has a ridge along the incidences from which an order leaves along the surface. Such an order adds most to
+/// the albedo at some cosθo slightly above the horizon. Where this happens anywhere in the box, the order is counted as
+/// if it happened at the node itself.
 #[derive(Clone, Copy)]
 pub(crate) struct Ridge {
     /// cosθo at which such an order is counted.
     pub cosine: f64,
-    /// Half of the box's sides along the grid's x and y, in direction cosines of wi.
+    /// Half of the box's sides along the x and y axes of the table's grid, each as a difference of wi's direction
+    /// cosines along x and y.
     pub half_sides: [[f64; 2]; 2],
     /// Half of the box's range of wavelengths in µm.
     pub half_range_um: f64,
 }
 
-/// cosθo at which the mean of `1/cosθo` over a Gaussian of width σ is largest.
+/// cosθo of the centre at which the mean of `1/cosθo` over a Gaussian of the standard deviation `sigma` (in direction
+/// cosines) is largest.
 pub(super) fn peak_cosine(sigma: f64) -> f64 {
     (1.0 - (1.0 - PEAK_SIGMAS * sigma).powi(2)).max(0.0).sqrt()
 }
 
 impl Ridge {
-    /// `q`, moved along the radius onto the ridge if that crosses the box. The mirrored order, at f = 0, never passes
-    /// the horizon and stays.
-    fn moved(&self, q: [f64; 2], f: [f64; 2], sigma: f64) -> [f64; 2] {
+    /// Centre of a Gaussian at the frequency `f`, moved along the radius onto the ridge if the ridge crosses the box.
+    /// `sigma` is its larger standard deviation in direction cosines.
+    fn moved(&self, centre: [f64; 2], f: [f64; 2], sigma: f64) -> [f64; 2] {
+        // Order 0, in the mirror direction, never passes the horizon.
         if f == [0.0; 2] {
-            return q;
+            return centre;
         }
-        let rho = length(q);
-        let ridge = (1.0 - self.cosine.max(peak_cosine(sigma)).powi(2)).sqrt();
-        // Change of ρ from the middle of the box to its side: the component along q. A Gaussian itself bridges σ.
-        let along = |[x, y]: [f64; 2]| (q[0] * x + q[1] * y) / rho;
-        let [x, y] = self.half_sides.map(along);
-        let reach = length([length([x, y]), self.half_range_um * along(f)]) - sigma;
-        if (rho - ridge).abs() < reach { q.map(|c| c * ridge / rho) } else { q }
+        let rho = length(centre);
+        let ridge_rho = (1.0 - self.cosine.max(peak_cosine(sigma)).powi(2)).sqrt();
+        // Changes of ρ from the middle of the box to its sides: components along the radius. The Gaussian itself covers
+        // a distance of σ.
+        let along_radius = |[x, y]: [f64; 2]| (centre[0] * x + centre[1] * y) / rho;
+        let [x, y] = self.half_sides.map(along_radius);
+        let reach = length([length([x, y]), self.half_range_um * along_radius(f)]) - sigma;
+        if (rho - ridge_rho).abs() < reach { centre.map(|c| c * ridge_rho / rho) } else { centre }
     }
 }
 
 impl NodeGaussian<'_> {
-    /// Calls `visit` with directions above the horizon, each with a factor and an exponent: `factor·exp(exponent)` is
-    /// its fraction of the Gaussian in the plane of direction cosines.
+    /// Calls `visit` with the quadrature nodes of the Gaussian above the horizon: a direction, a factor and an
+    /// exponent. `factor·exp(exponent)` is the node's fraction of the Gaussian's integral over the plane of direction
+    /// cosines.
     pub(super) fn integrate(&self, incidence: &Incidence, mut visit: impl FnMut(Vec3, f64, f64)) {
         let Incidence { wi, wavelength_um, resolved, phase, exact_cut, ridge } = *incidence;
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
         let widest = sigma[0].max(sigma[1]);
-        let mut q = [0, 1].map(|c| wavelength_um * self.f[c] - wi[c]);
+        let mut centre = [0, 1].map(|axis| wavelength_um * self.f[axis] - wi[axis]);
         if let Some(ridge) = ridge {
-            q = ridge.moved(q, self.f, widest);
+            centre = ridge.moved(centre, self.f, widest);
         }
-        // Most of a skin's nodes lie beyond the horizon and need no root.
-        let rho_squared = q[0] * q[0] + q[1] * q[1];
-        if rho_squared >= (1.0 + CUT * widest).powi(2) {
+        // Most nodes of a skin lie beyond the horizon, and are rejected before the root.
+        let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
+        if rho_squared >= (1.0 + CUT_SIGMAS * widest).powi(2) {
             return;
         }
         let rho = rho_squared.sqrt();
-        let limits = [0, 1].map(|c| resolved[c].map(|limit| (limit - q[c]) / sigma[c]));
-        if limits.iter().any(|[low, high]| *low >= CUT || *high <= -CUT) {
+        // Limits of the resolved range, in standard deviations from the centre.
+        let limits = [0, 1].map(|axis| resolved[axis].map(|limit| (limit - centre[axis]) / sigma[axis]));
+        if limits.iter().any(|[low, high]| *low >= CUT_SIGMAS || *high <= -CUT_SIGMAS) {
             return;
         }
-        let whole = limits.map(|[low, high]| low <= -CUT && high >= CUT);
-        let clear =
-            1.0 - rho > CLEAR * widest && phase * widest * rho < PHASE_SIGMA * (1.0 - rho_squared).max(0.0).sqrt();
-        let far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
-        let sharp = if self.merged { far(THREE_NODES) } else { widest < SHARP && far(ONE_NODE) };
-        if clear && sharp && whole == [true; 2] {
-            if let Some(wo) = direction_above(q[0], q[1]) {
+        let is_whole = limits.map(|[low, high]| low <= -CUT_SIGMAS && high >= CUT_SIGMAS);
+        let is_clear = 1.0 - rho > CLEAR_SIGMAS * widest
+            && phase * widest * rho < SIGMA_PHASE_MAX * (1.0 - rho_squared).max(0.0).sqrt();
+        let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
+        let is_sharp =
+            if self.merged { is_far(THREE_NODES_SIGMAS) } else { widest < SHARP_SIGMA && is_far(ONE_NODE_SIGMAS) };
+        if is_clear && is_sharp && is_whole == [true; 2] {
+            if let Some(wo) = direction_above(centre[0], centre[1]) {
                 visit(wo, 1.0, 0.0);
             }
-        } else if clear && (far(THREE_NODES) || exact_cut) {
-            let [x, y] = [0, 1].map(|c| gaussian_rule(limits[c], whole[c]));
+        } else if is_clear && (is_far(THREE_NODES_SIGMAS) || exact_cut) {
+            let [x, y] = [0, 1].map(|axis| gaussian_rule(limits[axis], is_whole[axis]));
             for (tx, px) in x {
                 for (ty, py) in y {
-                    if let Some(wo) = direction_above(q[0] + tx * sigma[0], q[1] + ty * sigma[1]) {
+                    if let Some(wo) = direction_above(centre[0] + tx * sigma[0], centre[1] + ty * sigma[1]) {
                         visit(wo, px * py, 0.0);
                     }
                 }
             }
         } else if exact_cut {
-            let bounds = [0, 1].map(|c| limits[c].map(|t| q[c] + t.clamp(-CUT, CUT) * sigma[c]));
-            let widths = sigma.map(|sigma| (2.5 * CUT * sigma).min(PHASE_PANEL / phase));
+            let bounds =
+                [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
+            let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
             let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
-            hemisphere(bounds, widths, wi[2], |wo, area| {
-                let z = [0, 1].map(|c| (wo[c] - q[c]) / sigma[c]);
+            hemisphere(bounds, panels, wi[2], |wo, area| {
+                let z = [0, 1].map(|axis| (wo[axis] - centre[axis]) / sigma[axis]);
                 visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
             });
         } else {
             let visit_resolved = |wo: Vec3, factor: f64, exponent: f64| {
-                if [0, 1].iter().all(|&c| resolved[c][0] <= wo[c] && wo[c] <= resolved[c][1]) {
+                if [0, 1].iter().all(|&axis| resolved[axis][0] <= wo[axis] && wo[axis] <= resolved[axis][1]) {
                     visit(wo, factor, exponent);
                 }
             };
             match self.merged {
-                true => self.integrate_radially(incidence, q, sigma, &LEGENDRE_6, visit_resolved),
-                false => self.integrate_radially(incidence, q, sigma, &LEGENDRE_16, visit_resolved),
+                true => self.integrate_radially(incidence, centre, sigma, &LEGENDRE_6, visit_resolved),
+                false => self.integrate_radially(incidence, centre, sigma, &LEGENDRE_16, visit_resolved),
             }
         }
     }
 
-    /// Near the horizon: Gauss–Hermite across the radius, Gauss–Legendre along it in the angle ψ with `ρ = sin ψ`, in
-    /// which `1/cosθo` is no pole.
+    /// [`NodeGaussian::integrate`] near the horizon: Gauss–Hermite rules across the radius through `centre`, and `rule`
+    /// in panels along it. The rule is in the angle ψ with `ρ = sin ψ`, in which `1/cosθo` is no pole.
     fn integrate_radially<const PAIRS: usize>(
         &self,
         incidence: &Incidence,
-        [qx, qy]: [f64; 2],
-        [sx, sy]: [f64; 2],
+        [cx, cy]: [f64; 2],
+        [sigma_x, sigma_y]: [f64; 2],
         rule: &'static SymmetricRule<PAIRS>,
         mut visit: impl FnMut(Vec3, f64, f64),
     ) {
-        let rho = length([qx, qy]);
-        let (ex, ey) = if rho > 1e-9 { (qx / rho, qy / rho) } else { (1.0, 0.0) };
-        let (sigma_along, sigma_across) = (length([ex * sx, ey * sy]), length([ey * sx, ex * sy]));
-        let sharp = self.merged || sigma_across < SHARP.min(SHARP_OF_COSINE * incidence.wi[2]);
+        let rho = length([cx, cy]);
+        // Unit vector along the radius.
+        let (ex, ey) = if rho > 1e-9 { (cx / rho, cy / rho) } else { (1.0, 0.0) };
+        let sigma_along = length([ex * sigma_x, ey * sigma_y]);
+        let sigma_across = length([ey * sigma_x, ex * sigma_y]);
+        let is_sharp = self.merged || sigma_across < SHARP_SIGMA.min(SHARP_OF_COSINE * incidence.wi[2]);
         let across: &[(f64, f64)] = match () {
-            _ if sharp => &[(0.0, 1.0)],
-            _ if sigma_across < WIDE => &HERMITE_3,
+            _ if is_sharp => &[(0.0, 1.0)],
+            _ if sigma_across < WIDE_SIGMA => &HERMITE_3,
             _ => &HERMITE_5,
         };
         for &(t, fraction) in across {
+            // A line at this distance from the radius meets the horizon at ±reach.
             let offset = t * sigma_across;
             let reach_squared = 1.0 - offset * offset;
             if reach_squared <= 0.0 {
                 continue;
             }
-            // The horizon on this line: cos²θo = reach² − ρ², and dρ = cosθo dψ.
             let reach = reach_squared.sqrt();
-            let psi = |rho: f64| (rho / reach).clamp(-1.0, 1.0).asin();
-            let range = [psi(rho - CUT * sigma_along), psi(rho + CUT * sigma_along)];
-            let widest = PHASE_PANEL / incidence.phase * PAIRS as f64 / LEGENDRE_16.0.len() as f64;
+            // A position `along` the line is reach·sin ψ. There cosθo = reach·cos ψ, and d(along) = cosθo dψ.
+            let psi = |along: f64| (along / reach).clamp(-1.0, 1.0).asin();
+            let range = [psi(rho - CUT_SIGMAS * sigma_along), psi(rho + CUT_SIGMAS * sigma_along)];
+            let widest_panel = PANEL_PHASE_MAX / incidence.phase * PAIRS as f64 / LEGENDRE_16.0.len() as f64;
             let norm = fraction / (TAU.sqrt() * sigma_along);
-            for psi in in_panels(range, widest, rule) {
+            for psi in in_panels(range, widest_panel, rule) {
                 let (along, cos) = (reach * psi.sin, reach * psi.cos);
                 let z = (along - rho) / sigma_along;
                 // Rounding may put an angle beyond the horizon.
@@ -200,36 +225,40 @@ impl NodeGaussian<'_> {
     }
 }
 
-/// `√(x² + y²)` of numbers of order one, where `hypot` would guard against overflow.
+/// `√(x² + y²)` of numbers of order one, faster than `hypot`, which guards against overflow.
 fn length([x, y]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// Abscissae and weights for a standard normal variate between two limits: Gauss–Hermite if it is `whole`, else the two
-/// nodes that have the first four moments of the part between the limits.
+/// Abscissae and weights for a standard normal variate between two limits: three-point Gauss–Hermite if the variate is
+/// `whole`, else two nodes.
+///
+/// The two nodes have the moments of orders 0 to 3 of the part between the limits, so they form its Gauss rule. The
+/// weights sum to the part's probability. Surplus entries have the weight 0.
 fn gaussian_rule([low, high]: [f64; 2], whole: bool) -> [(f64, f64); 3] {
     if whole {
         return HERMITE_3;
     }
-    let (low, high) = (low.max(-CUT), high.min(CUT));
+    let (low, high) = (low.max(-CUT_SIGMAS), high.min(CUT_SIGMAS));
     let density = |t: f64| (-0.5 * t * t).exp() / TAU.sqrt();
-    let below = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
+    let cumulative = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
     let (a, b) = (density(low), density(high));
-    let mass = below(high) - below(low);
+    let mass = cumulative(high) - cumulative(low);
     // Moments of less than this are lost to rounding.
     if mass < 1e-6 {
         return [(0.5 * (low + high), mass.max(0.0)), (0.0, 0.0), (0.0, 0.0)];
     }
+    // Moments of the truncated normal distribution.
     let mean = (a - b) / mass;
     let second = 1.0 + (low * a - high * b) / mass;
     let third = 2.0 * mean + (low * low * a - high * high * b) / mass;
     let variance = (second - mean * mean).max(0.0);
-    let skew = third - 3.0 * mean * variance - mean.powi(3);
+    let third_central = third - 3.0 * mean * variance - mean.powi(3);
     if variance < 1e-9 {
         return [(mean, mass), (0.0, 0.0), (0.0, 0.0)];
     }
-    // Distances from the mean: the roots of t² − (skew/variance)·t − variance.
-    let half = 0.5 * skew / variance;
+    // Distances of the nodes from the mean: the roots of t² − (third_central/variance)·t − variance.
+    let half = 0.5 * third_central / variance;
     let root = (half * half + variance).sqrt();
     let (left, right) = (half - root, half + root);
     let unit = mass / (right - left);

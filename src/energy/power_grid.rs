@@ -1,89 +1,101 @@
-//! The power of a table of wide nodes on a grid of frequencies, for integrals by the thousand.
+//! Power density of a table of wide nodes, resampled to a finer grid of frequencies and κ. A look-up there is faster,
+//! which pays for integrals by the thousand.
 
-use crate::table::{HEADER, NodeCurve, SpectralTable, WAVELENGTH_MIN_NM};
+use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 
-/// Spacing of the grid in standard deviations of a node.
+/// Spacing of the grid in standard deviations of a node of the table.
 const SPACING_SIGMAS: f64 = 0.4;
-/// Standard deviations out to which a node counts, on any lattice.
+/// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
 const REACH_SIGMAS: f64 = 4.0;
 /// Steps in κ for each knot of the table's splines.
-const STEPS_A_KNOT: f64 = 3.0;
-/// Least number of steps: flat reliefs have few knots.
+const STEPS_PER_KNOT: f64 = 3.0;
+/// Fewest steps in κ: flat reliefs have few knots.
 const STEPS_MIN: f64 = 40.0;
 
-/// The powers of an ensemble table, cubic between frequencies and linear between steps of κ.
+/// `S(f; κ)` of an ensemble table on a grid of frequencies and uniform steps of κ.
 pub(super) struct PowerGrid {
-    /// Nodes per cycle/µm, and on either side of frequency zero.
-    per_f: [f64; 2],
+    /// Grid nodes per cycle/µm, along x and y.
+    nodes_per_f: [f64; 2],
+    /// Largest node number along x and y: nodes run from −reach to reach, and node 0 has the frequency zero.
     reach: [usize; 2],
-    /// Steps in κ, and how many make a rad/µm.
+    /// Number of steps in κ, from κ = 0.
     steps: usize,
+    /// Steps per rad/µm.
     steps_per_kappa: f64,
-    /// µm² at every step, row-major from node `(−reach, −reach)`.
+    /// Power density in µm², `[y][x][step]`.
     powers: Vec<f32>,
 }
 
 impl PowerGrid {
     pub(super) fn new(table: &SpectralTable) -> Self {
         let axes = [&table.lattice().x, &table.lattice().y];
-        let sigma = axes.map(|axis| axis.sigma / axis.period_um);
-        let per_f = sigma.map(|sigma| 1.0 / (SPACING_SIGMAS * sigma));
+        let sigma_f = axes.map(|axis| axis.sigma / axis.period_um);
+        let nodes_per_f = sigma_f.map(|sigma| 1.0 / (SPACING_SIGMAS * sigma));
         let reach = [0, 1].map(|c| {
-            let known = (axes[c].cutoff / axes[c].period_um).min(2e3 / WAVELENGTH_MIN_NM);
-            (known * per_f[c]).ceil() as usize + 2
+            let known_f = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
+            // The cubic reads two nodes beyond.
+            (known_f * nodes_per_f[c]).ceil() as usize + 2
         });
-        let steps_per_kappa = (STEPS_A_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
+        let steps_per_kappa = (STEPS_PER_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
         let steps = (table.kappa_max() * steps_per_kappa).ceil() as usize + 2;
         let curves: Vec<_> = (0..steps).map(|i| NodeCurve::new(table, i as f64 / steps_per_kappa)).collect();
         let kept = table.kept_nodes();
-        let of_node = |record: &[f32]| {
-            // The last step before a record's end is joined with one beyond.
+        // Power density of a table node at all steps. Beyond the end of its record it keeps the last value, since
+        // interpolation up to the end also reads the first step beyond.
+        let curve_of = |record: &[f32]| {
             let end = (record.len() - HEADER - 3) as f64 * table.kappa_step() * (1.0 - f64::EPSILON);
-            let beyond = NodeCurve::new(table, end).power(record);
+            let last = NodeCurve::new(table, end).power(record);
             let power = |(i, curve): (usize, &NodeCurve)| match i as f64 / steps_per_kappa < end {
                 true => curve.power(record),
-                false => beyond,
+                false => last,
             };
             curves.iter().enumerate().map(|step| (table.norm() * power(step)) as f32).collect()
         };
-        let of_nodes: Vec<Vec<f32>> = kept.par_iter().map(|(_, _, record)| of_node(record)).collect();
+        let node_powers: Vec<Vec<f32>> = kept.par_iter().map(|(_, _, record)| curve_of(record)).collect();
         let [columns, rows] = reach.map(|reach| 2 * reach + 1);
-        // One axis after the other, since what joins nodes is a product.
-        let at = |c: usize, j: i64| j as f64 / axes[c].period_um * per_f[c] + reach[c] as f64;
+        // Position of table node j along axis c, in grid nodes from the first.
+        let position = |c: usize, j: i64| j as f64 / axes[c].period_um * nodes_per_f[c] + reach[c] as f64;
+        // Grid nodes within reach of a position along axis c, with their weights in the interpolation kernel.
         let spread = REACH_SIGMAS / SPACING_SIGMAS;
         let near = |c: usize, centre: f64, count: usize| {
-            let (joining, nodes) = (axes[c].kernel, axes[c].period_um / per_f[c]);
+            let (kernel, table_nodes_per_node) = (axes[c].kernel, axes[c].period_um / nodes_per_f[c]);
             let (low, high) = ((centre - spread).ceil().max(0.0) as usize, (centre + spread).floor().max(-1.0) as i64);
-            (low..count.min((high + 1) as usize)).map(move |i| (i, joining.weight((i as f64 - centre) * nodes) as f32))
+            (low..count.min((high + 1) as usize))
+                .map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
         };
+        // The kernel is a product over both axes, so table nodes are spread along y first and then along x. For each
+        // row: position along x, weight along y and powers of the table nodes that reach it.
         let mut by_row = vec![Vec::new(); rows];
-        for ((jx, jy, _), powers) in kept.iter().zip(&of_nodes) {
-            for (row, share) in near(1, at(1, *jy), rows) {
-                by_row[row].push((at(0, *jx), share, powers));
+        for ((jx, jy, _), powers) in kept.iter().zip(&node_powers) {
+            for (row, weight_y) in near(1, position(1, *jy), rows) {
+                by_row[row].push((position(0, *jx), weight_y, powers));
             }
         }
         let row = |nodes: Vec<(f64, f32, &Vec<f32>)>| {
             let mut sums = vec![0f32; columns * steps];
-            for (centre, share, powers) in nodes {
-                for (column, along) in near(0, centre, columns) {
+            for (centre, weight_y, powers) in nodes {
+                for (column, weight_x) in near(0, centre, columns) {
                     let sum = &mut sums[column * steps..][..steps];
-                    sum.iter_mut().zip(powers).for_each(|(sum, power)| *sum += share * along * power);
+                    sum.iter_mut().zip(powers).for_each(|(sum, power)| *sum += weight_y * weight_x * power);
                 }
             }
             sums
         };
         let powers = by_row.into_par_iter().flat_map_iter(row).collect();
-        Self { per_f, reach, steps, steps_per_kappa, powers }
+        Self { nodes_per_f, reach, steps, steps_per_kappa, powers }
     }
 
-    /// `S(f; κ)` in µm² at a frequency in cycles/µm, brought into the grid, and κ in rad/µm; never negative.
+    /// `S(f; κ)` in µm² at a frequency in cycles/µm, clamped to the grid, and κ in rad/µm; never negative. Cubic
+    /// between frequencies, linear between steps of κ.
     #[inline]
     pub(super) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
+        // First of the four nodes read, and the position from the second of them.
         let [(ix, tx), (iy, ty)] = [0, 1].map(|c| {
-            let at = (f[c] * self.per_f[c] + self.reach[c] as f64).clamp(1.0, (2 * self.reach[c]) as f64 - 1.0 - 1e-6);
-            let node = at as usize;
-            (node - 1, at - node as f64)
+            let last = (2 * self.reach[c]) as f64;
+            let position = (f[c] * self.nodes_per_f[c] + self.reach[c] as f64).clamp(1.0, last - 1.0 - 1e-6);
+            let node = position as usize;
+            (node - 1, position - node as f64)
         });
         let step = (kappa * self.steps_per_kappa).min(self.steps as f64 - 1.5);
         let k = step as usize;
@@ -93,15 +105,14 @@ impl PowerGrid {
             let pair = &self.powers[((iy + dy) * columns + ix + dx) * self.steps + k..][..2];
             f64::from(pair[0]) + tk * f64::from(pair[1] - pair[0])
         };
-        let (wx, wy) = (cubic_weights(tx), cubic_weights(ty));
+        let (wx, wy) = (catmull_rom_weights(tx), catmull_rom_weights(ty));
         let row = |dy: usize| (0..4).map(|dx| wx[dx] * value(dx, dy)).sum::<f64>();
         (0..4).map(|dy| wy[dy] * row(dy)).sum::<f64>().max(0.0)
     }
 }
 
-/// Weights of the four nodes around a place, of which the second lies `t` before it, of the cubic that goes through
-/// nodes with the slopes of their neighbours.
-fn cubic_weights(t: f64) -> [f64; 4] {
+/// Weights of the nodes −1, 0, 1, 2 in the Catmull–Rom cubic at `t` in [0, 1].
+fn catmull_rom_weights(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-0.5 * t * s * s, 1.0 + t * t * (1.5 * t - 2.5), 1.0 + s * s * (1.5 * s - 2.5), -0.5 * s * t * t]
 }
@@ -111,15 +122,14 @@ mod tests {
     use super::*;
     use crate::height_field::HeightField;
     use crate::height_field::random::Random;
-    use crate::scattering::Options;
-    use crate::scattering::build_table;
+    use crate::scattering::{Options, build_table};
     use crate::table::{Progress, Tiling};
 
-    /// The grid stands for the table however nodes are joined, up to the largest κ that directions have.
+    /// Densities of grid and table, with both kinds of lattice, up to the largest κ of any pair of directions.
     #[test]
-    fn the_grid_is_the_table() {
-        // A third of a knot from step to step: linear between these it is off by some 10⁻³ of what bends with a period
-        // of a few knots.
+    fn the_grid_matches_the_table() {
+        // Steps are a third of a knot. Linear interpolation between them is off by some 10⁻³ of waves with a period of
+        // a few knots.
         const MEAN: f64 = 1e-3;
         const EACH: f64 = 5e-3;
         let mut random = Random::new(3);

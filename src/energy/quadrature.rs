@@ -1,19 +1,27 @@
-//! Quadrature rules, and a grid of directions over the hemisphere that is smooth at the horizon.
+//! Quadrature rules, and their product over the hemisphere.
 //!
-//! With `y = sin α` and `x = cos α sin ψ` a direction has `cosθ = cos α cos ψ` and `cosθ dω = dx dy = cos α · cosθ dα
-//! dψ`. The cosine that the obliquity factor divides by cancels, and nodes crowd towards the horizon.
+//! Directions have two angles from −π/2 to π/2: α from the xz plane, and ψ around the y axis.
+//!
+//! - `x = cos α sin ψ`, `y = sin α`, `cosθ = cos α cos ψ`
+//! - `cosθ dω = dx dy = cos²α cos ψ dα dψ = cos α · cosθ dα dψ`
+//!
+//! The factor cosθ cancels the `1/cosθ` of the obliquity factor, so the integrand is smooth at the horizon. Quadrature
+//! nodes are dense there.
 
 use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Incident cosine below which panels of their own follow the horizon: the obliquity factor divides by `(cosθi +
-/// cosθo)²`. Chosen.
+/// Incident cosine below which the horizon gets separate panels, since the obliquity factor divides by
+/// `(cosθi + cosθo)²` and then changes quickly. A larger value takes more nodes; a smaller one errs at grazing
+/// incidence.
 const GRAZING_COS: f64 = 0.03;
-/// Width of the horizon's panels in incident cosines. Chosen: beyond it the factor has fallen to 1/80.
+/// Width in radians of the horizon's panels over the incident cosine. At their inner edge `1/(cosθi + cosθo)²` has
+/// fallen to 1/81. Wider panels resolve it less finely; narrower ones leave more of its fall to the others.
 const HORIZON_COSINES: f64 = 8.0;
 
-/// A quadrature rule symmetric about zero: its positive abscissae, each with its weight.
+/// Quadrature rule on [−1, 1] that is symmetric about zero: pairs of a positive abscissa and its weight. The negative
+/// abscissae have equal weights.
 pub(super) struct SymmetricRule<const PAIRS: usize>(pub [(f64, f64); PAIRS]);
 
 /// Abscissae and weights of the three-point Gauss–Hermite rule for a standard normal variate.
@@ -48,32 +56,36 @@ pub(super) const LEGENDRE_16: SymmetricRule<8> = SymmetricRule([
     (0.989_400_934_991_649_9, 0.027_152_459_411_754_1),
 ]);
 
-/// A quadrature node on an interval of angles.
+/// Quadrature node on an interval of angles.
 #[derive(Clone, Copy)]
 pub(super) struct Angle {
     pub sin: f64,
     pub cos: f64,
-    /// In radians; the weights sum to the interval's length.
+    /// Weight in radians. The weights of all nodes sum to the length of the interval.
     pub weight: f64,
 }
 
-/// Calls `visit` with directions and their areas `cosθ dω` over the part of the hemisphere whose direction cosines
-/// along x and y lie within `bounds`. Panels of 16 nodes are at most `widest` radians wide along x and y.
+/// Calls `visit` with the quadrature nodes over a part of the hemisphere: directions, and their areas `cosθ dω`.
+///
+/// The part is the one whose direction cosines along x and y lie within `bounds` `[[x low, x high], [y low, y high]]`.
+/// Panels of 16 nodes are at most `widest` radians wide: in ψ for x, in α for y (see the [module](self)). `cos_i` is
+/// the incident cosine.
 pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mut visit: impl FnMut(Vec3, f64)) {
-    let edge = FRAC_PI_2 - if cos_i < GRAZING_COS { HORIZON_COSINES * cos_i } else { 0.0 };
     let [bounds_x, bounds_y] = bounds.map(|[low, high]| [low.max(-1.0), high.min(1.0)]);
     if bounds_x[0] >= bounds_x[1] || bounds_y[0] >= bounds_y[1] {
         return;
     }
     let [low, high] = bounds_y.map(f64::asin);
-    // The integrand has a kink where a bound along x meets the horizon.
+    // The length of a row over α has a kink where a bound along x meets the horizon, so panels end there.
     let mut ends = vec![low, high];
     for x in bounds_x {
         let alpha = x.abs().acos();
         ends.extend([-alpha, alpha].into_iter().filter(|alpha| low < *alpha && *alpha < high));
     }
     ends.sort_by(f64::total_cmp);
-    // Most rows reach from horizon to horizon, so the nodes of the row before serve the next.
+    // |ψ| from which the horizon has separate panels.
+    let edge = FRAC_PI_2 - if cos_i < GRAZING_COS { HORIZON_COSINES * cos_i } else { 0.0 };
+    // Nodes over ψ of one row, a value of α. Most rows reach from horizon to horizon and share their nodes.
     let (mut row, mut row_bounds) = (Vec::new(), [f64::NAN; 2]);
     for piece in ends.windows(2) {
         for alpha in in_panels([piece[0], piece[1]], widest[1], &LEGENDRE_16) {
@@ -93,8 +105,8 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
     }
 }
 
-/// Quadrature nodes between two angles: `rule` in each of the fewest equal panels no wider than `widest`. None where
-/// `high ≤ low`.
+/// Quadrature nodes between two angles in radians: `rule` in each of the fewest equal panels that are at most `widest`
+/// radians wide. Empty where `high ≤ low`.
 pub(super) fn in_panels<const PAIRS: usize>(
     [low, high]: [f64; 2],
     widest: f64,
@@ -103,12 +115,13 @@ pub(super) fn in_panels<const PAIRS: usize>(
     let range = (high - low).max(0.0);
     let panels = (range / widest).ceil() as usize;
     let half = 0.5 * range / panels.max(1) as f64;
-    // Nodes lie at equal angles from the middle of every panel, so their sines and cosines serve all panels.
+    // Sine and cosine of each node's angle from the middle of its panel, which are equal in all panels.
     let mut offsets = [(0.0, 0.0); PAIRS];
     for (offsets, pairs) in offsets.chunks_mut(4).zip(rule.0.chunks(4)) {
         let angle = |i: usize| pairs.get(i).map_or(0.0, |(abscissa, _)| half * abscissa);
         offsets.copy_from_slice(&sines_and_cosines(std::array::from_fn(angle))[..offsets.len()]);
     }
+    // By the addition theorems, with the angle in the middle of the panel.
     (0..panels).flat_map(move |panel| {
         let (sin, cos) = (low + (2 * panel + 1) as f64 * half).sin_cos();
         rule.0.iter().zip(offsets).flat_map(move |(&(_, weight), (offset_sin, offset_cos))| {
@@ -125,9 +138,8 @@ pub(super) fn in_panels<const PAIRS: usize>(
 mod tests {
     use super::*;
 
-    /// Gauss–Legendre rules are exact for polynomials, whatever their number of pairs and panels.
     #[test]
-    fn panels_integrate_every_angle() {
+    fn panels_integrate_a_constant_and_the_cosine() {
         const ROUNDING: f64 = 1e-13;
         fn check<const PAIRS: usize>(rule: &'static SymmetricRule<PAIRS>) {
             for widest in [3.0, 0.7, 0.1] {

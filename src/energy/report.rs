@@ -3,16 +3,20 @@
 use super::grid::Grid;
 use super::integral::AlbedoIntegral;
 use super::{AlbedoTable, AlbedoView};
-use crate::numeric::{Lanes, Numbers, Real};
+use crate::numeric::{Lanes, Numbers, Real, Values};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 
-/// Incident angle, in degrees, up to which the largest albedo is reported; beyond it the pole at the horizon tells
-/// nothing of the surface.
+/// Incident angle in degrees below which the largest albedo is reported. Beyond it every surface has large albedos, by
+/// the pole at the horizon.
 const LARGEST_BELOW_DEG: f64 = 85.0;
 
-/// Effect of dividing by an [`AlbedoTable`].
+/// Four directions or wavelengths side by side.
+type Real4 = <Lanes<'static> as Numbers>::Real;
+
+/// Albedos before and after division by an [`AlbedoTable`].
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoReport {
     /// Largest albedo before division, over incident directions below 85°.
@@ -26,9 +30,13 @@ pub struct AlbedoReport {
 /// Sums over incident directions and wavelengths.
 #[derive(Clone, Copy, Default)]
 struct Sums {
+    /// Sum of the weights of the mean.
     weight: f64,
+    /// Weighted sum of the albedos before division.
     before: f64,
+    /// Weighted sum of the albedos after division.
     after: f64,
+    /// Largest albedo before division, below [`LARGEST_BELOW_DEG`].
     largest: f64,
 }
 
@@ -44,44 +52,45 @@ impl Sums {
 }
 
 impl AlbedoReport {
-    /// Integrates over every other node of the table's grid and every other plane.
+    /// Integrates the albedo at every other node of the table's grid and every other plane. The largest albedo is that
+    /// of a node.
     pub(super) fn new(integral: &AlbedoIntegral, table: &AlbedoTable, progress: &Progress) -> Self {
-        type Real4 = <Lanes<'static> as Numbers>::Real;
         let view = AlbedoView::<Lanes> { layout: table.layout, words: &table.words };
         let grid = Grid { cells: table.layout.cells / 2 };
         let planes = table.layout.planes as usize / 2 + 1;
         let plane_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / (planes - 1) as f64;
-        let mirrored = integral.is_mirrored();
+        let is_mirrored = integral.is_mirrored();
         let steps = progress.of_steps(planes * grid.in_plane());
-        let at = |i: usize| {
+        let sums_at = |i: usize| {
             steps.one();
             let (plane, node) = (i / grid.in_plane(), i % grid.in_plane());
             let (wi, radius) = grid.direction([node % grid.side(), node / grid.side()].map(|at| at as f64));
-            let nodes = match node.cmp(&grid.mirrored(node)) {
+            // Number of nodes that this one counts for: itself, and on one side of the x axis its mirrored node if that
+            // has an equal albedo.
+            let count = match node.cmp(&grid.mirrored(node)) {
                 _ if radius >= 1.0 => 0.0,
-                std::cmp::Ordering::Equal => 1.0,
-                std::cmp::Ordering::Less if mirrored => 2.0,
-                std::cmp::Ordering::Greater if mirrored => 0.0,
+                Ordering::Less if is_mirrored => 2.0,
+                Ordering::Greater if is_mirrored => 0.0,
                 _ => 1.0,
             };
-            if nodes == 0.0 {
+            if count == 0.0 {
                 return Sums::default();
             }
             let nm = WAVELENGTH_MIN_NM + plane as f64 * plane_nm;
-            let (place, lane_nm) = (view.place(wi.map(Real4::lit)), Real4::lit(nm));
+            let (place, lanes_nm) = (view.place(wi.map(Real4::lit)), Real4::lit(nm));
             let (mut before, mut after) = (Real4::lit(0.0), Real4::lit(0.0));
             integral.visit::<Lanes>(wi, nm, None, |wo, part| {
                 before += part;
-                after += part * view.factor_at(&place, &view.place(wo), lane_nm, Lanes::mask(true));
+                after += part * view.factor_at(&place, &view.place(wo), lanes_nm, Lanes::mask(true));
             });
-            let total = |sum: Real4| sum.to_array().into_iter().map(f64::from).sum::<f64>();
-            let (before, after) = (total(before), total(after));
-            // Solid angle of a node, up to a constant, times cosθ.
-            let weight = nodes * wi[2].powf(1.5);
-            let counts = wi[2] > LARGEST_BELOW_DEG.to_radians().cos();
-            Sums { weight, before: weight * before, after: weight * after, largest: if counts { before } else { 0.0 } }
+            let (before, after) = (Lanes::total(before), Lanes::total(after));
+            // cosθ times the solid angle of a node, which is in proportion to √cosθ: cosθ = (1 − r²)² at the radius r.
+            let weight = count * wi[2].powf(1.5);
+            let is_below = wi[2] > LARGEST_BELOW_DEG.to_radians().cos();
+            let largest = if is_below { before } else { 0.0 };
+            Sums { weight, before: weight * before, after: weight * after, largest }
         };
-        let sums = (0..planes * grid.in_plane()).into_par_iter().map(at).reduce(Sums::default, Sums::merged);
+        let sums = (0..planes * grid.in_plane()).into_par_iter().map(sums_at).reduce(Sums::default, Sums::merged);
         Self {
             albedo_max_unscaled: sums.largest,
             albedo_mean_unscaled: sums.before / sums.weight,

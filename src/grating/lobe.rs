@@ -135,7 +135,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let active = active & are_above::<N>(from, to);
         // ky/k of the wave; it is the mean of incident light, −from.y, and outgoing light, to.y.
         let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
-        N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
+        N::map_each(c"wavelengths", wavelengths_nm, active, |nm| {
             self.sum_orders(from, to, nm, active, |order, active| {
                 jones
                     .matrix(order.position, order.outgoing, nm, groove_cosine, active)

@@ -29,14 +29,14 @@ impl<N: Numbers, T: PerWavelength<N>, const L: usize> Lobe<N, [N::Real; L]> for 
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: [N::Real; L], active: N::Mask) -> [N::Real; L] {
         let active = active & are_above::<N>(wi, wo);
         let pair = self.pair(wi, wo);
-        let [values] = N::each_lane(c"wavelengths", nm, active, |nm| [self.value(&pair, nm, active)]);
+        let [values] = N::map_each(c"wavelengths", nm, active, |nm| [self.value(&pair, nm, active)]);
         values
     }
 
     #[inline(always)]
     fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: [N::Real; L], active: N::Mask) -> N::Real {
         let active = active & are_above::<N>(wi, wo);
-        let [densities] = N::each_lane(c"wavelengths", nm, active, |nm| [self.density(wi, wo, nm, active)]);
+        let [densities] = N::map_each(c"wavelengths", nm, active, |nm| [self.density(wi, wo, nm, active)]);
         mixture_density::<N, L>(densities, active)
     }
 
@@ -50,7 +50,7 @@ impl<N: Numbers, T: PerWavelength<N>, const L: usize> Lobe<N, [N::Real; L]> for 
     ) -> ([N::Real; L], N::Real) {
         let active = active & are_above::<N>(wi, wo);
         let pair = self.pair(wi, wo);
-        let [values, densities] = N::each_lane(c"wavelengths", nm, active, |nm| {
+        let [values, densities] = N::map_each(c"wavelengths", nm, active, |nm| {
             [self.value(&pair, nm, active), self.density(wi, wo, nm, active)]
         });
         (values, mixture_density::<N, L>(densities, active))

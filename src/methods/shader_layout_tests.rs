@@ -137,7 +137,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
                 "Table",
                 layout!(
                     TableUniform,
-                    knee_radius,
+                    inner_spacing,
                     growth,
                     w_log,
                     exponent_offset,
@@ -156,7 +156,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
                 TableRing,
                 offset,
                 directions,
-                heights,
+                w_count,
                 knots_per_w,
                 knots_per_efold,
                 knee_squared,

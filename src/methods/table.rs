@@ -1,6 +1,6 @@
 //! The method `table`: the [colour table](crate::colour_table), the relief's factor in linear sRGB tabulated over `q =
-//! wi + wo`. A look-up reads 4 × 4 × 4 samples: four rings, and on each four directions and four heights. The shader is
-//! table.wgsl, and albedo.wgsl where energy is conserved.
+//! wi + wo`. A look-up reads 4 × 4 × 4 samples: four rings, and on each four directions at four values of w. The shader
+//! is table.wgsl, and albedo.wgsl where energy is conserved.
 
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
@@ -16,7 +16,7 @@ use std::borrow::Cow;
 pub(super) struct TableUniform {
     /// Spacing of the rings near the centre. This member and the next four are documented in
     /// [`crate::colour_table::ColourLayout`].
-    pub knee_radius: f32,
+    pub inner_spacing: f32,
     pub growth: f32,
     pub w_log: f32,
     pub exponent_offset: u32,
@@ -38,7 +38,7 @@ pub(super) struct TableRing {
     /// Number of samples along the direction.
     pub directions: u32,
     /// Number of samples along w.
-    pub heights: u32,
+    pub w_count: u32,
     /// This member and the next three are the constants of the formulas in `table.wgsl`.
     pub knots_per_w: f32,
     pub knots_per_efold: f32,
@@ -49,8 +49,8 @@ pub(super) struct TableRing {
 
 impl From<Ring> for TableRing {
     fn from(ring: Ring) -> Self {
-        let Ring { offset, directions, heights, knots_per_w, knots_per_efold, knee_squared, zero_squared } = ring;
-        Self { offset, directions, heights, knots_per_w, knots_per_efold, knee_squared, zero_squared, _pad: 0 }
+        let Ring { offset, directions, w_count, knots_per_w, knots_per_efold, knee_squared, zero_squared } = ring;
+        Self { offset, directions, w_count, knots_per_w, knots_per_efold, knee_squared, zero_squared, _pad: 0 }
     }
 }
 
@@ -98,7 +98,7 @@ impl Method for ConservingTable {
 fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
     let layout = table.layout();
     let mut uniform = Box::new(TableUniform {
-        knee_radius: layout.knee_radius,
+        inner_spacing: layout.inner_spacing,
         growth: layout.growth,
         w_log: layout.w_log,
         exponent_offset: layout.exponent_offset,
@@ -109,7 +109,7 @@ fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> 
     for (slot, ring) in uniform.rings.iter_mut().zip(table.rings()) {
         *slot = ring.into();
     }
-    let words = [Some(table.samples()), albedo.map(ColourAlbedoTable::words)];
+    let words = [Some(table.coefficients()), albedo.map(ColourAlbedoTable::words)];
     let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
     MethodShader {
         name: "table",

@@ -2,7 +2,7 @@
 // src/colour_table/lookup.rs, with the same arithmetic.
 //
 // The table consists of rings about (u, v) = (0, 0) whose spacing grows with the radius: ring i has the radius
-// knee_radius·sinh(growth·(i + 1/2))/growth. A ring holds `directions` × `heights` samples, cubic B-splines over the
+// inner_spacing·sinh(growth·(i + 1/2))/growth. A ring holds `directions` × `w_count` samples, cubic B-splines over the
 // direction in turns and over w. Across rings the interpolation is the cubic Lagrange polynomial through four rings.
 
 // A ring of samples; counterpart of `Ring` in src/colour_table/rings.rs, which derives the numbers.
@@ -12,7 +12,7 @@ struct Ring {
     // Number of samples along the direction.
     directions: u32,
     // Number of samples along w.
-    heights: u32,
+    w_count: u32,
     // The position along w, in samples, is knots_per_w·w + knots_per_efold·ln(1 + w/w_log).
     knots_per_w: f32,
     // Factor of the logarithm in this position.
@@ -28,7 +28,7 @@ struct Ring {
 // Layout of the table; counterpart of `ColourLayout` in src/colour_table.
 struct Table {
     // Spacing of the rings near the centre.
-    knee_radius: f32,
+    inner_spacing: f32,
     // Relative spacing of the rings far from the centre.
     growth: f32,
     // Scale of the logarithm of a ring's position along w.
@@ -105,7 +105,7 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
     let x = turn * f32(ring.directions);
     let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / table.w_log);
     let column = floor(x);
-    let row = min(floor(y), f32(ring.heights) - 4.0);
+    let row = min(floor(y), f32(ring.w_count) - 4.0);
     let direction_weights = cubic_b_spline_weights(x - column);
     let height_weights = cubic_b_spline_weights(y - row);
     // A turn lies in [-0.5, 1]. One addition makes the number of the direction positive and one subtraction brings it
@@ -114,7 +114,7 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
     var direction = select(beyond, beyond - ring.directions, beyond >= ring.directions);
     var sum = vec3<f32>();
     for (var a = 0u; a < 4u; a++) {
-        let first = ring.offset + direction * ring.heights + u32(row);
+        let first = ring.offset + direction * ring.w_count + u32(row);
         let value = height_weights.x * unpack(words[first]) + height_weights.y * unpack(words[first + 1u])
             + height_weights.z * unpack(words[first + 2u]) + height_weights.w * unpack(words[first + 3u]);
         sum += direction_weights[a] * value;
@@ -137,8 +137,8 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
         return vec3<f32>();
     }
     let turn = turns(q.xy);
-    // Position among the rings, in rings: asinh(growth·radius/knee_radius)/growth - 1/2.
-    let stretched = radius * table.growth / table.knee_radius;
+    // Position among the rings, in rings: asinh(growth·radius/inner_spacing)/growth - 1/2.
+    let stretched = radius * table.growth / table.inner_spacing;
     let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
     let first = floor(position);
     let weights = lagrange_weights(position - first);

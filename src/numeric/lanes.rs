@@ -1,4 +1,4 @@
-//! Four numbers of single precision by value, side by side: the wavelengths of a ray, or directions of an integral.
+//! Four single-precision numbers by value, side by side: the wavelengths of a ray, or directions of an integral.
 
 use super::math::polynomial;
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
@@ -7,10 +7,10 @@ use std::ffi::CStr;
 use std::marker::PhantomData;
 use wide::{CmpLe, CmpLt, f32x4, f64x4, i32x4, u32x4};
 
-/// Numbers side by side.
+/// Number of lanes.
 pub(super) const LANES: usize = 4;
 
-/// Four single-precision numbers at a time, over table data that lives for `'a`.
+/// Family of four single-precision numbers side by side, one in each lane. Table data lives for `'a`.
 ///
 /// ```
 /// use sunbeam::numeric::{Lanes, Real};
@@ -26,27 +26,32 @@ pub struct Lanes<'a>(PhantomData<&'a ()>);
 pub struct LaneMask(u32x4);
 
 impl LaneMask {
+    /// Whether the mask is true in any lane.
     fn any(self) -> bool {
         self.0.any()
     }
 
+    /// The mask in the form of single-precision comparisons: 32 equal bits per lane.
     #[inline(always)]
-    fn single(self) -> f32x4 {
+    fn to_single(self) -> f32x4 {
         cast(self.0)
     }
 
+    /// Inverse of [`LaneMask::to_single`].
     #[inline(always)]
-    fn of_single(mask: f32x4) -> Self {
+    fn from_single(mask: f32x4) -> Self {
         Self(cast(mask))
     }
 
+    /// The mask in the form of double-precision comparisons: 64 equal bits per lane.
     #[inline(always)]
-    fn double(self) -> f64x4 {
+    fn to_double(self) -> f64x4 {
         cast(self.0.to_array().map(|lane| u64::from(lane) | u64::from(lane) << 32))
     }
 
+    /// Inverse of [`LaneMask::to_double`].
     #[inline(always)]
-    fn of_double(mask: f64x4) -> Self {
+    fn from_double(mask: f64x4) -> Self {
         let lanes: [u64; LANES] = cast(mask);
         Self(lanes.map(|lane| lane as u32).into())
     }
@@ -88,6 +93,7 @@ impl State for LaneMask {
     }
 }
 
+/// Implements [`State`] without recorded variables.
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -103,17 +109,18 @@ macro_rules! states {
 }
 states! { f32x4 f64x4 u32x4 }
 
-macro_rules! comparisons {
-    ($($t:ident: $of:ident $to:ident;)+) => {$(
+/// Implements [`Number`] for a type of real numbers, with the conversions of its masks from and to [`LaneMask`].
+macro_rules! real_numbers {
+    ($($t:ident: $from:ident $to:ident;)+) => {$(
         impl Number for $t {
             type Mask = LaneMask;
             #[inline(always)]
             fn lt(self, other: Self) -> LaneMask {
-                LaneMask::$of(self.cmp_lt(other))
+                LaneMask::$from(self.cmp_lt(other))
             }
             #[inline(always)]
             fn le(self, other: Self) -> LaneMask {
-                LaneMask::$of(self.cmp_le(other))
+                LaneMask::$from(self.cmp_le(other))
             }
             #[inline(always)]
             fn min(self, other: Self) -> Self {
@@ -130,7 +137,7 @@ macro_rules! comparisons {
         }
     )+};
 }
-comparisons! { f32x4: of_single single; f64x4: of_double double; }
+real_numbers! { f32x4: from_single to_single; f64x4: from_double to_double; }
 
 impl Number for u32x4 {
     type Mask = LaneMask;
@@ -156,9 +163,9 @@ impl Number for u32x4 {
     }
 }
 
-/// Coefficients of the Taylor series of 2ˣ, `(ln 2)ⁿ/n!`, for x in [−0.5, 0.5]. The remainder is below half a unit in
-/// the last place of single precision.
-const EXP2: [f64; 8] = [
+/// Coefficients of the Taylor series of 2ˣ, `(ln 2)ⁿ/n!` for n = 0 to 7. For x in [−0.5, 0.5] the remainder is below
+/// half a unit in the last place of single precision.
+const EXP2_TAYLOR: [f64; 8] = [
     1.0,
     std::f64::consts::LN_2,
     0.240_226_506_959_100_7,
@@ -169,7 +176,8 @@ const EXP2: [f64; 8] = [
     0.000_015_252_733_804_059_84,
 ];
 
-macro_rules! common {
+/// Items of [`Real`] that are equal for both types, with `$t` the type of one lane.
+macro_rules! real_items {
     ($t:ident) => {
         #[inline(always)]
         fn lit(value: f64) -> Self {
@@ -195,11 +203,12 @@ macro_rules! common {
 }
 
 impl Real for f32x4 {
-    common!(f32);
+    real_items!(f32);
     #[inline(always)]
     fn floor(self) -> Self {
         let towards_zero = f32x4::from_i32x4(self.fast_trunc_int());
-        let floor = towards_zero - (self.lt(towards_zero).single() & Self::splat(1.0));
+        // The mask's bits select those of 1.0.
+        let floor = towards_zero - (self.lt(towards_zero).to_single() & Self::splat(1.0));
         // All numbers from 2²³ on are whole, and may exceed an integer of 32 bits.
         Self::select(f32x4::abs(self).lt(Self::splat(8_388_608.0)), floor, self)
     }
@@ -207,20 +216,21 @@ impl Real for f32x4 {
     fn ceil(self) -> Self {
         -Real::floor(-self)
     }
-    /// Zero below 2⁻¹²⁶, where results would be subnormal.
+    /// Zero below −126, where results would be subnormal. Infinite from 127.5 on.
     #[inline(always)]
     fn exp2(self) -> Self {
         let is_normal = Self::splat(-126.0).le(self);
         let x = Number::min(Number::max(self, Self::splat(-126.0)), Self::splat(127.5));
         let whole = Real::floor(x + Self::splat(0.5));
-        let part = polynomial(x - whole, &EXP2);
-        let exponent = (cast::<i32x4, u32x4>(whole.fast_trunc_int()) + u32x4::splat(127)) << 23_u32;
-        Self::select(is_normal, part * cast::<u32x4, f32x4>(exponent), Self::splat(0.0))
+        let fraction = polynomial(x - whole, &EXP2_TAYLOR);
+        // 2^whole: `whole` plus the bias in the exponent bits of a single-precision number.
+        let power = (cast::<i32x4, u32x4>(whole.fast_trunc_int()) + u32x4::splat(127)) << 23_u32;
+        Self::select(is_normal, fraction * cast::<u32x4, f32x4>(power), Self::splat(0.0))
     }
 }
 
 impl Real for f64x4 {
-    common!(f64);
+    real_items!(f64);
     #[inline(always)]
     fn floor(self) -> Self {
         self.to_array().map(Real::floor).into()
@@ -243,13 +253,13 @@ impl Index for u32x4 {
 }
 
 impl Lanes<'_> {
-    /// One number in all lanes.
+    /// The number `x` in all lanes.
     #[inline(always)]
     pub fn all(x: f32) -> f32x4 {
         f32x4::splat(x)
     }
 
-    /// One number for each lane.
+    /// The numbers `x[i]` in the lanes i.
     #[inline(always)]
     pub fn each(x: [f32; LANES]) -> f32x4 {
         x.into()
@@ -259,7 +269,7 @@ impl Lanes<'_> {
 impl<'a> Numbers for Lanes<'a> {
     type Real = f32x4;
     type Double = f64x4;
-    /// Converted as signed integers, so values stay below 2³¹.
+    /// Conversions from and to real numbers are those of signed integers, so values stay below 2³¹.
     type Index = u32x4;
     type Mask = LaneMask;
     type Words = &'a [u32];
@@ -322,36 +332,36 @@ impl<'a> Numbers for Lanes<'a> {
         for (i, value) in values.iter_mut().enumerate().take(count as usize) {
             *value = function(u32x4::splat(i as u32));
         }
-        // Lanes in the loop have the same index, and lanes that have ended a smaller one.
+        // Lanes in the loop have equal indices, and lanes that have ended smaller ones.
         move |i| {
             let lane = i.to_array().into_iter().fold(0, Ord::max);
             values[lane as usize]
         }
     }
     #[inline(always)]
-    fn each_lane<const L: usize, const R: usize>(
+    fn map_each<const L: usize, const R: usize>(
         _: &'static CStr,
-        lanes: [f32x4; L],
+        inputs: [f32x4; L],
         active: LaneMask,
         function: impl Fn(f32x4) -> [f32x4; R],
     ) -> [[f32x4; L]; R] {
-        super::one_by_one(lanes, active.any(), function)
+        super::map_by_value(inputs, active.any(), function)
     }
 }
 
 impl Values for Lanes<'_> {
     const COUNT: usize = LANES;
     #[inline(always)]
-    fn pack(of: impl Fn(usize) -> f64) -> f32x4 {
-        Self::each(std::array::from_fn(|lane| of(lane) as f32))
+    fn pack(lane: impl Fn(usize) -> f64) -> f32x4 {
+        Self::each(std::array::from_fn(|i| lane(i) as f32))
     }
     #[inline(always)]
-    fn lane(of: u32x4, lane: usize) -> usize {
-        of.to_array()[lane] as usize
+    fn lane(index: u32x4, lane: usize) -> usize {
+        index.to_array()[lane] as usize
     }
     #[inline(always)]
-    fn total(of: f32x4) -> f64 {
-        of.to_array().into_iter().map(f64::from).sum()
+    fn total(number: f32x4) -> f64 {
+        number.to_array().into_iter().map(f64::from).sum()
     }
 }
 
@@ -359,8 +369,6 @@ impl Values for Lanes<'_> {
 mod tests {
     use super::*;
     use crate::numeric::Plain;
-
-    type One<'a> = Plain<'a, f32>;
 
     /// Numbers of both signs over 80 binary orders of magnitude, with whole numbers and halves.
     fn numbers() -> Vec<f32> {
@@ -374,14 +382,16 @@ mod tests {
     fn lanes_match_scalar_functions() {
         for four in numbers().chunks_exact(LANES).map(|four| <[f32; LANES]>::try_from(four).unwrap()) {
             let lanes = Lanes::each(four);
-            let same = |found: f32x4, of: &dyn Fn(f32) -> f32| assert_eq!(found.to_array(), four.map(of), "{four:?}");
-            same(Real::floor(lanes), &f32::floor);
-            same(Real::ceil(lanes), &f32::ceil);
-            same(Real::abs(lanes), &f32::abs);
-            same(Real::sqrt(Real::abs(lanes)), &|x| x.abs().sqrt());
-            same(Number::max(lanes, Lanes::all(0.5)), &|x| if x > 0.5 { x } else { 0.5 });
+            let check = |found: f32x4, scalar: &dyn Fn(f32) -> f32| {
+                assert_eq!(found.to_array(), four.map(scalar), "{four:?}");
+            };
+            check(Real::floor(lanes), &f32::floor);
+            check(Real::ceil(lanes), &f32::ceil);
+            check(Real::abs(lanes), &f32::abs);
+            check(Real::sqrt(Real::abs(lanes)), &|x| x.abs().sqrt());
+            check(Number::max(lanes, Lanes::all(0.5)), &|x| if x > 0.5 { x } else { 0.5 });
             let positive = Lanes::all(0.0).lt(lanes);
-            same(f32x4::select(positive, lanes, Lanes::all(7.0)), &|x| if x > 0.0 { x } else { 7.0 });
+            check(f32x4::select(positive, lanes, Lanes::all(7.0)), &|x| if x > 0.0 { x } else { 7.0 });
             for (found, x) in Real::exp2(lanes).to_array().into_iter().zip(four) {
                 let exact = f64::from(x).exp2();
                 // Two roundings, of the polynomial's sum and of its first product. Below the normal numbers the result
@@ -399,8 +409,8 @@ mod tests {
     fn gather_reads_packets_and_zeros_where_masked() {
         let words: Vec<u32> = (10..22).collect();
         let at = u32x4::from([0, 2, 5, 1000]);
-        let some = Lanes::all(0.0).lt(Lanes::each([1.0, 1.0, -1.0, 1.0]));
-        let found = Lanes::gather::<2>(&words, at, some).map(u32x4::to_array);
+        let mask = Lanes::all(0.0).lt(Lanes::each([1.0, 1.0, -1.0, 1.0]));
+        let found = Lanes::gather::<2>(&words, at, mask).map(u32x4::to_array);
         assert_eq!(found, [[10, 14, 0, 0], [11, 15, 0, 0]]);
         let [word] = Lanes::gather::<1>(&words, at, Lanes::mask(true));
         assert_eq!(word.to_array(), [10, 12, 15, 0]);
@@ -413,7 +423,7 @@ mod tests {
         let step = |(i, x): (u32x4, f32x4)| (i + u32x4::splat(1), x + x);
         let (i, x) = Lanes::while_loop(c"doubling", start, |(i, _)| i.lt(count), step);
         assert_eq!((i.to_array(), x.to_array()), ([0, 3, 1, 7], [1.0, 8.0, 2.0, 128.0]));
-        let (i, _) = One::while_loop(c"doubling", (0, 1.0f32), |(i, _)| i < 7, |(i, x)| (i + 1, x + x));
+        let (i, _) = Plain::<f32>::while_loop(c"doubling", (0, 1.0f32), |(i, _)| i < 7, |(i, x)| (i + 1, x + x));
         assert_eq!(i, 7);
     }
 }

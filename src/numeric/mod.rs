@@ -1,9 +1,14 @@
-//! Families of numbers for evaluators, so that each is written once: single values ([`Plain`]), four values side by
-//! side ([`Lanes`]), or variables of a tracing compiler that records a kernel (the Mitsuba plugin's).
+//! Number types over which evaluators are generic, so that each evaluator is written once. A family of types implements
+//! [`Numbers`]:
 //!
-//! An evaluator is generic over [`Numbers`], a family of types that belong together. It may not branch on values. It
-//! selects with masks, masks its reads, and loops through [`Numbers::while_loop`]. Its tables are words of 32 bits,
-//! read by [`Numbers::gather`]. [`math`] has functions on top of the traits, among them the decoding of packed words.
+//! - [`Plain`]: single values,
+//! - [`Lanes`]: four values side by side (SIMD), one in each *lane*,
+//! - the *recorded* variables of the Mitsuba plugin (`cpp_shim/src/traced.rs`): operations on them are recorded by the
+//!   tracing compiler Dr.Jit as a kernel, which computes later for many lanes.
+//!
+//! A generic evaluator cannot branch on values. It selects with masks, masks its reads, and loops through
+//! [`Numbers::while_loop`]. Its tables are words of 32 bits, read by [`Numbers::gather`]. [`math`] has functions on top
+//! of the traits, among them the decoding of packed words.
 //!
 //! ```
 //! use sunbeam::numeric::{Lanes, Number, Numbers, Plain, Real};
@@ -27,19 +32,20 @@ pub use plain::Plain;
 use std::ffi::CStr;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-/// Largest count of [`Numbers::tabulated`]. Chosen: more than the taps of a table's look-up (table/lattice.rs).
+/// Largest count of [`Numbers::tabulated`]: more than the nodes of a table's look-up along one axis
+/// (`table/lattice.rs`).
 pub(crate) const TABULATED_MAX: usize = 40;
 
-/// State carried by a loop: numbers, masks, and tuples and arrays of them.
+/// State of a loop: numbers, masks, and tuples and arrays of them.
 pub trait State: Copy {
-    /// Number of handles that [`State::each`] visits.
+    /// Number of recorded variables in the state, which [`State::each`] visits. Zero for numbers by value.
     const COUNT: usize;
 
-    /// Visits the handles of recorded variables, in a fixed order. Numbers by value have none.
+    /// Visits the indices of the recorded variables, in a fixed order.
     fn each(&mut self, visit: &mut dyn FnMut(&mut u32));
 
-    /// Restores `old` in the lanes where `changed` is false: a loop has ended there. Needed by [`Lanes`] only; single
-    /// values end at once, and recorded loops keep ended lanes themselves.
+    /// Restores `old` in the lanes where `changed` is false: the loop has ended there. Only [`Lanes`] needs this. A
+    /// loop of single values ends as a whole, and Dr.Jit keeps ended lanes itself.
     #[inline(always)]
     fn keep_lanes(&mut self, _old: Self, _changed: LaneMask) {}
 }
@@ -47,7 +53,7 @@ pub trait State: Copy {
 /// Truth values, one for each lane.
 pub trait Mask: State + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
 
-/// Operations common to reals and indices.
+/// Operations common to real numbers and indices.
 pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// Result of a comparison.
     type Mask: Mask;
@@ -55,33 +61,33 @@ pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output =
     fn lt(self, other: Self) -> Self::Mask;
     /// `self ≤ other`; false where either is NaN.
     fn le(self, other: Self) -> Self::Mask;
-    /// Lesser of two numbers; unspecified where either is NaN.
+    /// Smaller of two numbers; unspecified where either is NaN.
     fn min(self, other: Self) -> Self;
-    /// Greater of two numbers; unspecified where either is NaN.
+    /// Larger of two numbers; unspecified where either is NaN.
     fn max(self, other: Self) -> Self;
-    /// `yes` where the mask holds, `no` elsewhere.
+    /// `yes` where the mask is true, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// `self` brought into `[low, high]`.
+    /// `self` clamped to `[low, high]`.
     #[inline(always)]
     fn clip(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
 }
 
-/// Reals of single or double precision.
+/// Real numbers of single or double precision.
 pub trait Real: Number + Div<Output = Self> + Neg<Output = Self> {
-    /// A constant.
+    /// Constant in every lane, rounded to the type's precision.
     fn lit(value: f64) -> Self;
-    /// `self·b + c`, fused where that is fast.
+    /// `self·b + c`, as a fused operation where that is fast.
     fn fma(self, b: Self, c: Self) -> Self;
-    /// The absolute value.
+    /// Absolute value.
     fn abs(self) -> Self;
     /// Square root; NaN for negative numbers.
     fn sqrt(self) -> Self;
-    /// Greatest whole number at most `self`.
+    /// Largest whole number that is at most `self`.
     fn floor(self) -> Self;
-    /// Least whole number at least `self`.
+    /// Smallest whole number that is at least `self`.
     fn ceil(self) -> Self;
     /// Two to the power `self`.
     fn exp2(self) -> Self;
@@ -89,32 +95,32 @@ pub trait Real: Number + Div<Output = Self> + Neg<Output = Self> {
     fn log2(self) -> Self;
 }
 
-/// Unsigned integers of 32 bits. An operation must not overflow.
+/// Unsigned integers of 32 bits. Evaluators avoid overflow, which families treat differently.
 pub trait Index:
     Number + BitAnd<Output = Self> + BitOr<Output = Self> + Shl<u32, Output = Self> + Shr<u32, Output = Self>
 {
-    /// A constant.
+    /// Constant in every lane.
     fn lit(value: u32) -> Self;
 }
 
-/// A family of number types that belong together.
+/// Family of number types that are used together.
 pub trait Numbers: Copy {
-    /// Reals of the family's working precision.
+    /// Real numbers of the family's working precision.
     type Real: Real<Mask = Self::Mask>;
-    /// Reals of double precision, for positions on a lattice: an order is much narrower than its distance from the
-    /// origin.
+    /// Real numbers of double precision, for positions on a lattice: an order is much narrower than its distance from
+    /// the origin.
     type Double: Real<Mask = Self::Mask>;
     /// Unsigned integers: positions in tables, and counts.
     type Index: Index<Mask = Self::Mask>;
-    /// Result of a comparison.
+    /// Truth values: results of comparisons.
     type Mask: Mask;
     /// Table data: words of 32 bits.
     type Words: Copy;
 
-    /// A mask that is true, or false, in every lane.
+    /// Mask that is `value` in every lane.
     fn mask(value: bool) -> Self::Mask;
-    /// Reads the `W` words of `table` from `W·at` on, `W` being 1, 2 or 4; zeros where the mask is false. The evaluator
-    /// keeps `at` within the table.
+    /// Reads a packet of `W` words (1, 2 or 4), `table[W·at]` to `table[W·at + W − 1]`; zeros where the mask is false.
+    /// The evaluator keeps `at` within the table.
     fn gather<const W: usize>(table: Self::Words, at: Self::Index, mask: Self::Mask) -> [Self::Index; W];
     /// Number whose single-precision bits are `bits`.
     fn from_bits(bits: Self::Index) -> Self::Real;
@@ -124,61 +130,66 @@ pub trait Numbers: Copy {
     fn narrow(x: Self::Double) -> Self::Real;
     /// Converts an integer to a real number.
     fn real(i: Self::Index) -> Self::Real;
-    /// Truncates a number in `[0, 2³²)`. Elsewhere the result is arbitrary, and differs between families.
+    /// Truncates a number in `[0, 2³¹)`. Elsewhere the result is arbitrary, and differs between families.
     fn index(x: Self::Real) -> Self::Index;
     /// [`Numbers::index`] of a double.
     fn index_of_double(x: Self::Double) -> Self::Index;
 
-    /// Applies `step` while `go_on` is true, in each lane on its own. `name` labels a recorded loop.
+    /// Applies `step` to the state while `go_on` is true, in each lane separately. `name` labels a recorded loop.
     fn while_loop<S: State>(name: &'static CStr, state: S, go_on: impl Fn(S) -> Self::Mask, step: impl Fn(S) -> S)
     -> S;
 
-    /// `function` over `0..count` (at most 40), tabulated beforehand where numbers are values.
+    /// Function equal to `function` on `0..count`, for `count` up to 40. Numbers by value tabulate it once; for them
+    /// the argument has to be equal in all lanes, except those where a loop has ended at a smaller one.
     fn tabulated(count: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real;
 
-    /// `function` of each of `L` numbers in turn, as `[result][lane]`. Recorded kernels loop over the lanes: written
-    /// out, they would be `L` times longer and take as much longer to compile.
-    fn each_lane<const L: usize, const R: usize>(
+    /// Results `[result][input]` of `function` for each of the `L` inputs in turn. Zeros where `active` is false; in
+    /// [`Lanes`] only where it is false in all lanes.
+    ///
+    /// Recorded kernels loop over the inputs, under the label `name`. Otherwise they would be `L` times longer and take
+    /// `L` times longer to compile.
+    fn map_each<const L: usize, const R: usize>(
         name: &'static CStr,
-        lanes: [Self::Real; L],
+        inputs: [Self::Real; L],
         active: Self::Mask,
         function: impl Fn(Self::Real) -> [Self::Real; R],
     ) -> [[Self::Real; L]; R];
 }
 
-/// Numbers by value, one or several side by side.
+/// Families of numbers by value, with one or several lanes.
 pub(crate) trait Values: Numbers {
     /// Number of lanes, at most [`VALUES_MAX`].
     const COUNT: usize;
-    /// Number whose lane i is `of(i)`, rounded to the family's precision.
-    fn pack(of: impl Fn(usize) -> f64) -> Self::Real;
-    /// Lane of an index.
-    fn lane(of: Self::Index, lane: usize) -> usize;
+    /// Number whose lane i is `lane(i)`, rounded to the family's precision.
+    fn pack(lane: impl Fn(usize) -> f64) -> Self::Real;
+    /// Value of an index in one lane.
+    fn lane(index: Self::Index, lane: usize) -> usize;
     /// Sum over the lanes.
-    fn total(of: Self::Real) -> f64;
+    fn total(number: Self::Real) -> f64;
 }
 
 /// Largest [`Values::COUNT`].
 pub(crate) const VALUES_MAX: usize = lanes::LANES;
 
-/// [`Numbers::each_lane`] of numbers by value; zeros unless `active`.
+/// [`Numbers::map_each`] of numbers by value; zeros unless `active`.
 #[inline(always)]
-fn one_by_one<T: Real, const L: usize, const R: usize>(
-    lanes: [T; L],
+fn map_by_value<T: Real, const L: usize, const R: usize>(
+    inputs: [T; L],
     active: bool,
     function: impl Fn(T) -> [T; R],
 ) -> [[T; L]; R] {
     let mut results = [[T::lit(0.0); L]; R];
     if active {
-        for (k, lane) in lanes.into_iter().enumerate() {
-            for (result, value) in results.iter_mut().zip(function(lane)) {
-                result[k] = value;
+        for (i, input) in inputs.into_iter().enumerate() {
+            for (result, value) in results.iter_mut().zip(function(input)) {
+                result[i] = value;
             }
         }
     }
     results
 }
 
+/// Implements [`State`] for tuples, which visit their elements in order.
 macro_rules! tuples {
     ($($($t:ident $i:tt)+;)+) => {$(
         #[allow(non_snake_case, reason = "type parameters name the elements")]

@@ -1,10 +1,10 @@
-//! Single numbers by value: the family of scalar evaluation, in single or double precision.
+//! Single numbers by value, in single or double precision.
 
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
 use std::ffi::CStr;
 use std::marker::PhantomData;
 
-/// Single numbers over table data that lives for `'a`; `F` is `f32` or `f64`.
+/// Family of single numbers of type `F`, `f32` or `f64`. Table data lives for `'a`.
 ///
 /// ```
 /// use sunbeam::numeric::{Numbers, Plain};
@@ -16,7 +16,8 @@ use std::marker::PhantomData;
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<'a, F>(PhantomData<(&'a (), F)>);
 
-macro_rules! stateless {
+/// Implements [`State`] without recorded variables.
+macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
             const COUNT: usize = 0;
@@ -25,11 +26,12 @@ macro_rules! stateless {
         }
     )+};
 }
-stateless! { f32 f64 u32 bool }
+states! { f32 f64 u32 bool }
 
 impl Mask for bool {}
 
-macro_rules! comparisons {
+/// Items of [`Number`], equal for all types.
+macro_rules! number_items {
     () => {
         type Mask = bool;
         #[inline(always)]
@@ -40,7 +42,7 @@ macro_rules! comparisons {
         fn le(self, other: Self) -> bool {
             self <= other
         }
-        // `f32::min` would take longer, since it treats NaN specially.
+        // `f32::min` takes longer, since it treats NaN specially.
         #[inline(always)]
         fn min(self, other: Self) -> Self {
             if self < other { self } else { other }
@@ -56,10 +58,12 @@ macro_rules! comparisons {
     };
 }
 
-macro_rules! real {
-    ($($t:ident of $whole:ident)+) => {$(
+/// Implements [`Number`] and [`Real`] for `$t`, and [`Numbers`] for its family. `$whole` is the signed integer type of
+/// equal size, which has all whole numbers below `1/EPSILON`.
+macro_rules! reals {
+    ($($t:ident with $whole:ident)+) => {$(
         impl Number for $t {
-            comparisons!();
+            number_items!();
         }
 
         impl Real for $t {
@@ -86,7 +90,7 @@ macro_rules! real {
                 if cfg!(all(target_arch = "x86_64", not(target_feature = "sse4.1"))) {
                     let towards_zero = self as $whole as $t;
                     let floor = if towards_zero > self { towards_zero - 1.0 } else { towards_zero };
-                    // All numbers from 1/ε on are whole, and may exceed the integer's range.
+                    // All numbers from 1/EPSILON on are whole, and may exceed the integer's range.
                     if $t::abs(self) < 1.0 / $t::EPSILON { floor } else { self }
                 } else {
                     $t::floor(self)
@@ -169,37 +173,37 @@ macro_rules! real {
                 move |i| values[i as usize]
             }
             #[inline(always)]
-            fn each_lane<const L: usize, const R: usize>(
+            fn map_each<const L: usize, const R: usize>(
                 _: &'static CStr,
-                lanes: [$t; L],
+                inputs: [$t; L],
                 active: bool,
                 function: impl Fn($t) -> [$t; R],
             ) -> [[$t; L]; R] {
-                super::one_by_one(lanes, active, function)
+                super::map_by_value(inputs, active, function)
             }
         }
     )+};
 }
-real! { f32 of i32 f64 of i64 }
+reals! { f32 with i32 f64 with i64 }
 
 impl Values for Plain<'_, f64> {
     const COUNT: usize = 1;
     #[inline(always)]
-    fn pack(of: impl Fn(usize) -> f64) -> f64 {
-        of(0)
+    fn pack(lane: impl Fn(usize) -> f64) -> f64 {
+        lane(0)
     }
     #[inline(always)]
-    fn lane(of: u32, _: usize) -> usize {
-        of as usize
+    fn lane(index: u32, _: usize) -> usize {
+        index as usize
     }
     #[inline(always)]
-    fn total(of: f64) -> f64 {
-        of
+    fn total(number: f64) -> f64 {
+        number
     }
 }
 
 impl Number for u32 {
-    comparisons!();
+    number_items!();
 }
 
 impl Index for u32 {

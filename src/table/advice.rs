@@ -2,17 +2,19 @@
 
 use super::estimate::{BUILD_LIMIT, BuildDemand, Estimate};
 
-/// Range of heights in µm from which the advice asks whether they are in nm. Reliefs that diffract are far shallower.
+/// Range of heights in µm from which the advice asks whether the given heights are in nm. Reliefs that diffract are
+/// much shallower.
 const DEEP_UM: f64 = 10.0;
-/// Tolerances that may be advised.
+/// Tolerances that may be advised, ascending.
 const TOLERANCES: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
-/// Coherence lengths in µm that may be advised: round numbers and the default.
+/// Coherence lengths in µm that may be advised, descending: round numbers and the default, 65.
 const COHERENCE_LENGTHS_UM: [f64; 10] = [3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 65.0, 30.0, 10.0, 3.0];
 /// Fewest pixels along the longer side that may be advised.
 const PIXELS_MIN: usize = 64;
 
 impl BuildDemand {
-    /// Names the changes that, each alone, bring the build below the limit.
+    /// Text that names the changes each of which alone brings the build below the limit. `estimate` is that of the
+    /// refused build.
     pub(super) fn advice(&self, estimate: Estimate, build_limit: f64) -> String {
         let fits = |changed: &Self| changed.estimate().limit() <= build_limit;
         let mut changes = Vec::new();
@@ -22,7 +24,7 @@ impl BuildDemand {
         let shorter = COHERENCE_LENGTHS_UM.into_iter().filter(|length_um| *length_um < self.coherence_length_um);
         let shorter = shorter.map(|coherence_length_um| Self { coherence_length_um, ..self.clone() }).find(fits);
         changes.extend(shorter.map(|changed| format!("a coherence length of {} µm", changed.coherence_length_um)));
-        // The pixels of a grating, one row or column, cost little.
+        // A grating has one row or column of pixels; fewer of them would save little.
         if self.size.0.min(self.size.1) > 1 {
             let coarser = std::iter::successors(Some(self.coarser()), |changed| Some(changed.coarser()))
                 .take_while(|changed| changed.size.0.max(changed.size.1) >= PIXELS_MIN)
@@ -38,40 +40,40 @@ impl BuildDemand {
             Some(last) if changes.is_empty() => format!("{last} would do"),
             Some(last) => format!("{} or {last} would do", changes.join(", ")),
         };
-        let in_nm = Self { range_um: self.range_um * 1e-3, ..self.clone() };
-        if self.range_um >= DEEP_UM && fits(&in_nm) {
-            let (found, meant) = (four_digits(self.range_um), four_digits(in_nm.range_um));
-            advice += &format!(". Is the height in µm? It is {found} µm; {meant} µm would do");
+        let as_nm = Self { range_um: self.range_um * 1e-3, ..self.clone() };
+        if self.range_um >= DEEP_UM && fits(&as_nm) {
+            let (given, meant) = (four_digits(self.range_um), four_digits(as_nm.range_um));
+            advice += &format!(". Is the height in µm? It is {given} µm; {meant} µm would do");
         }
         advice
     }
 
-    /// The relief in pixels of twice the size.
+    /// Demand of an equally large relief with half as many pixels along each axis, rounded up.
     fn coarser(&self) -> Self {
         let halved = |count: usize, pixel_um: f64| {
             let half = count.div_ceil(2);
             (half, pixel_um * count as f64 / half as f64)
         };
-        let (x, y) = (halved(self.size.0, self.pixel_um.0), halved(self.size.1, self.pixel_um.1));
-        Self { size: (x.0, y.0), pixel_um: (x.1, y.1), ..self.clone() }
+        let ((nx, dx_um), (ny, dy_um)) = (halved(self.size.0, self.pixel_um.0), halved(self.size.1, self.pixel_um.1));
+        Self { size: (nx, ny), pixel_um: (dx_um, dy_um), ..self.clone() }
     }
 }
 
-/// Rounds up to two digits.
-fn rounded_up(value: f64) -> f64 {
-    let unit = 10f64.powf(value.log10().floor() - 1.0);
-    // Below ten in tenths, where a product with the unit would show its rounding.
-    if unit >= 1.0 { (value / unit).ceil() * unit } else { (value * 10.0).ceil() / 10.0 }
+/// Rounds a limit, at least 1, up to two significant digits.
+fn rounded_up(limit: f64) -> f64 {
+    let unit = 10f64.powf(limit.log10().floor() - 1.0);
+    // Tenths are divided by 10, since a product with the unit 0.1 may print as 1.2000000000000002.
+    if unit >= 1.0 { (limit / unit).ceil() * unit } else { (limit * 10.0).ceil() / 10.0 }
 }
 
-/// Formats a positive number with four significant digits, without trailing zeros.
+/// Formats a positive number with at least four significant digits, without trailing zeros.
 fn four_digits(value: f64) -> String {
     let decimals = (3.0 - value.log10().floor()).clamp(0.0, 15.0) as usize;
     let text = format!("{value:.decimals$}");
     if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }
 }
 
-/// A number of any size with few digits, for messages; at least 0.1.
+/// Display of a positive number of any size with few digits, at least 0.1, for messages.
 pub(super) struct RoundNumber(pub f64);
 
 impl std::fmt::Display for RoundNumber {

@@ -1,56 +1,58 @@
 //! Band limit of the power spectrum from which an ensemble's nodes are computed, along one axis.
 //!
-//! Nodes of the ensemble are the transform of the autocorrelation times the window. The autocorrelation is itself the
-//! transform of a power spectrum. A scan with fine pixels has powers far beyond the frequencies that any pair of
-//! directions asks for ([`super::FREQUENCY_MAX_PER_UM`]). They reach the nodes only as far as the window spreads them.
-//! So the spectrum is cut a margin beyond those frequencies, and the autocorrelation needs fewer pixels. The cut is
-//! smooth, since a sharp one would lengthen the autocorrelation.
+//! Nodes of the ensemble are the transform of the autocorrelation times the window, and the autocorrelation is the
+//! transform of the power spectrum. A scan with fine pixels has power far beyond the frequencies of any pair of
+//! directions ([`super::FREQUENCY_MAX_PER_UM`]), which reaches the needed nodes only as far as the window spreads it.
+//! So the spectrum is cut a margin beyond those frequencies, and the autocorrelation needs fewer pixels, of a larger
+//! size. The cut is smooth, since a sharp one would lengthen the autocorrelation.
 
 use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
 use sunbeam_fourier::next_fast_len;
 
-/// Margin above [`FREQUENCY_MAX_PER_UM`] within which powers are kept, in node spacings per tap of the interpolation
-/// kernel. The kernel is about as wide as the window spreads powers. With both margins the table's error stays that of
-/// the interpolation, for tolerances from 1e-2 to 1e-6.
+/// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely, in node spacings for each tap (node that
+/// a look-up reads). The taps span about the width to which the window spreads power. With this margin and
+/// [`TRANSITION`], the table's error stays that of the interpolation for tolerances from 1e-2 to 1e-6.
 const KEPT_MARGIN: f64 = 3.0;
-/// Width of the transition from kept to cut, in the same unit.
+/// Width of the transition from kept to cut frequencies, in node spacings for each tap.
 const TRANSITION: f64 = 12.0;
-/// Margin from [`FREQUENCY_MAX_PER_UM`] to the end of the spectrum, in the same unit.
+/// Margin from [`FREQUENCY_MAX_PER_UM`] to the end of the spectrum, in node spacings for each tap.
 pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + TRANSITION;
 
 /// Weights of the kept frequencies along one axis.
 pub(super) struct Band {
-    /// Factor on each bin, FFT order; one bin per pixel of the autocorrelation.
+    /// Factor on the power in each bin, in FFT order. There are as many bins as pixels of the band-limited
+    /// autocorrelation.
     pub weights: Vec<f64>,
 }
 
 impl Band {
-    /// Pixels of an autocorrelation over `lags` pixels of `pixel_um` whose spectrum ends at `edge` cycles/µm; at most
-    /// `lags`.
-    pub(super) fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
-        // The conversion saturates for any number of pixels.
-        next_fast_len(((2.0 * edge * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
+    /// Number of pixels of a band-limited autocorrelation whose spectrum ends at `edge_per_um` (cycles/µm). It replaces
+    /// one of `lags` pixels of `pixel_um`, and never has more of them.
+    pub(super) fn pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
+        // Two pixels per cycle. The conversion saturates for any number of pixels.
+        next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
-    /// Pixels of the autocorrelation over `length_um` for a planned axis.
+    /// Number of pixels of the band-limited autocorrelation over `length_um`, in the pixel size of a planned axis.
     pub(super) fn kept(axis: &LatticeAxis, length_um: f64) -> usize {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }
 
-    /// The band of an axis that was planned for `lags` pixels of `pixel_um`. The transition is an error function that
-    /// ends within about `tolerance` of 1 and 0.
+    /// Band of an axis that was planned for an autocorrelation of `lags` pixels of `pixel_um`. The transition is an
+    /// error function that ends within about `tolerance` of 1 and 0.
     pub(super) fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, tolerance: f64) -> Self {
         let length_um = lags as f64 * pixel_um;
         let kept = Self::kept(axis, length_um);
         if kept >= lags {
             return Self { weights: vec![1.0; lags] };
         }
+        // Ends of the transition in cycles/µm.
         let low = FREQUENCY_MAX_PER_UM + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
         let high = 0.5 * kept as f64 / length_um;
         let steepness = (1.0 / tolerance).ln().sqrt();
-        let weight = |i: usize| {
-            let frequency = i.min(kept - i) as f64 / length_um;
+        let weight = |bin: usize| {
+            let frequency = bin.min(kept - bin) as f64 / length_um;
             0.5 * libm::erfc(steepness * (2.0 * frequency - low - high) / (high - low))
         };
         Self { weights: (0..kept).map(weight).collect() }

@@ -1,4 +1,5 @@
-//! Builds a [`SpectralTable`]: node values at every knot in κ, then one spline per node, until the error is met.
+//! Build of a [`SpectralTable`]: node values at every knot in κ, then one spline per node. Builds with finer knots
+//! follow until the tolerance is met.
 
 use super::knots::{
     EXTRA_KNOTS, KAPPA_MAX, first_spacing, kappa_reached, knot_step, nearest_frequency, record_floats, spline_tolerance,
@@ -19,33 +20,35 @@ use sunbeam_fourier::num_complex::Complex64;
 /// Number of floats that a table's 32-bit offsets can address.
 const FLOATS_MAX: usize = u32::MAX as usize;
 /// Smallest knot spacing that is tried, as a fraction of the first. Rounding keeps the error above about 1e-6, so finer
-/// knots cannot help.
+/// knots would not help.
 const REFINEMENT_MIN: f64 = 0.2;
-/// Smallest spacing of a build over that of the build before. Where the first spacing misses its tolerance by more than
-/// the corresponding `0.4⁻⁴`, 39, the fourth-power law asks for more knots than are needed (blazed: 25 instead of 20).
+/// Lower bound of a build's spacing over that of the build before. The fourth-power law of the error would reduce the
+/// spacing further where the error is more than 0.4⁻⁴ = 39 times too large. The law does not hold there, and would take
+/// more knots than needed (blazed: 25 instead of 20).
 const REFINEMENT_STEP: f64 = 0.4;
-/// Fraction of the allowed error that the next spacing aims at (chosen). A smaller one costs knots, a larger one
-/// further builds.
-const AIM: f64 = 0.7;
+/// Fraction of the allowed error that the next spacing aims at. A smaller one costs knots, a larger one further builds.
+const REFINEMENT_AIM: f64 = 0.7;
 
 /// Power density in µm² below which errors are absolute: a hundredth of that of a Lambertian surface, `λ²/π`, at the
 /// shortest wavelength.
 pub const DENSITY_FLOOR_UM2: f64 = 0.01 * (WAVELENGTH_MIN_NM * 1e-3) * (WAVELENGTH_MIN_NM * 1e-3) / PI;
 
-/// Number of κ between knots at which [`TableReport::relative_error`] is measured.
+/// Number of κ midway between knots at which [`TableReport::relative_error`] is measured.
 pub(super) const ERROR_KAPPAS: usize = 3;
-/// Upper bound of the frequencies per κ at which it is measured: 1 % of them are above the percentile (chosen).
+/// Upper bound of the number of frequencies at each of these κ. More take longer; fewer leave too few errors above the
+/// 99th percentile, now 40 of them.
 const ERROR_SAMPLES: usize = 4000;
 
-/// Phase κH in rad at which slopes at κ = 0 are taken: their error is its square, 1e-8.
+/// Phase κH in rad at which slopes at κ = 0 are measured, with H half the range of heights. Their relative error is the
+/// square of the phase, 1e-8.
 const SMALL_PHASE: f64 = 1e-4;
 
 /// Build time, size and measured error of a table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TableReport {
-    /// Size in bytes.
+    /// Size of the packed table in bytes.
     pub bytes: usize,
-    /// Number of nodes in the table.
+    /// Number of nodes with a record.
     pub nodes: usize,
     /// Number of knots in κ.
     pub kappa_knots: usize,
@@ -58,7 +61,7 @@ pub struct TableReport {
     pub build_seconds: f64,
 }
 
-/// A table in both of its forms, from [`build`].
+/// Table in both of its forms, from [`build`].
 ///
 /// ```
 /// use sunbeam::table::{self, CoherenceWindow, Model, Progress, Spectrum, Tiling};
@@ -83,7 +86,8 @@ pub struct Built {
     pub report: TableReport,
 }
 
-/// Builds the table of `spectrum` to a relative error of `tolerance`.
+/// Builds the table of `spectrum` to a relative error of `tolerance`, if knots down to a fifth of the first spacing
+/// reach it. [`TableReport::relative_error`] has the error.
 ///
 /// [`BuildDemand::check`] refuses builds that are too expensive, before the spectrum is made.
 ///
@@ -98,9 +102,9 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result
     let mut spacing = first_spacing;
     let mut progress = progress.clone();
     loop {
-        // A second build with finer knots may follow.
-        let (this, rest) = progress.halves();
-        let build = Build::new(spectrum, spacing, this)?;
+        // Another build with finer knots may follow.
+        let (progress_now, progress_rest) = progress.halves();
+        let build = Build::new(spectrum, spacing, progress_now)?;
         let table = build.table();
         let packed = PackedTable::new(&table, tolerance);
         let relative_error = build.error(&table, &packed);
@@ -113,25 +117,25 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result
                 relative_error,
                 build_seconds: start.elapsed().as_secs_f64(),
             };
-            rest.report(1.0);
+            progress_rest.report(1.0);
             return Ok(Built { table, packed, report });
         }
         // The error of a cubic B-spline goes as the fourth power of the spacing, once the spacing resolves the waves.
-        let factor = (AIM * target / relative_error).powf(0.25).max(REFINEMENT_STEP);
+        let factor = (REFINEMENT_AIM * target / relative_error).powf(0.25).max(REFINEMENT_STEP);
         spacing = (spacing * factor).max(REFINEMENT_MIN * first_spacing);
-        progress = rest;
+        progress = progress_rest;
     }
 }
 
-/// A node that look-ups can read.
+/// Node that the look-up of some pair of directions reads.
 struct KeptNode {
-    /// Row-major number in the lattice.
+    /// Index in the lattice, row-major from node `(−reach, −reach)`.
     index: usize,
     /// Last knot at or below the largest κ at which the node can be read.
     last_knot: usize,
 }
 
-/// One build at a fixed spacing of knots.
+/// Build at a fixed spacing of knots.
 struct Build<'a> {
     spectrum: &'a Spectrum,
     quantity: NodeQuantity,
@@ -141,18 +145,19 @@ struct Build<'a> {
     kappa_knee: f64,
     /// Number of knots from κ = 0 to the first at or beyond [`KAPPA_MAX`].
     knots: usize,
-    /// Nodes in the table, row by row. The list is symmetric: the mirror of `kept[i]` is `kept[len − 1 − i]`.
+    /// Nodes in the table, row by row. The list is symmetric: if `kept[i]` is node j, `kept[len − 1 − i]` is node −j.
     kept: Vec<KeptNode>,
     /// Progress over the knots.
     progress: Progress,
 }
 
 impl<'a> Build<'a> {
+    /// Prepares a build; `spacing` of the knots is in units of 1/bandwidth (`knots.rs`).
     fn new(spectrum: &'a Spectrum, spacing: f64, progress: Progress) -> Result<Self, TableError> {
         let quantity = spectrum.quantity();
-        let h = spectrum.half_range_um();
-        let kappa_step = knot_step(quantity, h, spacing);
-        let kappa_knee = if h > 0.0 { 1.0 / h } else { KAPPA_MAX };
+        let half_range_um = spectrum.half_range_um();
+        let kappa_step = knot_step(quantity, half_range_um, spacing);
+        let kappa_knee = if half_range_um > 0.0 { 1.0 / half_range_um } else { KAPPA_MAX };
         let knots = (KAPPA_MAX / kappa_step).ceil() as usize + 1;
         let kept = kept_nodes(spectrum.lattice(), kappa_step);
         let build = Self { spectrum, quantity, kappa_step, kappa_knee, knots, kept, progress };
@@ -164,12 +169,14 @@ impl<'a> Build<'a> {
         Ok(build)
     }
 
+    /// Length of a node's record in floats.
     fn record_floats(&self, node: &KeptNode) -> usize {
         record_floats(self.quantity, node.last_knot)
     }
 
+    /// Computes the table.
     fn table(&self) -> SpectralTable {
-        let (at_zero, curves) = self.curves();
+        let (headers, rows) = self.curves();
         let components = self.quantity.components();
         let mut offsets = vec![0u32; self.spectrum.lattice().nodes()];
         // Offset 0 stands for no record, so float 0 is unused.
@@ -183,17 +190,18 @@ impl<'a> Build<'a> {
             slices.push(slice);
             rest = tail;
         }
-        slices.into_par_iter().enumerate().with_min_len(256).for_each(|(node, record)| {
-            let (zero, coefficients) = record.split_at_mut(HEADER);
-            zero.copy_from_slice(&[at_zero[node].re as f32, at_zero[node].im as f32]);
-            let mut curve = Vec::with_capacity(curves.len());
+        slices.into_par_iter().enumerate().with_min_len(256).for_each(|(i, record)| {
+            let (header, coefficients) = record.split_at_mut(HEADER);
+            header.copy_from_slice(&[headers[i].re as f32, headers[i].im as f32]);
+            let mut curve = Vec::with_capacity(rows.len());
             for part in 0..components {
+                // Values at the knots, which the filter replaces by coefficients.
                 curve.clear();
-                curve.extend(curves.iter().map(|row| f64::from(row[node * components + part])));
+                curve.extend(rows.iter().map(|row| f64::from(row[i * components + part])));
                 prefilter(&mut curve);
-                // A record begins with the coefficient of knot −1.
-                let inner = &curve[EXTRA_KNOTS as usize - 1..];
-                for (to, from) in coefficients.iter_mut().skip(part).step_by(components).zip(inner) {
+                // A record begins with the coefficient of knot −1, the curve with that of knot −EXTRA_KNOTS.
+                let from_knot_minus_1 = &curve[EXTRA_KNOTS as usize - 1..];
+                for (to, from) in coefficients.iter_mut().skip(part).step_by(components).zip(from_knot_minus_1) {
                     *to = *from as f32;
                 }
             }
@@ -210,25 +218,26 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Header values of the kept nodes (`P(0) + i·P'(0)`, or `D(0)`), and the rows of `Q(κ)` at the knots from
-    /// `−EXTRA_KNOTS` on: `[knot][node][component]`. Rows are in single precision, since they are most of a build's
-    /// memory.
+    /// Headers and scaled curves `Q(κ)` of the kept nodes (see [`SpectralTable`]).
+    ///
+    /// A header is `P(0) + i·P'(0)`, or `D(0)`. Curves are rows `[knot][node][component]`, with the knots from
+    /// `−EXTRA_KNOTS` on. They are in single precision, since they are most of a build's memory.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
-        let mut at_zero = self.kept_values(&self.spectrum.nodes(0.0));
+        let mut headers = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
-        let small = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
+        let small_kappa = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
         if self.quantity == NodeQuantity::Power {
-            let nearby = self.kept_values(&self.spectrum.nodes(small));
-            for (i, zero) in at_zero.iter_mut().enumerate() {
-                zero.im = (nearby[i] - mirrored(&nearby, i)).re / (2.0 * small);
+            let nearby = self.kept_values(&self.spectrum.nodes(small_kappa));
+            for (i, header) in headers.iter_mut().enumerate() {
+                header.im = (nearby[i] - mirrored(&nearby, i)).re / (2.0 * small_kappa);
             }
         }
         let steps = self.progress.of_steps(last as usize + 1);
         let rows: Vec<Vec<f32>> = (0..=last)
             .into_par_iter()
             .map(|k| {
-                let kappa = if k == 0 { small } else { k as f64 * self.kappa_step };
-                let mut scaled = self.scaled(kappa, &at_zero);
+                let kappa = if k == 0 { small_kappa } else { k as f64 * self.kappa_step };
+                let mut scaled = self.scaled(kappa, &headers);
                 if k == 0 {
                     // The limit κ → 0: the mean of ±κ, in which odd terms of the series cancel.
                     scaled = (0..scaled.len()).map(|i| 0.5 * (scaled[i] + mirrored(&scaled, i))).collect();
@@ -239,9 +248,10 @@ impl<'a> Build<'a> {
             .collect();
         let before: Vec<Vec<f32>> =
             rows[1..=EXTRA_KNOTS as usize].iter().rev().map(|row| self.mirrored_row(row)).collect();
-        (at_zero, before.into_iter().chain(rows).collect())
+        (headers, before.into_iter().chain(rows).collect())
     }
 
+    /// Values of the kept nodes as a row `[node][component]`.
     fn row(&self, values: &[Complex64]) -> Vec<f32> {
         match self.quantity {
             NodeQuantity::Power => values.iter().map(|c| c.re as f32).collect(),
@@ -257,20 +267,22 @@ impl<'a> Build<'a> {
         }
     }
 
+    /// Values of the kept nodes, from those of all nodes of the lattice.
     fn kept_values(&self, nodes: &[Complex64]) -> Vec<Complex64> {
         self.kept.iter().map(|node| nodes[node.index]).collect()
     }
 
-    /// `Q(κ)` of the kept nodes (see [`SpectralTable`]), κ > 0.
-    fn scaled(&self, kappa: f64, at_zero: &[Complex64]) -> Vec<Complex64> {
+    /// `Q(κ)` of the kept nodes at a positive κ: the formulas of [`SpectralTable`], solved for Q.
+    fn scaled(&self, kappa: f64, headers: &[Complex64]) -> Vec<Complex64> {
         let values = self.kept_values(&self.spectrum.nodes(kappa));
         let ratio = self.kappa_knee / kappa;
-        let pairs = values.iter().zip(at_zero);
+        let pairs = values.iter().zip(headers);
         match self.quantity {
             NodeQuantity::Power => pairs
-                .map(|(value, zero)| {
-                    let beyond = (value.re - zero.re) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * zero.im;
-                    (zero.re + beyond).into()
+                .map(|(value, header)| {
+                    let (zero, slope) = (header.re, header.im);
+                    let beyond = (value.re - zero) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * slope;
+                    (zero + beyond).into()
                 })
                 .collect(),
             NodeQuantity::Amplitude => {
@@ -280,8 +292,8 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Measures [`TableReport::relative_error`]: the packed table against node values between knots, near sampled
-    /// nodes.
+    /// Measures [`TableReport::relative_error`]: the packed table against S from node values midway between knots, at
+    /// frequencies near some of the nodes.
     fn error(&self, table: &SpectralTable, packed: &PackedTable) -> f64 {
         if self.spectrum.half_range_um() == 0.0 {
             return 0.0;
@@ -295,11 +307,12 @@ impl<'a> Build<'a> {
             let nodes = self.spectrum.nodes(kappa.min(KAPPA_MAX));
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|node| {
-                // Positions off the nodes, by different parts of a spacing or of the kernel's width along x and y.
+                // Positions off the nodes, by different fractions along x and y of the spacing or the kernel's width.
                 let at = |i: usize, reach: usize, by: f64| i as f64 - reach as f64 + by;
                 let px = at(node.index % x.nodes(), x.reach, 0.3 * x.sigma.min(1.0));
                 let py = at(node.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));
                 let f = [px / x.period_um, py / y.period_um];
+                // Only where a pair of directions has this frequency and κ.
                 let occurs = TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) <= KAPPA_MAX;
                 if !occurs || !table.is_resolved(f) {
                     return None;
@@ -314,13 +327,13 @@ impl<'a> Build<'a> {
     }
 }
 
-/// Value of a node at −κ, from the values of all kept nodes at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and
+/// Value at −κ of kept node i, from the values of all kept nodes at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and
 /// `D_j(−κ)` is the conjugate of `D_{−j}(κ)`.
-fn mirrored(values: &[Complex64], node: usize) -> Complex64 {
-    values[values.len() - 1 - node].conj()
+fn mirrored(values: &[Complex64], i: usize) -> Complex64 {
+    values[values.len() - 1 - i].conj()
 }
 
-/// Nodes that a look-up of some pair of directions reads, row by row.
+/// Nodes that the look-up of some pair of directions reads, row by row.
 fn kept_nodes(lattice: &Lattice, kappa_step: f64) -> Vec<KeptNode> {
     let (x, y) = (&lattice.x, &lattice.y);
     let mut kept = Vec::new();

@@ -1,4 +1,4 @@
-//! Coherence of the light on the surface: the window, its model, and what lies beyond the tile.
+//! Coherence of the light on the surface: the window, its model, and the continuation of the relief beyond the tile.
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, SQRT_2, TAU};
@@ -6,9 +6,10 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 /// Coherence length over the window's standard deviation: the definition of `coherence_length`.
 const LENGTH_SIGMAS: f64 = 4.0;
 
-/// The Gaussian window `exp(−|x|²/2s²)` within which light interferes (docs/model.md#coherence).
+/// Gaussian window `exp(−|x|²/(2s²))` within which light interferes (docs/model.md#coherence).
 ///
-/// Interfaces give the coherence length `4s`. Formulas need `s`, or the width of an order that follows from it.
+/// Users of the library give the coherence length `4s`. Formulas need `s`, or the width of an order that follows from
+/// it.
 ///
 /// ```
 /// use sunbeam::table::CoherenceWindow;
@@ -26,12 +27,12 @@ pub struct CoherenceWindow {
 }
 
 impl CoherenceWindow {
-    /// The window of a coherence length in µm.
+    /// Window with the coherence length `4s` in µm.
     pub fn new(length_um: f64) -> Self {
         Self { sigma_um: length_um / LENGTH_SIGMAS }
     }
 
-    /// The window of a standard deviation in µm.
+    /// Window with the standard deviation `s` in µm.
     pub fn from_sigma_um(sigma_um: f64) -> Self {
         Self { sigma_um }
     }
@@ -41,18 +42,19 @@ impl CoherenceWindow {
         self.sigma_um
     }
 
-    /// Standard deviation of an order's power `K(f) = 4πs²·exp(−4π²s²|f|²)` in cycles/µm, per axis: `1/(2π√2·s)`.
+    /// Standard deviation in cycles/µm, along either axis, of an order's power density `K(f) = 4πs²·exp(−4π²s²|f|²)`:
+    /// `1/(2π√2·s)`.
     pub fn order_sigma_per_um(self) -> f64 {
         1.0 / (TAU * self.sigma_um * SQRT_2)
     }
 
-    /// Peak of an order's power, `K(0) = 4πs²` in µm².
+    /// Peak of an order's power density, `K(0) = 4πs²`, in µm².
     pub fn order_peak_um2(self) -> f64 {
         4.0 * PI * self.sigma_um * self.sigma_um
     }
 }
 
-/// Coherence model (docs/model.md#coherence).
+/// Coherence model: the position of the window (docs/model.md#coherence).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Model {
@@ -69,6 +71,6 @@ pub enum Model {
 pub enum Tiling {
     /// The tile repeats without end.
     Periodic,
-    /// The tile is a single scan, tapered at its edges.
+    /// The relief beyond the tile is unknown. The tile is a single scan, tapered at its edges.
     Aperiodic,
 }

@@ -15,14 +15,14 @@ use thiserror::Error;
 #[derive(Debug, PartialEq, Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum TableError {
-    /// The build would take more memory, in GB, or more time, in minutes on two cores, than its limit allows.
+    /// The build would take more memory or time than its limits. Memory is in GB, time in minutes on two cores.
     #[error(
         "building the tables would take about {} GB and {} min on two cores, \
          and the limit is {} GB and {} min: {advice}",
         RoundNumber(*needed_gb), RoundNumber(*needed_minutes), RoundNumber(*limit_gb), RoundNumber(*limit_minutes)
     )]
     TooMuch { needed_gb: f64, needed_minutes: f64, limit_gb: f64, limit_minutes: f64, advice: String },
-    /// The table would exceed the range of its 32-bit offsets.
+    /// The table would exceed the range of its 32-bit offsets. Sizes are in MB.
     #[error("the table would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB that it can address")]
     TooLarge { needed_mb: f64, limit_mb: f64 },
     /// A parameter outside of its accepted range.
@@ -31,10 +31,10 @@ pub enum TableError {
 }
 
 impl TableError {
-    /// Checks that `value` lies in `range`; `accepted` describes the range in the message.
+    /// Checks that the parameter `name` with this `value` lies in `range`, which `accepted` describes in the message.
     ///
     /// # Errors
-    /// [`TableError::OutOfRange`].
+    /// [`TableError::OutOfRange`], also for NaN.
     pub(crate) fn unless_in(
         name: &'static str,
         value: f64,

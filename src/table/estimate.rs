@@ -1,12 +1,13 @@
 //! Cost of building tables, from sizes alone.
 //!
-//! A build transforms the relief at every knot in κ, and puts a spline through the knots of every kept node. Both
-//! counts follow from sizes and options. Nothing here transforms anything or allocates more than a few kB, so that a
-//! build of years is refused at once.
+//! A build transforms the relief at every knot in κ, and computes a spline through the knots of every kept node. The
+//! numbers of knots and nodes follow from sizes and options. An estimate transforms nothing and allocates at most a few
+//! kB, so that an endless build is refused at once.
 //!
-//! - Time: `BUILDS·((knots + 5)·(TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + window)) + KNOT_NS·nodes·knots)`, with n
-//!   the points of each transform.
-//! - Peak memory: the rows of all knots, and the larger of the transforms in progress and the finished records.
+//! - Time in ns: `BUILDS·((knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·nodes·components·knots)`, with
+//!   `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of points of each
+//!   transform, `screen` that of the phase screen, and `windowed` that of the lattice if a window is applied.
+//! - Peak memory: the values at all knots, and the larger of the transforms in progress and the finished records.
 
 use super::band::Band;
 use super::build::ERROR_KAPPAS;
@@ -16,41 +17,42 @@ use super::spectral::NodeQuantity;
 use super::{CoherenceWindow, Model, TableError, Tiling};
 use std::ops::RangeInclusive;
 
-/// Memory limit of a build in bytes at a build limit of 1: half of a common machine's.
+/// Memory limit of a build in bytes at a build limit of 1: half the memory of a common machine.
 pub const LIMIT_BYTES: f64 = 8e9;
-/// Time limit of a build in seconds on two cores at a build limit of 1 (chosen).
+/// Time limit of a build in seconds on two cores at a build limit of 1. All presets and scans take far less; who needs
+/// more can raise the build limit.
 pub const LIMIT_SECONDS: f64 = 120.0;
 /// Accepted build limits: factors on [`LIMIT_BYTES`] and [`LIMIT_SECONDS`].
 pub const BUILD_LIMIT: RangeInclusive<f64> = 1.0..=1e6;
 
-// Times were measured on two cores for skins, gratings and scans of 32² to 2048² pixels. Estimates are within a factor
-// of two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of five.
+// The constants of time were measured on two cores for skins, gratings and scans of 32² to 2048² pixels. Estimates are
+// within a factor of two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of five.
 
-/// Nanoseconds per pixel of a phase screen: a sine and a cosine.
+/// Nanoseconds per pixel of a phase screen, which takes a sine and a cosine.
 const SCREEN_NS: f64 = 9.0;
-/// Nanoseconds per point of a transform and doubling of its size.
+/// Nanoseconds per point of a transform, for each doubling of its size.
 const TRANSFORM_NS: f64 = 0.55;
-/// Nanoseconds per knot of a node: gathered, passed through the spline filter, and written.
+/// Nanoseconds per knot of a node, to gather its value, filter it and write its coefficient.
 const KNOT_NS: f64 = 5.0;
-/// Node values computed besides those at knots: at two κ near zero, and to measure the error.
+/// Number of κ besides the knots at which node values are computed: two near zero, and those that measure the error.
 const OTHER_KAPPAS: f64 = 2.0 + ERROR_KAPPAS as f64;
 /// Work of all builds until the tolerance is met, over that of the last one. Earlier builds have wider knots.
 const BUILDS: f64 = 1.2;
 /// Knot spacing of the last build over that of the first.
 const LAST_SPACING: f64 = 0.7;
 
-/// Seconds for the albedo table of a grating, at least.
+/// Shortest time in seconds for the albedo table of a grating.
 const GRATING_ENERGY_SECONDS: f64 = 0.5;
-/// Seconds for the albedo table of any other relief, at least.
+/// Shortest time in seconds for the albedo table of any other relief.
 const ENERGY_SECONDS: f64 = 1.3;
-/// Nanoseconds for the albedo table per pair of knots: fringes of a deep relief are as fine over incidences as over
-/// wavelengths. An upper bound, which refuses reliefs of a hundred micrometres and more.
+/// Nanoseconds for the albedo table per square of the number of knots: fringes of a deep relief are as fine over
+/// incidences as over wavelengths. It is an upper bound, which refuses reliefs of a hundred micrometres and more.
 const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// Time and memory of the sampler over those of the table it is computed from.
 const SAMPLER_FRACTION: f64 = 0.5;
 
-/// Upper bound of the positions along an axis at which kept nodes are counted (chosen): exact up to
-/// 1025 nodes, and near beyond, since the counts vary smoothly.
+/// Upper bound of the samples on one side of an axis from which kept nodes are counted. The count is exact on axes of
+/// up to 1025 nodes, and close on longer ones, since it varies smoothly. More samples take longer.
 const AXIS_SAMPLES_MAX: usize = 512;
 
 /// Cost of a build.
@@ -70,14 +72,14 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Smallest build limit that allows the build, at least 1; infinite if the cost is not a number.
+    /// Smallest build limit that allows the build, at least 1; infinite if the cost is NaN.
     pub fn limit(&self) -> f64 {
         let needed = (self.bytes / LIMIT_BYTES).max(self.seconds / LIMIT_SECONDS);
         if self.bytes.is_nan() || self.seconds.is_nan() { f64::INFINITY } else { needed.max(1.0) }
     }
 
-    /// Refuses a cost above `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`]; `advice` tells what would be
-    /// allowed.
+    /// Refuses a cost above `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`]. `advice` is the text on changes
+    /// that would be allowed.
     ///
     /// # Errors
     /// The errors of [`BuildDemand::check`].
@@ -96,7 +98,7 @@ impl Estimate {
     }
 }
 
-/// Use of the table of `S`, which decides what is built besides.
+/// Use of the table of `S`, which determines what else is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// The table alone.
@@ -108,7 +110,7 @@ pub enum Purpose {
     },
 }
 
-/// Sizes and options that decide the cost of a build.
+/// Sizes and options that determine the cost of a build.
 ///
 /// ```
 /// use sunbeam::table::{BuildDemand, Model, Purpose, TableError, Tiling};
@@ -150,7 +152,7 @@ pub struct BuildDemand {
 }
 
 impl BuildDemand {
-    /// Cost of the build.
+    /// Cost of the build with the current number of threads.
     pub fn estimate(&self) -> Estimate {
         let own = self.table();
         let Purpose::Surface { energy } = self.purpose else {
@@ -159,8 +161,8 @@ impl BuildDemand {
         let mut peak_bytes = own.peak_bytes;
         let mut seconds = own.seconds * (1.0 + SAMPLER_FRACTION);
         if energy {
-            // A patch is scaled by the albedo of its ensemble, whose table is built while its own is in memory.
-            let scaled_by = match self.model {
+            // A patch is divided by the albedo of its ensemble, whose table is built while its own is in memory.
+            let albedo_source = match self.model {
                 Model::Ensemble => own,
                 Model::Patch => {
                     let ensemble = Self { model: Model::Ensemble, ..self.clone() }.table();
@@ -170,8 +172,8 @@ impl BuildDemand {
                 }
             };
             let is_grating = self.size.0.min(self.size.1) == 1;
-            let least_seconds = if is_grating { GRATING_ENERGY_SECONDS } else { ENERGY_SECONDS };
-            seconds += least_seconds + 1e-9 * ENERGY_KNOT_PAIR_NS * scaled_by.knots.powi(2);
+            let shortest_seconds = if is_grating { GRATING_ENERGY_SECONDS } else { ENERGY_SECONDS };
+            seconds += shortest_seconds + 1e-9 * ENERGY_KNOT_PAIR_NS * albedo_source.knots.powi(2);
         }
         Estimate { bytes: peak_bytes.max(own.table_bytes * (1.0 + SAMPLER_FRACTION)), seconds }
     }
@@ -191,6 +193,7 @@ impl BuildDemand {
         estimate.check(build_limit, || self.advice(estimate, build_limit))
     }
 
+    /// Cost of the table alone.
     fn table(&self) -> TableEstimate {
         let window = CoherenceWindow::new(self.coherence_length_um);
         let lattice = plan_lattice(self.size, self.pixel_um, self.model, self.tiling, window, self.tolerance);
@@ -202,13 +205,15 @@ impl BuildDemand {
 
         let points = |(x, y): (usize, usize)| x as f64 * y as f64;
         let (screen, nodes) = (points(self.size), points((lattice.x.pixels, lattice.y.pixels)));
-        // Grids of the transform to the band, and of the autocorrelation over it.
+        // Grid of the forward transform of the screen, and of the kept band of its bins.
         let full = if self.tiling == Tiling::Aperiodic { lag_grid(self.size.0, self.size.1) } else { self.size };
         let band = (
             Band::kept(&lattice.x, full.0 as f64 * self.pixel_um.0),
             Band::kept(&lattice.y, full.1 as f64 * self.pixel_um.1),
         );
+        // The forward transform takes the rows of the relief alone, and then the columns of the band alone.
         let forward = 0.5 * (points((full.0, self.size.1)) + points((band.0, full.1)));
+        // Points of each transform (spectrum.rs).
         let grids = match (self.model, lattice.is_native()) {
             (_, true) => vec![screen],
             (Model::Ensemble, false) => vec![forward, points(band), nodes],
@@ -224,14 +229,15 @@ impl BuildDemand {
             * ((all_knots + OTHER_KAPPAS) * (TRANSFORM_NS * transforms + SCREEN_NS * (screen + windowed))
                 + kept.nodes * components * KNOT_NS * all_knots);
 
-        // Each thread works on one knot: its grids in double precision and their transposes, and its nodes.
+        // Each thread works on one knot: a grid and its transpose, the screen and the nodes, in complex double
+        // precision. The relief and copies of it take 24 bytes a pixel.
         let threads = rayon::current_num_threads() as f64;
         let largest = grids.iter().copied().fold(0.0, f64::max);
-        let working = threads * 16.0 * (2.0 * largest + screen + kept.nodes) + 24.0 * screen;
-        // The rows of all knots are in memory, first beside the transforms and then beside the records.
+        let working_bytes = threads * 16.0 * (2.0 * largest + screen + kept.nodes) + 24.0 * screen;
+        // The values at all knots are in memory, first beside the transforms and then beside the records.
         let knot_bytes = 4.0 * components * kept.nodes * (all_knots + EXTRA_KNOTS as f64);
         let table_bytes = 4.0 * (kept.floats + kept.lattice_nodes);
-        TableEstimate { knots, seconds, table_bytes, peak_bytes: knot_bytes + working.max(table_bytes) }
+        TableEstimate { knots, seconds, table_bytes, peak_bytes: knot_bytes + working_bytes.max(table_bytes) }
     }
 }
 
@@ -242,7 +248,7 @@ struct TableEstimate {
     knots: f64,
     /// Time in seconds on two cores.
     seconds: f64,
-    /// Bytes of the table.
+    /// Size of the table in bytes.
     table_bytes: f64,
     /// Peak memory in bytes while it is built.
     peak_bytes: f64,
@@ -259,6 +265,7 @@ struct KeptCount {
 }
 
 impl KeptCount {
+    /// Counts the nodes of a lattice with knots `kappa_step` rad/µm apart.
     fn of(lattice: &Lattice, quantity: NodeQuantity, kappa_step: f64) -> Self {
         let (x, y) = (axis_samples(&lattice.x), axis_samples(&lattice.y));
         let lattice_nodes = lattice.x.nodes() as f64 * lattice.y.nodes() as f64;
@@ -275,17 +282,18 @@ impl KeptCount {
     }
 }
 
-/// Floats of a record; in proportion to its knots where these are more than any table has.
+/// Floats of a record. Beyond 10⁹ knots, more than any table has, they are extrapolated.
 fn floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
     let capped = last_knot.min(1e9);
     record_floats(quantity, capped as usize) as f64 * (last_knot / capped.max(1.0)).max(1.0)
 }
 
-/// Samples of an axis's nodes: the smallest frequency in cycles/µm at which the node is read, and the number of nodes
-/// that it stands for, both signs included.
+/// Samples of an axis's nodes: the smallest frequency in cycles/µm whose look-up reads the node, and the number of
+/// nodes that the sample represents, both signs included. The first is node 0.
 fn axis_samples(axis: &LatticeAxis) -> Vec<(f64, f64)> {
     let reach = axis.reach as f64;
     let count = axis.reach.min(AXIS_SAMPLES_MAX);
+    // Node numbers per sample: intervals [i·width + ½, (i + 1)·width + ½] of equal width cover 1 to reach.
     let width = reach / count.max(1) as f64;
     let others = (0..count).map(|i| (nearest_frequency(axis, (i as f64 + 0.5) * width + 0.5), 2.0 * width));
     std::iter::once((nearest_frequency(axis, 0.0), 1.0)).chain(others).collect()

@@ -1,8 +1,9 @@
 //! Formats of a packed table: the words of a node's entry, and of its spline's coefficients.
 //!
-//! Words of 32 bits are read in *packets* of one or four. Each node has an *entry* of two or four words. The first is
-//! the start of its coefficients, counted in packets. Fixed-point formats store a coefficient as a 16-bit integer `i`
-//! with the value `low + step·i`; `low` and `step` are bfloat16 numbers that share the entry's second word.
+//! Words of 32 bits are read in *packets* of one or four. Each node has an *entry* of two or four words. The first word
+//! is the `start` of its coefficients, counted in packets from the table's first word. The fixed-point formats store a
+//! coefficient as a 16-bit integer `i` with the value `low + step·i`, two in a word, the first in the lower half. `low`
+//! and `step` are bfloat16 numbers in the lower and upper half of the entry's second word, the *scale*.
 
 use super::spectral::{HEADER, NodeQuantity};
 use crate::numeric::Plain;
@@ -15,10 +16,10 @@ const INTEGER_MAX: f32 = u16::MAX as f32;
 /// Format of a node's entry and coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
-    /// Powers with 16 bits per coefficient; entry `[start, low | step]`. Only order zero has power at κ = 0, and the
-    /// layout holds it.
+    /// Powers with 16 bits per coefficient; entry `[start, scale]`. `P(0)` is zero except for order zero, whose power
+    /// is in the table's layout, and `P'(0)` is zero.
     Fixed,
-    /// Powers with 16 bits per coefficient; entry `[start, low | step, P(0), P'(0)]`.
+    /// Powers with 16 bits per coefficient; entry `[start, scale, P(0), P'(0)]`.
     FixedFromZero,
     /// Powers in single precision; entry `[start, P(0), P'(0), 0]`.
     Single,
@@ -32,12 +33,12 @@ impl Format {
         if self == Self::Complex { NodeQuantity::Amplitude } else { NodeQuantity::Power }
     }
 
-    /// Words of a node's entry.
+    /// Number of words of a node's entry.
     pub(super) fn entry_words(self) -> usize {
         if self == Self::Fixed { 2 } else { 4 }
     }
 
-    /// Words of a packet of coefficients.
+    /// Number of words of a packet of coefficients.
     pub(super) fn packet_words(self) -> usize {
         match self {
             Self::Fixed | Self::FixedFromZero => 1,
@@ -45,7 +46,7 @@ impl Format {
         }
     }
 
-    /// Coefficients in a packet.
+    /// Number of coefficients in a packet.
     pub(super) fn packet_coefficients(self) -> usize {
         match self {
             Self::Fixed | Self::FixedFromZero | Self::Complex => 2,
@@ -53,27 +54,28 @@ impl Format {
         }
     }
 
-    /// Packets that contain four consecutive coefficients, wherever these begin.
+    /// Number of packets that contain any four consecutive coefficients.
     pub(super) fn packets_read(self) -> usize {
         if self == Self::Single { 2 } else { 3 }
     }
 
-    /// Words of a record's coefficients.
+    /// Number of words of a record's coefficients.
     pub(super) fn record_words(self, record: &[f32]) -> usize {
         let coefficients = (record.len() - HEADER) / self.quantity().components();
         coefficients.div_ceil(self.packet_coefficients()) * self.packet_words()
     }
 
-    /// Coefficients of a record as words, and the word of `low` and `step` (0 in single precision).
+    /// Words of a record's coefficients, and the scale of the fixed-point formats (0 in the others).
     pub(super) fn pack(self, record: &[f32]) -> (Vec<u32>, u32) {
         let coefficients = &record[HEADER..];
         if matches!(self, Self::Single | Self::Complex) {
             return (coefficients.iter().map(|c| c.to_bits()).collect(), 0);
         }
-        let (least, most) =
+        let (smallest, largest) =
             coefficients.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), &c| (a.min(c), b.max(c)));
-        let low = bf16_at_most(least);
-        let step = -bf16_at_most(-(most - low) / INTEGER_MAX);
+        let low = bf16_at_most(smallest);
+        // Rounded up, so that the largest integer reaches the largest coefficient.
+        let step = -bf16_at_most(-(largest - low) / INTEGER_MAX);
         let integer = |c: f32| {
             let steps = if step > 0.0 { ((c - low) / step).round() } else { 0.0 };
             steps.clamp(0.0, INTEGER_MAX) as u32
@@ -85,11 +87,11 @@ impl Format {
         (words.collect(), (low.to_bits() >> 16) | (step.to_bits() & 0xffff_0000))
     }
 
-    /// Record from a node's entry and coefficient words, up to rounding. `zero` is the layout's power of order zero
-    /// where the node is order zero, else 0.
-    pub(super) fn unpack(self, entry: &[u32], words: &[u32], zero: f64) -> Vec<f32> {
+    /// Record ([`super::SpectralTable`]) from a node's entry and the words of its coefficients, up to rounding. In the
+    /// format [`Self::Fixed`], whose entries leave it out, `power_at_zero` is the node's `P(0)`.
+    pub(super) fn unpack(self, entry: &[u32], words: &[u32], power_at_zero: f64) -> Vec<f32> {
         let header = match self {
-            Self::Fixed => [zero as f32, 0.0],
+            Self::Fixed => [power_at_zero as f32, 0.0],
             Self::FixedFromZero => [f32::from_bits(entry[2]), f32::from_bits(entry[3])],
             Self::Single | Self::Complex => [f32::from_bits(entry[1]), f32::from_bits(entry[2])],
         };
@@ -105,11 +107,11 @@ impl Format {
     }
 }
 
-/// Largest bfloat16 number (the upper 16 bits of a single) that is at most `x`.
+/// Largest bfloat16 number (the upper 16 bits of a single-precision number) that is at most `x`.
 fn bf16_at_most(x: f32) -> f32 {
     let cut = f32::from_bits(x.to_bits() & 0xffff_0000);
-    // Dropping bits moves a number towards zero.
-    if cut > x { f32::from_bits((x.to_bits() & 0xffff_0000) + 0x1_0000) } else { cut }
+    // Dropping bits moves a number towards zero, so a negative one may need the next bfloat16 away from zero.
+    if cut > x { f32::from_bits(cut.to_bits() + 0x1_0000) } else { cut }
 }
 
 #[cfg(test)]
@@ -118,12 +120,13 @@ mod tests {
 
     #[test]
     fn fixed_point_coefficients_are_within_half_a_step() {
-        let record: Vec<f32> = [0.25, -0.5].into_iter().chain((0..40).map(|i| (i as f32 * 0.7).sin() * 1e-3)).collect();
+        let header = [0.25, -0.5];
+        let record: Vec<f32> = header.into_iter().chain((0..40).map(|i| (i as f32 * 0.7).sin() * 1e-3)).collect();
         let format = Format::FixedFromZero;
         let (words, scale) = format.pack(&record);
         let entry = [0, scale, record[0].to_bits(), record[1].to_bits()];
         let [_, step] = bf16_pair::<Plain<f32>>(scale);
-        // bfloat16 has 8 bits, so that a step is at most 2⁻⁷ larger than the exact one, and `low` as much lower.
+        // Rounding to the 8 significant bits of bfloat16 changes a number by up to 2⁻⁷: first `low`, then the step.
         assert!(step < 1.02 * 2e-3 / INTEGER_MAX * 1.02);
         for (found, expected) in format.unpack(&entry, &words, 0.0).iter().zip(&record) {
             assert!((found - expected).abs() <= 0.51 * step, "{found} {expected}");

@@ -1,18 +1,20 @@
 //! Interpolation kernels: the weight of a lattice node at a distance, along one axis.
 //!
-//! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of the lattice spacing `1/P`).
+//! - `P`: period of the lattice in µm. Nodes are `1/P` apart. Their values are the Fourier transform of data over lags.
+//! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of `1/P`).
 //! - `e(d)`: weight of the node. A value between nodes is `Σ_j e(p − j) · value_j`, with `p` the position in nodes.
-//! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel, at the lag `x` in periods `P`.
-//! - Image: interpolation repeats the data at lags `x + n` for every whole number n, each weighted by `ê(x + n)`.
+//! - `x`: lag in periods `P`.
+//! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel.
+//! - Images: interpolation repeats the data at the lags `x + n` for every whole number n, weighted by `ê(x + n)`.
 //!   Data at the lag `x` are divided by `ê(x)` beforehand (`LatticeAxis::window`). The relative error that remains is
 //!   `Σ_{n≠0} |ê(x + n)|/ê(x)`.
-//! - `Λ = −ln(relative error)`: the log error that a kernel is planned for (`log_error`).
+//! - `Λ = −ln(relative error)`: the log error for which a kernel is planned (`log_error`).
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Nodes of the midpoint rule over the quarter turn in [`semicircle_integral`]. Chosen: the rule errs by `e^−β·h²/24`,
-/// with `h` the step in radians, which is below 1e-8 at the smallest β in use, 4.6.
+/// Number of quadrature nodes of the midpoint rule over the quarter turn in [`semicircle_integral`]. The rule errs by
+/// `e^−β·h²/24`, with `h` the step in radians. This is below 1e-8 at the smallest β in use, 4.6.
 const QUADRATURE_NODES: usize = 512;
 
 /// Weight `e(d)` of a node at the distance `d` in nodes.
@@ -76,34 +78,34 @@ impl InterpolationKernel {
     }
 }
 
-/// Integral over `|d| < r` of a semicircle's weight times an even function of `d`. With `d = r·sin φ` it is
-/// `2r ∫₀^{π/2} exp(β(cos φ − 1))·cos φ·function(r·sin φ) dφ`.
-fn semicircle_integral(beta: f64, radius: f64, function: impl Fn(f64) -> f64) -> f64 {
+/// Integral over `|d| < r` of a semicircle's weight times an `even` function of `d`. With `d = r·sin φ` it is
+/// `2r ∫₀^{π/2} exp(β(cos φ − 1))·cos φ·even(r·sin φ) dφ`.
+fn semicircle_integral(beta: f64, radius: f64, even: impl Fn(f64) -> f64) -> f64 {
     let step = FRAC_PI_2 / QUADRATURE_NODES as f64;
     let term = |i: usize| {
         let (sin, cos) = ((i as f64 + 0.5) * step).sin_cos();
-        (beta * (cos - 1.0)).exp() * cos * function(radius * sin)
+        (beta * (cos - 1.0)).exp() * cos * even(radius * sin)
     };
     2.0 * radius * step * (0..QUADRATURE_NODES).map(term).sum::<f64>()
 }
 
 /// Period of a lattice over the largest lag of its data. A larger ratio takes more nodes in the table. At 2.5 the
-/// images of a scan are two to five times as strong for the same taps. [`semicircle`]'s constants were fitted for this
-/// ratio.
+/// images of a scan are two to five times as strong with equally many taps. [`semicircle`]'s constants were fitted at
+/// this ratio.
 pub(super) const OVERSAMPLING: f64 = 3.0;
 
-/// Fall of the images for each node that a look-up reads, as a natural logarithm. Measured at [`OVERSAMPLING`] for the
-/// autocorrelation of a tapered scan and for a Gaussian window; the test `images_stay_below_the_planned_error` repeats
-/// it.
+/// Fall of the images for each tap (node that a look-up reads), as a natural logarithm. Measured at [`OVERSAMPLING`]
+/// for the autocorrelation of a tapered scan and for a Gaussian window. The test `images_stay_below_the_planned_error`
+/// repeats the measurement.
 const LOG_FALL_PER_TAP: f64 = 2.1;
 /// Natural logarithm of the images of a kernel of no taps, extrapolated from the fit of [`LOG_FALL_PER_TAP`].
 const LOG_IMAGES_AT_ZERO_TAPS: f64 = 0.6;
-/// β of the semicircle for each tap, dimensionless. 2.3 makes the images of 5 to 8 taps weakest in the measurement of
+/// β of the semicircle for each tap. 2.3 makes the images of 5 to 8 taps weakest in the measurement of
 /// [`LOG_FALL_PER_TAP`]; at 2.1 and 2.5 they are about twice as strong.
 const BETA_PER_TAP: f64 = 2.3;
 
-/// The semicircle kernel whose images stay below `exp(−log_error)` on a lattice of [`OVERSAMPLING`], and its taps: the
-/// nodes it reads along one axis.
+/// Semicircle kernel whose images stay below `exp(−log_error)` on a lattice with [`OVERSAMPLING`], and its number of
+/// taps: the nodes that a look-up reads along one axis.
 pub(super) fn semicircle(log_error: f64) -> (InterpolationKernel, usize) {
     let taps = ((log_error + LOG_IMAGES_AT_ZERO_TAPS) / LOG_FALL_PER_TAP).ceil().max(2.0);
     (InterpolationKernel::Semicircle { beta: BETA_PER_TAP * taps, radius: 0.5 * taps }, taps as usize)
@@ -113,10 +115,11 @@ pub(super) fn semicircle(log_error: f64) -> (InterpolationKernel, usize) {
 mod tests {
     use super::*;
 
-    const KERNELS: [fn() -> InterpolationKernel; 3] =
-        [|| InterpolationKernel::Gaussian { sigma: 0.7 }, || semicircle(9.0).0, || semicircle(18.0).0];
+    fn kernels() -> [InterpolationKernel; 3] {
+        [InterpolationKernel::Gaussian { sigma: 0.7 }, semicircle(9.0).0, semicircle(18.0).0]
+    }
 
-    /// `∫ φ(d)·even(d) dd` by 20 000 midpoints over 12 nodes either side.
+    /// `∫ e(d)·even(d) dd` by 20 000 midpoints from 0 to 12 nodes, doubled.
     fn midpoint_sum(kernel: InterpolationKernel, even: impl Fn(f64) -> f64) -> f64 {
         const STEPS: i32 = 20_000;
         let at = |i: i32| 12.0 * (f64::from(i) + 0.5) / f64::from(STEPS);
@@ -125,7 +128,7 @@ mod tests {
 
     #[test]
     fn transforms_match_midpoint_sums() {
-        for kernel in KERNELS.map(|kernel| kernel()) {
+        for kernel in kernels() {
             for x in [0.0, 0.1, 0.33, 0.8, 1.2] {
                 let (direct, transform) = (midpoint_sum(kernel, |d| (TAU * d * x).cos()), kernel.transform(x));
                 // Error of the midpoints where the semicircle ends with a step of e^−β.
@@ -136,7 +139,7 @@ mod tests {
 
     #[test]
     fn variances_match_midpoint_sums() {
-        for kernel in KERNELS.map(|kernel| kernel()) {
+        for kernel in kernels() {
             let variance = midpoint_sum(kernel, |d| d * d) / midpoint_sum(kernel, |_| 1.0);
             assert!((kernel.sigma().powi(2) - variance).abs() < 1e-6, "{kernel:?}");
         }
@@ -144,11 +147,12 @@ mod tests {
 
     #[test]
     fn images_stay_below_the_planned_error() {
-        // Autocorrelation of a Tukey window over all its lags, and a Gaussian down to the error.
         for log_error in [8.0f64, 9.7, 11.8, 14.0, 18.7] {
             let (kernel, _) = semicircle(log_error);
+            // Data over lags in units of the largest lag: the autocorrelation of a scan, and a Gaussian that falls to
+            // the planned error.
             let gaussian = |lag: f64| (-log_error * lag * lag).exp();
-            for (name, data) in [("scan", &tapered as &dyn Fn(f64) -> f64), ("window", &gaussian)] {
+            for (name, data) in [("scan", &tapered_scan as &dyn Fn(f64) -> f64), ("window", &gaussian)] {
                 let worst = (0..=50)
                     .map(|i| f64::from(i) / 50.0)
                     .map(|lag| {
@@ -166,8 +170,9 @@ mod tests {
         }
     }
 
-    /// Autocorrelation of a raised-cosine taper over a quarter of either side, lags in widths.
-    fn tapered(lag: f64) -> f64 {
+    /// Autocorrelation of a Tukey window with a raised cosine over a quarter of the width at each edge, 1 at the lag 0.
+    /// Lags are in widths.
+    fn tapered_scan(lag: f64) -> f64 {
         let taper = |x: f64| {
             let from_edge = x.min(1.0 - x);
             if from_edge <= 0.0 {

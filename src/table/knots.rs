@@ -1,8 +1,8 @@
 //! Choice of the knots in κ, and the length of a node's record over them.
 //!
-//! Amplitudes are mean values of `exp(iκh)` with `|h| ≤ H` (H half the range of heights), so as functions of κ they are
-//! band-limited to H. Powers are products of two of them, and band-limited to 2H. Knots are spaced uniformly, by a
-//! multiple of the reciprocal bandwidth that depends on the tolerance.
+//! Amplitudes are mean values of `exp(iκh)` with `|h| ≤ H` (H half the range of heights). As functions of κ they are
+//! band-limited to H, in µm. Powers are products of two amplitudes, and band-limited to 2H. Knots are spaced uniformly.
+//! Their spacing is given in units of 1/bandwidth, in rad, and depends on the tolerance.
 
 use super::lattice::{Lattice, LatticeAxis};
 use super::spline::POLE;
@@ -12,37 +12,38 @@ use std::f64::consts::TAU;
 /// Largest κ in rad/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
 pub(super) const KAPPA_MAX: f64 = TAU * FREQUENCY_MAX_PER_UM;
 
-/// Knots beyond either end of the κ range. The spline's behaviour at its ends then counts `|pole|⁶ ≈ 4e-4` of its
-/// error.
+/// Number of knots beyond either end of the κ range. The boundary conditions at the spline's ends reach into the range
+/// with `|pole|⁶ ≈ 4e-4` of their error.
 pub(super) const EXTRA_KNOTS: i64 = 6;
 const _: () = assert!(POLE * POLE * POLE * POLE * POLE * POLE < 1e-3);
 
-/// First knot spacing, in units of 1/bandwidth, at a tolerance of 1. A cubic B-spline errs by about `(a/2π)⁴` on a wave
-/// of `a` rad per knot, so the spacing scales with the fourth root of the tolerance. 13 is the widest spacing that any
-/// of the presets and scans meets its tolerance with; a smaller one costs knots, a larger one a second build.
+/// First knot spacing at a tolerance of 1, in units of 1/bandwidth. A cubic B-spline errs by about `(a/2π)⁴` on a wave
+/// of `a` rad per knot, so the spacing scales with the fourth root of the tolerance. 13 is the widest spacing with
+/// which any of the presets and scans meets its tolerance. A smaller one costs knots, a larger one a second build.
 const KNOT_SPACING: f64 = 13.0;
 
-/// Number of nodes up to which a table is small, at most a few hundred kB. Its splines are then stored in single
-/// precision and with finer knots.
+/// Number of nodes up to which a table counts as small: at most a few hundred kB. Its splines then have finer knots and
+/// single-precision coefficients.
 pub(super) const FEW_NODES: usize = 4096;
 
-/// Fraction of the tolerance that the splines of a table may use where a node's power has deep gaps over κ: few orders,
-/// or a tapered scan. The measured error is a percentile over all κ and says nothing about gaps (chosen). A resampled
-/// lattice has the interpolation's error besides.
+/// Fraction of the tolerance that is left to the splines of a table whose nodes may have deep gaps over κ: a table of
+/// few orders or of a tapered scan. The measured error is a percentile over all κ, which does not see errors in gaps.
+/// Larger values take fewer knots; smaller ones fill the gaps less.
 const GAP_FRACTION: f64 = 0.1;
 
-/// Relative error that the splines of a table may have.
+/// Relative error that the splines of a table may have, for a table of the relative error `tolerance`.
 pub(super) fn spline_tolerance(lattice: &Lattice, tolerance: f64) -> f64 {
     let has_gaps = lattice.nodes() <= FEW_NODES || !lattice.is_native();
     if has_gaps { tolerance * GAP_FRACTION } else { tolerance }
 }
 
-/// First knot spacing, in units of 1/bandwidth.
+/// Knot spacing of the first build, in units of 1/bandwidth.
 pub(super) fn first_spacing(lattice: &Lattice, tolerance: f64) -> f64 {
     KNOT_SPACING * spline_tolerance(lattice, tolerance).powf(0.25)
 }
 
-/// Distance between knots in rad/µm for heights within ±`half_range_um`; `spacing` in units of 1/bandwidth.
+/// Distance between knots in rad/µm for heights within ±`half_range_um`, with `spacing` in units of 1/bandwidth. At
+/// most [`KAPPA_MAX`].
 pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64) -> f64 {
     let bandwidth = match quantity {
         NodeQuantity::Power => 2.0 * half_range_um,
@@ -51,23 +52,25 @@ pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64
     if bandwidth > 0.0 { (spacing / bandwidth).min(KAPPA_MAX) } else { KAPPA_MAX }
 }
 
-/// Largest κ in rad/µm of any pair of directions at a frequency in cycles/µm, a little enlarged for the rounding of κ.
-/// `None` for a frequency beyond [`FREQUENCY_MAX_PER_UM`].
+/// Largest κ in rad/µm of any pair of directions at a frequency in cycles/µm. `None` for a frequency beyond
+/// [`FREQUENCY_MAX_PER_UM`].
 ///
 /// Since `|wi + wo| ≤ 2`, `|f|² + (κ/2π)² ≤ (2/λmin)²`.
 pub(super) fn kappa_reached([fx, fy]: [f64; 2]) -> Option<f64> {
+    /// Relative increase for the rounding of κ in look-ups.
     const ROUNDING: f64 = 1e-5;
     let rest = FREQUENCY_MAX_PER_UM.powi(2) - fx.powi(2) - fy.powi(2);
     (rest >= 0.0).then(|| TAU * rest.sqrt() * (1.0 + ROUNDING))
 }
 
-/// Smallest frequency in cycles/µm along an axis whose look-up reads a node: half the taps closer to zero.
+/// Smallest absolute frequency in cycles/µm along an axis whose look-up reads the node of number `node`: half the taps
+/// closer to zero.
 pub(super) fn nearest_frequency(axis: &LatticeAxis, node: f64) -> f64 {
     (node.abs() - 0.5 * axis.taps as f64).max(0.0) / axis.period_um
 }
 
-/// Length in floats of a record whose last knot is `last_knot`. A look-up reads four coefficients from there on, and
-/// packing takes them in pairs.
+/// Length in floats of a record that look-ups read up to the knot `last_knot`: a header, and the coefficients of the
+/// knots from −1 to `last_knot + 2`. Their number is rounded up to even, since packing takes pairs.
 pub(super) fn record_floats(quantity: NodeQuantity, last_knot: usize) -> usize {
     HEADER + (last_knot + 4).next_multiple_of(2) * quantity.components()
 }

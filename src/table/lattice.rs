@@ -1,24 +1,27 @@
 //! Lattice of spatial frequencies on which a table stores its nodes, planned axis by axis.
 //!
 //! Symbols, along one axis:
-//! - `f`: spatial frequency in cycles/µm. `P`: period of the lattice in µm. Node `m` lies at `f = m/P`, `|m| ≤ M`
-//!   (`reach`).
+//!
+//! - `f`: spatial frequency in cycles/µm.
+//! - `P`: period of the lattice in µm. Node `m` lies at `f = m/P`, with `|m| ≤ reach`.
 //! - `p = f·P`: position in nodes. A look-up sums `taps` nodes around `p`, weighted by the kernel `e(p − m)`
-//!   (kernel.rs).
-//! - `x`: lag in µm. Node values are the transform of data over lags: an autocorrelation, or the field itself (a
-//!   patch).
-//! - `g(x) = exp(−x²/(2σ_w²))`: the coherence window on these data, with `σ_w` = `window_um`.
-//! - `ε`: relative error aimed at. `Λ = ln(16/ε)`: the log error; 16 leaves room for both axes and several images.
+//!   (`kernel.rs`).
+//! - `x`: lag in µm. Node values are the transform of data over lags: an autocorrelation (ensemble), or the phase
+//!   screen itself (patch).
+//! - `g(x) = exp(−x²/(2σ_w²))`: coherence window on these data, with `σ_w` = `window_um`.
+//! - `ε`: relative error of the interpolation. `Λ = ln(16/ε)`: its log error, with [`TAIL_FACTOR`] for the errors of
+//!   both axes and several images.
 //! - `x_max`: largest lag that counts, `min(√(2Λ)·σ_w, support)`, where `g` falls to `e^−Λ` or the data end.
 //!
-//! Lattices come in two kinds; `AxisDemand::plan` takes one for each axis:
+//! An axis has one of two kinds of lattice (`AxisDemand::plan`):
+//!
 //! - *Native*: `P` is the width T of a tile that repeats, so nodes are its diffraction orders. The kernel is the
-//!   order's own shape, the transform of `g`: a Gaussian of `σ = T/(2π·σ_w)` nodes. The data take no window.
-//!   Taken where the tile repeats and `3·x_max > 1.5·T`.
+//!   shape of an order, the transform of `g`: a Gaussian of `σ = T/(2π·σ_w)` nodes. The data are not multiplied by `g`.
+//!   This lattice is used where the tile repeats and `3·x_max > 1.5·T`.
 //! - *Resampled*: `P = 3·x_max` ([`OVERSAMPLING`]). The data are multiplied by `g(x)·ê(0)/ê(x/P)` before their
 //!   transform ([`LatticeAxis::window`]), where `ê` is the transform of a semicircle kernel. Interpolation then
-//!   restores `g`, up to the kernel's images, which stay below ε. Taken where the scan does not repeat, and for
-//!   windows much narrower than the tile.
+//!   restores `g`, up to the kernel's images, which stay below ε. This lattice is used where the scan does not repeat,
+//!   and for windows much narrower than the tile.
 
 use super::band::{BAND_MARGIN, Band};
 use super::kernel::{InterpolationKernel, OVERSAMPLING, semicircle};
@@ -31,7 +34,7 @@ use sunbeam_fourier::next_fast_len;
 /// Upper bound of the nodes that a look-up reads along one axis. Plans stay below it at every accepted tolerance.
 pub(super) const TAPS_MAX: usize = TABULATED_MAX;
 
-/// One axis of the lattice of spatial frequencies: nodes at `m / period_um`, `|m| ≤ reach`.
+/// One axis of the lattice of spatial frequencies: nodes at `m / period_um` cycles/µm, `|m| ≤ reach`.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
@@ -48,7 +51,7 @@ pub(super) const TAPS_MAX: usize = TABULATED_MAX;
 pub struct LatticeAxis {
     /// Period P in µm; its reciprocal is the spacing of nodes.
     pub period_um: f64,
-    /// Pixels in one period: those of the relief, or coarser ones (`band.rs`).
+    /// Number of pixels in one period: pixels of the relief, or larger ones (`band.rs`).
     pub pixels: usize,
     /// Interpolation kernel.
     pub kernel: InterpolationKernel,
@@ -58,11 +61,12 @@ pub struct LatticeAxis {
     pub taps: usize,
     /// Largest node number in the table.
     pub reach: usize,
-    /// Standard deviation in µm of the window that multiplies the data before the transform to nodes. `None` on a
+    /// Standard deviation σ_w in µm of the window that multiplies the data before the transform to nodes. `None` on a
     /// native lattice, whose kernel already is the window's transform.
     pub window_um: Option<f64>,
-    /// Largest node number that the pixels resolve (half their sampling rate). Nodes beyond it repeat those within and
-    /// serve interpolation near the cutoff. Infinite on a native lattice, whose orders end there.
+    /// Largest position in nodes that the pixels resolve, at half their sampling rate. `S` is zero beyond it. Nodes
+    /// beyond it are copies of nodes within, for interpolation up to the cutoff. Infinite on a native lattice, which
+    /// has no nodes beyond.
     pub cutoff: f64,
 }
 
@@ -77,24 +81,24 @@ impl LatticeAxis {
         self.window_um.is_none()
     }
 
-    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads. They are the nearest nodes of the
-    /// table.
+    /// Number of the first of the `taps` nodes that a look-up at `position` (in nodes) reads. They are the nodes of the
+    /// table nearest to the position.
     pub fn first_tap(&self, position: f64) -> i64 {
-        let last = self.reach as i64 + 1 - self.taps as i64;
-        ((position - 0.5 * self.taps as f64).ceil() as i64).clamp(-(self.reach as i64), last)
+        let largest = self.reach as i64 + 1 - self.taps as i64;
+        ((position - 0.5 * self.taps as f64).ceil() as i64).clamp(-(self.reach as i64), largest)
     }
 
-    /// Factor on the data at a lag or offset of `distance_um`: the window over the kernel's normalised transform; 1 on
-    /// a native lattice.
-    pub(super) fn window(&self, distance_um: f64) -> f64 {
+    /// Factor on the data at the lag `lag_um`, `g(x)·ê(0)/ê(x/P)` in the [module](self)'s symbols; 1 on a native
+    /// lattice.
+    pub(super) fn window(&self, lag_um: f64) -> f64 {
         self.window_um.map_or(1.0, |window_um| {
-            let transform = self.kernel.transform(distance_um / self.period_um) / self.kernel.transform(0.0);
-            (-0.5 * (distance_um / window_um).powi(2)).exp() / transform
+            let transform = self.kernel.transform(lag_um / self.period_um) / self.kernel.transform(0.0);
+            (-0.5 * (lag_um / window_um).powi(2)).exp() / transform
         })
     }
 }
 
-/// Both axes of a lattice.
+/// Lattice of spatial frequencies: the product of two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lattice {
     /// Axis along x.
@@ -109,34 +113,35 @@ impl Lattice {
         self.x.is_native() && self.y.is_native()
     }
 
-    /// Number of nodes, kept or not; saturating.
+    /// Number of nodes, whether the table has a record for them or not; saturating.
     pub(super) fn nodes(&self) -> usize {
         self.x.nodes().saturating_mul(self.y.nodes())
     }
 }
 
-/// Extent of the patch's data over the width of an aperiodic scan. A field ends at half the width either side, but
-/// without the decay of an autocorrelation towards its largest lag; 0.8 instead of 0.5 makes up for it (chosen).
+/// Support of a patch's data over the width of an aperiodic scan. The phase screen ends at half the width on either
+/// side, but does not decay towards its end as an autocorrelation does, for which [`OVERSAMPLING`] was chosen. 0.8
+/// instead of 0.5 compensates for this.
 const PATCH_SUPPORT: f64 = 0.8;
 
 /// Factor on the interpolation's tolerance for the ensemble of an aperiodic scan. Its spectrum has gaps between its
-/// lobes, where errors of the lobes count fully. Amplitudes of a patch need none: their ratio of lobe to gap is a
-/// square root. Chosen; it adds one node per axis to a look-up.
+/// lobes, which errors of the lobes would fill. Amplitudes of a patch need no factor: their ratio of lobe to gap is a
+/// square root. The factor adds one tap per axis; a smaller one would add more.
 const GAP_FACTOR: f64 = 0.125;
 
-/// Tolerance that interpolation between nodes is planned for.
+/// Tolerance of the interpolation between nodes, for a table of the relative error `tolerance`.
 pub(super) fn interpolation_tolerance(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
     let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
     if has_gaps { GAP_FACTOR * tolerance } else { tolerance }
 }
 
-/// Grid in pixels on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.
+/// Grid in pixels along x and y on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.
 pub(crate) fn lag_grid(nx: usize, ny: usize) -> (usize, usize) {
     (next_fast_len(2 * nx), next_fast_len(2 * ny))
 }
 
-/// Plans the lattice of a [`super::Spectrum`] from sizes alone: pixels along x and y, their size in µm, the coherence,
-/// and the relative error `tolerance` of the table.
+/// Plans the lattice of a [`super::Spectrum`] from sizes alone: numbers of pixels along x and y, pixel sizes in µm,
+/// coherence, and the relative error `tolerance` of the table.
 pub(super) fn plan_lattice(
     (nx, ny): (usize, usize),
     (dx_um, dy_um): (f64, f64),
@@ -145,6 +150,7 @@ pub(super) fn plan_lattice(
     window: CoherenceWindow,
     tolerance: f64,
 ) -> Lattice {
+    // Standard deviation of the window on the data, and their support over the width of a scan.
     let (window_um, support) = match model {
         Model::Ensemble => (SQRT_2 * window.sigma_um(), 1.0),
         Model::Patch => (window.sigma_um(), PATCH_SUPPORT),
@@ -160,74 +166,87 @@ pub(super) fn plan_lattice(
     Lattice { x: axis(nx, dx_um, lags_x), y: axis(ny, dy_um, lags_y) }
 }
 
-/// Factor between the tolerance and the level `e^−Λ` at which tails and images are neglected: errors of both axes and
-/// both sides add up (chosen).
+/// Tolerance over the level `e^−Λ` at which tails and images are neglected. Larger values take more taps; smaller ones
+/// leave less room for the errors of both axes and both sides, which add up.
 const TAIL_FACTOR: f64 = 16.0;
 
-/// Extra factor between tolerance and tails for a grating. Few orders hold its power, and their tails outshine the gaps
-/// between orders. Chosen; a look-up reads one or two nodes either way.
+/// Further factor between tolerance and tails for a grating. Few orders have its power, and their tails are brighter
+/// than the gaps between orders. A large factor costs nothing: a look-up reads one or two nodes with or without it.
 const GRATING_TAIL_FACTOR: f64 = 400.0;
 
-/// Periods P in tiles from which the native lattice is taken. A resampled one would read fewer nodes per look-up, but
-/// hold P/tile times as many. Chosen between the two costs.
-const NATIVE_PERIODS: f64 = 1.5;
+/// Period of a resampled lattice over the tile from which the native lattice is used instead. The native one reads more
+/// nodes per look-up, the resampled one stores more nodes by this ratio.
+const NATIVE_RATIO: f64 = 1.5;
 
 /// Fewest pixels of a resampled axis, so that its kernel does not overlap itself.
 const PIXELS_MIN: f64 = 8.0;
 
-/// Most pixels of a resampled axis. The cost estimate refuses far fewer; the bound keeps the plan's numbers in range.
+/// Most pixels of a resampled axis. The bound keeps the numbers of a plan in range; the cost estimate refuses far fewer
+/// pixels.
 const PIXELS_MAX: f64 = 1e12;
 
 /// Requirements on one axis.
 struct AxisDemand {
+    /// Number of pixels of the relief.
     pixels: usize,
+    /// Size of a pixel in µm.
     pixel_um: f64,
-    /// Standard deviation in µm of the Gaussian that multiplies the data along this axis.
+    /// Standard deviation σ_w in µm of the Gaussian that multiplies the data along this axis.
     window_um: f64,
-    /// Largest lag in µm of an aperiodic tile; `None` where the tile repeats.
+    /// Largest lag of the data in µm for an aperiodic tile; `None` where the tile repeats.
     support_um: Option<f64>,
-    /// Relative error of interpolation.
+    /// Relative error of the interpolation.
     tolerance: f64,
     /// Whether the tile is a grating: one row or one column of pixels.
     is_grating: bool,
-    /// Pixels of the grid of lags, where data are an autocorrelation; see [`Band`].
+    /// Number of pixels of the autocorrelation before its band limit ([`Band`]); `None` for a patch.
     lags: Option<usize>,
 }
 
 impl AxisDemand {
-    /// The lattice whose look-up is cheapest; see the [module](self).
+    /// Plans the axis; see the [module](self).
     fn plan(&self) -> LatticeAxis {
         let log_error = (TAIL_FACTOR / self.tolerance).ln();
         let tile_um = self.pixels as f64 * self.pixel_um;
         // The window falls to e^−Λ at √(2Λ) standard deviations.
-        let lag_um = (2.0 * log_error).sqrt() * self.window_um;
-        let period = OVERSAMPLING * self.support_um.map_or(lag_um, |support| lag_um.min(support));
-        let native = self.support_um.is_none() && period > NATIVE_PERIODS * tile_um;
-        let mut pixel_um = self.pixel_um;
-        let (pixels, kernel, taps) = if native {
+        let window_end_um = (2.0 * log_error).sqrt() * self.window_um;
+        let lag_max_um = self.support_um.map_or(window_end_um, |support_um| window_end_um.min(support_um));
+        let resampled_um = OVERSAMPLING * lag_max_um;
+        let is_native = self.support_um.is_none() && resampled_um > NATIVE_RATIO * tile_um;
+        let (pixels, pixel_um, kernel, taps) = if is_native {
             let margin = if self.is_grating { GRATING_TAIL_FACTOR.ln() } else { 0.0 };
             let sigma = tile_um / (2.0 * PI * self.window_um);
             let taps = 2.0 * (2.0 * (log_error + margin)).sqrt() * sigma;
-            (self.pixels, InterpolationKernel::Gaussian { sigma }, taps.ceil() as usize)
+            (self.pixels, self.pixel_um, InterpolationKernel::Gaussian { sigma }, taps.ceil() as usize)
         } else {
             let (kernel, taps) = semicircle(log_error);
-            pixel_um = self.lags.map_or(pixel_um, |lags| {
-                let edge = FREQUENCY_MAX_PER_UM + BAND_MARGIN * taps as f64 / period;
-                pixel_um * lags as f64 / Band::pixels(lags, pixel_um, edge) as f64
+            let pixel_um = self.lags.map_or(self.pixel_um, |lags| {
+                let edge_per_um = FREQUENCY_MAX_PER_UM + BAND_MARGIN * taps as f64 / resampled_um;
+                self.pixel_um * lags as f64 / Band::pixels(lags, self.pixel_um, edge_per_um) as f64
             });
-            (next_fast_len((period / pixel_um).ceil().clamp(PIXELS_MIN, PIXELS_MAX) as usize), kernel, taps)
+            let pixels = (resampled_um / pixel_um).ceil().clamp(PIXELS_MIN, PIXELS_MAX) as usize;
+            (next_fast_len(pixels), pixel_um, kernel, taps)
         };
         let period_um = pixels as f64 * pixel_um;
-        // The clamp never acts from above: a native Gaussian is at most √(2Λ)/π nodes wide, and tolerances are at least
+        // The upper bound never acts: a native Gaussian has a σ of at most √(2Λ)/π nodes, and tolerances are at least
         // 1e-6.
         let taps = taps.clamp(1, TAPS_MAX);
-        let wanted = (FREQUENCY_MAX_PER_UM * period_um + 0.5 * taps as f64).ceil() as usize;
-        let (reach, cutoff) = if native {
-            (wanted.min(pixels / 2), f64::INFINITY)
+        // Nodes that look-ups up to the largest frequency read.
+        let reach_wanted = (FREQUENCY_MAX_PER_UM * period_um + 0.5 * taps as f64).ceil() as usize;
+        let (reach, cutoff) = if is_native {
+            (reach_wanted.min(pixels / 2), f64::INFINITY)
         } else {
-            (wanted.min((pixels + taps).div_ceil(2)), 0.5 * pixels as f64)
+            (reach_wanted.min((pixels + taps).div_ceil(2)), 0.5 * pixels as f64)
         };
-        let (sigma, taps, window_um) = (kernel.sigma(), taps.min(2 * reach + 1), (!native).then_some(self.window_um));
-        LatticeAxis { period_um, pixels, kernel, sigma, taps, reach, window_um, cutoff }
+        LatticeAxis {
+            period_um,
+            pixels,
+            kernel,
+            sigma: kernel.sigma(),
+            taps: taps.min(2 * reach + 1),
+            reach,
+            window_um: (!is_native).then_some(self.window_um),
+            cutoff,
+        }
     }
 }

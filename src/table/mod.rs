@@ -1,24 +1,32 @@
-//! Tables of the power density `S(f; κ)` of docs/model.md#the-reflectance, read with a handful of look-ups.
+//! Tables of the power density `S(f; κ)` of a relief (docs/model.md#the-reflectance), and their look-up.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
 //! | `f = (u, v)/λ` | spatial frequency in cycles/µm, with `(u, v, w) = wi + wo` |
 //! | `κ = 2πw/λ` | phase rate in rad/µm: heights h become phases κh |
-//! | `j` | a node of the frequency lattice, at `(jx/Px, jy/Py)` for periods P in µm |
-//! | `p` | the frequency in nodes, `(f.x·Px, f.y·Py)` |
-//! | `e_j` | interpolation weight: the product over both axes of [`InterpolationKernel::weight`] of `p − j` |
-//! | `P_j(κ)`, `D_j(κ)` | power and complex amplitude of node j |
+//! | `j = (jx, jy)` | node of the frequency lattice, at `(jx/Px, jy/Py)` with the periods Px and Py in µm |
+//! | `p` | frequency in nodes, `(f.x·Px, f.y·Py)` |
+//! | `e_j` | interpolation weight: product over both axes of [`InterpolationKernel::weight`] at the distance `p − j` |
+//! | `P_j(κ)`, `D_j(κ)` | power and complex amplitude of node j, dimensionless |
+//! | `norm` | factor in µm² that makes S a density over frequency |
 //!
 //! - *ensemble*: `S(f; κ) = norm · Σ_j e_j · P_j(κ)`,
 //! - *patch*: `S(f; κ) = norm · |Σ_j e_j · D_j(κ)|²`.
 //!
-//! Over κ each node is a cubic B-spline of a scaled quantity that stays finite as κ → 0 ([`SpectralTable`]). Relative
-//! accuracy then survives at grazing angles, where the reflectance divides by w².
+//! Over κ each node is a cubic B-spline of a scaled quantity that stays finite as κ → 0 ([`SpectralTable`]). This keeps
+//! the relative error small at grazing angles, where the reflectance divides by w².
 //!
-//! A build goes through the files in this order: `estimate.rs` (cost, refused or not), `lattice.rs` with `kernel.rs`
-//! and `band.rs` (the nodes), `spectrum.rs` (all nodes at one κ), `build.rs` with `knots.rs` and `spline.rs` (splines
-//! over κ), `spectral.rs` (the table in single precision), `packed.rs` with `format.rs` (its 32-bit words), `view.rs`
-//! (the look-up).
+//! The files, in the order of a build:
+//!
+//! 1. `estimate.rs`: cost, and refusal of an expensive build with `advice.rs`
+//! 2. `lattice.rs`, with `kernel.rs` and `band.rs`: the nodes
+//! 3. `spectrum.rs`: values of all nodes at one κ
+//! 4. `build.rs`, with `knots.rs` and `spline.rs`: splines over κ
+//! 5. `spectral.rs`, with `node_curve.rs`: the table in single precision
+//! 6. `packed.rs`, with `format.rs`: its 32-bit words
+//! 7. `view.rs`: the look-up of evaluators
+//!
+//! Several of them use `coherence.rs`, `error.rs` and `progress.rs`.
 
 mod advice;
 mod band;
@@ -62,10 +70,10 @@ use std::ops::RangeInclusive;
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
 /// Longest tabulated wavelength in nm: the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
-/// Highest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` over the shortest
+/// Largest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` over the shortest
 /// wavelength.
 pub const FREQUENCY_MAX_PER_UM: f64 = 2e3 / WAVELENGTH_MIN_NM;
-/// Accepted coherence lengths in µm: beyond any light and any relief at both ends (chosen).
+/// Accepted coherence lengths in µm. The range is wider than that of useful values at both ends.
 pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;
 /// Accepted relative errors of tables. Rounding to single precision limits the lower end.
 pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;

@@ -1,11 +1,13 @@
-//! Evaluation of node records at one κ, in double precision and for several κ at once.
+//! Evaluation of a [`SpectralTable`]'s records: at one κ in double precision, and at several κ side by side.
+//!
+//! The formulas, and κ₀ in them, are those of [`SpectralTable`].
 
 use super::spectral::{HEADER, NodeQuantity, SpectralTable};
 use crate::numeric::math::cubic_b_spline_weights;
 use crate::numeric::{Number, Real, VALUES_MAX, Values};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Weights at one κ of the numbers in a [`SpectralTable`]'s records.
+/// Weights of the numbers in a [`SpectralTable`]'s records at one κ.
 ///
 /// ```
 /// use sunbeam::table::{self, CoherenceWindow, Model, NodeCurve, Progress, Spectrum, Tiling};
@@ -23,19 +25,19 @@ use sunbeam_fourier::num_complex::Complex64;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct NodeCurve {
-    /// Number of the first of the four coefficients read.
+    /// Index of the first of the four coefficients read.
     first: usize,
     /// Weights of the four coefficients.
     weights: [f64; 4],
-    /// Factor on the spline: `κ²/(κ²+κ₀²)` for powers, `κ/(κ + iκ₀)` for amplitudes.
+    /// Factor on the spline: `κ²/(κ² + κ₀²)` for powers, `κ/(κ + iκ₀)` for amplitudes.
     spline_factor: Complex64,
-    /// Factors on a power's header: `κ₀²/(κ²+κ₀²)` on `P(0)` and `κκ₀²/(κ²+κ₀²)` on `P'(0)`.
+    /// Factors on a power's header: `κ₀²/(κ² + κ₀²)` on `P(0)` and `κκ₀²/(κ² + κ₀²)` on `P'(0)`.
     header_factors: [f64; HEADER],
 }
 
 impl NodeCurve {
     /// Prepares evaluations at `kappa` in rad/µm, clamped to the table's range.
-    // Inlined: its array is faster built in place than moved.
+    // Inlined, since it is faster to build the array in place than to move it.
     #[inline]
     pub fn new(table: &SpectralTable, kappa: f64) -> Self {
         let kappa = kappa.clamp(0.0, table.kappa_max);
@@ -44,25 +46,26 @@ impl NodeCurve {
         let [zero, slope, spline] = power_factors(kappa, table.kappa_knee);
         let spline_factor = match table.quantity {
             NodeQuantity::Power => Complex64::new(spline, 0.0),
+            // κ/(κ + iκ₀) = (κ² − iκκ₀)/(κ² + κ₀²).
             NodeQuantity::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
         };
-        // Coefficient first + i belongs to the knot first + i − 1.
+        // κ lies between the knots `first` and `first + 1`. Coefficient i belongs to the knot i − 1.
         let weights = cubic_b_spline_weights(t - first as f64);
         Self { first, weights, spline_factor, header_factors: [zero, slope] }
     }
 
-    /// Number of the first of the four coefficients read, and their weights.
+    /// Index of the first of the four coefficients read, and their weights.
     pub(crate) fn coefficients(&self) -> (usize, [f64; 4]) {
         (self.first, self.weights)
     }
 
-    /// Factors on a power's header, and on the spline.
+    /// Factors on a power's header, `P(0)` and `P'(0)`, and on the spline of a power or an amplitude.
     pub(crate) fn factors(&self) -> ([f64; HEADER], Complex64) {
         (self.header_factors, self.spline_factor)
     }
 
-    /// Power of a node at this κ from its record; zero beyond the record's end. A spline may undershoot a zero of the
-    /// power by the tolerance.
+    /// Power of a node at this κ from its record; zero beyond the record's end. Where the power is about zero, the
+    /// spline may be negative by the tolerance.
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let spline: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();
@@ -80,10 +83,11 @@ impl NodeCurve {
     }
 }
 
-/// [`NodeCurve`] for powers at as many κ as `V` has values.
+/// [`NodeCurve`] for powers, at one κ in each lane of `V`.
 pub(crate) struct PowerCurves<V: Values> {
-    /// Numbers of the first of the four coefficients read.
+    /// Index of the first of the four coefficients read.
     first: V::Index,
+    /// Weights of the four coefficients.
     weights: [V::Real; 4],
     /// Factors on `P(0)`, `P'(0)` and the spline.
     factors: [V::Real; HEADER + 1],
@@ -100,20 +104,22 @@ impl<V: Values> PowerCurves<V> {
         Self { first, weights, factors: power_factors(kappa, table.kappa_knee) }
     }
 
-    /// [`NodeCurve::power`] of one record per value: `record` returns it by the value's number.
+    /// [`NodeCurve::power`] of one record per lane: `record_of(lane)`.
     #[inline(always)]
-    pub(crate) fn power<'a>(&self, record: impl Fn(usize) -> &'a [f32]) -> V::Real {
-        let mut read = [[0f32; HEADER + 4]; VALUES_MAX];
-        for (lane, read) in read.iter_mut().enumerate().take(V::COUNT) {
-            let (record, first) = (record(lane), HEADER + V::lane(self.first, lane));
+    pub(crate) fn power<'a>(&self, record_of: impl Fn(usize) -> &'a [f32]) -> V::Real {
+        // Header and coefficients of each lane; zeros beyond a record's end.
+        let mut lanes = [[0f32; HEADER + 4]; VALUES_MAX];
+        for (i, lane) in lanes.iter_mut().enumerate().take(V::COUNT) {
+            let (record, first) = (record_of(i), HEADER + V::lane(self.first, i));
             if let Some(coefficients) = record.get(first..first + 4) {
-                read[..HEADER].copy_from_slice(&record[..HEADER]);
-                read[HEADER..].copy_from_slice(coefficients);
+                lane[..HEADER].copy_from_slice(&record[..HEADER]);
+                lane[HEADER..].copy_from_slice(coefficients);
             }
         }
-        let read = |i: usize| V::pack(|lane| read[lane][i].into());
-        let spline = (1..4).fold(self.weights[0] * read(HEADER), |sum, i| self.weights[i].fma(read(HEADER + i), sum));
-        let header = self.factors[0] * read(0) + self.factors[1] * read(1);
+        let number = |i: usize| V::pack(|lane| lanes[lane][i].into());
+        let first_term = self.weights[0] * number(HEADER);
+        let spline = (1..4).fold(first_term, |sum, i| self.weights[i].fma(number(HEADER + i), sum));
+        let header = self.factors[0] * number(0) + self.factors[1] * number(1);
         self.factors[HEADER].fma(spline, header)
     }
 }

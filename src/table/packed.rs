@@ -1,8 +1,11 @@
-//! A [`SpectralTable`] as 32-bit words, the form that evaluators read.
+//! A [`SpectralTable`] packed in 32-bit words, the form that evaluators read.
 //!
-//! First an entry for every node of the lattice, row by row from node `(−reach, −reach)`, kept or not. Then a record of
-//! zeros, to which the entries of nodes without a record point. Then the coefficients of each kept node, from the knot
-//! −1 on. [`Format`] tells the words of entries and coefficients.
+//! The order of the words, with the words of entries and coefficients in [`Format`]:
+//!
+//! 1. An entry for every node of the lattice, row by row from node `(−reach, −reach)`.
+//! 2. The coefficients of a record of zeros, which stands for all nodes without a record.
+//! 3. The coefficients of each node with a record, in the order of the nodes.
+//! 4. Zeros, since a look-up may read packets beyond the last record.
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -15,11 +18,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Smallest tolerance that splines are stored in 16 bits for. A step, 1/65 535 of a record's range, is then well below
-/// it.
+/// Smallest tolerance of tables whose splines are stored in 16 bits. A step of the integers, 1/65 535 of a record's
+/// range, is then well below the tolerance.
 const FIXED_TOLERANCE: f64 = 1e-4;
 
-/// Midpoints of a mean over κ. It scales errors, which a tenth of its value does not change (chosen).
+/// Number of midpoints of a mean over κ. The mean is the scale of relative errors, so a few per cent of error in it do
+/// not matter. More midpoints take longer.
 const MEAN_POINTS: usize = 24;
 
 /// Layout of a [`PackedTable`]; see [`SpectralTable`] for the formulas. Pairs are along x and y.
@@ -35,23 +39,23 @@ pub struct PackedLayout {
     pub taps: [u32; 2],
     /// Largest node numbers.
     pub reach: [u32; 2],
-    /// Node numbers up to which the pixels resolve; infinite on a native lattice.
+    /// Largest positions in nodes that the pixels resolve; infinite on a native lattice.
     pub cutoff: [f64; 2],
-    /// Factor `norm` of `S`, µm².
+    /// Factor `norm` of `S` in µm².
     pub norm: f64,
-    /// Largest κ, rad/µm.
+    /// Largest κ in rad/µm.
     pub kappa_max: f64,
-    /// Distance between the spline's knots in κ, rad/µm.
+    /// Distance between the spline's knots in κ, in rad/µm.
     pub kappa_step: f64,
-    /// κ₀ of [`SpectralTable`]'s formulas, rad/µm: the reciprocal of half the range of heights.
+    /// κ₀ of [`SpectralTable`]'s formulas in rad/µm: the reciprocal of half the range of heights.
     pub kappa_knee: f64,
-    /// Power of order zero at κ = 0, for the format that leaves it out of the entries.
+    /// Power of order zero at κ = 0, for [`Format::Fixed`], whose entries leave it out.
     pub zero: f64,
     /// Format of entries and coefficients.
     pub format: Format,
 }
 
-/// The power density `S(f; κ)` of one surface in 32-bit words; see the head of `packed.rs` for their order.
+/// Power density `S(f; κ)` of one surface in 32-bit words: entries of all nodes, then coefficients ([`Format`]).
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
@@ -79,26 +83,28 @@ impl PackedTable {
         let nodes = table.kept_nodes();
         let format = match table.quantity {
             NodeQuantity::Amplitude => Format::Complex,
-            // The powers of a grating also cancel against their value at κ = 0, which 16 bits would not resolve.
+            // Small tables gain little from 16 bits. The powers of a grating may also cancel against their value at κ =
+            // 0, which 16 bits would not resolve.
             NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FEW_NODES => Format::Single,
-            // A tile that repeats sends all its light into order zero at κ = 0.
+            // At κ = 0 all light of a tile that repeats is in order zero.
             NodeQuantity::Power if table.lattice.is_native() => Format::Fixed,
             NodeQuantity::Power => Format::FixedFromZero,
         };
         let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
-        let entries = entry_words * table.offsets.len();
-        // The record of zeros is as long as the longest.
-        let zeros_start = entries.next_multiple_of(4);
+        let entries_end = entry_words * table.offsets.len();
+        // The record of zeros is as long as the longest record.
+        let zeros_start = entries_end.next_multiple_of(4);
         let longest = nodes.iter().map(|(_, _, record)| format.record_words(record)).max().unwrap_or(0);
+        // Start of each node's coefficients, in words.
         let mut starts = Vec::with_capacity(nodes.len());
         let mut end = zeros_start + longest.next_multiple_of(4);
         for (_, _, record) in &nodes {
             starts.push(end);
             end += format.record_words(record);
         }
-        // Packets beyond a record are read with weights of zero, after the last record too.
+        // Packets beyond a record are read, with weights of zero. After the last record they have to exist.
         let mut words = vec![0u32; end + format.packets_read() * packet_words];
-        for entry in words[..entries].chunks_exact_mut(entry_words) {
+        for entry in words[..entries_end].chunks_exact_mut(entry_words) {
             entry[0] = zeros_start as u32 / packet_words as u32;
         }
         let packed: Vec<(Vec<u32>, u32)> = nodes.par_iter().map(|(_, _, record)| format.pack(record)).collect();
@@ -137,12 +143,13 @@ impl PackedTable {
         &self.lattice
     }
 
-    /// The table that was packed, up to rounding.
+    /// The [`SpectralTable`] that was packed, up to rounding.
     pub fn unpacked(&self) -> SpectralTable {
         let (format, layout) = (self.layout.format, &self.layout);
         let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
         let nodes = self.lattice.nodes();
         let entries: Vec<&[u32]> = self.words[..entry_words * nodes].chunks_exact(entry_words).collect();
+        // Starts of coefficients in packets, as in the entries. A record ends where the next begins.
         let zeros_start = (entry_words * nodes).next_multiple_of(4) / packet_words;
         let kept: Vec<usize> = (0..nodes).filter(|&node| entries[node][0] as usize != zeros_start).collect();
         let end = self.words.len() / packet_words - format.packets_read();
@@ -150,12 +157,13 @@ impl PackedTable {
         // Offset 0 stands for no record, so float 0 is unused.
         let mut records = vec![0f32; 1];
         let mut offsets = vec![0; nodes];
+        // Both axes are symmetric about order zero.
         let order_zero = nodes / 2;
         for (&node, pair) in kept.iter().zip(starts.windows(2)) {
-            let zero = if node == order_zero { layout.zero } else { 0.0 };
+            let power_at_zero = if node == order_zero { layout.zero } else { 0.0 };
             let words = &self.words[packet_words * pair[0]..packet_words * pair[1]];
             offsets[node] = records.len() as u32;
-            records.extend(format.unpack(entries[node], words, zero));
+            records.extend(format.unpack(entries[node], words, power_at_zero));
         }
         SpectralTable {
             lattice: self.lattice.clone(),
@@ -174,14 +182,14 @@ impl PackedTable {
         &self.layout
     }
 
-    /// Standard deviations in nodes, along x and y, by which interpolation spreads a node's power. Amplitudes are
-    /// squared, so theirs is the kernel's over √2.
+    /// Standard deviations in nodes, along x and y, of the Gaussian that interpolation makes of a node's power. For
+    /// amplitudes, which are squared, they are those of the kernel over √2.
     pub fn power_sigma(&self) -> [f64; 2] {
         let factor = if self.layout.format == Format::Complex { FRAC_1_SQRT_2 } else { 1.0 };
         self.layout.sigma.map(|sigma| sigma * factor)
     }
 
-    /// All words.
+    /// All words: entries of all nodes, then coefficients ([`Format`]).
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -191,7 +199,7 @@ impl PackedTable {
         size_of_val(self.words.as_slice())
     }
 
-    /// Look-ups in double precision.
+    /// Evaluator in double precision.
     pub fn view(&self) -> TableView<Plain<'_, f64>> {
         TableView { layout: self.layout, words: &self.words }
     }
@@ -201,7 +209,7 @@ impl PackedTable {
         self.view().density(f, kappa, true)
     }
 
-    /// Mean of `S(f; κ)` in µm² over the κ of all outgoing directions, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: the scale for
+    /// Mean of `S(f; κ)` in µm² over the κ of all outgoing directions, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: a scale for
     /// errors of `S`. `f` is in cycles/µm, the wavelength in µm.
     pub fn hemisphere_mean(&self, f: [f64; 2], cos_i: f64, wavelength_um: f64) -> f64 {
         let wavenumber = TAU / wavelength_um;

@@ -1,14 +1,16 @@
-//! Progress of a build, for its listener.
+//! Progress of a build, reported to a listener.
 
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Function that is called with the fraction of the work that is done, 0 to 1.
 type Listener = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// Reports the progress of a build to a listener, as a fraction from 0 to 1 of its work.
+/// Reporter of a build's progress to a listener, as a fraction from 0 to 1 of the whole work. It may stand for a part
+/// of the work.
 ///
-/// The listener is called often and from several threads at once, so it has to be quick. Fractions may arrive slightly
+/// The listener is called often and from several threads at once, so it has to be fast. Fractions may arrive slightly
 /// out of order.
 ///
 /// ```
@@ -30,8 +32,9 @@ type Listener = Arc<dyn Fn(f64) + Send + Sync>;
 #[derive(Clone)]
 pub struct Progress {
     listener: Option<Listener>,
-    /// Fractions of the whole at which this part begins and ends.
+    /// Fraction of the whole work at which this part begins.
     from: f64,
+    /// Fraction of the whole work at which this part ends.
     to: f64,
 }
 
@@ -41,12 +44,13 @@ impl Progress {
         Self { listener: None, from: 0.0, to: 1.0 }
     }
 
-    /// Progress that calls `listener` with the fraction done.
+    /// Progress that calls `listener` with the fraction of the whole work that is done.
     pub fn new(listener: impl Fn(f64) + Send + Sync + 'static) -> Self {
         Self { listener: Some(Arc::new(listener)), from: 0.0, to: 1.0 }
     }
 
-    /// Part of this progress between two fractions. The part's own fractions run from 0 to 1 again.
+    /// Part of this progress between two of its fractions. Fractions that are reported to the part run from 0 to 1
+    /// again.
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
         let within = |fraction: f64| self.from + fraction * (self.to - self.from);
@@ -58,7 +62,7 @@ impl Progress {
         (self.part(0.0, 0.5), self.part(0.5, 1.0))
     }
 
-    /// Reports the fraction of the work that is done.
+    /// Reports the fraction of this part that is done, clamped to 0 to 1.
     pub fn report(&self, fraction: f64) {
         if let Some(listener) = &self.listener {
             listener(self.from + fraction.clamp(0.0, 1.0) * (self.to - self.from));
@@ -71,11 +75,13 @@ impl Progress {
     }
 }
 
-/// Counts the steps of a [`Progress`]; from [`Progress::of_steps`].
+/// Counter of the steps of a [`Progress`]; from [`Progress::of_steps`].
 #[derive(Debug)]
 pub struct Steps {
     progress: Progress,
+    /// Number of steps.
     steps: usize,
+    /// Number of steps that are done.
     done: AtomicUsize,
 }
 

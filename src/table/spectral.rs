@@ -1,5 +1,5 @@
-//! A table of `S(f; κ)` node by node in single precision, from which packed tables, samplers, albedos and colours are
-//! computed.
+//! Table of `S(f; κ)` with one record per node in single precision, from which packed tables, samplers, albedos and
+//! colours are computed.
 
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
 use super::node_curve::NodeCurve;
@@ -8,11 +8,11 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Floats at the head of a node's record: `P(0)` and `P'(0)` of a power, real and imaginary part of `D(0)` of an
-/// amplitude.
+/// Number of floats at the head of a node's record: `P(0)` and `P'(0)` of a power, real and imaginary part of `D(0)` of
+/// an amplitude.
 pub const HEADER: usize = 2;
 
-/// Quantity that a node holds, which decides how nodes add up.
+/// Quantity of a node, which determines how nodes add up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NodeQuantity {
     /// Power: `S = norm · Σ e_j P_j(κ)`, real records.
@@ -22,7 +22,7 @@ pub enum NodeQuantity {
 }
 
 impl NodeQuantity {
-    /// Floats per spline coefficient.
+    /// Number of floats per spline coefficient.
     pub fn components(self) -> usize {
         match self {
             Self::Power => 1,
@@ -39,21 +39,26 @@ impl NodeQuantity {
 /// - powers: `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ)) / (κ² + κ₀²)`,
 /// - amplitudes: `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)`.
 ///
-/// `Q` is finite as κ → 0. For κ far above κ₀ it is the power itself, so that nothing large cancels where a power is
-/// small. `P'(0)` is zero where the tile repeats: powers of orders have no term linear in κ.
+/// `Q` is finite as κ → 0. For κ far above κ₀ the spline of a power is the power itself, so no large terms cancel where
+/// the power is small. `P'(0)` is zero where the tile repeats: powers of orders have no term linear in κ.
 ///
-/// Coefficient `i` belongs to the knot at `κ = (i − 1)·kappa_step`. Four coefficients can be read from each knot up to
-/// the record's last.
+/// Coefficient `i` belongs to the knot at `κ = (i − 1)·kappa_step`. A κ between the knots k and k + 1 reads the
+/// coefficients k to k + 3. A record ends at the largest κ of any pair of directions that reads its node.
 #[derive(Clone, Debug)]
 pub struct SpectralTable {
     pub(super) lattice: Lattice,
     pub(super) quantity: NodeQuantity,
+    /// Factor `norm` of `S` in µm².
     pub(super) norm: f64,
+    /// Largest κ in rad/µm.
     pub(super) kappa_max: f64,
+    /// Distance between knots in rad/µm.
     pub(super) kappa_step: f64,
+    /// κ₀ in rad/µm.
     pub(super) kappa_knee: f64,
     /// Start of each node's record in `records`, row-major from node `(−reach, −reach)`; 0 for a node without a record.
     pub(super) offsets: Vec<u32>,
+    /// Records in the order of the nodes, after one unused float.
     pub(super) records: Vec<f32>,
 }
 
@@ -63,7 +68,7 @@ impl SpectralTable {
         &self.lattice
     }
 
-    /// Quantity that nodes hold.
+    /// Quantity of the nodes.
     pub fn quantity(&self) -> NodeQuantity {
         self.quantity
     }
@@ -78,42 +83,34 @@ impl SpectralTable {
         self.kappa_max
     }
 
-    /// Distance between knots in κ, rad/µm.
+    /// Distance between knots in κ, in rad/µm.
     pub fn kappa_step(&self) -> f64 {
         self.kappa_step
     }
 
-    /// κ₀ of the record's formula, rad/µm.
+    /// κ₀ of the records' formulas in rad/µm.
     pub fn kappa_knee(&self) -> f64 {
         self.kappa_knee
     }
 
-    /// Nodes with a record, row by row: numbers along x and y, and the record.
+    /// Nodes with a record, row by row: node numbers jx and jy, and the record.
     pub fn kept_nodes(&self) -> Vec<(i64, i64, &[f32])> {
-        let columns = self.lattice.x.nodes();
-        let mut starts: Vec<(usize, usize)> = self
-            .offsets
-            .iter()
-            .enumerate()
-            .filter(|(_, offset)| **offset != 0)
-            .map(|(index, offset)| (index, *offset as usize))
-            .collect();
-        starts.push((0, self.records.len()));
-        let number = |index: usize| {
-            let (row, column) = (index / columns, index % columns);
-            (column as i64 - self.lattice.x.reach as i64, row as i64 - self.lattice.y.reach as i64)
-        };
-        starts
-            .windows(2)
-            .map(|pair| {
-                let (jx, jy) = number(pair[0].0);
-                (jx, jy, &self.records[pair[0].1..pair[1].1])
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let kept: Vec<usize> = (0..self.offsets.len()).filter(|&index| self.offsets[index] != 0).collect();
+        // A record ends where the next begins.
+        let mut starts: Vec<usize> = kept.iter().map(|&index| self.offsets[index] as usize).collect();
+        starts.push(self.records.len());
+        kept.iter()
+            .zip(starts.windows(2))
+            .map(|(&index, ends)| {
+                let (row, column) = (index / x.nodes(), index % x.nodes());
+                (column as i64 - x.reach as i64, row as i64 - y.reach as i64, &self.records[ends[0]..ends[1]])
             })
             .collect()
     }
 
-    /// Standard deviation in nodes, along x and y, by which interpolation spreads a node's power. Amplitudes are
-    /// squared, so theirs is the kernel's over √2.
+    /// Standard deviations in nodes, along x and y, of the Gaussian that interpolation makes of a node's power. For
+    /// amplitudes, which are squared, they are those of the kernel over √2.
     pub fn power_sigma(&self) -> (f64, f64) {
         let factor = match self.quantity {
             NodeQuantity::Power => 1.0,
@@ -134,18 +131,18 @@ impl SpectralTable {
         (self.kappa_max * self.kappa_max - radial * radial).max(0.0).sqrt()
     }
 
-    /// Interpolates records at a frequency in cycles/µm: `record` becomes the weighted sum of the records about `f`, up
-    /// to `coefficients` spline coefficients.
+    /// Interpolates records at a frequency in cycles/µm: `record` becomes the weighted sum of the records around `f`,
+    /// with a header and `coefficients` spline coefficients.
     ///
-    /// `record` is left empty beyond the cutoff, or where no node has a weight. Coefficients are complete up to the
-    /// knots that [`SpectralTable::kappa_limit`] reads.
+    /// `record` becomes empty beyond the cutoff, and where no node with a record has a weight. Coefficients are
+    /// complete up to those that are read at [`SpectralTable::kappa_limit`].
     pub(crate) fn interpolate_record(&self, f: [f64; 2], coefficients: usize, record: &mut Vec<f32>) {
         record.clear();
-        let (x, y) = (&self.lattice.x, &self.lattice.y);
-        let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
-        if px.abs() > x.cutoff || py.abs() > y.cutoff {
+        if !self.is_resolved(f) {
             return;
         }
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
         let mut weights_x = [0.0; TAPS_MAX];
         for (ex, jx) in weights_x.iter_mut().zip(taps(x, px)) {
             *ex = x.kernel.weight(px - jx as f64);
@@ -160,6 +157,8 @@ impl SpectralTable {
                     if record.is_empty() {
                         record.resize(HEADER + coefficients * self.quantity.components(), 0.0);
                     }
+                    // Beyond the end of its record, a node adds numbers of the next ones. No κ of a pair of directions
+                    // at f reads these coefficients.
                     for (sum, value) in record.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;
                     }
@@ -168,8 +167,8 @@ impl SpectralTable {
         }
     }
 
-    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. Evaluators read [`super::PackedTable`]; this
-    /// serves integrals over tables that are not packed.
+    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm, for integrals over tables that are not packed.
+    /// Evaluators use [`super::PackedTable::density`].
     pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         if !self.is_resolved(f) {
             return 0.0;
@@ -183,15 +182,16 @@ impl SpectralTable {
         })
     }
 
-    /// `S` in µm² at `position` (in nodes) from given node values, by their row-major number.
+    /// `S` in µm² at `position` (in nodes) from the values of nodes: `value(index)`, with the row-major index of a node
+    /// in the lattice. Powers are real.
     pub(super) fn combine(&self, position: [f64; 2], value: impl Fn(usize) -> Complex64) -> f64 {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let mut sum = Complex64::ZERO;
         for jy in taps(y, position[1]) {
             for jx in taps(x, position[0]) {
                 let e = y.kernel.weight(position[1] - jy as f64) * x.kernel.weight(position[0] - jx as f64);
-                let row = (jy + y.reach as i64) as usize;
-                sum += e * value(row * x.nodes() + (jx + x.reach as i64) as usize);
+                let (row, column) = ((jy + y.reach as i64) as usize, (jx + x.reach as i64) as usize);
+                sum += e * value(row * x.nodes() + column);
             }
         }
         self.norm
@@ -202,7 +202,7 @@ impl SpectralTable {
     }
 }
 
-/// Numbers of the nodes that a look-up at `position` reads along an axis.
+/// Numbers of the nodes that a look-up at `position` (in nodes) reads along an axis.
 fn taps(axis: &LatticeAxis, position: f64) -> Range<i64> {
     let first = axis.first_tap(position);
     first..first + axis.taps as i64

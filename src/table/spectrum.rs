@@ -1,14 +1,19 @@
 //! Node values of a table at one κ, from the height field.
 //!
-//! With the phase screen `E = exp(iκh)` over the tile, tapered by `t` where the tile is an aperiodic scan, and window
-//! standard deviation s:
+//! - `E = exp(iκh)`: phase screen over the tile.
+//! - `t`: taper of an aperiodic scan; 1 where the tile repeats.
+//! - `s`: standard deviation of the coherence window.
 //!
-//! - native lattice: nodes are the orders `c_j` of E (amplitudes) or `|c_j|²` (powers);
-//! - ensemble: the autocorrelation of `t·E` over lags τ, times `exp(−τ²/4s²)`, is transformed to node powers;
-//! - patch: `t·E` times `exp(−x²/2s²)` about the tile's origin or the scan's middle is transformed to node amplitudes.
+//! The node values are
 //!
-//! Data before a transform are also divided by the transform of the interpolation kernel ([`super::kernel`]). Windows,
-//! tapers and kernels separate, so each axis has weights of its own.
+//! - on a native lattice the order amplitudes `c_j` of E (patch) or the powers `|c_j|²` (ensemble),
+//! - on a resampled lattice of an ensemble the transform of the autocorrelation of `t·E` over lags τ, times
+//!   `exp(−τ²/(4s²))`,
+//! - on a resampled lattice of a patch the transform of `t·E`, times `exp(−x²/(2s²))` around the tile's origin or the
+//!   scan's middle.
+//!
+//! Before a transform to a resampled lattice, the data are also divided by the transform of the interpolation kernel
+//! ([`super::kernel`]). Windows, tapers and kernels are products over x and y, so weights are kept for each axis.
 
 use super::band::Band;
 use super::lattice::{Lattice, LatticeAxis, interpolation_tolerance, lag_grid, plan_lattice};
@@ -20,12 +25,12 @@ use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Fraction of an aperiodic scan's width over which each edge is tapered by a raised cosine: a Tukey window of 0.5
-/// (chosen).
+/// Fraction of an aperiodic scan's width over which each edge is tapered by a raised cosine, as in a Tukey window with
+/// the parameter 0.5. A larger fraction loses more of the scan; a smaller one has stronger lobes beside each order.
 const TAPER_FRACTION: f64 = 0.25;
 
 impl Model {
-    /// Quantity that nodes hold.
+    /// Quantity of the nodes.
     pub(super) fn quantity(self) -> NodeQuantity {
         match self {
             Self::Ensemble => NodeQuantity::Power,
@@ -34,7 +39,7 @@ impl Model {
     }
 }
 
-/// Computes the node values of a [`Lattice`] at any κ.
+/// Node values of a [`Lattice`] at any κ, for one height field.
 ///
 /// ```
 /// use sunbeam::table::{CoherenceWindow, Model, Spectrum, Tiling};
@@ -52,25 +57,29 @@ pub struct Spectrum {
     transform: OrderTransform,
     model: Model,
     lattice: Lattice,
-    /// Tapers of an aperiodic scan along x and y.
+    /// Tapers of an aperiodic scan along x and y; `None` where the tile repeats.
     tapers: Option<(Vec<f64>, Vec<f64>)>,
-    /// Power of the taper (ensemble) or of the tapered window (patch) by which node powers are divided.
-    total: f64,
-    /// Factor `norm` of `S`, µm².
+    /// Divisor of node powers that makes the total of S one: power of the taper (ensemble) or of the tapered window
+    /// (patch); 1 where the tile repeats.
+    total_power: f64,
+    /// Factor `norm` of `S` in µm².
     norm: f64,
-    /// Grid in pixels of the relief on which the screen is transformed; padded for an aperiodic scan.
+    /// Numbers of pixels along x and y of the grid on which the screen is transformed; padded for an aperiodic scan.
     lag_grid: (usize, usize),
     /// Kept frequencies of that transform along x and y, for the autocorrelation of the ensemble.
     bands: [Band; 2],
     /// Source pixel and weight of each lattice pixel, along x and y; see [`axis_weights`].
     weights: [Vec<(usize, f64)>; 2],
+    /// From the padded screen to its power spectrum.
     lag_forward: Fft2<f64>,
+    /// From the band-limited power spectrum to the autocorrelation.
     lag_back: Fft2<f64>,
+    /// From windowed data to nodes.
     node_transform: Fft2<f64>,
 }
 
 impl Spectrum {
-    /// Plans the lattice of `field` under a coherence window, to a relative error of `tolerance`.
+    /// Plans the lattice of `field` under a coherence window, for a table of the relative error `tolerance`.
     pub fn new(field: &HeightField, model: Model, tiling: Tiling, window: CoherenceWindow, tolerance: f64) -> Self {
         let (nx, ny) = field.size();
         let pixel_um = (field.dx_um(), field.dy_um());
@@ -80,38 +89,41 @@ impl Spectrum {
         let band_tolerance = interpolation_tolerance(model, tiling, tolerance);
         let band = |axis, lags, pixel_um| Band::new(axis, lags, pixel_um, band_tolerance);
         let bands = [band(&lattice.x, lag_grid.0, pixel_um.0), band(&lattice.y, lag_grid.1, pixel_um.1)];
-        let (kx, ky) = (bands[0].weights.len(), bands[1].weights.len());
+        // Grid of the band-limited autocorrelation, or of a patch's data.
+        let (data_x, data_y) = (bands[0].weights.len(), bands[1].weights.len());
         let s_um = window.sigma_um();
-        let total = match (&tapers, model) {
+        let total_power = match (&tapers, model) {
             (None, _) => 1.0,
             (Some((tx, ty)), Model::Ensemble) => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
             (Some((tx, ty)), Model::Patch) => {
+                // Power of the window at an offset in pixels, times the pixel size.
                 let window_power =
                     |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / s_um).powi(2)).exp() * pixel_um;
                 taper_power(tx, window_power(field.dx_um())) * taper_power(ty, window_power(field.dy_um()))
                     / (PI * s_um * s_um)
             }
         };
+        // Reciprocal of the kernel's integral over frequency, in µm².
         let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));
-        let area = x * y;
+        let per_kernel = x * y;
         let norm = match model {
-            Model::Ensemble => area,
-            Model::Patch => area * area / (PI * s_um * s_um),
+            Model::Ensemble => per_kernel,
+            Model::Patch => per_kernel * per_kernel / (PI * s_um * s_um),
         };
         Self {
             transform: OrderTransform::new(field),
             model,
             tapers,
-            total,
+            total_power,
             norm,
             lag_grid,
             bands,
             weights: [
-                axis_weights(&lattice.x, kx, tiling == Tiling::Aperiodic),
-                axis_weights(&lattice.y, ky, tiling == Tiling::Aperiodic),
+                axis_weights(&lattice.x, data_x, tiling == Tiling::Aperiodic),
+                axis_weights(&lattice.y, data_y, tiling == Tiling::Aperiodic),
             ],
             lag_forward: Fft2::new(lag_grid.0, lag_grid.1, Direction::Positive),
-            lag_back: Fft2::new(kx, ky, Direction::Negative),
+            lag_back: Fft2::new(data_x, data_y, Direction::Negative),
             node_transform: Fft2::new(lattice.x.pixels, lattice.y.pixels, Direction::Positive),
             lattice,
         }
@@ -122,7 +134,7 @@ impl Spectrum {
         &self.lattice
     }
 
-    /// Quantity that nodes hold.
+    /// Quantity of the nodes.
     pub fn quantity(&self) -> NodeQuantity {
         self.model.quantity()
     }
@@ -147,20 +159,21 @@ impl Spectrum {
                 bins
             }
             (Model::Patch, true) => self.transform.amplitudes(kappa),
-            (Model::Ensemble, false) => self.windowed(&self.autocorrelation(kappa), 1.0 / self.total),
+            (Model::Ensemble, false) => self.windowed(&self.autocorrelation(kappa), 1.0 / self.total_power),
             (Model::Patch, false) => self.patch_bins(kappa),
         };
         self.collect_nodes(&bins)
     }
 
-    /// Autocorrelation of the tapered screen, limited to the bands: one lag per bin of the bands. Lag zero is 1 where
-    /// the tile repeats, else the taper's power.
+    /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. There are as many
+    /// lags as bins in the bands. Lag zero is 1 where the tile repeats, else the taper's power.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.lag_grid;
         let mut screen = self.tapered_screen(kappa);
         let scale = if self.tapers.is_some() {
+            // Rows are padded with zeros to gx pixels; `Fft2::band` treats the missing rows as zero.
             let (nx, ny) = self.transform.size();
-            let mut padded = vec![Complex64::new(0.0, 0.0); gx * ny];
+            let mut padded = vec![Complex64::ZERO; gx * ny];
             for (to, from) in padded.chunks_mut(gx).zip(screen.chunks(nx)) {
                 to[..nx].copy_from_slice(from);
             }
@@ -180,6 +193,7 @@ impl Spectrum {
         bins
     }
 
+    /// Phase screen times the taper, row-major over the pixels of the relief.
     fn tapered_screen(&self, kappa: f64) -> Vec<Complex64> {
         let mut screen = self.transform.screen(kappa);
         if let Some((tx, ty)) = &self.tapers {
@@ -192,35 +206,35 @@ impl Spectrum {
         screen
     }
 
-    /// Transform of the windowed patch about the tile's origin, or about the middle of an aperiodic scan.
+    /// Transform of the windowed patch around the tile's origin, or around the middle of an aperiodic scan.
     fn patch_bins(&self, kappa: f64) -> Vec<Complex64> {
         let (nx, ny) = self.transform.size();
         let screen = self.tapered_screen(kappa);
         if self.tapers.is_none() {
             return self.windowed(&screen, 1.0);
         }
-        // The scan on a zero-padded grid, its middle at the grid's origin.
+        // The scan on a zero-padded grid, with its middle at the grid's origin.
         let (gx, gy) = self.lag_grid;
-        let mut centred = vec![Complex64::new(0.0, 0.0); gx * gy];
+        let mut centred = vec![Complex64::ZERO; gx * gy];
         for (iy, row) in screen.chunks(nx).enumerate() {
             let y = (iy + gy - ny / 2) % gy;
             for (ix, &c) in row.iter().enumerate() {
                 centred[y * gx + (ix + gx - nx / 2) % gx] = c;
             }
         }
-        self.windowed(&centred, self.total.sqrt().recip())
+        self.windowed(&centred, self.total_power.sqrt().recip())
     }
 
-    /// Multiplies `values` by `scale` and the weights of both axes, and transforms them to the lattice. `values` are on
-    /// a grid about the origin in FFT order.
-    fn windowed(&self, values: &[Complex64], scale: f64) -> Vec<Complex64> {
+    /// Multiplies `data` by `scale` and the weights of both axes, and transforms them to the lattice's bins, in FFT
+    /// order. `data` are row-major on a grid around the origin, in FFT order.
+    fn windowed(&self, data: &[Complex64], scale: f64) -> Vec<Complex64> {
         let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
         let width = self.bands[0].weights.len();
         let [weights_x, weights_y] = &self.weights;
         let scale = scale / (px * py) as f64;
-        let mut grid = vec![Complex64::new(0.0, 0.0); px * py];
+        let mut grid = vec![Complex64::ZERO; px * py];
         grid.par_chunks_mut(px).zip(weights_y).for_each(|(out, &(iy, wy))| {
-            let row = &values[iy * width..][..width];
+            let row = &data[iy * width..][..width];
             for (out, &(ix, wx)) in out.iter_mut().zip(weights_x) {
                 *out = row[ix] * (wx * wy * scale);
             }
@@ -229,13 +243,14 @@ impl Spectrum {
         grid
     }
 
-    /// Reorders FFT bins into nodes from `−reach` to `reach`. For orders of an even number of pixels, the bin at half
-    /// the sampling rate is split between both signs, by power or by amplitude.
+    /// Reorders FFT bins into nodes from `−reach` to `reach` along both axes. On a native axis with an even number of
+    /// pixels, the bin at half the sampling rate belongs to the nodes of both signs, which share its power equally.
     fn collect_nodes(&self, bins: &[Complex64]) -> Vec<Complex64> {
         let half_bin = match self.model {
             Model::Ensemble => 0.5,
             Model::Patch => FRAC_1_SQRT_2,
         };
+        // Bin and factor of each node along an axis.
         let sources = |axis: &LatticeAxis| -> Vec<(usize, f64)> {
             let (n, reach) = (axis.pixels as i64, axis.reach as i64);
             (-reach..=reach)
@@ -254,8 +269,8 @@ impl Spectrum {
     }
 }
 
-/// Source pixel, on a grid of `size` pixels, and weight ([`LatticeAxis::window`]) of each lattice pixel, FFT order. The
-/// grid repeats, unless `aperiodic`: weights beyond its half are then zero.
+/// Source pixel in the data and weight ([`LatticeAxis::window`]) of each lattice pixel along an axis, in FFT order. The
+/// data have `size` pixels and repeat. Of `aperiodic` data only one period counts, and weights beyond it are zero.
 fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize, f64)> {
     let n = axis.pixels as i64;
     let pixel_um = axis.period_um / axis.pixels as f64;
@@ -269,7 +284,7 @@ fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize,
         .collect()
 }
 
-/// Tukey window sampled at the middles of `n` pixels.
+/// Tukey window sampled at the middles of `n` pixels ([`TAPER_FRACTION`]).
 pub(crate) fn taper(n: usize) -> Vec<f64> {
     (0..n)
         .map(|i| {
@@ -279,7 +294,7 @@ pub(crate) fn taper(n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// `Σ t² · weight(offset from the middle pixel)`.
+/// `Σ t² · weight(offset)` over the pixels of a taper, with the offset from the middle pixel in pixels.
 fn taper_power(taper: &[f64], weight: impl Fn(f64) -> f64) -> f64 {
     let middle = taper.len() / 2;
     taper.iter().enumerate().map(|(i, t)| t * t * weight(i as f64 - middle as f64)).sum()

@@ -1,17 +1,21 @@
-//! Uniform cubic B-splines: values at knots to coefficients.
+//! Uniform cubic B-splines: coefficients from values at the knots.
+//!
+//! The value at knot i is `(c[i − 1] + 4·c[i] + c[i + 1])/6`, with the coefficients c. Two recursive filters invert
+//! this: one forward, one backward.
 
-/// Pole of the recursive filter that inverts the cubic B-spline's sampled kernel `[1, 4, 1]/6`: `√3 − 2`. The influence
-/// of a value falls by this factor per knot.
+/// Pole of both filters, `√3 − 2`. The influence of a value falls by this factor per knot.
 pub(crate) const POLE: f64 = -0.267_949_192_431_122_7;
 
-/// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them, in two recursive passes.
-/// Beyond both ends values are taken as constant.
+/// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them. Beyond either end the
+/// first and the last value are assumed to continue.
 pub(super) fn prefilter(values: &mut [f64]) {
     let n = values.len();
     if n < 2 {
         return;
     }
+    // Gain of both filters together, 6.
     let gain = (1.0 - POLE) * (1.0 - 1.0 / POLE);
+    // Each filter starts with its limit for a constant.
     values[0] /= 1.0 - POLE;
     for i in 1..n {
         values[i] += POLE * values[i - 1];
@@ -28,11 +32,12 @@ mod tests {
     use super::*;
     use crate::numeric::math::cubic_b_spline;
 
-    /// Two waves, of 0.4 and 0.9 rad per knot.
+    /// Sum of two waves, of 0.4 and 0.9 rad per knot, at `x` in knots.
     fn waves(x: f64) -> f64 {
         (0.4 * x).sin() + 0.2 * (0.9 * x).cos()
     }
 
+    /// Coefficients of the spline through the waves at the knots 0 to 59.
     fn coefficients() -> Vec<f64> {
         let mut coefficients: Vec<f64> = (0..60).map(|i| waves(f64::from(i))).collect();
         prefilter(&mut coefficients);

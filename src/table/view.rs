@@ -1,9 +1,9 @@
-//! Look-up in a [`super::PackedTable`], written once for all families of numbers.
+//! Look-up in a [`super::PackedTable`], generic over [`Numbers`].
 //!
 //! A look-up at `(f, κ)` reads `taps.x · taps.y` nodes. Of each node it reads the entry and the packets that contain
 //! four consecutive spline coefficients. Packets begin at multiples of their length, so up to eight coefficients are
 //! read, some with weights of zero. Symbols are those of the [module](super), formulas of a node those of
-//! [`super::SpectralTable`].
+//! [`super::SpectralTable`], and the words of entries and packets those of [`Format`].
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -12,11 +12,11 @@ use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use std::f64::consts::LOG2_E;
 
-/// Up to this many nodes of a row are read without a loop, which recorded kernels then need not nest. Longer rows would
-/// make kernels slow to compile. Covers all default tolerances.
+/// Largest number of nodes in a row that are read without a loop, so that recorded kernels need no nested loops. Longer
+/// rows would make kernels slow to compile. All tables of the default tolerance have shorter rows.
 const UNROLLED_TAPS: u32 = 8;
 
-/// A [`super::PackedTable`] as an evaluator over the numbers `N` reads it.
+/// Evaluator of a [`super::PackedTable`] over the numbers `N`.
 ///
 /// ```
 /// use sunbeam::numeric::Plain;
@@ -41,34 +41,37 @@ pub struct TableView<N: Numbers> {
 }
 
 impl<N: Numbers> TableView<N> {
-    /// The power density `S(f; κ)` in µm², never negative, at `f` in cycles/µm and `kappa` in rad/µm.
+    /// Power density `S(f; κ)` in µm², never negative, at `f` in cycles/µm and `kappa` in rad/µm. Meaningless where
+    /// `active` is false.
     #[inline(always)]
     pub fn density(&self, f: [N::Double; 2], kappa: N::Real, active: N::Mask) -> N::Real {
         let layout = &self.layout;
         let (lit, int) = (N::Real::lit, N::Index::lit);
         let position: [N::Double; 2] = std::array::from_fn(|axis| f[axis] * N::Double::lit(layout.period_um[axis]));
+        // First column and row of nodes read, and the distances from them.
         let [(column, distance_x), (row, distance_y)] =
             std::array::from_fn(|axis| self.first_tap(position[axis], axis));
         let curve = Curve::<N>::new(layout, kappa);
         let [taps_x, taps_y] = layout.taps;
         let columns = int(2 * layout.reach[0] + 1);
-        let ex = N::tabulated(taps_x, |i| kernel_weight(layout.kernel[0], distance_x - N::real(i)));
-        let add_node = |node: N::Index, e: N::Real, [re, im]: [N::Real; 2]| {
+        let weight_x = N::tabulated(taps_x, |i| kernel_weight(layout.kernel[0], distance_x - N::real(i)));
+        // Sums have two components: a power and 0, or real and imaginary part of an amplitude.
+        let add_node = |node: N::Index, weight: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(&curve, node, active);
-            [e.fma(a, re), e.fma(b, im)]
+            [weight.fma(a, re), weight.fma(b, im)]
         };
         let add_row = |iy: N::Index, sum: [N::Real; 2]| {
             let first = (row + iy) * columns + column;
             let row_sum = if taps_x <= UNROLLED_TAPS {
-                (0..taps_x).fold([lit(0.0); 2], |sum, ix| add_node(first + int(ix), ex(int(ix)), sum))
+                (0..taps_x).fold([lit(0.0); 2], |sum, ix| add_node(first + int(ix), weight_x(int(ix)), sum))
             } else {
                 let start = (int(0), [lit(0.0); 2]);
                 let go_on = |(ix, _): (N::Index, [N::Real; 2])| active & ix.lt(int(taps_x));
-                let step = |(ix, sum): (N::Index, [N::Real; 2])| (ix + int(1), add_node(first + ix, ex(ix), sum));
+                let step = |(ix, sum): (N::Index, [N::Real; 2])| (ix + int(1), add_node(first + ix, weight_x(ix), sum));
                 N::while_loop(c"orders of a row", start, go_on, step).1
             };
-            let ey = kernel_weight(layout.kernel[1], distance_y - N::real(iy));
-            std::array::from_fn(|part| ey.fma(row_sum[part], sum[part]))
+            let weight_y = kernel_weight(layout.kernel[1], distance_y - N::real(iy));
+            std::array::from_fn(|part| weight_y.fma(row_sum[part], sum[part]))
         };
         let [re, im] = if taps_y == 1 {
             add_row(int(0), [lit(0.0); 2])
@@ -80,17 +83,17 @@ impl<N: Numbers> TableView<N> {
         let value = match layout.format {
             Format::Complex => re * re + im * im,
             Format::Fixed => {
-                // P(0) of order zero, where it is among the nodes read.
+                // Adds P(0) of order zero, which entries leave out, where order zero is among the nodes read.
                 let reads_order_zero = |first: N::Index, axis: usize| {
-                    let number = int(layout.reach[axis]);
-                    first.le(number) & number.lt(first + int(layout.taps[axis]))
+                    let index = int(layout.reach[axis]);
+                    first.le(index) & index.lt(first + int(layout.taps[axis]))
                 };
                 let [x, y] = position.map(N::narrow);
-                let e = kernel_weight(layout.kernel[0], x) * kernel_weight(layout.kernel[1], y);
-                let value = e * curve.header_factors[0] * lit(layout.zero);
+                let weight = kernel_weight(layout.kernel[0], x) * kernel_weight(layout.kernel[1], y);
+                let order_zero = weight * curve.header_factors[0] * lit(layout.zero);
                 let is_read = reads_order_zero(column, 0) & reads_order_zero(row, 1);
-                // A spline may undershoot a zero of the power by the tolerance.
-                (re + N::Real::select(is_read, value, lit(0.0))).max(lit(0.0))
+                // Where the power is about zero, the spline may be negative by the tolerance.
+                (re + N::Real::select(is_read, order_zero, lit(0.0))).max(lit(0.0))
             }
             Format::Single | Format::FixedFromZero => re.max(lit(0.0)),
         } * lit(layout.norm);
@@ -102,9 +105,8 @@ impl<N: Numbers> TableView<N> {
         N::Real::select(x & y, value, lit(0.0))
     }
 
-    /// First of the nodes that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first
-    /// node, and the position's distance from it. They are the nearest nodes of the table
-    /// ([`super::LatticeAxis::first_tap`]).
+    /// Index, from the axis's first node, of the first node that a look-up at `position` (in nodes) reads, and the
+    /// position's distance from it in nodes; counterpart of [`super::LatticeAxis::first_tap`].
     #[inline(always)]
     fn first_tap(&self, position: N::Double, axis: usize) -> (N::Index, N::Real) {
         let lit = N::Double::lit;
@@ -113,7 +115,8 @@ impl<N: Numbers> TableView<N> {
         (N::index_of_double(first + lit(reach)), N::narrow(position - first))
     }
 
-    /// Power of a node and 0, or real and imaginary part of its amplitude.
+    /// Power of a node and 0, or real and imaginary part of its amplitude. `node` is its index in the lattice. In
+    /// [`Format::Fixed`] the power is without `P(0)`.
     #[inline(always)]
     fn node(&self, curve: &Curve<N>, node: N::Index, active: N::Mask) -> [N::Real; 2] {
         let lit = N::Real::lit;
@@ -156,9 +159,11 @@ impl<N: Numbers> TableView<N> {
         }
     }
 
-    /// Spline of 16-bit coefficients `low + step·i`. The weights of a B-spline sum to one, so `low` is added once.
+    /// Spline of the fixed-point coefficients `low + step·i` in the packets `packet(0)` to `packet(2)`. `scale` is the
+    /// word of `low` and `step`.
     #[inline(always)]
     fn fixed(&self, curve: &Curve<N>, scale: N::Index, packet: impl Fn(u32) -> N::Index, active: N::Mask) -> N::Real {
+        // Spline of the integers. Its weights sum to one, so `low` is added once.
         let mut steps = N::Real::lit(0.0);
         for i in 0..3 {
             let [word] = N::gather::<1>(self.words, packet(i as u32), active);
@@ -183,15 +188,16 @@ fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     }
 }
 
-/// Weights at one κ of the numbers that a node holds; see [`super::NodeCurve`].
+/// Weights of the numbers in a node's record at one κ, as in [`super::NodeCurve`].
 struct Curve<N: Numbers> {
-    /// Number of the first packet read, from the start of a node's coefficients.
+    /// First packet read, in packets from the start of a node's coefficients.
     packet: N::Index,
-    /// Weights of the coefficients from the first of that packet on; the last are zero.
+    /// Weights of the eight coefficients from the first of that packet on. At most four of them, in a row, are not
+    /// zero.
     weights: [N::Real; 8],
-    /// Factor on the spline: `κ²/(κ²+κ₀²)` and 0 for powers, real and imaginary part of `κ/(κ + iκ₀)` for amplitudes.
+    /// Factor on the spline: `κ²/(κ² + κ₀²)` and 0 for powers, real and imaginary part of `κ/(κ + iκ₀)` for amplitudes.
     spline_factor: [N::Real; 2],
-    /// Factors on a power's header: `κ₀²/(κ²+κ₀²)` on `P(0)`, `κκ₀²/(κ²+κ₀²)` on `P'(0)`.
+    /// Factors on a power's header: `κ₀²/(κ² + κ₀²)` on `P(0)`, `κκ₀²/(κ² + κ₀²)` on `P'(0)`.
     header_factors: [N::Real; 2],
 }
 
@@ -199,11 +205,12 @@ impl<N: Numbers> Curve<N> {
     #[inline(always)]
     fn new(layout: &PackedLayout, kappa: N::Real) -> Self {
         let lit = N::Real::lit;
+        // A packet has 2^shift coefficients.
         let shift = layout.format.packet_coefficients().ilog2();
         let kappa = kappa.clip(lit(0.0), lit(layout.kappa_max));
         let t = kappa / lit(layout.kappa_step);
         let packet = N::index(t) >> shift;
-        // Coefficient i belongs to the knot i − 1.
+        // Position in knots from that of the packet's first coefficient: coefficient i belongs to the knot i − 1.
         let offset = t - N::real(packet << shift) + lit(1.0);
         let knee_squared = lit(layout.kappa_knee * layout.kappa_knee);
         let squares = kappa.fma(kappa, knee_squared);
@@ -213,7 +220,7 @@ impl<N: Numbers> Curve<N> {
             weights: std::array::from_fn(|i| cubic_b_spline(offset - lit(i as f64))),
             spline_factor: match layout.format {
                 Format::Complex => [kappa * per_squares, -per_squares * lit(layout.kappa_knee)],
-                _ => [kappa * per_squares, lit(0.0)],
+                Format::Fixed | Format::FixedFromZero | Format::Single => [kappa * per_squares, lit(0.0)],
             },
             header_factors: [knee_squared / squares, knee_squared * per_squares],
         }

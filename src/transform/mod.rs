@@ -2,16 +2,18 @@
 //!
 //! | symbol | meaning |
 //! | --- | --- |
-//! | h | height in µm; H is half the range of heights |
+//! | h | height in µm |
+//! | H | half the range of heights in µm |
 //! | κ | phase rate `2π(cosθi + cosθo)/λ`, in rad/µm |
-//! | j | order of the tile's lattice, (jx, jy) |
+//! | j = (jx, jy) | diffraction order of the tile, which is Lx by Ly µm large |
 //! | c_j(κ) | order amplitude: mean over the tile of `exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))` |
 //!
-//! So `Σ|c_j|² = 1`. Arrays of order amplitudes are row-major `[jy][jx]` in FFT order.
+//! The powers of all orders sum to one, `Σ|c_j|² = 1`. Arrays of order amplitudes are row-major `[jy][jx]` in FFT
+//! order.
 //!
 //! - [`OrderTransform`]: all `c_j(κ)` of one κ by FFT, in double precision.
 //! - [`Expansion`]: transforms of powers or Chebyshev polynomials of h, from which `c_j(κ)` follows for any κ.
-//!   [`TermTransform`] computes one term at a time.
+//! - [`TermTransform`]: these transforms, one term at a time.
 //! - [`naive_order_amplitude`]: the direct sum, the reference for all others.
 //! - [`periods`]: the dominant periods of the heights.
 //!
@@ -22,7 +24,7 @@
 //! let field = Preset::Blazed.build(None, None)?;
 //! let kappa = 20.0;
 //! let amplitudes = OrderTransform::new(&field).amplitudes(kappa);
-//! // Equal magnitudes: the transform takes heights from the middle of their range.
+//! // Phases differ, since the transform measures heights from the middle of their range.
 //! let direct = naive_order_amplitude(&field, kappa, 1, 0);
 //! assert!((amplitudes[1].norm() - direct.norm()).abs() < 1e-12);
 //! # Ok::<(), sunbeam::height_field::HeightFieldError>(())

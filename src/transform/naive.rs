@@ -1,14 +1,16 @@
-//! The direct sum of an order amplitude; symbols and formula are those of `screen.rs`.
+//! Direct sum of an order amplitude; symbols and formula are those of `screen.rs`.
 
 use crate::height_field::HeightField;
 use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Order amplitude `c_j(κ)` of order `(jx, jy)` at `kappa` (rad/µm), by the sum of docs/model.md#the-phase-screen.
+/// Amplitude `c_j(κ)` of the order `(jx, jy)` at `kappa` (rad/µm), summed over the pixels of the tile in double
+/// precision. It is the reference for all faster methods.
 ///
-/// One pass over the tile in double precision. It is the reference for all faster methods.
+/// Heights are those of `field`, not measured from the middle of their range.
 pub fn naive_order_amplitude(field: &HeightField, kappa: f64, jx: i64, jy: i64) -> Complex64 {
     let (nx, ny) = field.size();
+    // Fraction of a turn of `j·i/n`, without rounding of large products.
     let turns = |j: i64, i: usize, n: usize| (j * i as i64).rem_euclid(n as i64) as f64 / n as f64;
     let mut sum = Complex64::new(0.0, 0.0);
     for ((iy, ix), &height_um) in field.heights_um().indexed_iter() {

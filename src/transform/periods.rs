@@ -1,11 +1,12 @@
 //! Dominant periods of a relief, from the power spectrum of its heights.
 //!
-//! - Orders j = (jx, jy) count waves over the field; a wave has the frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm
-//!   and the direction φ = atan2(fy, fx).
-//! - *Bin* j of the x axis holds the power of all waves with |jx| = j within 45° of that axis, whatever jy; bins of the
-//!   y axis likewise.
-//! - The dominant period is the extent divided by the bin that maximises j·power(j), with fractions of a bin from a
-//!   parabola through the peak and its neighbours.
+//! - A *wave* is a bin (jx, jy) of the transform: jx and jy periods over the extents Lx and Ly in µm. It has the
+//!   frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm, and the direction φ = atan2(fy, fx).
+//! - An *axis bin* j of the x axis sums the power of all waves with |jx| = j within 45° of that axis, for any jy.
+//!   Axis bins of the y axis likewise.
+//! - The dominant period is the extent divided by the axis bin j that maximises j·power(j), with a fraction from a
+//!   parabola through the peak and its neighbours. The factor j, the frequency, favours a grating over the slow
+//!   undulation of natural surfaces.
 
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
@@ -13,16 +14,16 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Fraction of the heights' variance below which a peak is taken for rounding. Chosen.
+/// Fraction of the heights' variance at or below which a peak is attributed to rounding.
 const POWER_FRACTION_MIN: f64 = 1e-9;
-/// Smallest bin that is smoothed and refined by its neighbours. Chosen: neighbours of lower bins hold harmonics, or the
-/// tilt.
-const REFINED_FROM: usize = 3;
+/// Smallest axis bin that is smoothed and refined by its neighbours. Neighbours of lower ones have harmonics, or the
+/// tilt of the relief.
+const REFINED_MIN: usize = 3;
 /// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
-/// frequency. Chosen; documented at [`Period::power_share`].
+/// frequency; see [`Period::power_share`].
 const BAND: f64 = 0.1;
 
-/// A dominant period.
+/// Dominant period along one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Period {
     /// Period along the axis, in µm.
@@ -33,7 +34,7 @@ pub struct Period {
     pub power_share: f64,
 }
 
-/// The dominant periods along x and y.
+/// Dominant periods along x and y.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Periods {
     /// Along x; `None` for a relief that does not vary along x.
@@ -42,20 +43,20 @@ pub struct Periods {
     pub y: Option<Period>,
 }
 
-/// Power at one frequency along an axis, summed over the other axis.
+/// Axis bin: power at one frequency along an axis.
 #[derive(Clone, Copy, Default)]
-struct Bin {
-    /// Sum of |DFT|², in the unit of the transform's squared bins.
+struct AxisBin {
+    /// Sum of |DFT|² of the waves, not normalised.
     power: f64,
-    /// Sum of power times `exp(2iφ)`, with φ the direction of each wave. The double angle makes f and −f equal.
+    /// Sum of the waves' powers times `exp(2iφ)`. By the double angle the opposite waves f and −f add up.
     direction: Complex64,
 }
 
-/// Dominant period along each axis.
+/// Dominant periods of a relief along x and y.
 ///
-/// It is the highest peak of frequency times power, refined by a parabola. The factor of frequency favours a grating
-/// over the slow undulation of natural surfaces. Power is that of waves within 45° of the axis, summed over the other
-/// axis. A field that does not repeat is multiplied by a Hann window first.
+/// A period is that of the highest peak of frequency times power, refined by a parabola. The power is that of waves
+/// within 45° of the axis, summed over the other axis. A field that does not repeat (`repeats` is false) is first
+/// multiplied by a Hann window.
 ///
 /// ```
 /// use sunbeam::Preset;
@@ -68,26 +69,27 @@ struct Bin {
 /// ```
 pub fn periods(field: &HeightField, repeats: bool) -> Periods {
     let (nx, ny) = field.size();
-    let mean = field.mean_um();
+    let mean_um = field.mean_um();
     let hann = |i: usize, n: usize| {
         // An axis of one pixel needs no window.
         if repeats || n == 1 { 1.0 } else { 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / n as f64).cos() }
     };
-    let mut bins: Vec<Complex64> = field
+    let mut amplitudes: Vec<Complex64> = field
         .heights_um()
         .indexed_iter()
-        .map(|((iy, ix), h)| ((h - mean) * hann(ix, nx) * hann(iy, ny)).into())
+        .map(|((iy, ix), h)| ((h - mean_um) * hann(ix, nx) * hann(iy, ny)).into())
         .collect();
-    Fft2::new(nx, ny, Direction::Positive).process(&mut bins, &mut Vec::new());
+    Fft2::new(nx, ny, Direction::Positive).process(&mut amplitudes, &mut Vec::new());
 
     let (lx, ly) = field.extent_um();
-    let mut along_x = vec![Bin::default(); nx / 2 + 1];
-    let mut along_y = vec![Bin::default(); ny / 2 + 1];
+    let mut along_x = vec![AxisBin::default(); nx / 2 + 1];
+    let mut along_y = vec![AxisBin::default(); ny / 2 + 1];
     let mut total = 0.0;
-    for (index, amplitude) in bins.iter().enumerate().skip(1) {
+    // Without (0, 0), the mean.
+    for (index, amplitude) in amplitudes.iter().enumerate().skip(1) {
         let power = amplitude.norm_sqr();
         total += power;
-        let (jx, jy) = (order(index % nx, nx), order(index / nx, ny));
+        let (jx, jy) = (signed(index % nx, nx), signed(index / nx, ny));
         let (fx, fy) = (jx as f64 / lx, jy as f64 / ly);
         let direction = power * Complex64::cis(2.0 * fy.atan2(fx));
         let bin = if fx.abs() >= fy.abs() {
@@ -101,27 +103,29 @@ pub fn periods(field: &HeightField, repeats: bool) -> Periods {
     Periods { x: peak(&along_x, lx, total, repeats), y: peak(&along_y, ly, total, repeats) }
 }
 
-/// Signed order of a bin in FFT order.
-fn order(bin: usize, n: usize) -> i64 {
+/// Signed number of a bin in FFT order, of `n` bins along an axis.
+fn signed(bin: usize, n: usize) -> i64 {
     if 2 * bin > n { bin as i64 - n as i64 } else { bin as i64 }
 }
 
-/// The highest peak of frequency times power; `None` where all power is rounding.
+/// Period of the highest peak of frequency times power; `None` where all power is attributed to rounding.
 ///
-/// `bins` are those of one axis of length `extent_um`, `total` the power of all waves of the field.
-fn peak(bins: &[Bin], extent_um: f64, total: f64, repeats: bool) -> Option<Period> {
+/// `bins` are those of one axis, from 0, and `extent_um` is the extent of the field along it. `total` is the power of
+/// all waves of the field, also those within 45° of the other axis.
+fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<Period> {
     let raw = |j: usize| bins.get(j).map_or(0.0, |bin| bin.power);
-    // Binomial smoothing against the noise of a single realisation; the position of a single line does not change.
+    // Binomial smoothing reduces the noise of a single realisation, and leaves a single line in place.
     let smooth = |j: usize| {
-        if j < REFINED_FROM { raw(j) } else { 0.25 * raw(j - 1) + 0.5 * raw(j) + 0.25 * raw(j + 1) }
+        if j < REFINED_MIN { raw(j) } else { 0.25 * raw(j - 1) + 0.5 * raw(j) + 0.25 * raw(j + 1) }
     };
-    // The lowest bin of a field that does not repeat holds the rest of its tilt.
+    // Bin 1 of a field that does not repeat has the rest of its tilt.
     let first = if repeats { 1 } else { 2 };
     let best = (first..bins.len())
         .filter(|&j| (j == 1 || smooth(j) >= smooth(j - 1)) && smooth(j) >= smooth(j + 1) && raw(j) > 0.0)
         .max_by(|&a, &b| (a as f64 * smooth(a)).total_cmp(&(b as f64 * smooth(b))))?;
-    let offset = if best < REFINED_FROM { 0.0 } else { vertex(smooth(best - 1), smooth(best), smooth(best + 1)) };
+    let offset = if best < REFINED_MIN { 0.0 } else { vertex(smooth(best - 1), smooth(best), smooth(best + 1)) };
     let position = best as f64 + offset;
+    // Sums over the band, at least one bin to either side.
     let reach = (BAND * position).max(1.0);
     let near = |j: &usize| (*j as f64 - position).abs() <= reach;
     let (mut power, mut direction) = (0.0, Complex64::ZERO);
@@ -133,14 +137,16 @@ fn peak(bins: &[Bin], extent_um: f64, total: f64, repeats: bool) -> Option<Perio
     if power_share.is_nan() || power_share <= POWER_FRACTION_MIN {
         return None;
     }
+    // −90° is the same direction as 90°.
     let radians = 0.5 * direction.arg();
     let direction_deg = if radians <= -0.5 * PI { 90.0 } else { radians.to_degrees() };
-    // Removes rounding of the transform, and the sign of zero.
+    // Removes rounding of the transform. Adding 0 removes the sign of −0.
     let direction_deg = (direction_deg * 1e6).round() / 1e6 + 0.0;
     Some(Period { period_um: extent_um / position, direction_deg, power_share })
 }
 
-/// Position of the vertex of the parabola through values at −1, 0 and 1, of which the middle one is the largest.
+/// Position, from −½ to ½, of the vertex of the parabola through values at −1, 0 and 1, of which the middle one is the
+/// largest.
 fn vertex(before: f64, peak: f64, after: f64) -> f64 {
     let curvature = before - 2.0 * peak + after;
     if curvature < 0.0 { (0.5 * (before - after) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
@@ -165,7 +171,7 @@ mod tests {
             assert_eq!(found.y, None, "{preset}");
         }
         assert_eq!(periods_of(Preset::Flat), Periods { x: None, y: None });
-        // Tracks are exactly 1.6 µm apart. Layers and fingers of the skins vary, hence 3 %.
+        // Tracks are exactly 1.6 µm apart. Layers and fingers of the skins vary, hence 3 % and 5 %.
         let cd = periods_of(Preset::Cd).x.unwrap();
         assert!((cd.period_um / 1.6 - 1.0).abs() < 1e-3, "{cd:?}");
         let elaphe = periods_of(Preset::Elaphe).x.unwrap();
@@ -178,11 +184,11 @@ mod tests {
 
     #[test]
     fn oblique_wave_of_a_scan_is_found_between_bins() {
-        // 0.7 µm along x and 0.4 µm along y have the wave vector at 60.26°, so the wave counts as one along y.
+        // A wave with periods of 0.7 µm along x and 0.4 µm along y has the direction 60.26°, within 45° of the y axis.
         let wave = |(iy, ix): (usize, usize)| (TAU * (ix as f64 * 0.05 / 0.7 + iy as f64 * 0.05 / 0.4)).sin();
         let field = HeightField::new(Array2::from_shape_fn((130, 150), wave), 0.05, 0.05).unwrap();
         let y = periods(&field, false).y.unwrap();
-        // A parabola through a smoothed Hann peak is good to a twentieth of a bin; bin 16 here.
+        // A parabola through a smoothed Hann peak errs by up to a twentieth of a bin, here of bin 16.
         assert!((y.period_um / 0.4 - 1.0).abs() < 4e-3, "{y:?}");
         assert!((y.direction_deg - (0.7f64 / 0.4).atan().to_degrees()).abs() < 0.5, "{y:?}");
         assert!(y.power_share > 0.95, "{y:?}");

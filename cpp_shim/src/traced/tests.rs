@@ -209,7 +209,7 @@ fn traced_operations_match_plain() {
 }
 
 #[test]
-fn each_lane_loops_and_leaves_masked_lanes_zero() {
+fn map_each_loops_and_is_zero_where_masked() {
     let Some((backend, _one)) = llvm() else { return };
     let column = [0.25f32, 1.5, f32::NAN, 3.0];
     for symbolic in [true, false] {
@@ -218,8 +218,8 @@ fn each_lane_loops_and_leaves_masked_lanes_zero() {
         let results = trace(backend, |scope| {
             let x = reals(scope, &input);
             let lit = Var::<f32>::lit;
-            let lanes = Traced::each_lane(c"lanes", [x, x + lit(1.0), x + lit(2.0)], x.le(x), |x| [x * x, -x]);
-            let one = Traced::each_lane(c"lanes", [x], x.le(x), |x| [x + x]);
+            let lanes = Traced::map_each(c"lanes", [x, x + lit(1.0), x + lit(2.0)], x.le(x), |x| [x * x, -x]);
+            let one = Traced::map_each(c"lanes", [x], x.le(x), |x| [x + x]);
             [lanes[0][0], lanes[0][2], lanes[1][1], one[0][0]].map(|v| v.owned(scope))
         })
         .unwrap();
