@@ -6,10 +6,12 @@
 
 use super::GratingError;
 use super::cell_position::{CellPosition, wave_at};
-use super::chebyshev::{coefficient_matrix, matrix, node_fractions, resampling_matrix, triangle_index, triangle_nodes};
+use super::chebyshev::{
+    coefficient_matrix, matrix_of, node_fractions, resampling_matrix, triangle_index, triangle_nodes,
+};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, UNIT};
 use super::order_solver::OrderSolver;
-use super::wavelengths::{Spacing, at_all_wavelengths, solved_wavelengths, wavelengths, wavelengths_with_cell};
+use super::wavelengths::{Spacing, at_all_wavelengths, solved_indices, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::{Index, Plain};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rand::{RngExt, SeedableRng};
@@ -72,7 +74,7 @@ impl EfficiencyTable {
         table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
-        let (nm, cell_counts) = wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
+        let (nm, cell_counts) = table_wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
         let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let cells = cell_counts[0];
         let (mut attempt, mut solved) = (0, 0);
@@ -83,7 +85,7 @@ impl EfficiencyTable {
         let mut done = 0;
         for s in 0..cells {
             let count = wavelengths_with_cell(s, &cell_counts);
-            let solved_at = solved_wavelengths(count, every);
+            let solved_at = solved_indices(count, every);
             let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
             let mut cell = Cell::solve(s, orders, &solved_nm, table_resolution.tolerance, &mut attempt, &mut solved)?;
             for matrices in &mut cell.matrices {
@@ -237,7 +239,7 @@ impl Cell {
         let mut sum = 0.0;
         for j in 0..wavelengths {
             for entry in 0..entries {
-                let values = matrix(n, n, |i, k| self.value(i, k, j, entry));
+                let values = matrix_of(n, n, |i, k| self.value(i, k, j, entry));
                 for degree in [n - 2, n - 1] {
                     for k in 0..n {
                         let term: f64 =

@@ -33,7 +33,7 @@ pub(super) fn triangle_index(i: usize, k: usize) -> usize {
 
 /// Matrix from values at `count` Chebyshev nodes to the coefficients of Chebyshev polynomials: `[degree][node]`.
 pub(super) fn coefficient_matrix(count: usize) -> Vec<Vec<f64>> {
-    matrix(count, count, |degree, k| {
+    matrix_of(count, count, |degree, k| {
         let angle = chebyshev_angle(k, count);
         if degree == 0 { 1.0 / count as f64 } else { 2.0 / count as f64 * (degree as f64 * angle).cos() }
     })
@@ -42,7 +42,7 @@ pub(super) fn coefficient_matrix(count: usize) -> Vec<Vec<f64>> {
 /// Interpolation matrix from `solved` Chebyshev nodes to the `stored` nodes of a table, which have equal steps in
 /// [`node_coordinate`](super::cell_position::node_coordinate): `[stored node][solved node]`.
 pub(super) fn resampling_matrix(solved: usize, stored: usize) -> Vec<Vec<f64>> {
-    matrix(stored, solved, |g, k| {
+    matrix_of(stored, solved, |g, k| {
         let fraction = fraction_at(g as f64 / (stored - 1) as f64);
         let theta = (1.0 - 2.0 * fraction).acos();
         let angle_stored = (theta / PI * 2.0 - 1.0).clamp(-1.0, 1.0).acos();
@@ -54,6 +54,6 @@ pub(super) fn resampling_matrix(solved: usize, stored: usize) -> Vec<Vec<f64>> {
 }
 
 /// The matrix with elements `element(row, column)`: `[row][column]`.
-pub(super) fn matrix(rows: usize, columns: usize, element: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
+pub(super) fn matrix_of(rows: usize, columns: usize, element: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
     (0..rows).map(|i| (0..columns).map(|k| element(i, k)).collect()).collect()
 }

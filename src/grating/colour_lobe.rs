@@ -132,8 +132,8 @@ impl<N: Numbers> GratingColourLobe<N> {
             |(n, _)| active & n.le(line.last),
             |(n, sum)| {
                 let order = n * line.sign;
-                let (nu, gauss) = line.nearest(order);
-                let visible_nu = nu.clip(range[0], range[1]);
+                let (nu_m, gauss) = line.nearest(order);
+                let visible_nu = nu_m.clip(range[0], range[1]);
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
                 let t = groove_t::<N>(periods, y);
                 let position = CellPosition::<N>::new(t, (x_difference * periods - N::widen(order)) * half);
@@ -142,7 +142,7 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let counts = active & propagates & position.propagates & real(0.5).lt(order.abs());
                 let nm = real(1e3) / visible_nu;
                 let power = view.entry(&view.row(&position, nm, counts), outgoing, counts) * gauss;
-                let colour = self.spectral_weights(nu, tau, counts).map(|weight| weight * power);
+                let colour = self.spectral_weights(nu_m, tau, counts).map(|weight| weight * power);
                 let terms = quantity(OrderColour { position: &position, outgoing, nm, colour }, counts);
                 (n + real(1.0), array::from_fn(|i| sum[i] + N::Real::select(counts, terms[i], zero)))
             },

@@ -157,7 +157,7 @@ fn spectral_weight_table() -> Vec<f32> {
     (0..WEIGHT_NODES[0])
         .into_par_iter()
         .flat_map_iter(|row| {
-            // The first and last rows stand for the limits of zero and infinite width.
+            // The first and last rows are the limits of zero and infinite width.
             let width = (f64::from(row) / f64::from(WEIGHT_NODES[0] - 1)).clamp(COORDINATE_MIN, 1.0 - COORDINATE_MIN);
             let tau = TAU_SCALE * width / (1.0 - width);
             let wavelengths = &wavelengths;

@@ -6,7 +6,7 @@ use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 
-/// Efficiency that one unit of a stored 16-bit integer stands for. The largest integer stands for 1.09, which leaves
+/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.09, which leaves
 /// room for sums of efficiencies that exceed 1 by the error of the resampling.
 pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 
@@ -64,7 +64,12 @@ impl<N: Numbers> EfficiencyView<N> {
     /// Nodes are in binary order: bit 2 of the index selects the longer wavelength, bit 1 the upper p, bit 0 the upper
     /// q.
     #[inline(always)]
-    fn nodes(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> ([Node<N>; 8], [N::Real; 3]) {
+    fn surrounding_nodes(
+        &self,
+        position: &CellPosition<N>,
+        nm: N::Real,
+        active: N::Mask,
+    ) -> ([Node<N>; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes } = self.layout;
         // Lower node of the interval around x among `count` nodes, and the fraction of a step from this node.
@@ -81,12 +86,12 @@ impl<N: Numbers> EfficiencyView<N> {
             let [offset] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + cell, active);
             offset
         });
-        let nodes = std::array::from_fn(|corner| {
-            let [j, i, k] = [corner >> 2, corner >> 1 & 1, corner & 1];
-            let number = (low_p + index(i as u32)) * index(nodes) + low_q + index(k as u32);
-            Node { cell_offset: offsets[j], number }
+        let surrounding = std::array::from_fn(|bits| {
+            let [longer, upper_p, upper_q] = [bits >> 2, bits >> 1 & 1, bits & 1];
+            let number = (low_p + index(upper_p as u32)) * index(nodes) + low_q + index(upper_q as u32);
+            Node { cell_offset: offsets[longer], number }
         });
-        (nodes, [p, q, to_longer])
+        (surrounding, [p, q, to_longer])
     }
 
     /// The eight nodes around a position and a wavelength in nm, each with its weight in trilinear interpolation.
@@ -98,9 +103,10 @@ impl<N: Numbers> EfficiencyView<N> {
         active: N::Mask,
     ) -> [(Node<N>, N::Real); 8] {
         let one = N::Real::lit(1.0);
-        let (nodes, fractions) = self.nodes(position, nm, active);
-        let [p, q, to_longer] = fractions.map(|x| [one - x, x]);
-        std::array::from_fn(|corner| (nodes[corner], to_longer[corner >> 2] * p[corner >> 1 & 1] * q[corner & 1]))
+        let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
+        // Weights of the lower and of the upper node along each axis.
+        let [p, q, wavelength] = fractions.map(|x| [one - x, x]);
+        std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
     /// Rows of the incident order at a position, for a wavelength in nm. Masked positions may lie outside the table;
@@ -108,17 +114,17 @@ impl<N: Numbers> EfficiencyView<N> {
     #[inline(always)]
     pub(super) fn row(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> Row<N> {
         let index = N::Index::lit;
-        let (nodes, fractions) = self.nodes(position, nm, active);
+        let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
         let cell = position.cell.min(index(self.layout.cells - 1));
         let orders = cell + index(1);
         // In halves of words.
         let row_length = orders + index(1);
         let node_length = orders * row_length;
-        let offset = |corner: usize| {
-            let Node { cell_offset, number } = nodes[corner];
+        let offset = |bits: usize| {
+            let Node { cell_offset, number } = nodes[bits];
             cell_offset + number * node_length + position.incident.min(cell) * row_length
         };
-        Row { offsets: [0, 4].map(|j| std::array::from_fn(|corner| offset(j + corner))), fractions }
+        Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
     /// Sum of all efficiencies of the row: the entry after that of the last order.

@@ -2,7 +2,7 @@
 
 use super::GratingError;
 use super::lobe::REACH;
-use super::solved::{BALANCE, DOUBLINGS, medium};
+use super::solved::{BALANCE, DOUBLINGS, medium_at};
 use crate::scattering::{Pair, SpectralIndex, Vec3};
 use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
@@ -55,7 +55,7 @@ impl ExactGrating {
         }
         let y = 0.5 * (wi[1] - wo[1]);
         let t = periods * ((1.0 - y) * (1.0 + y)).sqrt();
-        check_size(&self.profile, &medium(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
+        check_size(&self.profile, &medium_at(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
@@ -77,9 +77,9 @@ impl ExactGrating {
     /// # Errors
     /// An index or wavelength that the solver refuses, and a power balance that does not hold after [`DOUBLINGS`].
     fn efficiency(&self, t: f64, a: f64, m: i32, nm: f64) -> Result<f64, GratingError> {
-        let medium = medium(self.index.as_ref(), nm)?;
+        let medium = medium_at(self.index.as_ref(), nm)?;
         let mut resolution = Resolution::new(&self.profile, &medium, nm)?;
-        // Of the last attempt, for the error.
+        // Values of the last attempt, for the error.
         let (mut nodes, mut balance) = (0, 0.0);
         for _ in 0..=DOUBLINGS {
             let mesh = Discretisation::new(&self.profile, resolution)?;

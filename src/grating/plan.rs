@@ -2,7 +2,7 @@
 
 use super::GratingError;
 use super::build::TableResolution;
-use super::solved::{Meshes, Solved, resolution};
+use super::solved::{Meshes, Solved, sufficient_resolution};
 use super::wavelengths::Spacing;
 use crate::scattering::SpectralIndex;
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -40,12 +40,12 @@ const SOLUTION_SECONDS: f64 = 1.2e-9;
 /// # Errors
 /// Profiles and indices that the solver refuses, and a build whose estimate exceeds `build_limit` times the limits of
 /// [`crate::table`].
-pub(super) fn meshes(
+pub(super) fn create_meshes(
     profile: &Profile,
     index: Option<&SpectralIndex>,
     build_limit: f64,
 ) -> Result<Meshes, GratingError> {
-    let resolution = resolution(profile, index)?;
+    let resolution = sufficient_resolution(profile, index)?;
     estimate(profile.period_um(), resolution.nodes, index.is_some())
         .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
     Meshes::new(profile, resolution)
@@ -56,7 +56,7 @@ pub(super) fn meshes(
 ///
 /// # Errors
 /// A test point that cannot be solved.
-pub(super) fn spacing(
+pub(super) fn choose_spacing(
     meshes: &Meshes,
     period_um: f64,
     index: Option<&SpectralIndex>,
@@ -68,8 +68,8 @@ pub(super) fn spacing(
 }
 
 /// Numbers of nodes and wavelengths of a table of efficiencies, and the accepted error of its cells.
-pub(super) fn table_resolution(period_um: f64, spacing: Option<Spacing>) -> TableResolution {
-    let cells = cells(period_um);
+pub(super) fn choose_resolution(period_um: f64, spacing: Option<Spacing>) -> TableResolution {
+    let cells = cell_count(period_um);
     let stored = spacing.map_or(STORED[1], |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
         // Entries have two bytes, and their number is proportional to the square of the nodes along a side.
@@ -81,7 +81,7 @@ pub(super) fn table_resolution(period_um: f64, spacing: Option<Spacing>) -> Tabl
 
 /// Cost of a table's build on two cores; `nodes` is the number of nodes on the profile.
 fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
-    let cells = cells(period_um);
+    let cells = cell_count(period_um);
     let wavelengths = if has_wavelengths { ESTIMATED_WAVELENGTHS } else { 1.0 };
     let nodes = nodes as f64;
     let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
@@ -93,7 +93,7 @@ fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
 }
 
 /// Number of cells at the shortest wavelength, 2d/λ + 1, not rounded.
-fn cells(period_um: f64) -> f64 {
+fn cell_count(period_um: f64) -> f64 {
     2e3 * period_um / WAVELENGTH_MIN_NM + 1.0
 }
 

@@ -14,9 +14,9 @@ use super::cell_position::{CellPosition, wave_at};
 use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, Node};
 use super::jones_shape::JonesShape;
-use super::plan::{meshes, spacing};
+use super::plan::{choose_spacing, create_meshes};
 use super::solved::Solved;
-use super::wavelengths::{STEPS_NM, wavelengths, wavelengths_with_cell};
+use super::wavelengths::{STEPS_NM, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::SpectralIndex;
@@ -38,7 +38,7 @@ const BYTES_MAX: f64 = 24e6;
 const PACKET_BYTES: usize = 16;
 /// Value of one unit of a stored 16-bit integer. Elements of a shape are at most √2.
 const UNIT: f64 = 1.45 / 32_767.0;
-/// Stored integer that stands for zero.
+/// Stored integer that represents zero.
 const ZERO: f64 = 32_768.0;
 /// Ratio of the wavelength step of this table to that of the efficiencies. Anomalies change the polarisation less than
 /// the power.
@@ -81,10 +81,10 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = meshes(profile, index, build_limit)?;
-        let spacing = spacing(&meshes, period_um, index)?;
+        let meshes = create_meshes(profile, index, build_limit)?;
+        let spacing = choose_spacing(&meshes, period_um, index)?;
         let step_nm = spacing.map(|spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM));
-        let (wavelengths_nm, _) = wavelengths(period_um, step_nm);
+        let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);
         Self::build(period_um, &Solved::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
     }
 
@@ -93,7 +93,7 @@ impl JonesTable {
     /// # Errors
     /// A point that cannot be solved accurately enough.
     fn build(period_um: f64, orders: &Solved, step_nm: Option<f64>, progress: &Progress) -> Result<Self, GratingError> {
-        let (nm, cell_counts) = wavelengths(period_um, step_nm);
+        let (nm, cell_counts) = table_wavelengths(period_um, step_nm);
         let cells = cell_counts[0];
         let stored = stored_nodes(&cell_counts);
         // Packets of each cell: `[wavelength][cell][word]`.
@@ -327,7 +327,7 @@ mod tests {
         let orders = solve_orders(profile, medium, nm, wi).unwrap();
         let order = orders.orders.iter().find(|found| found.index == order)?;
         let [ee, eh, he, hh] = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| order.jones[i][j]);
-        // Any factor serves that makes the power exceed 1.
+        // The factor makes the power exceed 1 and cancels in the result.
         let scaled = |z: Complex64| [z.re * 1e3, z.im * 1e3];
         Some(mueller::<Double>([scaled(ee), scaled(-eh), scaled(-he), scaled(hh)]))
     }
@@ -383,7 +383,7 @@ mod tests {
         // Periods in µm: that of the presets, one of a compact disc, and one of few orders. The last two have the most
         // nodes.
         for (period_um, has_most) in [(2.5, false), (1.6, true), (0.9, true)] {
-            let (_, cell_counts) = wavelengths(period_um, Some(40.0));
+            let (_, cell_counts) = table_wavelengths(period_um, Some(40.0));
             let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * orders)).sum();
             let nodes = stored_nodes(&cell_counts);
             let bytes = PACKET_BYTES * packets * nodes * nodes;

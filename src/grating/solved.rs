@@ -29,10 +29,13 @@ const RESOLVED_NM: [f64; 6] = [WAVELENGTH_MIN_NM, 420.0, 500.0, 590.0, 700.0, WA
 ///
 /// # Errors
 /// An index that the solver refuses, and a relief that is too large for it at one of the wavelengths.
-pub(super) fn resolution(profile: &Profile, index: Option<&SpectralIndex>) -> Result<Resolution, GratingError> {
+pub(super) fn sufficient_resolution(
+    profile: &Profile,
+    index: Option<&SpectralIndex>,
+) -> Result<Resolution, GratingError> {
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
-        let medium = medium(index, nm)?;
+        let medium = medium_at(index, nm)?;
         check_size(profile, &medium, nm, 0.0)?;
         let required = Resolution::new(profile, &medium, nm)?;
         resolution.nodes = resolution.nodes.max(required.nodes);
@@ -51,7 +54,7 @@ pub(super) struct Meshes {
 }
 
 impl Meshes {
-    /// Discretises a profile at the resolution that [`resolution`] returns.
+    /// Discretises a profile at the resolution that [`sufficient_resolution`] returns.
     ///
     /// # Errors
     /// More nodes than the solver accepts.
@@ -97,7 +100,7 @@ impl<'a> Solved<'a> {
     ) -> Result<Self, GratingError> {
         let tables = wavelengths_nm
             .par_iter()
-            .map(|&nm| Ok(MetalTable::new(&meshes.first, &medium(index, nm)?, nm)?.map(|table| (nm, table))))
+            .map(|&nm| Ok(MetalTable::new(&meshes.first, &medium_at(index, nm)?, nm)?.map(|table| (nm, table))))
             .collect::<Result<Vec<_>, GratingError>>()?;
         Ok(Self { meshes, index, tables: tables.into_iter().flatten().collect() })
     }
@@ -111,7 +114,7 @@ impl<'a> Solved<'a> {
         let table = self.tables.iter().find(|(table_nm, _)| *table_nm == nm && is_covered);
         Ok(match table {
             Some((_, table)) => air.solve_tabulated(table)?,
-            None => air.solve(&medium(self.index, nm)?, nm)?,
+            None => air.solve(&medium_at(self.index, nm)?, nm)?,
         })
     }
 
@@ -124,7 +127,7 @@ impl<'a> Solved<'a> {
         let (mut nodes, mut balance) = (0, f64::INFINITY);
         for doublings in 1..=DOUBLINGS {
             let mesh = self.meshes.finer(doublings)?;
-            let amplitudes = mesh.air(t, b)?.solve(&medium(self.index, nm)?, nm)?;
+            let amplitudes = mesh.air(t, b)?.solve(&medium_at(self.index, nm)?, nm)?;
             (nodes, balance) = (mesh.nodes(), self.imbalance(&amplitudes, t, nm));
             if balance <= BALANCE {
                 return Ok(amplitudes);
@@ -205,7 +208,7 @@ impl OrderSolver for Solved<'_> {
 ///
 /// # Errors
 /// An index that the solver refuses.
-pub(super) fn medium(index: Option<&SpectralIndex>, nm: f64) -> Result<Medium, GratingError> {
+pub(super) fn medium_at(index: Option<&SpectralIndex>, nm: f64) -> Result<Medium, GratingError> {
     let Some(index) = index else { return Ok(Medium::Perfect) };
     let ComplexIndex { eta, k } = index.at(nm);
     Ok(Medium::index(eta, k)?)

@@ -6,7 +6,7 @@ use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, GratingLobe};
 use super::order_solver::OrderSolver;
-use super::plan::{meshes, spacing, table_resolution};
+use super::plan::{choose_resolution, choose_spacing, create_meshes};
 use super::solved::Solved;
 use super::wavelengths::all_solved;
 use crate::clock::Instant;
@@ -60,8 +60,8 @@ impl GratingSurface {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = meshes(profile, index, build_limit)?;
-        let table_resolution = table_resolution(period_um, spacing(&meshes, period_um, index)?);
+        let meshes = create_meshes(profile, index, build_limit)?;
+        let table_resolution = choose_resolution(period_um, choose_spacing(&meshes, period_um, index)?);
         let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
         let solved = Solved::new(&meshes, index, &wavelengths_nm)?;
         Self::tabulate(period_um, coherence_length_um, &solved, table_resolution, progress)

@@ -99,7 +99,7 @@ fn cell_count(period_um: f64, wavelength_nm: f64) -> usize {
 /// Wavelengths of a table in nm, ascending, and the number of cells at each. `step_nm` is the largest step; without it
 /// there are two wavelengths, the ends of the range. A wavelength has as many cells as the next shorter one, since
 /// look-ups interpolate between both.
-pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
+pub(super) fn table_wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
     let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
     let steps = step_nm.map_or(1.0, |step| (range / step).ceil());
     let nm: Vec<f64> = (0..=steps as usize).map(|j| WAVELENGTH_MIN_NM + j as f64 * range / steps).collect();
@@ -108,23 +108,23 @@ pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Ve
 }
 
 /// Number of wavelengths, from the shortest on, that have a given cell. `cell_counts` has the numbers of cells that
-/// [`wavelengths`] returns.
+/// [`table_wavelengths`] returns.
 pub(super) fn wavelengths_with_cell(cell: usize, cell_counts: &[usize]) -> usize {
     cell_counts.iter().rposition(|&count| cell < count).map_or(0, |last| last + 1)
 }
 
 /// All wavelengths in nm that are solved in at least one cell, ascending.
 pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
-    let (nm, cell_counts) = wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
+    let (nm, cell_counts) = table_wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
     let every = spacing.map_or(1, |spacing| spacing.solved_every);
-    let in_cell = |cell| solved_wavelengths(wavelengths_with_cell(cell, &cell_counts), every);
+    let in_cell = |cell| solved_indices(wavelengths_with_cell(cell, &cell_counts), every);
     let solved: BTreeSet<usize> = (0..cell_counts[0]).flat_map(in_cell).collect();
     solved.into_iter().map(|j| nm[j]).collect()
 }
 
 /// Indices of the solved wavelengths among the first `count` of a table: every `every`-th from the first on, and the
 /// last.
-pub(super) fn solved_wavelengths(count: usize, every: usize) -> Vec<usize> {
+pub(super) fn solved_indices(count: usize, every: usize) -> Vec<usize> {
     let last = count.saturating_sub(1);
     (0..last).step_by(every).chain([last]).collect()
 }
@@ -164,7 +164,7 @@ mod tests {
     fn unsolved_wavelengths_follow_cubics() {
         for count in 1..12 {
             for every in 1..=3 {
-                let solved_at = solved_wavelengths(count, every);
+                let solved_at = solved_indices(count, every);
                 assert_eq!((solved_at[0], solved_at[solved_at.len() - 1]), (0, count - 1));
                 // The highest degree that these nodes determine.
                 let degree = solved_at.len().min(4) - 1;

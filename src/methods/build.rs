@@ -14,7 +14,7 @@ use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
-/// Fraction of the build time of a table that conserves energy that is spent on the colour table; the rest is spent on
+/// Fraction of the build time of an energy-conserving table that is spent on the colour table; the rest is spent on
 /// the albedo table. It scales the progress only. Measured by the bench `colour_table`.
 const TABLE_FRACTION: f64 = 0.6;
 

@@ -51,8 +51,8 @@ fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colour
         .wavelengths_nm()
         .zip(spectrum.weights())
         .map(|(nm, weight)| {
-            let factor = factor(nm);
-            let [r, g, b] = std::array::from_fn(|c| (weight[c] * factor[c]) as f32);
+            let factors = factor(nm);
+            let [r, g, b] = std::array::from_fn(|c| (weight[c] * factors[c]) as f32);
             [r, g, b, (nm * 1e-3) as f32]
         })
         .collect()

@@ -23,7 +23,7 @@ const NU_HALF: f32 = 0.78647923;
 const TAU_SCALE: f32 = 0.25;
 // Distance in standard deviations beyond which a Gaussian is neglected; it is e^-12.5 = 4e-6 there.
 const REACH: f32 = 5.0;
-// Efficiency that one unit of a stored 16-bit integer stands for, 1/60000.
+// Efficiency that one unit of a stored 16-bit integer represents, 1/60000.
 const UNIT: f32 = 1.6666667e-5;
 // log₂(e), which turns exp into exp2.
 const LOG2_E: f32 = 1.442695;

@@ -2,8 +2,8 @@
 //! WGSL for the GPU, in the file of the same name.
 //!
 //! A [`Method`] evaluates a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is
-//! the whole reflectance or the relief's factor of it. The factor is a [`Relief`], a function of `q = wi + wo = (u, v,
-//! w)`:
+//! the whole reflectance or the relief's factor of it. The factor is a [`Relief`], a function of the scattering vector
+//! `q = wi + wo = (u, v, w)` alone:
 //!
 //! `relief_rgb(q) = ∫ S(f; κ)/λ² · weight(λ) dλ`, with the frequency `f = (u, v)/λ` and the phase rate `κ = 2πw/λ`.
 //!
@@ -135,8 +135,7 @@ fn sum(wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 /// [`Method::answer_rgb`]. A caller may divide long loops: `answer_rgb` computes the part `answer_part` of
 /// `answer_parts` parts ([`COMMON_WGSL`]), and the sum of all parts is the answer.
 ///
-/// The sources are compiled after [`COMMON_WGSL`] and together with those of the caller, which binds the groups 0 and
-/// 2.
+/// The sources are compiled after [`COMMON_WGSL`] and together with those of the caller, which binds groups 0 and 2.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'a str,

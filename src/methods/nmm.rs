@@ -4,13 +4,13 @@
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
 //! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly.
 //! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
-//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. With the sum of the spans `N = |u|Lx +
-//! |v|Ly`, the colour is a sum over both lists:
+//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. With `N = |u|Lx + |v|Ly`, the sum of the
+//! spans, the colour is a sum over both lists:
 //!
 //! - *weighted*: `Σ S·weight(λ)/N`. This is a quadrature of `∫ S/λ²·weight(λ) dλ`: the steps of a list are
 //!   `dλ = λ²/(|u|Lx)`, and both lists are averaged by their densities.
-//! - *unweighted* (Single 2014): `Σ S·W(λ)/N` with `W = weight(λ)/λ²`, scaled for each channel so that its integral is
-//!   1. A constant `S/λ²` is white, but the factor 1/λ² within each channel shifts hues.
+//! - *unweighted* (Single 2014): `Σ S·W(λ)/N` with `W = weight(λ)/λ²`, scaled to an integral of 1 in each channel. A
+//!   constant `S/λ²` is white, but the factor 1/λ² within each channel shifts hues.
 //!
 //! A wavelength of a list is at the peak of an order, but represents the mean over the order's cell. Both forms
 //! therefore multiply S by the ratio of the mean to the peak ([`line_width`]).

@@ -95,13 +95,13 @@ impl Orders {
         let (lx, ly) = field.extent_um();
         let window = CoherenceWindow::new(coherence_length_um);
         let sharpness = [lx, ly].map(|l| 2.0 * (PI * window.sigma_um() / l).powi(2));
-        let neighbourhood = neighbourhood(sharpness, [nx, ny], tolerance, options)?;
+        let neighbourhood = required_neighbourhood(sharpness, [nx, ny], tolerance, options)?;
         // |u|, |v| ≤ 2, so |p| is at most 2L/λ. A tile of n pixels has orders up to n/2.
-        let reach = |n: usize, extent_um: f64| {
+        let stored_reach = |n: usize, extent_um: f64| {
             let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
             position_max.saturating_add(neighbourhood / 2 + 1).min(n / 2)
         };
-        let reach = [reach(nx, lx), reach(ny, ly)];
+        let reach = [stored_reach(nx, lx), stored_reach(ny, ly)];
         // A term has 8 bytes.
         let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
         if needed > ORDERS_BYTES_MAX {
@@ -165,7 +165,7 @@ impl Orders {
     /// `c_j` as `[re, im]` of an order for which [`Orders::holds`] is true.
     pub(super) fn amplitude(&self, order: [i32; 2], weights: &TermWeights) -> [f32; 2] {
         let OrderGrid { reach, terms, .. } = self.grid;
-        // Of the orders j and −j the one with jy ≥ 0 is stored.
+        // Order j or −j is stored: the one with jy ≥ 0.
         let sign = if order[1] < 0 { -1 } else { 1 };
         let row = (sign * order[1]) * (2 * reach[0] + 1);
         let first = (row + sign * order[0] + reach[0]) as usize * (terms as usize / 2);
@@ -299,7 +299,7 @@ fn orders_needed(sharpness: f64, tolerance: f64) -> f64 {
 ///
 /// # Errors
 /// [`MethodError::TooWide`].
-fn neighbourhood(
+fn required_neighbourhood(
     sharpness: [f64; 2],
     pixels: [usize; 2],
     tolerance: f64,

@@ -89,7 +89,7 @@ fn weight_pair(even: u32) -> vec4<f32> {
 
 // The amplitude c_j = (re, im) of an order within `reach`.
 fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
-    // Of the orders j and -j the one with jy ≥ 0 is stored.
+    // Order j or -j is stored: the one with jy ≥ 0.
     let sign = select(1, -1, order.y < 0);
     let row = (sign * order.y) * (2 * grid.reach.x + 1);
     var pair = u32(row + sign * order.x + grid.reach.x) * (grid.terms / 2u);

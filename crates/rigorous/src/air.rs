@@ -12,7 +12,7 @@
 //! An incident wave of order m varies as e^{iαm·x − iβm·z}, an outgoing one as e^{iαm·x + iβm·z}.
 
 use crate::discretisation::Discretisation;
-use crate::layers::layers;
+use crate::layers::layer_matrices;
 use crate::linear::{Matrix, from_fn, product, solve, zeros};
 use crate::metal::response;
 use crate::{Amplitudes, Error, Medium, MetalTable};
@@ -94,7 +94,7 @@ impl<'a> Air<'a> {
             })
             .collect();
         let nodes = &mesh.coarse;
-        let layers = layers(nodes, 1, Complex64::new(grating_wave_number * t, 0.0), b)?;
+        let layers = layer_matrices(nodes, 1, Complex64::new(grating_wave_number * t, 0.0), b)?;
         let mut exterior = -layers.double;
         exterior.diag_mut().map_inplace(|value| *value += 0.5);
         let derivative = mesh.derivative(b);

@@ -70,7 +70,12 @@ impl Images {
 ///
 /// # Errors
 /// Special functions that overflow, and lattice sums that do not converge.
-pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch: f64) -> Result<Layers, Error> {
+pub(crate) fn layer_matrices(
+    nodes: &Nodes,
+    stride: usize,
+    wave_number: Complex64,
+    bloch: f64,
+) -> Result<Layers, Error> {
     let (n, d) = (nodes.len(), nodes.period);
     let images = Images::needed(wave_number.im, d);
     let window = window_range(wave_number.im, d);

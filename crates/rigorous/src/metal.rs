@@ -14,7 +14,7 @@
 
 use crate::discretisation::Discretisation;
 use crate::error::positive;
-use crate::layers::{Images, layers};
+use crate::layers::{Images, layer_matrices};
 use crate::linear::{Matrix, solve, zeros};
 use crate::medium::outgoing;
 use crate::special::chebyshev_nodes;
@@ -46,7 +46,7 @@ const KY_NODES_MAX: f64 = 11.0;
 /// Special functions that overflow, and solutions that are not finite.
 pub(crate) fn response(mesh: &Discretisation, kappa_m_squared: Complex64, bloch: f64) -> Result<Matrix, Error> {
     let oversampling = mesh.resolution().oversampling;
-    let layers = layers(&mesh.fine, oversampling, outgoing(kappa_m_squared), bloch)?;
+    let layers = layer_matrices(&mesh.fine, oversampling, outgoing(kappa_m_squared), bloch)?;
     let single = mesh.interpolation.apply(&layers.single, bloch);
     let mut double = mesh.interpolation.apply(&layers.double, bloch);
     double.diag_mut().map_inplace(|value| *value += 0.5);
@@ -90,7 +90,7 @@ impl<'a> MetalTable<'a> {
     /// Tabulates the response of a metal at a wavelength (nm).
     ///
     /// Returns `None` for a perfect conductor, and where the table would be too large: where fields in the medium do
-    /// not decay within a few periods, as in a dielectric. [`Air::solve`](crate::Air::solve) serves both.
+    /// not decay within a few periods, as in a dielectric. [`Air::solve`](crate::Air::solve) solves both.
     ///
     /// # Errors
     /// A wavelength that is not finite and positive, special functions that overflow, and solutions that are not

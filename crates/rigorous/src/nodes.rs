@@ -241,7 +241,7 @@ impl Nodes {
             let [dx, dz] = [0, 1].map(|j| on.offsets[corner][j] - node[j]);
             let [nx, nz] = self.normal[source];
             sum -= (nx * dx + nz * dz) / (dx * dx + dz * dz) * self.speed[source] * self.step();
-            // The same for all sources on the edge.
+            // Every source gives the same vector, up to rounding.
             far_end = [0, 1].map(|j| on.offsets[corner][j] - on.offsets[1 - corner][j]);
         }
         // Directions from the target to both ends of the next edge, in the order along the curve.
@@ -305,8 +305,8 @@ fn graded(i: usize, n: usize) -> Graded {
 /// Weights for the logarithm at nodes k steps apart, k from 0 to n − 1, minus those of the trapezium rule (Kress,
 /// *Linear Integral Equations*, eq. 12.19).
 ///
-/// With h = n/2 (n even) they are `−(2π/h) Σ_{m=1}^{h−1} cos(2πmk/n)/m − (π/h²)(−1)^k`, minus `(2π/n)
-/// ln(4 sin²(πk/n))` for k > 0.
+/// With h = n/2 (n even) they are `−(2π/h) Σ_{m=1}^{h−1} cos(2πmk/n)/m − (π/h²)(−1)^k`, minus
+/// `(2π/n)·ln(4 sin²(πk/n))` for k > 0.
 fn log_weights(n: usize) -> Vec<f64> {
     let half = n / 2;
     let cosines: Vec<f64> = (0..n).map(|k| (TAU * k as f64 / n as f64).cos()).collect();

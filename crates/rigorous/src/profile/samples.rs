@@ -64,7 +64,7 @@ impl Corner {
         }
     }
 
-    /// The same corner one period of n samples later.
+    /// This corner one period of n samples later.
     fn in_next_period(self, n: usize) -> Self {
         match self {
             Self::Wall(i) => Self::Wall(i + n),
