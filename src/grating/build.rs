@@ -70,7 +70,7 @@ impl EfficiencyTable {
     /// A point that cannot be solved accurately enough.
     pub(super) fn build(
         period_um: f64,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
@@ -84,10 +84,11 @@ impl EfficiencyTable {
         let work: usize = (1..=cells).sum();
         let mut done = 0;
         for s in 0..cells {
+            // The cell exists at the first `count` wavelengths.
             let count = wavelengths_with_cell(s, &cell_counts);
             let solved_at = solved_indices(count, every);
             let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
-            let mut cell = Cell::solve(s, orders, &solved_nm, table_resolution.tolerance, &mut attempt, &mut solved)?;
+            let mut cell = Cell::solve(s, solver, &solved_nm, table_resolution.tolerance, &mut attempt, &mut solved)?;
             for matrices in &mut cell.matrices {
                 *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
             }
@@ -127,7 +128,7 @@ impl EfficiencyTable {
     pub(super) fn error(
         &self,
         period_um: f64,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         count: usize,
     ) -> Result<(f64, f64), GratingError> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
@@ -144,13 +145,13 @@ impl EfficiencyTable {
                 let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
                 let position = CellPosition::<Plain<f64>>::new(t, a);
-                let solved = orders.efficiencies(t, a, &[nm])?;
+                let solved = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
                 let row = view.row(&position, nm, true);
-                let (count, incident) = (position.cell as usize + 1, position.incident as usize);
+                let (order_count, incident) = (position.cell as usize + 1, position.incident as usize);
                 let tabulated = |number: usize| view.entry(&row, u32::lit(number as u32), true);
-                Ok((0..count)
-                    .map(|number| (tabulated(number) - solved[0][incident * count + number]).abs())
+                Ok((0..order_count)
+                    .map(|number| (tabulated(number) - solved[0][incident * order_count + number]).abs())
                     .collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>, GratingError>>()?
@@ -183,14 +184,14 @@ impl Cell {
     /// A point that cannot be solved accurately enough.
     fn solve(
         index: usize,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         wavelengths_nm: &[f64],
         tolerance: f64,
         attempt: &mut usize,
         solved: &mut usize,
     ) -> Result<Self, GratingError> {
         loop {
-            let cell = Self::solve_at(index, orders, wavelengths_nm, SOLVED[*attempt])?;
+            let cell = Self::solve_at(index, solver, wavelengths_nm, SOLVED[*attempt])?;
             *solved += cell.matrices.len();
             let highest = cell.highest_terms();
             if highest <= tolerance || *attempt + 1 == SOLVED.len() {
@@ -204,7 +205,7 @@ impl Cell {
     /// Solves a cell at `nodes` Chebyshev nodes along either side.
     fn solve_at(
         index: usize,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         wavelengths_nm: &[f64],
         nodes: usize,
     ) -> Result<Self, GratingError> {
@@ -213,7 +214,7 @@ impl Cell {
             .par_iter()
             .map(|&[i, k]| {
                 let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
-                let mut matrices = orders.efficiencies(t, b, wavelengths_nm)?;
+                let mut matrices = solver.efficiencies(t, b, wavelengths_nm)?;
                 if i == k {
                     matrices.iter_mut().for_each(|matrix| symmetrise(matrix, index));
                 }

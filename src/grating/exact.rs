@@ -2,7 +2,7 @@
 
 use super::GratingError;
 use super::lobe::REACH;
-use super::solved::{BALANCE, DOUBLINGS, medium_at};
+use super::rigorous_solver::{BALANCE, DOUBLINGS, medium_at};
 use crate::scattering::{Pair, SpectralIndex, Vec3};
 use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;

@@ -35,7 +35,7 @@
 //! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
-//! | `order_solver.rs`, `solved.rs` | the solver behind the tables |
+//! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
 //! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
 //! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
@@ -57,7 +57,7 @@ mod order_solver;
 mod plan;
 mod polarisation;
 mod profile;
-mod solved;
+mod rigorous_solver;
 mod surface;
 mod wavelengths;
 

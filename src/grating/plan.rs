@@ -2,7 +2,7 @@
 
 use super::GratingError;
 use super::build::TableResolution;
-use super::solved::{Meshes, Solved, sufficient_resolution};
+use super::rigorous_solver::{Meshes, RigorousSolver, sufficient_resolution};
 use super::wavelengths::Spacing;
 use crate::scattering::SpectralIndex;
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -64,7 +64,7 @@ pub(super) fn choose_spacing(
     if index.is_none() {
         return Ok(None);
     }
-    Ok(Some(Spacing::choose(period_um, &Solved::new(meshes, index, &[])?, WAVELENGTH_TOLERANCE)?))
+    Ok(Some(Spacing::choose(period_um, &RigorousSolver::new(meshes, index, &[])?, WAVELENGTH_TOLERANCE)?))
 }
 
 /// Numbers of nodes and wavelengths of a table of efficiencies, and the accepted error of its cells.

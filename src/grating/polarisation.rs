@@ -15,7 +15,7 @@ use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triang
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, Node};
 use super::jones_shape::JonesShape;
 use super::plan::{choose_spacing, create_meshes};
-use super::solved::Solved;
+use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::{STEPS_NM, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Index, Number, Numbers, Real};
@@ -85,14 +85,19 @@ impl JonesTable {
         let spacing = choose_spacing(&meshes, period_um, index)?;
         let step_nm = spacing.map(|spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM));
         let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);
-        Self::build(period_um, &Solved::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
+        Self::build(period_um, &RigorousSolver::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
     }
 
     /// Solves and tabulates matrices at wavelengths at most `step_nm` apart (`None` for a perfect conductor).
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
-    fn build(period_um: f64, orders: &Solved, step_nm: Option<f64>, progress: &Progress) -> Result<Self, GratingError> {
+    fn build(
+        period_um: f64,
+        solver: &RigorousSolver,
+        step_nm: Option<f64>,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
         let (nm, cell_counts) = table_wavelengths(period_um, step_nm);
         let cells = cell_counts[0];
         let stored = stored_nodes(&cell_counts);
@@ -102,8 +107,9 @@ impl JonesTable {
         let work: usize = (1..=cells).sum();
         let mut done = 0;
         for s in 0..cells {
+            // The cell exists at the first `count` wavelengths.
             let count = wavelengths_with_cell(s, &cell_counts);
-            let cell = Cell::solve(s, orders, &nm[..count])?;
+            let cell = Cell::solve(s, solver, &nm[..count])?;
             let by_wavelength: Vec<_> = (0..count).into_par_iter().map(|j| cell.packed(j, stored)).collect();
             for (packed_cells, packets) in packed.iter_mut().zip(by_wavelength) {
                 packed_cells.push(packets);
@@ -168,13 +174,13 @@ impl Cell {
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
-    fn solve(index: usize, orders: &Solved, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
+    fn solve(index: usize, solver: &RigorousSolver, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
         let fractions = node_fractions(NODES_MAX);
         let shapes = triangle_nodes(NODES_MAX)
             .par_iter()
             .map(|&[i, k]| {
                 let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
-                orders.shapes(t, b, wavelengths_nm)
+                solver.shapes(t, b, wavelengths_nm)
             })
             .collect::<Result<Vec<_>, GratingError>>()?;
         Ok(Self { index, shapes })

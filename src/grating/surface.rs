@@ -7,7 +7,7 @@ use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, GratingLobe};
 use super::order_solver::OrderSolver;
 use super::plan::{choose_resolution, choose_spacing, create_meshes};
-use super::solved::Solved;
+use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::all_solved;
 use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
@@ -63,8 +63,8 @@ impl GratingSurface {
         let meshes = create_meshes(profile, index, build_limit)?;
         let table_resolution = choose_resolution(period_um, choose_spacing(&meshes, period_um, index)?);
         let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
-        let solved = Solved::new(&meshes, index, &wavelengths_nm)?;
-        Self::tabulate(period_um, coherence_length_um, &solved, table_resolution, progress)
+        let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
+        Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
     }
 
     /// Tabulates the orders that a solver gives.
@@ -74,13 +74,13 @@ impl GratingSurface {
     pub(super) fn tabulate(
         period_um: f64,
         coherence_length_um: f64,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let start = Instant::now();
-        let table = EfficiencyTable::build(period_um, orders, table_resolution, progress)?;
-        let (rms, p99) = table.error(period_um, orders, ERROR_POINTS)?;
+        let table = EfficiencyTable::build(period_um, solver, table_resolution, progress)?;
+        let (rms, p99) = table.error(period_um, solver, ERROR_POINTS)?;
         let EfficiencyTable { layout, words, solved } = table;
         let report =
             GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };

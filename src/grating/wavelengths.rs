@@ -37,16 +37,16 @@ impl Spacing {
     ///
     /// # Errors
     /// A test point that cannot be solved.
-    pub(super) fn choose(period_um: f64, orders: &impl OrderSolver, tolerance: f64) -> Result<Self, GratingError> {
+    pub(super) fn choose(period_um: f64, solver: &impl OrderSolver, tolerance: f64) -> Result<Self, GratingError> {
         let [coarser @ .., finest] = &STEPS_NM;
         let mut step_nm = *finest;
         for &step in coarser {
-            if interpolation_error(period_um, orders, step, &LINEAR)? <= tolerance {
+            if interpolation_error(period_um, solver, step, &LINEAR)? <= tolerance {
                 step_nm = step;
                 break;
             }
         }
-        let cubic = interpolation_error(period_um, orders, 2.0 * step_nm, &CUBIC)?;
+        let cubic = interpolation_error(period_um, solver, 2.0 * step_nm, &CUBIC)?;
         Ok(Self { step_nm, solved_every: if cubic <= tolerance { 2 } else { 1 } })
     }
 }
@@ -58,7 +58,7 @@ impl Spacing {
 /// A test point that cannot be solved.
 fn interpolation_error(
     period_um: f64,
-    orders: &impl OrderSolver,
+    solver: &impl OrderSolver,
     step_nm: f64,
     weights: &[f64],
 ) -> Result<f64, GratingError> {
@@ -80,7 +80,7 @@ fn interpolation_error(
             let t = fraction * 1e3 * period_um / (nm + reach);
             // With t below b, no order might propagate.
             let b = b.min(0.9 * t);
-            let solved = orders.efficiencies(t, b, &wavelengths_nm)?;
+            let solved = solver.efficiencies(t, b, &wavelengths_nm)?;
             let (at_nodes, exact) = (&solved[..weights.len()], &solved[weights.len()]);
             let interpolated =
                 |i: usize| weights.iter().zip(at_nodes).map(|(weight, row)| weight * row[i]).sum::<f64>();

@@ -1,4 +1,4 @@
-//! [`OrderSolver`] by `sunbeam-rigorous` (symbols: `mod.rs`).
+//! The solver behind the tables: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
 
 use super::GratingError;
 use super::jones_shape::{JonesShape, jones_shape};
@@ -79,7 +79,7 @@ impl Meshes {
 }
 
 /// The solver of a profile above a medium. Where the medium is a metal, its response is tabulated.
-pub(super) struct Solved<'a> {
+pub(super) struct RigorousSolver<'a> {
     meshes: &'a Meshes,
     /// Index of the medium by wavelength; `None` for a perfect conductor.
     index: Option<&'a SpectralIndex>,
@@ -87,7 +87,7 @@ pub(super) struct Solved<'a> {
     tables: Vec<(f64, MetalTable<'a>)>,
 }
 
-impl<'a> Solved<'a> {
+impl<'a> RigorousSolver<'a> {
     /// A profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`). A metal's
     /// response is tabulated at `wavelengths_nm`; other wavelengths are solved without tables.
     ///
@@ -196,7 +196,7 @@ impl<'a> Solved<'a> {
     }
 }
 
-impl OrderSolver for Solved<'_> {
+impl OrderSolver for RigorousSolver<'_> {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
         self.at_wavelengths(t, b, wavelengths_nm, |amplitudes, ky_squared_ratio| {
             efficiencies(amplitudes, ky_squared_ratio >= 0.0)
