@@ -1,15 +1,17 @@
 //! Build of the table of efficiencies from solved points (symbols: `mod.rs`).
 //!
-//! Each cell is solved at Chebyshev nodes, more of them until the efficiencies' highest Chebyshev terms are small, and
-//! resampled to the table's nodes. Half of the nodes follow by reciprocity: the reversed path has the positions p and q
-//! exchanged and the orders counted from the other side.
+//! Each cell is solved at Chebyshev nodes and resampled to the table's nodes. The number of Chebyshev nodes grows until
+//! the efficiencies' highest Chebyshev terms are small. Half of the nodes follow by reciprocity: on the reversed path,
+//! p and q are exchanged, and order numbers count from the other side.
 
 use super::GratingError;
 use super::cell_position::{CellPosition, wave_at};
-use super::chebyshev::{coefficients, matrix, node_fractions, resampling, triangle, triangle_index};
+use super::chebyshev::{
+    coefficient_matrix, matrix_of, node_fractions, resampling_matrix, triangle_index, triangle_nodes,
+};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, UNIT};
 use super::order_solver::OrderSolver;
-use super::wavelengths::{Spacing, at_all_wavelengths, solved_wavelengths, wavelengths, wavelengths_with_cell};
+use super::wavelengths::{Spacing, at_all_wavelengths, solved_indices, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::{Index, Plain};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rand::{RngExt, SeedableRng};
@@ -21,19 +23,19 @@ use std::f64::consts::TAU;
 /// Numbers of nodes of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TableResolution {
-    /// Nodes along either side of a cell in the table.
+    /// Nodes of the table along either side of a cell.
     pub stored: u32,
-    /// Wavelengths; `None` where nothing depends on them.
+    /// Wavelengths; `None` where efficiencies do not depend on them at given t and b.
     pub spacing: Option<Spacing>,
     /// Largest RMS of an efficiency's highest Chebyshev terms; a cell above it is solved at more nodes.
     pub tolerance: f64,
 }
 
-/// Numbers of Chebyshev nodes along either side of a cell, tried in turn. Chosen: each has about twice the points of
-/// the one before.
+/// Numbers of Chebyshev nodes along either side of a cell, tried in turn. Each has about twice the points of the one
+/// before.
 const SOLVED: [usize; 4] = [8, 12, 17, 24];
-/// Fraction of the tolerance below which the next cell is tried with fewer nodes. Chosen: neighbouring cells need much
-/// the same.
+/// Fraction of the tolerance below which the next cell begins with fewer nodes. Neighbouring cells need similar
+/// numbers: larger values lead to more repeated solutions, smaller ones to more nodes than needed.
 const FEWER_BELOW: f64 = 0.25;
 
 /// Size, cost and measured error of a grating's table.
@@ -43,9 +45,9 @@ pub struct GratingReport {
     pub bytes: usize,
     /// Number of solved points (t, b), each at all wavelengths of its cell.
     pub solved: usize,
-    /// Root mean square error of an order's unpolarised efficiency, at points and wavelengths between the nodes.
+    /// Root mean square error of an order's unpolarised efficiency, at random incidences and wavelengths.
     pub rms: f64,
-    /// 99th percentile of the absolute error.
+    /// 99th percentile of the absolute error of an efficiency, at the same incidences and wavelengths.
     pub p99: f64,
     /// Build time in seconds.
     pub build_seconds: f64,
@@ -55,44 +57,48 @@ pub struct GratingReport {
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct EfficiencyTable {
     pub layout: EfficiencyLayout,
+    /// Table data, arranged as [`EfficiencyLayout`] describes.
     pub words: Vec<u32>,
-    /// Number of solved points.
+    /// Number of solved points (t, b).
     pub solved: usize,
 }
 
 impl EfficiencyTable {
-    /// Solves the nodes and tabulates them.
+    /// Solves the cells of a grating and tabulates their efficiencies.
     ///
     /// # Errors
-    /// A node that cannot be solved.
+    /// A point that cannot be solved accurately enough.
     pub(super) fn build(
         period_um: f64,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
-        let (nm, cell_counts) = wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
+        let (nm, cell_counts) = table_wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
         let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let cells = cell_counts[0];
-        let (mut step, mut solved) = (0, 0);
-        // `[wavelength][cell]`.
+        let (mut attempt, mut solved) = (0, 0);
+        // 16-bit entries of each cell: `[wavelength][cell][entry]`.
         let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); nm.len()];
+        // Progress counts the orders of each cell.
         let work: usize = (1..=cells).sum();
         let mut done = 0;
         for s in 0..cells {
-            let longest = wavelengths_with_cell(s, &cell_counts);
-            let solved_at = solved_wavelengths(longest, every);
+            // The cell exists at the first `count` wavelengths.
+            let count = wavelengths_with_cell(s, &cell_counts);
+            let solved_at = solved_indices(count, every);
             let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
-            let mut cell = Cell::solve(s, orders, &solved_nm, table_resolution.tolerance, &mut step, &mut solved)?;
+            let mut cell = Cell::solve(s, solver, &solved_nm, table_resolution.tolerance, &mut attempt, &mut solved)?;
             for matrices in &mut cell.matrices {
                 *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
             }
-            for (j, packed) in packed.iter_mut().enumerate().take(longest) {
-                packed.push(cell.packed(j, table_resolution.stored as usize));
+            for (j, packed_cells) in packed.iter_mut().enumerate().take(count) {
+                packed_cells.push(cell.packed(j, table_resolution.stored as usize));
             }
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
+        // The offsets of all cells, in halves of words, then the entries, two to a word.
         let offset_words = nm.len() * cells;
         let mut offsets = vec![0u32; offset_words];
         let mut halves: Vec<u16> = Vec::new();
@@ -114,15 +120,15 @@ impl EfficiencyTable {
         Ok(Self { layout, words, solved })
     }
 
-    /// RMS and 99th percentile of the error of an efficiency, at `count` random incidences and wavelengths that are
-    /// solved for this purpose. Incidences are uniform over the projected hemisphere.
+    /// RMS and 99th percentile of the absolute error of an efficiency. The reference is solved at `count` random
+    /// wavelengths and incidences, uniform over the projected hemisphere.
     ///
     /// # Errors
-    /// An incidence that cannot be solved.
+    /// An incidence that cannot be solved accurately enough.
     pub(super) fn error(
         &self,
         period_um: f64,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         count: usize,
     ) -> Result<(f64, f64), GratingError> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
@@ -139,13 +145,13 @@ impl EfficiencyTable {
                 let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
                 let position = CellPosition::<Plain<f64>>::new(t, a);
-                let solved = orders.efficiencies(t, a, &[nm])?;
+                let solved = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
                 let row = view.row(&position, nm, true);
-                let (orders, incident) = (position.cell as usize + 1, position.incident as usize);
-                Ok((0..orders)
-                    .map(|o| view.entry(&row, u32::lit(o as u32), true) - solved[0][incident * orders + o])
-                    .map(f64::abs)
+                let (order_count, incident) = (position.cell as usize + 1, position.incident as usize);
+                let tabulated = |number: usize| view.entry(&row, u32::lit(number as u32), true);
+                Ok((0..order_count)
+                    .map(|number| (tabulated(number) - solved[0][incident * order_count + number]).abs())
                     .collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>, GratingError>>()?
@@ -161,49 +167,54 @@ impl EfficiencyTable {
 struct Cell {
     /// Index s of the cell.
     index: usize,
-    /// Nodes along either side.
+    /// Chebyshev nodes along either side.
     nodes: usize,
-    /// `[node in the triangle][wavelength]`, each a matrix of [`OrderSolver::efficiencies`].
+    /// `[node of triangle_nodes][wavelength]`, each a matrix of [`OrderSolver::efficiencies`].
     matrices: Vec<Vec<Vec<f64>>>,
 }
 
 impl Cell {
-    /// Solves a cell with the fewest of [`SOLVED`] nodes whose highest terms meet the tolerance, or with the most there
-    /// are. `step` is the entry of [`SOLVED`] to begin with, and is updated for the next cell. Adds the number of
-    /// solved points to `solved`.
+    /// Solves a cell with the first number of nodes in [`SOLVED`] whose highest terms meet the tolerance, or with the
+    /// largest number.
+    ///
+    /// `attempt` is the index in [`SOLVED`] to begin with, and is updated for the next cell. The number of solved
+    /// points is added to `solved`.
+    ///
+    /// # Errors
+    /// A point that cannot be solved accurately enough.
     fn solve(
         index: usize,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         wavelengths_nm: &[f64],
         tolerance: f64,
-        step: &mut usize,
+        attempt: &mut usize,
         solved: &mut usize,
     ) -> Result<Self, GratingError> {
         loop {
-            let cell = Self::solve_at(index, orders, wavelengths_nm, SOLVED[*step])?;
+            let cell = Self::solve_at(index, solver, wavelengths_nm, SOLVED[*attempt])?;
             *solved += cell.matrices.len();
             let highest = cell.highest_terms();
-            if highest <= tolerance || *step + 1 == SOLVED.len() {
-                *step -= usize::from(*step > 0 && highest <= FEWER_BELOW * tolerance);
+            if highest <= tolerance || *attempt + 1 == SOLVED.len() {
+                *attempt -= usize::from(*attempt > 0 && highest <= FEWER_BELOW * tolerance);
                 return Ok(cell);
             }
-            *step += 1;
+            *attempt += 1;
         }
     }
 
     /// Solves a cell at `nodes` Chebyshev nodes along either side.
     fn solve_at(
         index: usize,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         wavelengths_nm: &[f64],
         nodes: usize,
     ) -> Result<Self, GratingError> {
         let fractions = node_fractions(nodes);
-        let matrices = triangle(nodes)
+        let matrices = triangle_nodes(nodes)
             .par_iter()
             .map(|&[i, k]| {
                 let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
-                let mut matrices = orders.efficiencies(t, b, wavelengths_nm)?;
+                let mut matrices = solver.efficiencies(t, b, wavelengths_nm)?;
                 if i == k {
                     matrices.iter_mut().for_each(|matrix| symmetrise(matrix, index));
                 }
@@ -213,22 +224,23 @@ impl Cell {
         Ok(Self { index, nodes, matrices })
     }
 
-    /// Efficiency at the node (i, k) and wavelength j; `entry` is an index into the matrix.
+    /// Efficiency at node i of p, node k of q, and wavelength j; `entry` is an index into the matrix. Beyond the
+    /// diagonal it is that of the reversed path.
     fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> f64 {
         let matrix = &self.matrices[triangle_index(i, k)][j];
         matrix[if i < k { reversed(entry, self.index) } else { entry }]
     }
 
-    /// RMS over efficiencies and wavelengths of the two highest Chebyshev degrees along p. Those along q are equal by
-    /// reciprocity.
+    /// RMS of the two highest Chebyshev terms along p together: the root of the sum of their squares, averaged over
+    /// efficiencies, wavelengths and nodes of q. The terms along q are equal by reciprocity.
     fn highest_terms(&self) -> f64 {
         let n = self.nodes;
-        let coefficients = coefficients(n);
+        let coefficients = coefficient_matrix(n);
         let (entries, wavelengths) = ((self.index + 1).pow(2), self.matrices[0].len());
         let mut sum = 0.0;
         for j in 0..wavelengths {
             for entry in 0..entries {
-                let values = matrix(n, n, |i, k| self.value(i, k, j, entry));
+                let values = matrix_of(n, n, |i, k| self.value(i, k, j, entry));
                 for degree in [n - 2, n - 1] {
                     for k in 0..n {
                         let term: f64 =
@@ -241,16 +253,17 @@ impl Cell {
         (sum / (entries * wavelengths) as f64).sqrt()
     }
 
-    /// 16-bit entries of the cell at wavelength j, in the order of [`EfficiencyLayout`].
+    /// 16-bit entries of the cell at wavelength j, in the order of [`EfficiencyLayout`], for `stored` nodes along
+    /// either side.
     fn packed(&self, j: usize, stored: usize) -> Vec<u16> {
         let (orders, solved) = (self.index + 1, self.nodes);
         let entries = orders * orders;
-        let resample = resampling(solved, stored);
-        // Resampled along q, then along p: `[solved node of p][stored node of q][entry]`.
+        let resampling = resampling_matrix(solved, stored);
+        // Resampled along q, not yet along p: `[solved node of p][stored node of q][entry]`.
         let mut along_q = vec![0.0; solved * stored * entries];
         for i in 0..solved {
             for k in 0..solved {
-                for (g, weights) in resample.iter().enumerate() {
+                for (g, weights) in resampling.iter().enumerate() {
                     let row = &mut along_q[(i * stored + g) * entries..][..entries];
                     for (entry, value) in row.iter_mut().enumerate() {
                         *value += weights[k] * self.value(i, k, j, entry);
@@ -258,8 +271,9 @@ impl Cell {
                 }
             }
         }
+        // Stored nodes of p, then of q.
         let mut halves = Vec::with_capacity(stored * stored * orders * (orders + 1));
-        for weights in &resample {
+        for weights in &resampling {
             for g in 0..stored {
                 for incident in 0..orders {
                     let mut sum = 0;
@@ -281,15 +295,16 @@ impl Cell {
     }
 }
 
-/// Entry of the reversed path in a matrix of cell `s`: the outgoing order becomes the incident one, and orders are
-/// counted from the other side.
+/// Index of the reversed path of `entry` in a matrix of cell `s`, `[incident · orders + outgoing]`. The outgoing order
+/// becomes the incident one and vice versa, and order numbers count from the other side.
 pub(super) fn reversed(entry: usize, s: usize) -> usize {
     let orders = s + 1;
-    (s - entry % orders) * orders + s - entry / orders
+    let (incident, outgoing) = (entry / orders, entry % orders);
+    (s - outgoing) * orders + (s - incident)
 }
 
-/// Replaces a matrix on the diagonal `p = q`, which reciprocity maps to itself, by its mean with its image. The two
-/// differ by the solver's rounding.
+/// Replaces a matrix on the diagonal `p = q`, which reciprocity maps to itself, by the mean with its image. The two
+/// differ by the solver's error.
 fn symmetrise(matrix: &mut [f64], s: usize) {
     let before = matrix.to_vec();
     for (entry, value) in matrix.iter_mut().enumerate() {

@@ -1,27 +1,29 @@
 //! Position of an incident wave in the cells of a grating's tables (symbols: `mod.rs`).
 //!
 //! The lines `t − a = integer` and `t + a = integer` divide the plane of (t, a) into cells. On each line one order
-//! appears at the horizon. Within a cell the propagating orders are the same ones and their efficiencies are smooth;
-//! towards a line they change as the square root of the distance. A position within a cell is therefore given by the
-//! fractional parts p of `t − a` and q of `t + a`, mapped so that nodes at equal steps crowd towards both lines.
+//! appears at the horizon. Within a cell the set of propagating orders is constant and their efficiencies are smooth;
+//! towards a line they vary as the square root of the distance. A position within a cell is therefore given by the
+//! fractional parts p of `t − a` and q of `t + a`, mapped so that nodes with equal steps crowd towards both lines
+//! ([`node_coordinate`]). The WGSL twin is in `src/methods/grating.wgsl`.
 
 use crate::numeric::{Index, Number, Numbers, Real};
 
 /// Position of one incident wave in the cells.
 #[derive(Clone, Copy)]
 pub(super) struct CellPosition<N: Numbers> {
-    /// Index s of the cell: the number of propagating orders less one.
+    /// Index s of the cell: the number of propagating orders minus one.
     pub cell: N::Index,
-    /// Number of the incident wave's own order, 0 to s, counted from the order with the least x component.
+    /// Order number of order 0, whose wave number along x is that of the incident wave: 0 to s.
     pub incident: N::Index,
-    /// [`node_coordinate`] of p and of q.
+    /// [`node_coordinate`] of p and of q, in [0, 1].
     pub coordinates: [N::Real; 2],
-    /// Whether the wave propagates, `|a| < t`.
+    /// Whether the incident wave propagates, `|a| < t`.
     pub propagates: N::Mask,
 }
 
 impl<N: Numbers> CellPosition<N> {
-    /// Position of the wave with these `t` and `a`.
+    /// Position of the wave with these `t` and `a`. Where the wave does not propagate, the position lies on the border
+    /// of a cell.
     #[inline(always)]
     pub(super) fn new(t: N::Double, a: N::Double) -> Self {
         let zero = N::Double::lit(0.0);
@@ -31,15 +33,16 @@ impl<N: Numbers> CellPosition<N> {
         let whole = sums.map(Real::floor);
         Self {
             cell: N::index_of_double(whole[0] + whole[1]),
+            // Orders −⌊t + a⌋ to ⌊t − a⌋ propagate.
             incident: N::index_of_double(whole[1]),
             coordinates: [0, 1].map(|i| node_coordinate(N::narrow(sums[i] - whole[i]))),
             propagates,
         }
     }
 
-    /// Number of order `m` among the orders of the cell, and whether it propagates; number 0 where it does not.
+    /// Order number of order `m`, and whether the order propagates. The number is 0 where it does not.
     #[inline(always)]
-    pub(super) fn outgoing(&self, m: N::Double) -> (N::Index, N::Mask) {
+    pub(super) fn order_number(&self, m: N::Double) -> (N::Index, N::Mask) {
         let number = N::widen(N::real(self.incident)) + m;
         let propagates = N::Double::lit(0.0).le(number) & number.le(N::widen(N::real(self.cell)));
         let index = N::index_of_double(number.max(N::Double::lit(0.0)));
@@ -54,8 +57,8 @@ pub(super) fn groove_t<N: Numbers>(periods: N::Double, y: N::Double) -> N::Doubl
     periods * ((one - y) * (one + y)).max(N::Double::lit(0.0)).sqrt()
 }
 
-/// Coordinate of a fractional part in which nodes have equal steps: [0, 1] to [0, 1], as the square root of the
-/// distance from either end.
+/// Maps a fractional part in [0, 1] to the coordinate in [0, 1] in which nodes have equal steps: `√x/(√x + √(1 − x))`.
+/// It varies as the square root of the distance from either end, and so do efficiencies.
 #[inline(always)]
 pub(super) fn node_coordinate<R: Real>(fraction: R) -> R {
     let (low, high) = (fraction.max(R::lit(0.0)).sqrt(), (R::lit(1.0) - fraction).max(R::lit(0.0)).sqrt());
@@ -68,8 +71,8 @@ pub(super) fn fraction_at(coordinate: f64) -> f64 {
     low / (low + high)
 }
 
-/// `(t, a)` of a point of cell `cell` with the fractional parts p and q, for the incident order in the middle of the
-/// cell.
+/// `(t, a)` of a point of a cell with the fractional parts p and q. Several values of `a` that differ by integers
+/// belong to this point; the one returned gives order 0 the order number ⌈cell/2⌉, in the middle.
 pub(super) fn wave_at(cell: usize, [p, q]: [f64; 2]) -> (f64, f64) {
     let (difference, sum) = ((cell / 2) as f64 + p, (cell - cell / 2) as f64 + q);
     (0.5 * (difference + sum), 0.5 * (sum - difference))
@@ -120,7 +123,7 @@ mod tests {
         let (t, a) = (2.7, 0.5);
         let position = CellPosition::<Double>::new(t, a);
         for m in -8..=8 {
-            let (number, propagates) = position.outgoing(f64::from(m));
+            let (number, propagates) = position.order_number(f64::from(m));
             assert_eq!(propagates, (a + f64::from(m)).abs() < t, "{m}");
             assert!(!propagates || f64::from(number) == f64::from(position.incident) + f64::from(m));
         }

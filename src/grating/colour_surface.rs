@@ -1,4 +1,4 @@
-//! A grating in linear sRGB.
+//! A grating's reflectance in linear sRGB, from its tables.
 
 use super::GratingColourLobe;
 use super::colour_tables::ColourTables;
@@ -8,13 +8,13 @@ use crate::numeric::{Numbers, Plain};
 use crate::scattering::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// A grating of the rigorous theory in linear sRGB, from tables.
+/// The surface of a grating by Maxwell's equations in linear sRGB, with its tables.
 ///
 /// ```
 /// use sunbeam::grating::{GratingColourSurface, GratingSurface, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A perfectly conducting sinusoid of 0.6 µm, 0.1 µm high.
+/// // A perfectly conducting sinusoid of period 0.6 µm and height 0.1 µm.
 /// let profile = Profile::sinusoid(0.6, 0.1)?;
 /// let grating = GratingSurface::new(&profile, None, 20.0, 1.0, &Progress::none())?;
 /// let colours = GratingColourSurface::new(grating);
@@ -26,8 +26,11 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Debug, Serialize, Deserialize)]
 pub struct GratingColourSurface {
+    /// The surface at wavelengths, with the table of efficiencies.
     grating: GratingSurface,
+    /// Layout of the colour tables.
     tables: ColourTables,
+    /// Data of the colour tables.
     words: Vec<u32>,
 }
 
@@ -43,7 +46,7 @@ impl GratingColourSurface {
         &self.grating
     }
 
-    /// Table data: efficiencies, colours.
+    /// Table data: of the efficiencies, then of the colour tables.
     pub fn words(&self) -> [&[u32]; 2] {
         [self.grating.words(), &self.words]
     }
@@ -58,7 +61,7 @@ impl GratingColourSurface {
         4 * self.words().map(<[u32]>::len).iter().sum::<usize>()
     }
 
-    /// A copy with another coherence length in µm.
+    /// The surface with another coherence length in µm, four standard deviations of the window. The tables are kept.
     #[must_use]
     pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
         Self { grating: self.grating.with_coherence_length(coherence_length_um), ..self }
@@ -72,13 +75,14 @@ impl GratingColourSurface {
         self.lobe_over(self.words())
     }
 
-    /// The lobe over [`GratingColourSurface::words`] of one family of numbers.
+    /// The lobe over the numbers `N`; `words` are [`GratingColourSurface::words`].
     pub fn lobe_over<N: Numbers>(&self, words: [N::Words; 2]) -> GratingColourLobe<N> {
         GratingColourLobe { layout: *self.grating.layout(), tables: self.tables, gamut: Gamut::Keep, words }
     }
 
-    /// `f_r` in 1/sr as linear sRGB, the material's reflectance included: [`GratingSurface::eval`] weighted by D65 and
-    /// the CIE 1931 functions.
+    /// `f_r` in 1/sr as linear sRGB: [`GratingSurface::eval`] integrated over the visible wavelengths with D65 and the
+    /// CIE 1931 functions. The material's reflectance is included, the cosine is not. Colours outside sRGB have
+    /// negative channels.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }

@@ -2,9 +2,11 @@
 //!
 //! | table | axes | entry |
 //! | --- | --- | --- |
-//! | spectral weights | width τ and centre of an order's Gaussian over ν | sRGB's weights averaged over the Gaussian |
-//! | order 0 | cosine in the plane across the grooves, cosine of that plane | colour of order 0's efficiency |
+//! | spectral weights | width τ and centre ν_m of an order's Gaussian over ν | sRGB's weights averaged over it |
+//! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
+//!
+//! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`.
 
 use super::lobe::REACH;
 use super::surface::GratingSurface;
@@ -21,28 +23,34 @@ use std::array;
 pub(crate) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVELENGTH_MAX_NM);
 /// Half width of the tables' range of ν in 1/µm.
 pub(crate) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELENGTH_MAX_NM);
-/// Scale in 1/µm of the coordinate `τ/(τ + TAU_SCALE)` of a width. Chosen: about the width of sRGB's weights.
+/// Scale in 1/µm of the coordinate `τ/(τ + TAU_SCALE)` of a width τ: about the width of sRGB's weights.
 pub(crate) const TAU_SCALE: f64 = 0.25;
-/// Means and standard deviations in 1/µm of the Gaussians that ν is drawn from, with equal probability. Chosen: they
-/// follow sRGB's weights of blue, green and red.
+/// Nodes of the table of spectral weights: along τ and along ν_m.
+pub(crate) const WEIGHT_NODES: [u32; 2] = [96, 256];
+/// Nodes of the table of order 0 along each axis.
+pub(crate) const ORDER_ZERO_NODES: [u32; 2] = [48, 48];
+/// Step in nm of the integral over wavelengths in the colour of order 0.
+const ORDER_ZERO_STEP_NM: usize = 4;
+/// Smallest coordinate of a table's nodes for which an entry is computed. Lower nodes get the entry at this coordinate,
+/// near the limit at 0.
+const COORDINATE_MIN: f64 = 1e-3;
+
+/// Means and standard deviations in 1/µm of the proposed Gaussians: ν is drawn from one of them, each with equal
+/// probability. They follow sRGB's weights of blue, green and red.
 pub(super) const PROPOSED: [(f64, f64); 3] = [(2.2, 0.13), (1.86, 0.13), (1.63, 0.11)];
-/// Nodes of the table of weights: `[width, ν]`.
-pub(crate) const WEIGHTS: [u32; 2] = [96, 256];
-/// Nodes of the colour of order 0 along each axis.
-pub(crate) const ORDER_ZERO: [u32; 2] = [48, 48];
-/// Bins of the sampler over the incident direction: its cosine across the grooves in [−1, 1], and along them in [0, 1].
+/// Quantiles of each proposed Gaussian at which efficiencies are averaged.
+const PROPOSED_NODES: usize = 16;
+/// Bins of the incident direction: over the sine of the angle between its projection onto the xz plane and the normal,
+/// from 1 to −1, and over the magnitude of its cosine along the grooves, from 0 to 1.
 const BINS: [u32; 2] = [32, 12];
 /// Positions in a bin at which efficiencies are averaged, as fractions of its sides: the centre, and near each corner.
 const BIN_POINTS: [(f64, f64); 5] = [(0.5, 0.5), (0.02, 0.02), (0.02, 0.98), (0.98, 0.02), (0.98, 0.98)];
-/// Wavenumbers of each of [`PROPOSED`] at which efficiencies are averaged.
-const PROPOSED_NODES: usize = 16;
-/// Step in nm of the integral over wavelengths of order 0's colour.
-const ORDER_ZERO_STEP_NM: usize = 4;
 
 /// Layout of the three tables in their data, which begin with the spectral weights.
 ///
-/// Spectral weights and order 0 are packets of four words: red, green, blue, and zero. A row of order weights has the
-/// orders from `−orders` to `orders`, then their sum. All words are bits of single-precision numbers.
+/// An entry of spectral weights and of order 0 is a packet of four words: red, green, blue, and zero. Order weights are
+/// `[bin across the grooves][bin along them][order]`; such a row has the orders from `−orders` to `orders`, then their
+/// sum. All words are bits of single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTables {
     /// The highest order that propagates at any incidence and wavelength.
@@ -54,63 +62,67 @@ pub struct ColourTables {
 }
 
 impl ColourTables {
-    /// Builds the tables of a grating, with their data.
+    /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
+        // |m| ≤ 2d/λ.
         let orders = (2e3 * grating.layout().period_um / WAVELENGTH_MIN_NM) as u32;
-        let mut words: Vec<f32> = weights();
+        let mut words: Vec<f32> = spectral_weight_table();
         let order_zero = words.len() as u32;
-        words.extend(order_zero_colours(grating));
-        let offset = words.len() as u32;
-        words.extend(order_weights(grating, orders));
-        (Self { orders, order_zero, order_weights: offset }, words.into_iter().map(f32::to_bits).collect())
+        words.extend(order_zero_table(grating));
+        let order_weights = words.len() as u32;
+        words.extend(order_weight_table(grating, orders));
+        (Self { orders, order_zero, order_weights }, words.into_iter().map(f32::to_bits).collect())
     }
 
-    /// Data of spectral weights and order 0, from which values are computed, and the first packet of order 0.
+    /// The data of spectral weights and order 0, without the order weights, which only sampling reads; and the index of
+    /// the first packet of order 0.
     pub(crate) fn packets<'a>(&self, words: &'a [u32]) -> (&'a [u32], u32) {
         (&words[..self.order_weights as usize], self.order_zero / 4)
     }
 
-    /// Spectral weights of an order, over the width `τ/(τ + TAU_SCALE)`. `width` is this coordinate, `centre` that of
-    /// the Gaussian's centre; both are in [0, 1].
+    /// Entry of the table of spectral weights ([`spectral_weight_table`]) for red, green and blue. `width` is
+    /// `τ/(τ + TAU_SCALE)`. `centre` is 0 and 1 where ν_m lies `REACH·τ` below and above the range of ν.
     #[inline(always)]
-    pub(super) fn weights<N: Numbers>(
+    pub(super) fn spectral_weights<N: Numbers>(
         &self,
         words: N::Words,
         width: N::Real,
         centre: N::Real,
         active: N::Mask,
     ) -> [N::Real; 3] {
-        interpolated::<N>(words, 0, WEIGHTS, [width, centre], active)
+        interpolated::<N>(words, 0, WEIGHT_NODES, [width, centre], active)
     }
 
-    /// Colour of order 0's efficiency. `in_plane` is the cosine of incidence within the plane across the grooves,
-    /// `of_plane` the cosine between the plane and the normal.
+    /// Colour of order 0's efficiency, linear sRGB, from the projection of the incident direction onto the xz plane:
+    /// its length `√(1 − y²)`, and the cosine of the angle between it and the normal. The sign of x does not matter, by
+    /// reciprocity.
     #[inline(always)]
     pub(super) fn order_zero<N: Numbers>(
         &self,
         words: N::Words,
-        in_plane: N::Real,
-        of_plane: N::Real,
+        projected_cosine: N::Real,
+        projected_length: N::Real,
         active: N::Mask,
     ) -> [N::Real; 3] {
-        interpolated::<N>(words, self.order_zero, ORDER_ZERO, [in_plane, of_plane], active)
+        let coordinates = [projected_cosine, projected_length];
+        interpolated::<N>(words, self.order_zero, ORDER_ZERO_NODES, coordinates, active)
     }
 
-    /// Offset of the order weights for an incident direction.
+    /// Offset in words of the row of order weights for an incident direction.
     #[inline(always)]
     pub(super) fn order_weights_row<N: Numbers>(&self, wi: [N::Real; 3]) -> N::Index {
         let real = N::Real::lit;
-        let of_plane = (real(1.0) - wi[1] * wi[1]).max(real(1e-12)).sqrt();
+        let projected_length = (real(1.0) - wi[1] * wi[1]).max(real(1e-12)).sqrt();
         let bin = |coordinate: N::Real, count: u32| {
             N::index(coordinate.clip(real(0.0), real(BELOW_ONE)) * real(f64::from(count)))
         };
-        let x = bin((real(1.0) - wi[0] / of_plane) * real(0.5), BINS[0]);
-        let y = bin(wi[1].abs(), BINS[1]);
+        let across = bin((real(1.0) - wi[0] / projected_length) * real(0.5), BINS[0]);
+        let along = bin(wi[1].abs(), BINS[1]);
         let row_length = N::Index::lit(2 * self.orders + 2);
-        N::Index::lit(self.order_weights) + (x * N::Index::lit(BINS[1]) + y) * row_length
+        N::Index::lit(self.order_weights) + (across * N::Index::lit(BINS[1]) + along) * row_length
     }
 
-    /// Weight of an order in a row.
+    /// Weight of an order m in a row.
     #[inline(always)]
     pub(super) fn order_weight<N: Numbers>(
         &self,
@@ -132,29 +144,32 @@ impl ColourTables {
     }
 }
 
-/// Table of spectral weights: `(τ + TAU_SCALE)/τ · ∫ weight(1/ν') exp(−(ν' − ν)²/2τ²) dν'`, `[width][centre]` in
-/// packets. The factor makes the limit of zero width finite; the lobe divides by it.
-fn weights() -> Vec<f32> {
+/// Table of spectral weights, packets `[width][centre]`:
+/// `(τ + TAU_SCALE)/τ · ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν`. The factor makes the limit of zero width finite; the
+/// lobe divides by it.
+fn spectral_weight_table() -> Vec<f32> {
+    // ν and weights of every visible wavelength.
     let wavelengths: Vec<(f64, [f64; 4])> = WavelengthWeights::per_nm()
         .iter()
         .enumerate()
         .map(|(i, weight)| (1e3 / (WAVELENGTH_MIN_NM + i as f64), weight.map(f64::from)))
         .collect();
-    (0..WEIGHTS[0])
+    (0..WEIGHT_NODES[0])
         .into_par_iter()
         .flat_map_iter(|row| {
-            // The first and last rows stand for the limits of zero and infinite width.
-            let width = (f64::from(row) / f64::from(WEIGHTS[0] - 1)).clamp(1e-3, 0.999);
+            // The first and last rows are the limits of zero and infinite width.
+            let width = (f64::from(row) / f64::from(WEIGHT_NODES[0] - 1)).clamp(COORDINATE_MIN, 1.0 - COORDINATE_MIN);
             let tau = TAU_SCALE * width / (1.0 - width);
             let wavelengths = &wavelengths;
-            (0..WEIGHTS[1]).flat_map(move |column| {
-                let centre = 2.0 * f64::from(column) / f64::from(WEIGHTS[1] - 1) - 1.0;
-                let nu = NU_MIDDLE + centre * (NU_HALF + REACH * tau);
+            (0..WEIGHT_NODES[1]).flat_map(move |column| {
+                let centre = 2.0 * f64::from(column) / f64::from(WEIGHT_NODES[1] - 1) - 1.0;
+                let nu_m = NU_MIDDLE + centre * (NU_HALF + REACH * tau);
                 let mut sum = [0.0; 3];
-                for (nu_sample, weight) in wavelengths {
-                    let offset = (nu_sample - nu) / tau;
-                    // Weights are per nm and sampled every nm; dν = ν² dλ with λ in µm.
-                    let gaussian = (-0.5 * offset * offset).exp() * nu_sample * nu_sample / width;
+                for (nu, weight) in wavelengths {
+                    let offset = (nu - nu_m) / tau;
+                    // A sum over wavelengths: weights are per nm, the step is 1 nm, and dν = ν² dλ. 1/width is the
+                    // table's factor (τ + TAU_SCALE)/τ.
+                    let gaussian = (-0.5 * offset * offset).exp() * nu * nu / width;
                     for (total, weight) in sum.iter_mut().zip(weight) {
                         *total += weight * gaussian;
                     }
@@ -165,16 +180,16 @@ fn weights() -> Vec<f32> {
         .collect()
 }
 
-/// Table of order 0's colours, `[in_plane][of_plane]` in packets (see [`ColourTables::order_zero`]): its efficiency
-/// averaged with sRGB's weights over ν².
-fn order_zero_colours(grating: &GratingSurface) -> Vec<f32> {
-    let last = |axis: usize| f64::from(ORDER_ZERO[axis] - 1);
-    (0..ORDER_ZERO[0] * ORDER_ZERO[1])
+/// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]): its
+/// efficiency averaged over wavelengths with sRGB's weights times ν².
+fn order_zero_table(grating: &GratingSurface) -> Vec<f32> {
+    let last = |axis: usize| f64::from(ORDER_ZERO_NODES[axis] - 1);
+    (0..ORDER_ZERO_NODES[0] * ORDER_ZERO_NODES[1])
         .into_par_iter()
         .flat_map_iter(|node| {
-            let in_plane = (f64::from(node / ORDER_ZERO[1]) / last(0)).clamp(1e-3, 1.0);
-            let of_plane = (f64::from(node % ORDER_ZERO[1]) / last(1)).clamp(1e-3, 1.0);
-            let (x, y) = (of_plane * (1.0 - in_plane * in_plane).sqrt(), (1.0 - of_plane * of_plane).sqrt());
+            let cosine = (f64::from(node / ORDER_ZERO_NODES[1]) / last(0)).clamp(COORDINATE_MIN, 1.0);
+            let length = (f64::from(node % ORDER_ZERO_NODES[1]) / last(1)).clamp(COORDINATE_MIN, 1.0);
+            let (x, y) = (length * (1.0 - cosine * cosine).sqrt(), (1.0 - length * length).sqrt());
             let (mut sum, mut total) = ([0.0; 3], [0.0; 3]);
             for (i, weight) in WavelengthWeights::per_nm().iter().enumerate().step_by(ORDER_ZERO_STEP_NM) {
                 let nm = WAVELENGTH_MIN_NM + i as f64;
@@ -190,22 +205,22 @@ fn order_zero_colours(grating: &GratingSurface) -> Vec<f32> {
         .collect()
 }
 
-/// Table of order weights, `[bin across the grooves][bin along them][order, then the sum]`: efficiencies averaged over
-/// the bin and over the wavenumbers of [`PROPOSED`].
-fn order_weights(grating: &GratingSurface, orders: u32) -> Vec<f32> {
+/// Table of order weights, arranged as [`ColourTables`] describes: sums of efficiencies over points of the bin and over
+/// wavenumbers of the [`PROPOSED`] Gaussians.
+fn order_weight_table(grating: &GratingSurface, orders: u32) -> Vec<f32> {
     let orders = orders as i32;
     (0..BINS[0] * BINS[1])
         .into_par_iter()
         .flat_map_iter(|bin| {
             let mut row = vec![0.0; 2 * orders as usize + 2];
-            for (dx, dy) in BIN_POINTS {
-                let y = (f64::from(bin % BINS[1]) + dy) / f64::from(BINS[1]);
-                let sine_in_plane = 1.0 - 2.0 * (f64::from(bin / BINS[1]) + dx) / f64::from(BINS[0]);
-                let x = sine_in_plane * (1.0 - y * y).sqrt();
+            for (across, along) in BIN_POINTS {
+                let y = (f64::from(bin % BINS[1]) + along) / f64::from(BINS[1]);
+                let sine = 1.0 - 2.0 * (f64::from(bin / BINS[1]) + across) / f64::from(BINS[0]);
+                let x = sine * (1.0 - y * y).sqrt();
                 for (mean, sigma) in PROPOSED {
                     for i in 0..PROPOSED_NODES {
-                        let u = (i as f64 + 0.5) / PROPOSED_NODES as f64;
-                        let nu = mean + sigma * normal_quantile(u);
+                        let probability = (i as f64 + 0.5) / PROPOSED_NODES as f64;
+                        let nu = mean + sigma * normal_quantile(probability);
                         let nm = (1e3 / nu).clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
                         for m in -orders..=orders {
                             row[(m + orders) as usize] += grating.efficiency(nm, [x, y], m);
@@ -213,17 +228,17 @@ fn order_weights(grating: &GratingSurface, orders: u32) -> Vec<f32> {
                     }
                 }
             }
-            // Rounded first, so that the sum matches the stored weights.
-            let row: Vec<f32> = row.into_iter().map(|weight| weight as f32).collect();
+            // Rounded first, so that the sum matches the stored weights. The last element is still 0.
+            let mut row: Vec<f32> = row.into_iter().map(|weight| weight as f32).collect();
             let total: f32 = row.iter().sum();
-            let orders = row.len() - 1;
-            row.into_iter().take(orders).chain([total])
+            row[2 * orders as usize + 1] = total;
+            row
         })
         .collect()
 }
 
-/// Colour by bilinear interpolation in a table of packets, `[first][second]`, that begins at the word `offset`.
-/// `coordinates` are in [0, 1].
+/// Colour by bilinear interpolation in a table of packets that begins at the word `offset`. The table is
+/// `[first axis][second axis]` with `counts` nodes; `coordinates` along both are in [0, 1].
 #[inline(always)]
 fn interpolated<N: Numbers>(
     words: N::Words,
@@ -233,8 +248,9 @@ fn interpolated<N: Numbers>(
     active: N::Mask,
 ) -> [N::Real; 3] {
     let real = N::Real::lit;
-    let index = |i: u32| N::Index::lit(i);
-    let [(i, p), (j, q)] = array::from_fn(|axis| {
+    let index = N::Index::lit;
+    // Along each axis, the lower node and the fraction of a step from it.
+    let [(i, to_next_i), (j, to_next_j)] = array::from_fn(|axis| {
         let last = f64::from(counts[axis] - 1);
         let x = coordinates[axis].clip(real(0.0), real(1.0)) * real(last);
         let low = x.floor().min(real(last - 1.0));
@@ -245,5 +261,9 @@ fn interpolated<N: Numbers>(
         N::gather::<4>(words, packet, active).map(N::from_bits)
     };
     let (a, b, c, d) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
-    array::from_fn(|channel| lerp(lerp(a[channel], b[channel], q), lerp(c[channel], d[channel], q), p))
+    array::from_fn(|channel| {
+        let low = lerp(a[channel], b[channel], to_next_j);
+        let high = lerp(c[channel], d[channel], to_next_j);
+        lerp(low, high, to_next_i)
+    })
 }

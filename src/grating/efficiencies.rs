@@ -1,20 +1,22 @@
-//! The table of efficiencies: its layout and look-up (symbols: `mod.rs`).
+//! The table of efficiencies: its layout and look-up (symbols: `mod.rs`). The WGSL twin is in
+//! `src/methods/grating.wgsl`.
 
 use super::cell_position::CellPosition;
 use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 
-/// Efficiency that one unit of a stored 16-bit integer stands for. Sums of a row are stored, too, and fit up to 1.09;
-/// interpolation leaves them below.
+/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.09, which leaves
+/// room for sums of efficiencies that exceed 1 by the error of the resampling.
 pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 
 /// Layout of a table over wavelengths and cells.
 ///
-/// The first `wavelengths · cells` words, `[wavelength][cell]`, are the offsets of the cells, in 16-bit halves of words
-/// from the beginning of the table. Cell `s` is `[node of p][node of q][incident order][entry]`, with `s + 1` incident
-/// orders and `s + 2` entries: the efficiencies of the `s + 1` outgoing orders, and their sum. An entry is a 16-bit
-/// integer in units of 1/60 000, two to a word, the lower half first.
+/// Table data are words of 32 bits. The first `wavelengths · cells` words, `[wavelength][cell]`, are the offsets of the
+/// cells, counted in 16-bit halves of words from the beginning of the table. Cell `s` is
+/// `[node of p][node of q][incident order][entry]`, with `s + 1` incident orders and `s + 2` entries: the efficiencies
+/// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/60 000;
+/// two share a word, the lower half first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
     /// First wavelength in nm.
@@ -23,44 +25,54 @@ pub struct EfficiencyLayout {
     pub step_nm: f64,
     /// Number of wavelengths, at least two.
     pub wavelengths: u32,
-    /// Number of cells at the shortest wavelength. Longer ones use fewer.
+    /// Number of cells at the shortest wavelength. Longer wavelengths use the first of them.
     pub cells: u32,
     /// Nodes along either side of a cell.
     pub nodes: u32,
 }
 
-/// A table's layout over its words.
+/// The table as an evaluator over the numbers `N` reads it. The table of Jones matrices (`polarisation.rs`) has the
+/// same nodes and is read through [`EfficiencyView::weighted_nodes`].
 #[derive(Clone, Copy)]
 pub(super) struct EfficiencyView<N: Numbers> {
     pub layout: EfficiencyLayout,
     pub words: N::Words,
 }
 
-/// A node of a table: the offset of its cell, and its number within the cell.
+/// A node of a table.
 #[derive(Clone, Copy)]
 pub(super) struct Node<N: Numbers> {
+    /// Offset of the node's cell, as stored in the table.
     pub cell_offset: N::Index,
+    /// Position of the node within the cell: `node of p · nodes + node of q`.
     pub number: N::Index,
 }
 
 /// Rows of one incident order at the eight nodes around a position and wavelength.
 pub(super) struct Row<N: Numbers> {
-    /// Offsets of the row at the four nodes, for the shorter and for the longer wavelength.
+    /// Offsets of the row, in halves of words: `[shorter, longer wavelength][node]`, where bit 1 of the node selects
+    /// the upper p and bit 0 the upper q.
     offsets: [[N::Index; 4]; 2],
     /// Fractions of a step from the lower node: along p, q and wavelength.
     fractions: [N::Real; 3],
 }
 
 impl<N: Numbers> EfficiencyView<N> {
-    /// The eight nodes around a position and a wavelength in nm, with the fractions of a step from the lower one along
+    /// The eight nodes around a position and a wavelength in nm, and the fractions of a step from the lower node along
     /// p, q and wavelength.
     ///
-    /// Nodes are in binary order: bit 2 selects the longer wavelength, bit 1 the upper p, bit 0 the upper q.
+    /// Nodes are in binary order: bit 2 of the index selects the longer wavelength, bit 1 the upper p, bit 0 the upper
+    /// q.
     #[inline(always)]
-    fn nodes(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> ([Node<N>; 8], [N::Real; 3]) {
+    fn surrounding_nodes(
+        &self,
+        position: &CellPosition<N>,
+        nm: N::Real,
+        active: N::Mask,
+    ) -> ([Node<N>; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes } = self.layout;
-        // Lower node of the interval around x, and the fraction within the interval.
+        // Lower node of the interval around x among `count` nodes, and the fraction of a step from this node.
         let interval = |x: N::Real, count: u32| {
             let x = x.clip(real(0.0), real(f64::from(count - 1)));
             let low = x.floor().min(real(f64::from(count - 2)));
@@ -74,12 +86,12 @@ impl<N: Numbers> EfficiencyView<N> {
             let [offset] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + cell, active);
             offset
         });
-        let nodes = std::array::from_fn(|corner| {
-            let [j, i, k] = [corner >> 2, corner >> 1 & 1, corner & 1];
-            let number = (low_p + index(i as u32)) * index(nodes) + low_q + index(k as u32);
-            Node { cell_offset: offsets[j], number }
+        let surrounding = std::array::from_fn(|bits| {
+            let [longer, upper_p, upper_q] = [bits >> 2, bits >> 1 & 1, bits & 1];
+            let number = (low_p + index(upper_p as u32)) * index(nodes) + low_q + index(upper_q as u32);
+            Node { cell_offset: offsets[longer], number }
         });
-        (nodes, [p, q, to_longer])
+        (surrounding, [p, q, to_longer])
     }
 
     /// The eight nodes around a position and a wavelength in nm, each with its weight in trilinear interpolation.
@@ -91,44 +103,48 @@ impl<N: Numbers> EfficiencyView<N> {
         active: N::Mask,
     ) -> [(Node<N>, N::Real); 8] {
         let one = N::Real::lit(1.0);
-        let (nodes, fractions) = self.nodes(position, nm, active);
-        let [p, q, to_longer] = fractions.map(|x| [one - x, x]);
-        std::array::from_fn(|corner| (nodes[corner], to_longer[corner >> 2] * p[corner >> 1 & 1] * q[corner & 1]))
+        let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
+        // Weights of the lower and of the upper node along each axis.
+        let [p, q, wavelength] = fractions.map(|x| [one - x, x]);
+        std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
-    /// Rows of the incident order at a position, for a wavelength in nm.
+    /// Rows of the incident order at a position, for a wavelength in nm. Masked positions may lie outside the table;
+    /// the nearest cell and order are taken.
     #[inline(always)]
     pub(super) fn row(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> Row<N> {
         let index = N::Index::lit;
-        let (nodes, fractions) = self.nodes(position, nm, active);
+        let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
         let cell = position.cell.min(index(self.layout.cells - 1));
         let orders = cell + index(1);
-        let (row_length, node_length) = (orders + index(1), orders * (orders + index(1)));
-        let offset = |corner: usize| {
-            let Node { cell_offset, number } = nodes[corner];
+        // In halves of words.
+        let row_length = orders + index(1);
+        let node_length = orders * row_length;
+        let offset = |bits: usize| {
+            let Node { cell_offset, number } = nodes[bits];
             cell_offset + number * node_length + position.incident.min(cell) * row_length
         };
-        Row { offsets: [0, 4].map(|j| std::array::from_fn(|corner| offset(j + corner))), fractions }
+        Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Sum of all efficiencies of the row: the entry after the last order's.
+    /// Sum of all efficiencies of the row: the entry after that of the last order.
     #[inline(always)]
     pub(super) fn row_total(&self, row: &Row<N>, position: &CellPosition<N>, active: N::Mask) -> N::Real {
         self.entry(row, position.cell + N::Index::lit(1), active)
     }
 
-    /// Efficiency of an order, by its number among the cell's orders ([`CellPosition::outgoing`]).
+    /// Efficiency of an outgoing order by its order number ([`CellPosition::order_number`]).
     #[inline(always)]
     pub(super) fn entry(&self, row: &Row<N>, number: N::Index, active: N::Mask) -> N::Real {
         let [p, q, to_longer] = row.fractions;
-        let [shorter, longer] = row.offsets.map(|corners| {
-            let [a, b, c, d] = corners.map(|offset| self.half_word(offset + number, active));
-            lerp(lerp(a, b, q), lerp(c, d, q), p)
+        let [shorter, longer] = row.offsets.map(|nodes| {
+            let [low, upper_q, upper_p, both] = nodes.map(|offset| self.half_word(offset + number, active));
+            lerp(lerp(low, upper_q, q), lerp(upper_p, both, q), p)
         });
         lerp(shorter, longer, to_longer) * N::Real::lit(UNIT)
     }
 
-    /// The 16-bit integer at an offset, as a real.
+    /// The 16-bit integer at an offset in halves of words, as a real number.
     #[inline(always)]
     fn half_word(&self, offset: N::Index, active: N::Mask) -> N::Real {
         let [word] = N::gather::<1>(self.words, offset >> 1, active);

@@ -2,7 +2,7 @@
 
 use crate::table::TableError;
 
-/// Reason that a grating was not solved or tabulated.
+/// Reason why a grating was not solved or tabulated.
 #[derive(Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum GratingError {

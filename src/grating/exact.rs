@@ -1,17 +1,18 @@
-//! Reference for gratings: orders solved at the very pair of directions (symbols: `mod.rs`).
+//! Reference for gratings without tables: every order is solved at the pair of directions itself (symbols: `mod.rs`).
 
 use super::GratingError;
 use super::lobe::REACH;
-use super::solved::{BALANCE, DOUBLINGS, medium};
+use super::rigorous_solver::{BALANCE, DOUBLINGS, medium_at};
 use crate::scattering::{Pair, SpectralIndex, Vec3};
 use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
 
-/// Largest error of the power balance, relative to the incident power: half of what tables accept.
+/// Largest error of the power balance, relative to the incident power: half of the bound for tables.
 const BALANCE_EXACT: f64 = 0.5 * BALANCE;
 
-/// The reflectance of a grating by Maxwell's equations without tables. One evaluation solves some orders.
+/// The reflectance of a grating by Maxwell's equations without tables. Each evaluation solves the grating once for
+/// every order whose Gaussian reaches the pair of directions.
 ///
 /// ```
 /// use sunbeam::grating::{ExactGrating, Profile};
@@ -24,7 +25,9 @@ const BALANCE_EXACT: f64 = 0.5 * BALANCE;
 /// ```
 pub struct ExactGrating {
     profile: Profile,
+    /// Index of the medium below the relief by wavelength; `None` for a perfect conductor.
     index: Option<SpectralIndex>,
+    /// σ in cycles/µm.
     sigma_per_um: f64,
 }
 
@@ -35,8 +38,8 @@ impl ExactGrating {
         Self { profile, index, sigma_per_um: CoherenceWindow::new(coherence_length_um).order_sigma_per_um() }
     }
 
-    /// `f_r` in 1/sr, as [`GratingSurface::eval`](super::GratingSurface::eval): zero unless both directions lie above
-    /// the surface.
+    /// `f_r` in 1/sr, like [`GratingSurface::eval`](super::GratingSurface::eval): without the cosine, and zero unless
+    /// both directions lie above the surface.
     ///
     /// # Errors
     /// An index or wavelength that the solver refuses, and orders that it cannot solve accurately enough.
@@ -44,7 +47,7 @@ impl ExactGrating {
         let Some(pair) = Pair::new(wi, wo) else { return Ok(0.0) };
         let period_um = self.profile.period_um();
         let periods = 1e3 * period_um / wavelength_nm;
-        // Standard deviation and frequency counted in orders, and the frequency along y in standard deviations.
+        // σ and f.x in units of 1/d, in which order m has the frequency m; f.y in units of σ.
         let sigma = period_um * self.sigma_per_um;
         let (frequency_x, offset_y) = (pair.u * periods, pair.v * periods / sigma);
         if offset_y.abs() >= REACH {
@@ -52,25 +55,31 @@ impl ExactGrating {
         }
         let y = 0.5 * (wi[1] - wo[1]);
         let t = periods * ((1.0 - y) * (1.0 + y)).sqrt();
-        check_size(&self.profile, &medium(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
+        check_size(&self.profile, &medium_at(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
-            // The incident wave whose order m leaves exactly: either direction takes half of the difference.
+            // Both directions are moved by half of the distance to order m, so that the order leaves exactly: the wave
+            // numbers of incident and outgoing wave, a and a + m, then have the sum (wo.x − wi.x)·d/λ.
             let a = 0.5 * ((wo[0] - wi[0]) * periods - f64::from(m));
             if a.abs() < t && (a + f64::from(m)).abs() < t {
                 let offset_x = (frequency_x - f64::from(m)) / sigma;
                 sum += (-0.5 * offset_x * offset_x).exp() * self.efficiency(t, a, m, wavelength_nm)?;
             }
         }
-        let density = (periods / sigma).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
-        Ok(sum * density)
+        // K(f − f_m)/λ² without the Gaussian along x: `periods/sigma` is 1/λσ.
+        let scale = (periods / sigma).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
+        Ok(sum * scale)
     }
 
-    /// Unpolarised efficiency of order `m` of the wave with these `t` and `a`.
+    /// Unpolarised efficiency of order `m` for the incident wave with these `t` and `a`, at a wavelength in nm.
+    ///
+    /// # Errors
+    /// An index or wavelength that the solver refuses, and a power balance that does not hold after [`DOUBLINGS`].
     fn efficiency(&self, t: f64, a: f64, m: i32, nm: f64) -> Result<f64, GratingError> {
-        let medium = medium(self.index.as_ref(), nm)?;
+        let medium = medium_at(self.index.as_ref(), nm)?;
         let mut resolution = Resolution::new(&self.profile, &medium, nm)?;
+        // Values of the last attempt, for the error.
         let (mut nodes, mut balance) = (0, 0.0);
         for _ in 0..=DOUBLINGS {
             let mesh = Discretisation::new(&self.profile, resolution)?;

@@ -1,26 +1,44 @@
-//! Shapes of Jones matrices: their form without their power, which varies smoothly enough to be tabulated.
+//! Normalised Jones matrices (*shapes*). Unlike the power of an order they vary smoothly enough to be tabulated
+//! coarsely.
 
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Least `|ky/k|` by which the crossed elements are divided. Chosen: below it they are small, and the quotient would
-/// amplify the solver's error.
-const KY_MIN: f64 = 0.02;
-/// Least power of a matrix that is normalised; below it the shape is zero. Chosen: far below the solver's rounding
-/// (1e-12).
+/// Smallest `|ky/k|` by which the crossed elements are divided. Below it they are small, and division by a smaller
+/// number would amplify the solver's error.
+const KY_RATIO_MIN: f64 = 0.02;
+/// Smallest power of a matrix that is normalised; below it the shape is zero. The polarisation of so little light is
+/// irrelevant.
 const POWER_MIN: f64 = 1e-18;
 
-/// A Jones matrix of unit power between the states of Ey and of Hy: `[EE, EH, HE, HH]`, the outgoing state first.
+/// A Jones matrix between the states of Ey and of Hy, `[EE, EH, HE, HH]`, the outgoing state first.
 ///
-/// The crossed elements EH and HE are divided by ky/k. They change their sign with ky, so their quotient is smooth
-/// through zero.
+/// The crossed elements EH and HE are divided by ky/k. They change their signs with ky, so the quotients are smooth
+/// through zero. Half the sum of the squared magnitudes of all four elements is 1.
 pub(super) type JonesShape = [Complex64; 4];
 
-/// Shape of the Jones matrix `[[EE, EH], [HE, HH]]` at the ratio `ky²/k²`, which may be negative; zero for a matrix
-/// without power.
+/// Shape of the Jones matrix `[[EE, EH], [HE, HH]]` at the ratio `ky²/k²`, which is negative for imaginary ky. It is
+/// zero for a matrix without power.
 pub(super) fn jones_shape([[ee, eh], [he, hh]]: [[Complex64; 2]; 2], ky_squared_ratio: f64) -> JonesShape {
-    let ky = Complex64::new(ky_squared_ratio, 0.0).sqrt();
-    let ky = if ky.norm() < KY_MIN { ky * (KY_MIN / ky.norm().max(1e-12)) } else { ky };
-    let matrix = [ee, eh / ky, he / ky, hh];
+    let size = ky_squared_ratio.abs().sqrt().max(KY_RATIO_MIN);
+    let ky_ratio = if ky_squared_ratio < 0.0 { Complex64::new(0.0, size) } else { Complex64::new(size, 0.0) };
+    let matrix = [ee, eh / ky_ratio, he / ky_ratio, hh];
     let power = 0.5 * matrix.iter().map(Complex64::norm_sqr).sum::<f64>();
     if power < POWER_MIN { [Complex64::ZERO; 4] } else { matrix.map(|element| element / power.sqrt()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_have_unit_power_on_both_sides_of_ky_zero() {
+        let (ee, hh) = (Complex64::new(0.6, 0.1), Complex64::new(-0.3, 0.5));
+        for ky_squared_ratio in [-0.2, -1e-30, 0.0, 1e-30, 0.7] {
+            let shape = jones_shape([[ee, Complex64::ZERO], [Complex64::ZERO, hh]], ky_squared_ratio);
+            let power = 0.5 * shape.iter().map(Complex64::norm_sqr).sum::<f64>();
+            // Rounding.
+            assert!((power - 1.0).abs() < 1e-14, "{ky_squared_ratio}: {shape:?}");
+        }
+        assert_eq!(jones_shape([[Complex64::ZERO; 2]; 2], 0.3), [Complex64::ZERO; 4]);
+    }
 }

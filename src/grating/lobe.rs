@@ -1,18 +1,18 @@
-//! The lobe of a grating at wavelengths: orders with efficiencies by Maxwell's equations, each a Gaussian
-//! (docs/model.md#gratings-by-maxwells-equations).
+//! The lobe of a grating at wavelengths: orders with efficiencies by Maxwell's equations, each a Gaussian over
+//! frequency (docs/model.md#gratings-by-maxwells-equations).
 //!
 //! The grating of period `d` varies along x; its grooves run along y. At a wavelength λ:
 //!
 //! ```text
 //! f_r    = Σ_m e_m K(f − f_m)/λ²       sum over the orders m; e_m efficiency of order m
-//! f      = (wi + wo)_xy / λ            frequency asked for, in cycles/µm
+//! f      = (wi + wo)_xy / λ            frequency of the pair of directions, in cycles/µm
 //! f_m    = (m/d, 0)                    frequency of order m
 //! K(f)   = exp(−|f|²/2σ²)/(2πσ²)       Gaussian of the coherence window, of standard deviation σ
 //! ```
 //!
-//! Below, frequencies are counted in orders, as multiples of 1/d: `d/λ` is `periods`, and `1/(dσ)` the reciprocal of
-//! the Gaussian's standard deviation, `inverse_sigma`. Efficiencies depend on `t` and `a` of the incident wave
-//! (symbols: `mod.rs`).
+//! The code has frequencies in units of 1/d, in which order m has the frequency m. `periods` is d/λ. `inverse_sigma` is
+//! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on `t` and `a` of the
+//! incident wave (symbols: `mod.rs`).
 
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
@@ -24,10 +24,10 @@ use serde::{Deserialize, Serialize};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Standard deviations at which an order's Gaussian is cut off; `exp(−5²/2)` is 4e-6.
+/// Distance in standard deviations at which an order's Gaussian is cut off, where it is `exp(−5²/2)` = 4e-6.
 pub(crate) const REACH: f64 = 5.0;
 
-/// Layout of a grating's table with period and coherence: everything of the lobe but the table data.
+/// Parameters of the lobe, without the table data: layout of the table, period and order width.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct GratingLayout {
     /// Layout of the efficiencies.
@@ -42,15 +42,17 @@ pub struct GratingLayout {
 /// (see [`Lobe`](crate::lobe::Lobe)). The material's reflectance is included.
 #[derive(Clone, Copy)]
 pub struct GratingLobe<'a, N: Numbers> {
-    /// How the table data are to be read.
+    /// Layout of the table, period and order width.
     pub layout: &'a GratingLayout,
-    /// The efficiencies.
+    /// Table data of the efficiencies.
     pub words: N::Words,
 }
 
-/// One order between two directions: its incident wave, its number among the cell's orders, and its efficiency.
+/// One order between two directions.
 struct OrderAt<'a, N: Numbers> {
+    /// Position of the incident wave in the cells.
     position: &'a CellPosition<N>,
+    /// Order number of the outgoing order.
     outgoing: N::Index,
     efficiency: N::Real,
 }
@@ -69,6 +71,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         value
     }
 
+    /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their
+    /// efficiencies at `wi`. A solid angle covers `wo.z/λ²` of the plane of frequencies for each steradian.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
@@ -76,14 +80,15 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let view = self.view();
         let row = view.row(&position, nm, active);
         let total = view.row_total(&row, &position, active);
-        let [density] = self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let (outgoing, propagates) = position.outgoing(m);
+        let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
+            let (outgoing, propagates) = position.order_number(m);
             [N::Real::select(propagates, view.entry(&row, outgoing, active & propagates), zero)]
         });
-        N::Real::select(active & zero.lt(total), density / total * wo[2], zero)
+        N::Real::select(active & zero.lt(total), weighted / total * wo[2], zero)
     }
 
-    /// Draws an order by its efficiency, then a direction within the order's Gaussian.
+    /// Draws an order by its efficiency, then a direction within the order's Gaussian. The result is the zero vector
+    /// where the direction falls below the horizon.
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, index) = (N::Real::lit, N::Index::lit);
@@ -91,19 +96,20 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let view = self.view();
         let row = view.row(&position, nm, active);
         let target = u[0] * view.row_total(&row, &position, active);
-        // The first order at which the running sum passes the target; the last one if rounding leaves the target above
-        // the sum.
+        // The first order at which the running sum exceeds the target; the last one if rounding keeps the sum below.
         let (outgoing, _) = N::while_loop(
             c"order",
             (index(0), view.entry(&row, index(0), active)),
-            |(at, sum)| active & sum.le(target) & at.lt(position.cell),
-            |(at, sum)| (at + index(1), sum + view.entry(&row, at + index(1), active)),
+            |(number, sum)| active & sum.le(target) & number.lt(position.cell),
+            |(number, sum)| (number + index(1), sum + view.entry(&row, number + index(1), active)),
         );
-        let order = N::widen(N::real(outgoing)) - N::widen(N::real(position.incident));
+        let m = N::widen(N::real(outgoing)) - N::widen(N::real(position.incident));
         let wavelength_um = nm * real(1e-3);
+        // σ over direction cosines.
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
-        let centre_x = N::narrow(order / self.periods(nm) - N::widen(wi[0]));
+        // Order m leaves at wo.x = mλ/d − wi.x and wo.y = −wi.y.
+        let centre_x = N::narrow(m / self.periods(nm) - N::widen(wi[0]));
         let (x, y) = (centre_x + offset_x, offset_y - wi[1]);
         let z_squared = real(1.0) - x * x - y * y;
         let is_above = active & real(0.0).lt(z_squared);
@@ -113,8 +119,10 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
 
 impl<N: Numbers> GratingLobe<'_, N> {
     /// Mueller matrices in 1/sr, without the cosine, for light from `from` to `to`: `[4·row + column][wavelength]`.
+    /// Both directions point away from the surface.
     ///
-    /// Their frames of reference have the grooves' direction, made transverse to the light, as first axis.
+    /// The first axis of the frame of incident and of outgoing light is the grooves' direction, made transverse to the
+    /// light.
     #[inline(always)]
     pub fn matrix<const L: usize>(
         &self,
@@ -125,6 +133,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         active: N::Mask,
     ) -> [[N::Real; L]; 16] {
         let active = active & are_above::<N>(from, to);
+        // ky/k of the wave; it is the mean of incident light, −from.y, and outgoing light, to.y.
         let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
         N::map_each(c"wavelengths", wavelengths_nm, active, |nm| {
             self.sum_orders(from, to, nm, active, |order, active| {
@@ -135,18 +144,19 @@ impl<N: Numbers> GratingLobe<'_, N> {
         })
     }
 
+    /// The table of efficiencies.
     #[inline(always)]
     fn view(&self) -> EfficiencyView<N> {
         EfficiencyView { layout: self.layout.efficiencies, words: self.words }
     }
 
-    /// `d/λ`.
+    /// `d/λ` at a wavelength in nm.
     #[inline(always)]
     fn periods(&self, nm: N::Real) -> N::Double {
         N::Double::lit(1e3 * self.layout.period_um) / N::widen(nm)
     }
 
-    /// Position of the wave from `wi`, and the mask without waves that rounding puts beyond the horizon.
+    /// Position of the wave incident from `wi`, and `active` without waves that rounding moves beyond the horizon.
     #[inline(always)]
     fn incident_position(&self, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> (CellPosition<N>, N::Mask) {
         let periods = self.periods(nm);
@@ -155,10 +165,10 @@ impl<N: Numbers> GratingLobe<'_, N> {
         (position, active & position.propagates)
     }
 
-    /// `Σ_m g(order m)·K(f − f_m)/λ²`, for `R` quantities `g` at once.
+    /// `Σ_m g_m·K(f − f_m)/λ²` over the orders, where `quantity` computes `R` quantities `g_m` of an order at once.
     ///
-    /// The incident wave of each order is moved so that the order leaves exactly: either direction takes half of the
-    /// difference. Swapping the directions therefore changes nothing, which keeps the lobe reciprocal.
+    /// Both directions are moved by half of the distance to order m, so that the order leaves exactly. Exchanging the
+    /// directions therefore gives the reversed path, and the lobe is reciprocal.
     #[inline(always)]
     fn sum_orders<const R: usize>(
         &self,
@@ -171,11 +181,12 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let half = N::Double::lit(0.5);
         let periods = self.periods(nm);
         let t = groove_t::<N>(periods, (N::widen(wi[1]) - N::widen(wo[1])) * half);
-        let difference = (N::widen(wo[0]) - N::widen(wi[0])) * periods;
+        // After the move, the sum of the wave numbers of incident and outgoing wave, a and a + m.
+        let sum_of_a = (N::widen(wo[0]) - N::widen(wi[0])) * periods;
         let view = self.view();
         self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let position = CellPosition::<N>::new(t, (difference - m) * half);
-            let (outgoing, propagates) = position.outgoing(m);
+            let position = CellPosition::<N>::new(t, (sum_of_a - m) * half);
+            let (outgoing, propagates) = position.order_number(m);
             let active = active & propagates & position.propagates;
             let efficiency = view.entry(&view.row(&position, nm, active), outgoing, active);
             quantity(OrderAt { position: &position, outgoing, efficiency }, active)
@@ -183,8 +194,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         })
     }
 
-    /// `Σ_m g_m·K(f − f_m)/λ²` over the orders whose Gaussians reach the pair; `weights(m, active)` are `R` factors
-    /// `g_m`.
+    /// `Σ_m g_m·K(f − f_m)/λ²` over the orders whose Gaussians reach the pair of directions; `weights(m, active)` gives
+    /// `R` factors `g_m`.
     #[inline(always)]
     fn sum_kernels<const R: usize>(
         &self,
@@ -198,6 +209,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let periods = self.periods(nm);
         let inverse_sigma = 1.0 / (self.layout.period_um * self.layout.sigma_per_um);
         let frequency_x = (N::widen(wi[0]) + N::widen(wo[0])) * periods;
+        // Distances from an order in standard deviations.
         let offset_y = N::narrow((N::widen(wi[1]) + N::widen(wo[1])) * periods) * real(inverse_sigma);
         let reach = double(REACH / inverse_sigma);
         let first = (frequency_x - reach).ceil();
@@ -215,6 +227,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
             },
         );
         let gauss_y = gaussian(offset_y);
+        // 1/(λσ), so that K/λ² has the factor scale²/2π.
         let scale = N::narrow(periods) * real(inverse_sigma);
         sums.map(|sum| sum * gauss_y * scale * scale * real(1.0 / TAU))
     }

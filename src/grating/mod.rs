@@ -2,15 +2,17 @@
 //!
 //! `sunbeam-rigorous` solves the orders of one grating at one incidence and wavelength. [`GratingSurface`] tabulates
 //! their unpolarised efficiencies over all incidences and wavelengths. Its reflectance `f_r = Σ_m e_m K(f − f_m)/λ²` is
-//! reciprocal, conserves energy without a limiter, and includes the material's reflectance. [`GratingColourSurface`] is
-//! the same integrated to linear sRGB, and [`JonesTable`] adds polarisation.
+//! reciprocal, conserves energy without a correction, and includes the material's reflectance. [`GratingColourSurface`]
+//! is the reflectance integrated over the visible wavelengths to linear sRGB. [`JonesTable`] adds polarisation.
 //!
 //! # Symbols
 //!
 //! | symbol | meaning |
 //! | --- | --- |
 //! | d | period in µm; the relief varies along x, its grooves run along y |
-//! | λ, ν = 1/λ | wavelength, wavenumber in 1/µm |
+//! | λ, ν = 1/λ | wavelength; wavenumber in 1/µm |
+//! | wi, wo | unit vectors to the light and to the viewer |
+//! | f = (wi + wo)_xy/λ | frequency of a pair of directions in cycles/µm |
 //! | m | index of an order; its frequency is `f_m = (m/d, 0)` |
 //! | e_m | efficiency: fraction of the unpolarised incident power in order m |
 //! | K, σ | Gaussian of an order and its standard deviation in cycles/µm |
@@ -18,10 +20,12 @@
 //! | t = (d/λ)·√(1 − y²) | bound of \|a\| for waves that propagate |
 //! | a = −(d/λ)·wi.x | wave number of the incident wave along x, in units of 2π/d; that of order m is `a + m` |
 //! | b | Bloch phase in turns: `a` up to an integer, common to all orders |
-//! | s = ⌊t − a⌋ + ⌊t + a⌋ | index of the cell: number of propagating orders less one |
+//! | s = ⌊t − a⌋ + ⌊t + a⌋ | index of the cell: number of propagating orders minus one |
 //! | p, q | fractional parts of `t − a` and `t + a`: position within the cell |
+//! | order number | place of an order among the propagating ones, 0 to s, by ascending m |
+//! | point (t, b) | one solution of `sunbeam-rigorous`, for all orders at once |
 //!
-//! The symbols are those of `sunbeam-rigorous`, which solves at given t, b and λ.
+//! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ.
 //!
 //! # Files
 //!
@@ -29,10 +33,11 @@
 //! | --- | --- |
 //! | `cell_position.rs` | from a wave's t and a to its cell |
 //! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
+//! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
-//! | `order_solver.rs`, `solved.rs` | the solver behind the tables |
+//! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
-//! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | the same in linear sRGB |
+//! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
 //! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
 //! | `exact.rs` | reference without tables |
 //! | `profile.rs` | profiles of presets and height fields |
@@ -52,7 +57,7 @@ mod order_solver;
 mod plan;
 mod polarisation;
 mod profile;
-mod solved;
+mod rigorous_solver;
 mod surface;
 mod wavelengths;
 
@@ -61,7 +66,7 @@ pub use colour_lobe::GratingColourLobe;
 pub use colour_surface::GratingColourSurface;
 pub use colour_tables::ColourTables;
 #[cfg(test)]
-pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO, TAU_SCALE, WEIGHTS};
+pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, WEIGHT_NODES};
 pub use efficiencies::EfficiencyLayout;
 #[cfg(test)]
 pub(crate) use efficiencies::UNIT;

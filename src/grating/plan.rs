@@ -1,55 +1,62 @@
-//! Plan of a grating's tables: how many nodes and wavelengths they have, and what the build takes (symbols: `mod.rs`).
+//! Plan of a grating's tables: their numbers of nodes and wavelengths, and the cost of their build (symbols: `mod.rs`).
 
 use super::GratingError;
 use super::build::TableResolution;
-use super::solved::{Meshes, Solved, resolution};
+use super::rigorous_solver::{Meshes, RigorousSolver, sufficient_resolution};
 use super::wavelengths::Spacing;
 use crate::scattering::SpectralIndex;
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam_rigorous::Profile;
 
-/// Least and most nodes of a table along either side of a cell. A perfect conductor's table, which has no wavelengths,
-/// takes the most.
+/// Fewest and most nodes of a table along either side of a cell. A perfect conductor's table, which has no wavelengths,
+/// has the most.
 const STORED: [u32; 2] = [18, 32];
-/// Bytes that a table may take for more than the least number of nodes. Chosen: what fits into a processor's cache.
+/// Size in bytes up to which a table has more than the fewest nodes. A larger table would not fit into a processor's
+/// cache.
 const BYTES_MAX: f64 = 4e6;
-/// Accepted RMS of an efficiency's highest Chebyshev terms, in a table of [`FULL_CELLS`] cells or more. With fewer
-/// cells fewer orders share the light, and the tolerance falls in proportion.
+/// Accepted RMS of an efficiency's highest Chebyshev terms, in a table of [`FULL_CELLS`] cells or more. Larger values
+/// leave a larger error, smaller ones need more solved points. In a table of fewer cells fewer orders share the light,
+/// and the tolerance is proportional to the number of cells.
 const TERMS_TOLERANCE: f64 = 6e-3;
 /// Number of cells from which [`TERMS_TOLERANCE`] applies unscaled: that of a period of 2.3 µm.
 const FULL_CELLS: f64 = 14.0;
-/// Accepted RMS error of an efficiency halfway between two wavelengths. Chosen: about a quarter of [`TERMS_TOLERANCE`].
+/// Accepted RMS error of an efficiency halfway between two wavelengths: about a quarter of [`TERMS_TOLERANCE`].
 const WAVELENGTH_TOLERANCE: f64 = 1.6e-3;
 
 /// Wavelengths of a metal's table, for estimates: those of steps of 20 nm.
 const ESTIMATED_WAVELENGTHS: f64 = 25.0;
 /// Solved points of a cell, for estimates: about those of 17 nodes a side (153).
 const ESTIMATED_POINTS: f64 = 150.0;
-/// Seconds on one core for the fields in air at one point, per squared node of the profile. Measured.
+/// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
+/// measured.
 const AIR_SECONDS: f64 = 1e-6;
-/// Seconds on one core for the solution at one point and wavelength, per cubed node of the profile. Measured.
+/// Seconds on one core for the solution at one point and wavelength, over the cubed number of nodes on the profile;
+/// measured.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
 
-/// Meshes of a profile for all wavelengths.
+/// Meshes of a profile for all wavelengths, above a medium of this index by wavelength, or above a perfect conductor
+/// (`None`).
 ///
 /// # Errors
-/// Profiles and indices that the solver refuses, and a table beyond `build_limit`.
-pub(super) fn meshes(
+/// Profiles and indices that the solver refuses, and a build whose estimate exceeds `build_limit` times the limits of
+/// [`crate::table`].
+pub(super) fn create_meshes(
     profile: &Profile,
     index: Option<&SpectralIndex>,
     build_limit: f64,
 ) -> Result<Meshes, GratingError> {
-    let resolution = resolution(profile, index)?;
+    let resolution = sufficient_resolution(profile, index)?;
     estimate(profile.period_um(), resolution.nodes, index.is_some())
         .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
     Meshes::new(profile, resolution)
 }
 
-/// Spacing of the wavelengths of a table; `None` for a perfect conductor, which depends on none.
+/// Spacing of the wavelengths of a table; `None` for a perfect conductor, whose efficiencies at given t and b do not
+/// depend on the wavelength.
 ///
 /// # Errors
 /// A test point that cannot be solved.
-pub(super) fn spacing(
+pub(super) fn choose_spacing(
     meshes: &Meshes,
     period_um: f64,
     index: Option<&SpectralIndex>,
@@ -57,40 +64,41 @@ pub(super) fn spacing(
     if index.is_none() {
         return Ok(None);
     }
-    Ok(Some(Spacing::choose(period_um, &Solved::new(meshes, index, &[])?, WAVELENGTH_TOLERANCE)?))
+    Ok(Some(Spacing::choose(period_um, &RigorousSolver::new(meshes, index, &[])?, WAVELENGTH_TOLERANCE)?))
 }
 
-/// Numbers of nodes and wavelengths of a table of efficiencies.
-pub(super) fn table_resolution(period_um: f64, spacing: Option<Spacing>) -> TableResolution {
-    let cells = cells(period_um);
+/// Numbers of nodes and wavelengths of a table of efficiencies, and the accepted error of its cells.
+pub(super) fn choose_resolution(period_um: f64, spacing: Option<Spacing>) -> TableResolution {
+    let cells = cell_count(period_um);
     let stored = spacing.map_or(STORED[1], |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
+        // Entries have two bytes, and their number is proportional to the square of the nodes along a side.
         let fitting = (0.5 * BYTES_MAX / entries(cells, wavelengths)).sqrt();
         (fitting as u32).clamp(STORED[0], STORED[1])
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
 }
 
-/// Cost of a table's build on two cores, with `nodes` nodes on the profile.
+/// Cost of a table's build on two cores; `nodes` is the number of nodes on the profile.
 fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
-    let cells = cells(period_um);
+    let cells = cell_count(period_um);
     let wavelengths = if has_wavelengths { ESTIMATED_WAVELENGTHS } else { 1.0 };
     let nodes = nodes as f64;
     let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
-    let stored = f64::from(STORED[usize::from(!has_wavelengths)]).powi(2);
+    let table_nodes = f64::from(STORED[usize::from(!has_wavelengths)]).powi(2);
     Estimate {
-        bytes: 2.0 * stored * entries(cells, wavelengths),
+        bytes: 2.0 * table_nodes * entries(cells, wavelengths),
         seconds: 0.5 * cells * ESTIMATED_POINTS * point_seconds,
     }
 }
 
-/// Number of cells at the shortest wavelength, not rounded.
-fn cells(period_um: f64) -> f64 {
+/// Number of cells at the shortest wavelength, 2d/λ + 1, not rounded.
+fn cell_count(period_um: f64) -> f64 {
     2e3 * period_um / WAVELENGTH_MIN_NM + 1.0
 }
 
-/// Entries of a table for each pair of nodes (p, q). Longer wavelengths have fewer cells, in the mean a third of the
-/// entries of the shortest.
+/// Entries of a table for each node (p, q), summed over cells and wavelengths. Cell s has about (s + 1)² of them.
+/// Longer wavelengths have fewer cells, and on average a third of the entries of the shortest.
 fn entries(cells: f64, wavelengths: f64) -> f64 {
     cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0)
 }

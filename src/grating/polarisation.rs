@@ -1,15 +1,22 @@
-//! Polarisation of a grating's orders: a table of Jones matrices beside the efficiencies, and their Mueller matrices
-//! (docs/model.md#gratings-by-maxwells-equations; symbols: `mod.rs`).
+//! Polarisation of a grating's orders: a table of normalised Jones matrices beside the efficiencies, and the Mueller
+//! matrices computed from it (docs/model.md#gratings-by-maxwells-equations; symbols: `mod.rs`).
+//!
+//! Jones matrices are between the states of Ey and of Hy, with y along the grooves. The table holds their *shapes*
+//! (`jones_shape.rs`): matrices of unit power `[EE, EH, HE, HH]`, whose crossed elements EH and HE are divided by ky/k.
+//! [`JonesTable`] builds the table, [`JonesView`] reads it.
+//!
+//! Table data are words of 32 bits. A shape is a *packet* of four words, one for each element. The lower half of a word
+//! is the real part and the upper half the imaginary part, both as `x/UNIT + ZERO` in 16 bits.
 
 use super::GratingError;
 use super::build::reversed;
 use super::cell_position::{CellPosition, wave_at};
-use super::chebyshev::{node_fractions, resampling, triangle, triangle_index};
+use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, Node};
 use super::jones_shape::JonesShape;
-use super::plan::{meshes, spacing};
-use super::solved::Solved;
-use super::wavelengths::{STEPS_NM, wavelengths, wavelengths_with_cell};
+use super::plan::{choose_spacing, create_meshes};
+use super::rigorous_solver::RigorousSolver;
+use super::wavelengths::{STEPS_NM, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::SpectralIndex;
@@ -20,33 +27,35 @@ use sunbeam_fourier::num_complex::Complex64;
 use sunbeam_rigorous::Profile;
 
 /// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
-/// With two thirds of them the error of the test below doubles.
+/// Two thirds of it double the error of the test below.
 const NODES_MAX: usize = 18;
-/// Least number of table nodes along either side of a cell.
+/// Fewest nodes of the table along either side of a cell.
 const NODES_MIN: usize = 12;
-/// Bytes that a table may take for more than the least number of nodes.
+/// Size in bytes up to which a table has more than the fewest nodes. A larger value allows more accurate tables of
+/// gratings with long periods.
 const BYTES_MAX: f64 = 24e6;
-/// Bytes of a packet: one matrix.
+/// Bytes of a packet, the shape of one matrix.
 const PACKET_BYTES: usize = 16;
-/// Value of one unit of a stored 16-bit integer. Elements of a matrix of unit power are at most √2.
+/// Value of one unit of a stored 16-bit integer. Elements of a shape are at most √2.
 const UNIT: f64 = 1.45 / 32_767.0;
-/// Stored integer that stands for zero.
+/// Stored integer that represents zero.
 const ZERO: f64 = 32_768.0;
-/// Wavelength step of matrices, in steps of efficiencies. Anomalies change the power more than the polarisation.
-const STEPS: f64 = 2.0;
-/// Largest wavelength step of matrices in nm: the second longest of efficiencies.
+/// Ratio of the wavelength step of this table to that of the efficiencies. Anomalies change the polarisation less than
+/// the power.
+const STEP_RATIO: f64 = 2.0;
+/// Largest wavelength step of this table in nm: the second longest of efficiencies.
 const STEP_MAX_NM: f64 = STEPS_NM[1];
 
-/// A table of the shapes of Jones matrices: matrices of unit power, which an order's efficiency scales.
+/// A table of the shapes of Jones matrices, which an order's efficiency scales.
 ///
-/// Arranged as [`EfficiencyLayout`], but each node has `(s + 1)²` packets of four words. A word holds one element, its
-/// real and imaginary part as 16-bit integers about 32 768. Offsets of cells are counted in packets.
+/// It is arranged as [`EfficiencyLayout`] describes, with two differences. A node has `(s + 1)²` packets of four words,
+/// `[incident order][outgoing order]`, each the shape of one matrix. Offsets of cells are counted in packets.
 ///
 /// ```
 /// use sunbeam::grating::{JonesTable, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A perfectly conducting sinusoid of 0.4 µm, 0.05 µm high.
+/// // A perfectly conducting sinusoid of period 0.4 µm and height 0.05 µm.
 /// let table = JonesTable::new(&Profile::sinusoid(0.4, 0.05)?, None, 1.0, &Progress::none())?;
 /// // Packets of four words.
 /// assert_eq!(table.words().len() % 4, 0);
@@ -55,12 +64,13 @@ const STEP_MAX_NM: f64 = STEPS_NM[1];
 #[derive(Debug, Serialize, Deserialize)]
 pub struct JonesTable {
     layout: EfficiencyLayout,
+    /// Table data: offsets of cells, then packets.
     words: Vec<u32>,
 }
 
 impl JonesTable {
-    /// Solves a profile in air above a medium of this index, or above a perfect conductor (`None`), and tabulates the
-    /// shapes of its orders' matrices.
+    /// Solves a profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`), and
+    /// tabulates the shapes of its orders' matrices.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`](super::GratingSurface::new).
@@ -71,41 +81,49 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = meshes(profile, index, build_limit)?;
-        let spacing = spacing(&meshes, period_um, index)?;
-        let step_nm = spacing.map(|spacing| (STEPS * spacing.step_nm).min(STEP_MAX_NM));
-        let (wavelengths_nm, _) = wavelengths(period_um, step_nm);
-        Self::build(period_um, &Solved::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
+        let meshes = create_meshes(profile, index, build_limit)?;
+        let spacing = choose_spacing(&meshes, period_um, index)?;
+        let step_nm = spacing.map(|spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM));
+        let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);
+        Self::build(period_um, &RigorousSolver::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
     }
 
-    /// Solves and tabulates matrices at wavelengths `step_nm` apart; `None` for a perfect conductor.
+    /// Solves and tabulates matrices at wavelengths at most `step_nm` apart (`None` for a perfect conductor).
     ///
     /// # Errors
-    /// A point that cannot be solved.
-    fn build(period_um: f64, orders: &Solved, step_nm: Option<f64>, progress: &Progress) -> Result<Self, GratingError> {
-        let (nm, cell_counts) = wavelengths(period_um, step_nm);
+    /// A point that cannot be solved accurately enough.
+    fn build(
+        period_um: f64,
+        solver: &RigorousSolver,
+        step_nm: Option<f64>,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let (nm, cell_counts) = table_wavelengths(period_um, step_nm);
         let cells = cell_counts[0];
         let stored = stored_nodes(&cell_counts);
-        // `[wavelength][cell]`.
+        // Packets of each cell: `[wavelength][cell][word]`.
         let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); nm.len()];
+        // Progress counts the orders of each cell.
         let work: usize = (1..=cells).sum();
         let mut done = 0;
         for s in 0..cells {
-            let longest = wavelengths_with_cell(s, &cell_counts);
-            let cell = Cell::solve(s, orders, &nm[..longest])?;
-            let by_wavelength: Vec<_> = (0..longest).into_par_iter().map(|j| cell.packed(j, stored)).collect();
-            for (packed, cell) in packed.iter_mut().zip(by_wavelength) {
-                packed.push(cell);
+            // The cell exists at the first `count` wavelengths.
+            let count = wavelengths_with_cell(s, &cell_counts);
+            let cell = Cell::solve(s, solver, &nm[..count])?;
+            let by_wavelength: Vec<_> = (0..count).into_par_iter().map(|j| cell.packed(j, stored)).collect();
+            for (packed_cells, packets) in packed.iter_mut().zip(by_wavelength) {
+                packed_cells.push(packets);
             }
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
+        // The offsets of all cells, filled up to whole packets, then the packets.
         let offset_words = (nm.len() * cells).next_multiple_of(4);
         let mut words = vec![0u32; offset_words];
         for (j, packed_cells) in packed.iter().enumerate() {
-            for (s, cell) in packed_cells.iter().enumerate() {
+            for (s, packets) in packed_cells.iter().enumerate() {
                 words[j * cells + s] = (words.len() / 4) as u32;
-                words.extend(cell);
+                words.extend(packets);
             }
         }
         let layout = EfficiencyLayout {
@@ -118,24 +136,26 @@ impl JonesTable {
         Ok(Self { layout, words })
     }
 
-    /// Arrangement of the table data.
+    /// Layout of the table data.
     pub fn layout(&self) -> &EfficiencyLayout {
         &self.layout
     }
 
-    /// Table data.
+    /// Table data: offsets of cells, then packets.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// The table over [`JonesTable::words`] of one family of numbers.
+    /// The table as an evaluator over the numbers `N` reads it; `words` are [`JonesTable::words`].
     pub fn view<N: Numbers>(&self, words: N::Words) -> JonesView<N> {
         JonesView { layout: self.layout, words }
     }
 }
 
-/// Number of table nodes along either side of a cell, from the numbers of cells at each wavelength.
+/// Number of table nodes along either side of a cell: as many as [`BYTES_MAX`] allows, within [`NODES_MIN`] and
+/// [`NODES_MAX`]. `cell_counts` has the number of cells at each wavelength.
 fn stored_nodes(cell_counts: &[usize]) -> usize {
+    // Packets for each node (p, q), summed over cells and wavelengths.
     let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * orders)).sum();
     let fitting = (BYTES_MAX / (PACKET_BYTES * packets) as f64).sqrt() as usize;
     fitting.clamp(NODES_MIN, NODES_MAX)
@@ -145,26 +165,29 @@ fn stored_nodes(cell_counts: &[usize]) -> usize {
 struct Cell {
     /// Index s of the cell.
     index: usize,
-    /// `[node in the triangle][wavelength][incident · orders + outgoing]`.
+    /// `[node of triangle_nodes][wavelength][incident · orders + outgoing]`.
     shapes: Vec<Vec<Vec<JonesShape>>>,
 }
 
 impl Cell {
     /// Solves a cell at [`NODES_MAX`] Chebyshev nodes along either side.
-    fn solve(index: usize, orders: &Solved, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
+    ///
+    /// # Errors
+    /// A point that cannot be solved accurately enough.
+    fn solve(index: usize, solver: &RigorousSolver, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
         let fractions = node_fractions(NODES_MAX);
-        let shapes = triangle(NODES_MAX)
+        let shapes = triangle_nodes(NODES_MAX)
             .par_iter()
             .map(|&[i, k]| {
                 let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
-                orders.shapes(t, b, wavelengths_nm)
+                solver.shapes(t, b, wavelengths_nm)
             })
             .collect::<Result<Vec<_>, GratingError>>()?;
         Ok(Self { index, shapes })
     }
 
-    /// Shape at the node (i, k) and wavelength j; `entry` is `incident · orders + outgoing`. Beyond the diagonal it is
-    /// that of the reversed path, whose matrix is the transpose.
+    /// Shape at node i of p, node k of q, and wavelength j; `entry` is `incident · orders + outgoing`. Beyond the
+    /// diagonal it is that of the reversed path, transposed.
     fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> JonesShape {
         let shapes = &self.shapes[triangle_index(i, k)][j];
         if i >= k {
@@ -174,26 +197,27 @@ impl Cell {
         [ee, he, eh, hh]
     }
 
-    /// Packets of the cell at wavelength j: `[node of p][node of q][entry]`.
+    /// Packets of the cell at wavelength j, `[node of p][node of q][entry][element]`, for `stored` nodes along either
+    /// side.
     fn packed(&self, j: usize, stored: usize) -> Vec<u32> {
         let entries = (self.index + 1).pow(2);
-        let resample = resampling(NODES_MAX, stored);
+        let resampling = resampling_matrix(NODES_MAX, stored);
         let add = |sum: &mut JonesShape, shape: JonesShape, weight: f64| {
             sum.iter_mut().zip(shape).for_each(|(sum, element)| *sum += element * weight);
         };
-        // Resampled along q, then along p: `[solved node of p][stored node of q · entries + entry]`.
+        // Resampled along q, not yet along p: `[solved node of p][stored node of q · entries + entry]`.
         let mut along_q = vec![vec![[Complex64::ZERO; 4]; stored * entries]; NODES_MAX];
         for (i, row) in along_q.iter_mut().enumerate() {
             for (k, entry) in (0..NODES_MAX).flat_map(|k| (0..entries).map(move |entry| (k, entry))) {
                 let value = self.value(i, k, j, entry);
-                for (g, weights) in resample.iter().enumerate() {
+                for (g, weights) in resampling.iter().enumerate() {
                     add(&mut row[g * entries + entry], value, weights[k]);
                 }
             }
         }
         let units = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
         let mut packets = Vec::with_capacity(4 * stored * stored * entries);
-        for weights in &resample {
+        for weights in &resampling {
             for column in 0..stored * entries {
                 let mut sum = [Complex64::ZERO; 4];
                 for (row, &weight) in along_q.iter().zip(weights) {
@@ -209,7 +233,7 @@ impl Cell {
 /// A complex number: real part, imaginary part.
 type Complex<N> = [<N as Numbers>::Real; 2];
 
-/// A [`JonesTable`] over one family of numbers.
+/// A [`JonesTable`] as an evaluator over the numbers `N` reads it.
 #[derive(Clone, Copy)]
 pub struct JonesView<N: Numbers> {
     layout: EfficiencyLayout,
@@ -217,8 +241,11 @@ pub struct JonesView<N: Numbers> {
 }
 
 impl<N: Numbers> JonesView<N> {
-    /// Mueller matrix of an order, row by row and divided by its first element. `groove_cosine` is the wave's direction
-    /// cosine along the grooves. Frames of reference have the grooves' direction, made transverse, as first axis.
+    /// Mueller matrix of an order, row by row, divided by its first element.
+    ///
+    /// `position` is that of the incident wave, `outgoing` the order number of the outgoing order, `nm` the wavelength,
+    /// and `groove_cosine` is ky/k. The first axis of the frames of incident and outgoing light is the grooves'
+    /// direction, made transverse to the light.
     #[inline(always)]
     pub(super) fn matrix(
         &self,
@@ -232,46 +259,61 @@ impl<N: Numbers> JonesView<N> {
         let nodes = EfficiencyView::<N> { layout: self.layout, words: self.words };
         let orders = position.cell.min(index(self.layout.cells - 1)) + index(1);
         let entry = position.incident.min(orders - index(1)) * orders + outgoing;
-        let mut sum = [[real(-ZERO); 2]; 4];
+        // The shape in units of UNIT. The weights of the eight nodes sum to 1, so ZERO is subtracted once.
+        let mut shape = [[real(-ZERO); 2]; 4];
         for (Node { cell_offset, number }, weight) in nodes.weighted_nodes(position, nm, active) {
             let packet = N::gather::<4>(self.words, cell_offset + number * orders * orders + entry, active);
-            for (sum, word) in sum.iter_mut().zip(packet) {
+            for (element, word) in shape.iter_mut().zip(packet) {
                 let parts = u16_pair::<N>(word);
-                *sum = [0, 1].map(|c| parts[c].fma(weight, sum[c]));
+                *element = [0, 1].map(|c| parts[c].fma(weight, element[c]));
             }
         }
-        let [ee, eh, he, hh] = sum;
-        // In a right-handed frame the electric field of the Hy state is opposite to the second axis.
-        let crossed = |part: Complex<N>| part.map(|x| -(x * groove_cosine));
+        let [ee, eh, he, hh] = shape;
+        // The shape's crossed elements are divided by ky/k. They change their signs, because in a right-handed frame
+        // the electric field of the Hy state points against the second axis.
+        let crossed = |element: Complex<N>| element.map(|part| -(part * groove_cosine));
         mueller::<N>([ee, crossed(eh), crossed(he), hh])
     }
 }
 
-/// Mueller matrix of the Jones matrix `[xx, xy, yx, yy]` (outgoing state first), divided by its first element. A zero
-/// matrix becomes a depolariser. The time dependence is exp(−iωt), and the fourth Stokes parameter is `2 Im(x y*)`, as
-/// in Mitsuba.
+/// Mueller matrix of the Jones matrix `[xx, xy, yx, yy]` (outgoing state first), row by row, divided by its first
+/// element.
+///
+/// Fields vary in time as exp(−iωt). The Stokes parameters of a field (x, y) are |x|² + |y|², |x|² − |y|², `2 Re(x y*)`
+/// and `2 Im(x y*)`, as in Mitsuba. A matrix of a power of at most 1 counts as zero and becomes an ideal depolariser.
 #[inline(always)]
 fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real; 16] {
     let (real, half) = (N::Real::lit, N::Real::lit(0.5));
     // a·b*.
     let times = |a: Complex<N>, b: Complex<N>| [a[0].fma(b[0], a[1] * b[1]), a[1] * b[0] - a[0] * b[1]];
-    let [a, b, c, d] = [xx, xy, yx, yy].map(|z| times(z, z)[0] * half);
-    let (x, y) = (times(xx, xy), times(yx, yy));
-    let (u, v) = (times(xx, yx), times(xy, yy));
-    let (f, g) = (times(xx, yy), times(xy, yx));
-    let power = a + b + c + d;
+    // Half the squared magnitudes, and the products of elements in one row, one column and one diagonal.
+    let [pxx, pxy, pyx, pyy] = [xx, xy, yx, yy].map(|z| times(z, z)[0] * half);
+    let [x_row, y_row] = [times(xx, xy), times(yx, yy)];
+    let [x_column, y_column] = [times(xx, yx), times(xy, yy)];
+    let [diagonal, antidiagonal] = [times(xx, yy), times(xy, yx)];
+    let power = pxx + pxy + pyx + pyy;
     let matrix = [
-        [power, a - b + c - d, x[0] + y[0], -(x[1] + y[1])],
-        [a + b - c - d, a - b - c + d, x[0] - y[0], y[1] - x[1]],
-        [u[0] + v[0], u[0] - v[0], f[0] + g[0], g[1] - f[1]],
-        [u[1] + v[1], u[1] - v[1], f[1] + g[1], f[0] - g[0]],
+        [power, pxx - pxy + pyx - pyy, x_row[0] + y_row[0], -(x_row[1] + y_row[1])],
+        [pxx + pxy - pyx - pyy, pxx - pxy - pyx + pyy, x_row[0] - y_row[0], y_row[1] - x_row[1]],
+        [
+            x_column[0] + y_column[0],
+            x_column[0] - y_column[0],
+            diagonal[0] + antidiagonal[0],
+            antidiagonal[1] - diagonal[1],
+        ],
+        [
+            x_column[1] + y_column[1],
+            x_column[1] - y_column[1],
+            diagonal[1] + antidiagonal[1],
+            diagonal[0] - antidiagonal[0],
+        ],
     ];
-    // A normalised matrix has a power of about 10⁹ in the table's units.
-    let known = real(1.0).lt(power);
-    let scale = real(1.0) / N::Real::select(known, power, real(1.0));
+    // Elements are in units of UNIT, so that unit power is 5e8.
+    let has_power = real(1.0).lt(power);
+    let scale = real(1.0) / N::Real::select(has_power, power, real(1.0));
     std::array::from_fn(|i| {
-        let unpolarised = real(if i == 0 { 1.0 } else { 0.0 });
-        N::Real::select(known, matrix[i / 4][i % 4] * scale, unpolarised)
+        let depolariser = real(if i == 0 { 1.0 } else { 0.0 });
+        N::Real::select(has_power, matrix[i / 4][i % 4] * scale, depolariser)
     })
 }
 
@@ -285,19 +327,22 @@ mod tests {
 
     type Double<'a> = Plain<'a, f64>;
 
-    /// The matrix of an order that the solver gives for a direction of light, over its first element.
+    /// Mueller matrix of an order, divided by its first element, from the solver's Jones matrix for light from `wi`;
+    /// `None` where the order does not propagate.
     fn solved(profile: &Profile, medium: &Medium, nm: f64, wi: [f64; 3], order: i32) -> Option<[f64; 16]> {
         let orders = solve_orders(profile, medium, nm, wi).unwrap();
         let order = orders.orders.iter().find(|found| found.index == order)?;
         let [ee, eh, he, hh] = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| order.jones[i][j]);
-        let pair = |z: Complex64| [z.re * 1e3, z.im * 1e3];
-        Some(mueller::<Double>([pair(ee), pair(-eh), pair(-he), pair(hh)]))
+        // The factor makes the power exceed 1 and cancels in the result.
+        let scaled = |z: Complex64| [z.re * 1e3, z.im * 1e3];
+        Some(mueller::<Double>([scaled(ee), scaled(-eh), scaled(-he), scaled(hh)]))
     }
 
+    /// Mueller matrix of an order, divided by its first element, from the table for light from `wi`.
     fn tabulated(table: &JonesTable, period_um: f64, nm: f64, wi: [f64; 3], order: i32) -> [f64; 16] {
         let periods = 1e3 * period_um / nm;
         let position = CellPosition::<Double>::new(groove_t::<Double>(periods, wi[1]), -wi[0] * periods);
-        let (number, propagates) = position.outgoing(f64::from(order));
+        let (number, propagates) = position.order_number(f64::from(order));
         assert!(propagates);
         table.view::<Double>(&table.words).matrix(&position, number, nm, -wi[1], true)
     }
@@ -340,14 +385,16 @@ mod tests {
     }
 
     #[test]
-    fn tables_fit_into_their_room() {
-        // Periods in µm of the presets, and of a grating of few orders, which has the most nodes.
-        for (period_um, most) in [(2.5, false), (1.6, true), (0.9, true)] {
-            let (_, cell_counts) = wavelengths(period_um, Some(40.0));
-            let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
+    fn tables_stay_within_their_size_limit() {
+        // Periods in µm: that of the presets, one of a compact disc, and one of few orders. The last two have the most
+        // nodes.
+        for (period_um, has_most) in [(2.5, false), (1.6, true), (0.9, true)] {
+            let (_, cell_counts) = table_wavelengths(period_um, Some(40.0));
+            let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * orders)).sum();
             let nodes = stored_nodes(&cell_counts);
-            assert!(16.0 * (packets * nodes * nodes) as f64 <= BYTES_MAX, "{period_um} µm: {nodes} nodes");
-            assert_eq!(nodes == NODES_MAX, most, "{period_um} µm: {nodes} nodes");
+            let bytes = PACKET_BYTES * packets * nodes * nodes;
+            assert!(bytes as f64 <= BYTES_MAX, "{period_um} µm: {nodes} nodes");
+            assert_eq!(nodes == NODES_MAX, has_most, "{period_um} µm: {nodes} nodes");
         }
     }
 

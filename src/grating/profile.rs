@@ -1,11 +1,12 @@
-//! The profile of a relief that varies along x alone.
+//! Profiles of grating presets, and of height fields that vary along x alone.
 
 use super::GratingError;
 use crate::height_field::{HeightField, Preset};
 use ndarray::Axis;
 use sunbeam_rigorous::Profile;
 
-/// Exact profile of a grating preset, with its period and height in µm or their defaults. `None` for other presets.
+/// Exact profile of a grating preset; `None` for presets that are no gratings. A period or height that is not given has
+/// the preset's default.
 ///
 /// # Errors
 /// A period or height that the solver refuses.
@@ -19,21 +20,23 @@ pub fn preset_profile(
     Ok(match preset {
         Preset::Blazed => Some(Profile::blazed(period, height)?),
         Preset::Sinusoidal => Some(Profile::sinusoid(period, height)?),
+        // High over half of the period.
         Preset::Lamellar => Some(Profile::lamellar(period, height, 0.5)?),
         _ => None,
     })
 }
 
-/// Profile of a field whose rows are alike: the mean of each column. The field is one period.
+/// Profile of a height field that varies along x alone: the mean of each column. The field is one period.
 ///
 /// # Errors
-/// Rows that differ by more than `tolerance` of the relief's height, and profiles that the solver refuses.
+/// [`GratingError::NotAlongX`] where the heights of a column differ by more than `tolerance` times the relief's height
+/// (peak to valley). Profiles that the solver refuses.
 pub fn profile_of(field: &HeightField, tolerance: f64) -> Result<Profile, GratingError> {
     let heights = field.heights_um();
-    let (low, high) = field.range_um();
-    let accepted_um = tolerance * (high - low);
+    let (lowest, highest) = field.range_um();
+    let accepted_um = tolerance * (highest - lowest);
     let spread = |column: ndarray::ArrayView1<f64>| {
-        let (low, high) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &h| (a.min(h), b.max(h)));
+        let (low, high) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &h| (low.min(h), high.max(h)));
         high - low
     };
     let found_um = heights.axis_iter(Axis(1)).map(spread).fold(0.0, f64::max);
@@ -41,13 +44,13 @@ pub fn profile_of(field: &HeightField, tolerance: f64) -> Result<Profile, Gratin
         return Err(GratingError::NotAlongX { found_um, accepted_um });
     }
     let rows = heights.nrows() as f64;
-    let profile: Vec<f64> = heights.axis_iter(Axis(1)).map(|column| column.sum() / rows).collect();
+    let means: Vec<f64> = heights.axis_iter(Axis(1)).map(|column| column.sum() / rows).collect();
     let period_um = field.extent_um().0;
-    // The solver needs a minimum of samples, but a plane may have any number of pixels.
+    // The solver requires at least 8 samples, but a plane may have any number of pixels.
     if accepted_um == 0.0 {
         return Ok(Profile::flat(period_um)?);
     }
-    Ok(Profile::samples(period_um, &profile)?)
+    Ok(Profile::samples(period_um, &means)?)
 }
 
 #[cfg(test)]
@@ -61,7 +64,7 @@ mod tests {
             let exact = preset_profile(preset, Some(1.5), Some(0.2)).unwrap().unwrap();
             let read = profile_of(&preset.build(Some(1.5), Some(0.2)).unwrap(), 1e-3).unwrap();
             assert_eq!((exact.period_um(), exact.has_corners()), (read.period_um(), read.has_corners()));
-            // The samples lie at the middle of a thousandth of the period, from where the sawtooth's edge is continued.
+            // Heights are sampled at the centres of 1024 pixels, so an extremum may be missed by half a pixel.
             assert!((exact.height_um() - read.height_um()).abs() < 2e-3 * 0.2, "{preset}: {}", read.height_um());
             assert!((exact.arc_um() - read.arc_um()).abs() < 2e-3 * 1.5, "{preset}: {}", read.arc_um());
         }

@@ -1,4 +1,4 @@
-//! A grating that answers from its table of efficiencies, at wavelengths.
+//! A grating's reflectance at wavelengths, from its table of efficiencies.
 
 use super::GratingError;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
@@ -6,8 +6,8 @@ use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, GratingLobe};
 use super::order_solver::OrderSolver;
-use super::plan::{meshes, spacing, table_resolution};
-use super::solved::Solved;
+use super::plan::{choose_resolution, choose_spacing, create_meshes};
+use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::all_solved;
 use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
@@ -17,17 +17,17 @@ use crate::table::{CoherenceWindow, Progress};
 use serde::{Deserialize, Serialize};
 use sunbeam_rigorous::Profile;
 
-/// Number of random incidences and wavelengths at which a table's error is measured. Chosen: they take a small part of
-/// the build.
+/// Number of random incidences and wavelengths at which a table's error is measured. More give a more accurate error
+/// and a longer build.
 const ERROR_POINTS: usize = 60;
 
-/// A diffracting grating that answers from a table of efficiencies.
+/// The surface of a grating by Maxwell's equations, with a table of its orders' efficiencies.
 ///
 /// ```
 /// use sunbeam::grating::{GratingSurface, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A perfectly conducting sinusoid of 0.6 µm, 0.1 µm high, seen through a coherence length of 20 µm.
+/// // A perfectly conducting sinusoid of period 0.6 µm and height 0.1 µm, with a coherence length of 20 µm.
 /// let profile = Profile::sinusoid(0.6, 0.1)?;
 /// let grating = GratingSurface::new(&profile, None, 20.0, 1.0, &Progress::none())?;
 ///
@@ -39,6 +39,7 @@ const ERROR_POINTS: usize = 60;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct GratingSurface {
     layout: GratingLayout,
+    /// Table data of the efficiencies.
     words: Vec<u32>,
     report: GratingReport,
 }
@@ -59,24 +60,27 @@ impl GratingSurface {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = meshes(profile, index, build_limit)?;
-        let table_resolution = table_resolution(period_um, spacing(&meshes, period_um, index)?);
+        let meshes = create_meshes(profile, index, build_limit)?;
+        let table_resolution = choose_resolution(period_um, choose_spacing(&meshes, period_um, index)?);
         let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
-        let solved = Solved::new(&meshes, index, &wavelengths_nm)?;
-        Self::tabulate(period_um, coherence_length_um, &solved, table_resolution, progress)
+        let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
+        Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
     }
 
-    /// Tabulates the orders of any solver.
+    /// Tabulates the orders that a solver gives.
+    ///
+    /// # Errors
+    /// The solver's errors.
     pub(super) fn tabulate(
         period_um: f64,
         coherence_length_um: f64,
-        orders: &impl OrderSolver,
+        solver: &impl OrderSolver,
         table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let start = Instant::now();
-        let table = EfficiencyTable::build(period_um, orders, table_resolution, progress)?;
-        let (rms, p99) = table.error(period_um, orders, ERROR_POINTS)?;
+        let table = EfficiencyTable::build(period_um, solver, table_resolution, progress)?;
+        let (rms, p99) = table.error(period_um, solver, ERROR_POINTS)?;
         let EfficiencyTable { layout, words, solved } = table;
         let report =
             GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };
@@ -89,12 +93,12 @@ impl GratingSurface {
         &self.report
     }
 
-    /// Layout of the table, period and coherence: everything of the lobe but the table data.
+    /// Layout of the table, period and order width.
     pub fn layout(&self) -> &GratingLayout {
         &self.layout
     }
 
-    /// Data of the table.
+    /// Table data of the efficiencies, arranged as [`EfficiencyLayout`](super::EfficiencyLayout) describes.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -107,7 +111,7 @@ impl GratingSurface {
         Self { layout, ..self }
     }
 
-    /// The lobe by value, in `f32` or `f64`.
+    /// The lobe over plain numbers, in `f32` or `f64`.
     pub fn lobe<F>(&self) -> GratingLobe<'_, Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -115,13 +119,13 @@ impl GratingSurface {
         GratingLobe { layout: &self.layout, words: &self.words }
     }
 
-    /// Unpolarised efficiency of an order for light from a direction with the cosines `wi`, across and along the
-    /// grooves. Zero for an order that does not propagate.
+    /// Unpolarised efficiency of an order for light from the direction with the cosines `wi`, across and along the
+    /// grooves; in [0, 1]. Zero for an order that does not propagate.
     pub fn efficiency(&self, wavelength_nm: f64, wi: [f64; 2], order: i32) -> f64 {
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let t = groove_t::<Plain<f64>>(periods, wi[1]);
         let position = CellPosition::<Plain<f64>>::new(t, -wi[0] * periods);
-        let (number, propagates) = position.outgoing(f64::from(order));
+        let (number, propagates) = position.order_number(f64::from(order));
         if !(propagates && position.propagates) {
             return 0.0;
         }
@@ -129,8 +133,8 @@ impl GratingSurface {
         view.entry(&view.row(&position, wavelength_nm, true), number, true)
     }
 
-    /// `f_r` in 1/sr, the material's reflectance included, the cosine left out. Zero unless both directions lie above
-    /// the surface and the wavelength (nm) within 360 to 830. Never negative, never NaN.
+    /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
+    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
@@ -145,14 +149,14 @@ impl GratingSurface {
         lobe::pdf(&self.lobe::<f64>(), wi, wo, wavelengths_nm)
     }
 
-    /// Samples a direction for at least one wavelength (nm) from three random numbers in [0, 1), with density and
-    /// weight. `None` as in [`GratingSurface::sample_direction`]; such samples count as zero.
+    /// Samples a direction for one or several wavelengths (nm) from three random numbers in [0, 1), with its density
+    /// and weight. `None` where [`GratingSurface::sample_direction`] gives none; such a sample has the weight 0.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         lobe::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there.
-    /// The first number chooses the uniform part or one of the wavelengths (nm), then the order.
+    /// A direction from three random numbers in [0, 1); `None` where the direction or `wi` lies below the horizon. The
+    /// first number selects the sampler's uniform part or one of the wavelengths (nm), then the order.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         lobe::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }

@@ -1,7 +1,7 @@
-//! Wavelengths of a table: at which it has nodes, and at which of them the grating is solved (symbols: `mod.rs`).
+//! Wavelengths of a table: its nodes, and those of them at which the grating is solved (symbols: `mod.rs`).
 //!
-//! Nodes have equal steps from 360 to 830 nm and are interpolated linearly. Where efficiencies are smooth enough, only
-//! every second node is solved and the others follow from cubic interpolation.
+//! Nodes have equal steps from 360 to 830 nm; look-ups interpolate linearly between them. Where efficiencies are smooth
+//! enough, only every second node is solved, and the others follow by cubic interpolation.
 
 use super::GratingError;
 use super::order_solver::OrderSolver;
@@ -12,18 +12,18 @@ use std::collections::BTreeSet;
 /// Spacing of a table's wavelengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spacing {
-    /// Largest step between nodes in nm.
+    /// Largest step between nodes in nm. The range of wavelengths is divided into equal steps of at most this.
     pub step_nm: f64,
     /// Steps between solved nodes, 1 or 2.
     pub solved_every: usize,
 }
 
-/// Steps in nm among which [`Spacing::choose`] selects. Chosen: halvings down to the width of a metal's anomalies.
+/// Steps in nm among which [`Spacing::choose`] selects: halvings down to the width of a metal's anomalies.
 pub(super) const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
-/// Points at which the step is tested: `t` as a fraction of its largest value, and `b`. Chosen: two points away from
-/// symmetries, one at moderate and one at steep incidence along the grooves.
+/// Points at which the step is tested: `t` as a fraction of its largest value d/λ, and `b`. Both lie away from
+/// symmetries; light and the plane across the grooves form an angle of about 57° at the first and 34° at the second.
 const TEST_POINTS: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
-/// Wavelengths in nm at which the step is tested. Chosen: across the range that the eye weighs most.
+/// Wavelengths in nm at which the step is tested, across the range to which the eye is most sensitive.
 const TEST_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
 /// Weights of linear interpolation halfway between two nodes.
 const LINEAR: [f64; 2] = [0.5, 0.5];
@@ -31,30 +31,34 @@ const LINEAR: [f64; 2] = [0.5, 0.5];
 const CUBIC: [f64; 4] = [-0.0625, 0.5625, 0.5625, -0.0625];
 
 impl Spacing {
-    /// The longest of [`STEPS_NM`] whose linear interpolation meets `tolerance`, the RMS error of an efficiency halfway
-    /// between nodes; every second node is solved if cubic interpolation over twice the step meets it, too.
+    /// The longest of [`STEPS_NM`] at which the RMS error of linear interpolation halfway between nodes is at most
+    /// `tolerance`, or else the shortest. Every second node is solved if cubic interpolation over twice the step also
+    /// meets the tolerance.
     ///
     /// # Errors
     /// A test point that cannot be solved.
-    pub(super) fn choose(period_um: f64, orders: &impl OrderSolver, tolerance: f64) -> Result<Self, GratingError> {
+    pub(super) fn choose(period_um: f64, solver: &impl OrderSolver, tolerance: f64) -> Result<Self, GratingError> {
         let [coarser @ .., finest] = &STEPS_NM;
         let mut step_nm = *finest;
         for &step in coarser {
-            if interpolation_error(period_um, orders, step, &LINEAR)? <= tolerance {
+            if interpolation_error(period_um, solver, step, &LINEAR)? <= tolerance {
                 step_nm = step;
                 break;
             }
         }
-        let cubic = interpolation_error(period_um, orders, 2.0 * step_nm, &CUBIC)?;
+        let cubic = interpolation_error(period_um, solver, 2.0 * step_nm, &CUBIC)?;
         Ok(Self { step_nm, solved_every: if cubic <= tolerance { 2 } else { 1 } })
     }
 }
 
-/// RMS error of efficiencies that are interpolated with `weights` halfway between nodes `step_nm` apart, over the test
-/// points and wavelengths. Infinite if no test wavelength has all nodes within the range.
+/// RMS error of efficiencies interpolated in the middle of nodes `step_nm` apart, over the test points and wavelengths;
+/// `weights` has the weight of each node. Infinite if no test wavelength has all nodes within the range.
+///
+/// # Errors
+/// A test point that cannot be solved.
 fn interpolation_error(
     period_um: f64,
-    orders: &impl OrderSolver,
+    solver: &impl OrderSolver,
     step_nm: f64,
     weights: &[f64],
 ) -> Result<f64, GratingError> {
@@ -72,10 +76,11 @@ fn interpolation_error(
         .map(|&([fraction, b], nm)| {
             let nodes_nm = (0..weights.len()).map(|i| nm - reach + step_nm * i as f64);
             let wavelengths_nm: Vec<f64> = nodes_nm.chain([nm]).collect();
+            // A fraction of d/λ at the longest node, so that ky is real at all nodes.
             let t = fraction * 1e3 * period_um / (nm + reach);
-            // A grating of few orders may have none at this b.
+            // With t below b, no order might propagate.
             let b = b.min(0.9 * t);
-            let solved = orders.efficiencies(t, b, &wavelengths_nm)?;
+            let solved = solver.efficiencies(t, b, &wavelengths_nm)?;
             let (at_nodes, exact) = (&solved[..weights.len()], &solved[weights.len()]);
             let interpolated =
                 |i: usize| weights.iter().zip(at_nodes).map(|(weight, row)| weight * row[i]).sum::<f64>();
@@ -86,14 +91,15 @@ fn interpolation_error(
     Ok((errors.iter().sum::<f64>() / errors.len() as f64).sqrt())
 }
 
-/// Number of cells that propagating waves reach at a wavelength in nm: `s ≤ 2t ≤ 2d/λ`.
+/// Number of cells that propagating waves reach at a wavelength in nm. Their indices s are at most `2t ≤ 2d/λ`.
 fn cell_count(period_um: f64, wavelength_nm: f64) -> usize {
     (2e3 * period_um / wavelength_nm) as usize + 1
 }
 
-/// Wavelengths of a table in nm, and the number of cells at each. A wavelength has the cells of the next shorter one,
-/// since the two are interpolated. Without a step there are two wavelengths, the ends of the range.
-pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
+/// Wavelengths of a table in nm, ascending, and the number of cells at each. `step_nm` is the largest step; without it
+/// there are two wavelengths, the ends of the range. A wavelength has as many cells as the next shorter one, since
+/// look-ups interpolate between both.
+pub(super) fn table_wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
     let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
     let steps = step_nm.map_or(1.0, |step| (range / step).ceil());
     let nm: Vec<f64> = (0..=steps as usize).map(|j| WAVELENGTH_MIN_NM + j as f64 * range / steps).collect();
@@ -101,29 +107,31 @@ pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Ve
     (nm, cells)
 }
 
-/// Number of wavelengths, from the shortest on, that have a given cell. `cell_counts` are those of [`wavelengths`].
+/// Number of wavelengths, from the shortest on, that have a given cell. `cell_counts` has the numbers of cells that
+/// [`table_wavelengths`] returns.
 pub(super) fn wavelengths_with_cell(cell: usize, cell_counts: &[usize]) -> usize {
     cell_counts.iter().rposition(|&count| cell < count).map_or(0, |last| last + 1)
 }
 
-/// Wavelengths in nm that are solved in any cell.
+/// All wavelengths in nm that are solved in at least one cell, ascending.
 pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
-    let (nm, cell_counts) = wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
+    let (nm, cell_counts) = table_wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
     let every = spacing.map_or(1, |spacing| spacing.solved_every);
-    let in_cell = |cell| solved_wavelengths(wavelengths_with_cell(cell, &cell_counts), every);
+    let in_cell = |cell| solved_indices(wavelengths_with_cell(cell, &cell_counts), every);
     let solved: BTreeSet<usize> = (0..cell_counts[0]).flat_map(in_cell).collect();
     solved.into_iter().map(|j| nm[j]).collect()
 }
 
-/// Indices of the solved ones among the first `count` wavelengths: every `every`-th, and the last.
-pub(super) fn solved_wavelengths(count: usize, every: usize) -> Vec<usize> {
+/// Indices of the solved wavelengths among the first `count` of a table: every `every`-th from the first on, and the
+/// last.
+pub(super) fn solved_indices(count: usize, every: usize) -> Vec<usize> {
     let last = count.saturating_sub(1);
     (0..last).step_by(every).chain([last]).collect()
 }
 
-/// Values at all wavelengths up to the last solved one, by the polynomial through the four nearest solved wavelengths,
-/// or through all of them if there are fewer. `solved` are the values `[solved wavelength][entry]` at the indices
-/// `solved_at`.
+/// Values at all wavelengths up to the last solved one, `[wavelength][entry]`. They follow from the polynomial through
+/// the four nearest solved wavelengths, or through all of them if there are fewer. `solved` has the values
+/// `[solved wavelength][entry]`, and `solved_at` the indices of these wavelengths, ascending.
 pub(super) fn at_all_wavelengths(solved_at: &[usize], solved: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let count = solved_at.last().map_or(0, |last| last + 1);
     if count == solved.len() {
@@ -136,7 +144,7 @@ pub(super) fn at_all_wavelengths(solved_at: &[usize], solved: Vec<Vec<f64>>) -> 
             let above = solved_at.partition_point(|&at| at < j);
             let first = above.saturating_sub(2).min(solved.len() - used);
             let nodes = &abscissas[first..first + used];
-            // Lagrange's weights.
+            // Lagrange weight of the i-th node.
             let weight = |i: usize| {
                 let others = nodes.iter().enumerate().filter(|&(other, _)| other != i);
                 others.map(|(_, node)| (j as f64 - node) / (nodes[i] - node)).product::<f64>()
@@ -156,7 +164,7 @@ mod tests {
     fn unsolved_wavelengths_follow_cubics() {
         for count in 1..12 {
             for every in 1..=3 {
-                let solved_at = solved_wavelengths(count, every);
+                let solved_at = solved_indices(count, every);
                 assert_eq!((solved_at[0], solved_at[solved_at.len() - 1]), (0, count - 1));
                 // The highest degree that these nodes determine.
                 let degree = solved_at.len().min(4) - 1;

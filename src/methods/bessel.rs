@@ -3,24 +3,28 @@
 //! They are the coefficients of the Chebyshev series of the phase screen (term_weights.rs). bessel.wgsl is the
 //! counterpart on the GPU.
 
-/// Largest number of terms of a series. A shader keeps their weights in an array of this size, so it is chosen small.
+/// Largest number of terms of a series. Every invocation of a shader keeps their weights in an array of this size:
+/// larger values allow deeper reliefs and need more memory.
 pub const TERMS_MAX: usize = 256;
 
 /// Argument below which the ascending series up to x² replaces the recurrence, which would overflow. J₃ is under 3e-11
 /// there.
 pub(super) const SMALL_ARGUMENT: f32 = 1e-3;
 
-/// Writes `J_0(x) … J_{count−1}(x)` of several arguments, one argument a lane; `values` has `count ≤ TERMS_MAX` rows.
+/// Writes `J_0(x)` to `J_{count−1}(x)` for several arguments: `values[order][lane]` for the argument `x[lane]`.
+/// `values` has `count ≤ TERMS_MAX` rows.
 ///
 /// Arguments are finite, at least 0, and at most a factor of four apart. The absolute error is a few 1e-7. Lanes are
-/// computed side by side, because the recurrence is one chain of dependent steps.
+/// computed side by side, because the recurrence of a single argument is one chain of dependent steps.
 ///
-/// Miller's algorithm (Abramowitz & Stegun 9.12, example 1): `J_{k−1} = (2k/x)·J_k − J_{k+1}` is stable downwards. It
-/// starts with arbitrary numbers well above x, and `J_0 + 2(J_2 + J_4 + …) = 1` (9.1.46) gives the scale. The start is
-/// `x + 6·∛x + 2`, with the cube root of the largest argument. There J is below 1e-8 for every x up to [`TERMS_MAX`],
-/// and above 1e-30, so nothing overflows. Higher orders are written as zero.
+/// Miller's algorithm (Abramowitz & Stegun 9.12, example 1): the recurrence `J_{k−1} = (2k/x)·J_k − J_{k+1}` is stable
+/// for decreasing k. It starts with arbitrary numbers at an even k well above x, and `J_0 + 2(J_2 + J_4 + …) = 1`
+/// (9.1.46) gives the scale. The start is about `x + 6·∛x + 2`, with the cube root of the largest argument. There J is
+/// below 1e-8 for every x up to [`TERMS_MAX`], and above 1e-30, so nothing overflows. Orders above the start are
+/// written as zero.
 pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]) {
     let largest = x.into_iter().fold(0.0, f32::max);
+    // Arguments of the recurrence. Smaller ones are computed by the ascending series below.
     let recurred = x.map(|x| x.max(SMALL_ARGUMENT));
     let above_argument = 6.0 * largest.max(SMALL_ARGUMENT).cbrt() + 2.0;
     let start = recurred.map(|x| 2 * (0.5 * (x + above_argument)) as i32 + 2);
@@ -30,21 +34,22 @@ pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; 
             *value = *row;
         }
     };
-    let step = recurred.map(|x| 2.0 / x);
-    // J_{k+1} and J_k but for the scale, and the sum of the even orders above 0.
+    let two_over_x = recurred.map(|x| 2.0 / x);
+    // J_{k+1} and J_k without the scale, and the sum of J_k over even k without J_0.
     let (mut above, mut here, mut evens) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
     for k in (2..=first).rev().step_by(2) {
+        // J_{k−1}.
         let mut odd = [0.0; LANES];
         for lane in 0..LANES {
             // A lane is zero until its own start.
             here[lane] = if start[lane] == k { 1.0 } else { here[lane] };
             evens[lane] += here[lane];
-            odd[lane] = k as f32 * step[lane] * here[lane] - above[lane];
+            odd[lane] = k as f32 * two_over_x[lane] * here[lane] - above[lane];
         }
         write(k, &here);
         write(k - 1, &odd);
         for lane in 0..LANES {
-            here[lane] = (k - 1) as f32 * step[lane] * odd[lane] - here[lane];
+            here[lane] = (k - 1) as f32 * two_over_x[lane] * odd[lane] - here[lane];
         }
         above = odd;
     }
@@ -57,6 +62,7 @@ pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; 
         }
     }
     values[computed..].fill([0.0; LANES]);
+    // Arguments are at most a factor of four apart, so larger ones rule out small ones.
     if largest < 4.0 * SMALL_ARGUMENT {
         for (lane, x) in x.into_iter().enumerate().filter(|(_, x)| *x < SMALL_ARGUMENT) {
             let ascending = [1.0 - 0.25 * x * x, 0.5 * x, 0.125 * x * x];
@@ -71,11 +77,11 @@ mod tests {
 
     #[test]
     fn single_precision_agrees_with_double() {
-        // Rounding of up to 250 steps of the recurrence: a random walk of single-precision steps on values below 1.
+        // Bound on the rounding of up to 300 steps of the recurrence, on values below 1.
         const ERROR: f64 = 1e-6;
         let mut x = 0.0;
         while x < TERMS_MAX as f32 {
-            // The largest ratio of arguments that one call accepts, and another.
+            // The first two have the largest ratio that one call accepts.
             let arguments = [x, 0.25 * x, 0.9 * x];
             for count in [1, 3, 40, TERMS_MAX] {
                 let mut values = vec![[f32::NAN; 3]; count];

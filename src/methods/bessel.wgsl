@@ -1,15 +1,17 @@
-// Bessel functions of the first kind, J_0(x) … J_{count-1}(x); counterpart of bessel.rs for one argument.
+// Bessel functions of the first kind, J_0(x) to J_{count-1}(x); counterpart of bessel.rs for one argument.
 //
-// Miller's algorithm: the recurrence J_{k-1} = (2k/x)·J_k - J_{k+1} runs downwards from an arbitrary start well above
-// x. The identity J_0 + 2(J_2 + J_4 + …) = 1 then gives the scale. Loops are unrolled here and in orders.wgsl: the
-// software adapter llvmpipe ends all loops of an invocation after 65535 turns in total.
+// Miller's algorithm: the recurrence J_{k-1} = (2k/x)·J_k - J_{k+1} runs towards smaller k from an arbitrary value at
+// an even k well above x. The identity J_0 + 2(J_2 + J_4 + …) = 1 then gives the scale.
+//
+// Loops are unrolled here and in orders.wgsl: the software adapter llvmpipe ends all loops of an invocation after 65535
+// iterations in total.
 
-// Length of the arrays of terms, and the largest `count`; as in bessel.rs.
+// Length of the array of terms, and the largest `count`; as in bessel.rs.
 const TERMS_MAX: u32 = 256u;
-// Argument below which the power series up to x² is used: the recurrence would overflow.
+// Argument below which the power series up to x² replaces the recurrence, which would overflow.
 const SMALL_ARGUMENT: f32 = 1e-3;
 
-// Writes J_k(x) into values[k] for k below `count`, a multiple of four of at least 4. x is at least 0 and finite.
+// Writes J_k(x) to values[k] for k below `count`, a multiple of 4 of at least 4. x is at least 0 and finite.
 fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
     if x < SMALL_ARGUMENT {
         for (var k = 3u; k < count; k++) {
@@ -20,13 +22,13 @@ fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
         (*values)[2] = 0.125 * x * x;
         return;
     }
-    // Even order at which the recurrence starts; bessel.rs gives the reason for its distance from x.
+    // Even k at which the recurrence starts; bessel.rs gives the reason for its distance from x.
     let start = 2u * u32(0.5 * (x + 6.0 * pow(x, 1.0 / 3.0) + 2.0)) + 2u;
     for (var k = start + 1u; k < count; k++) {
         (*values)[k] = 0.0;
     }
-    let step = 2.0 / x;
-    // J_{k+1} and J_k but for the scale, and the sum of even orders so far without J_0.
+    let two_over_x = 2.0 / x;
+    // J_{k+1} and J_k without the scale, and the sum of J_k over even k without J_0.
     var above = 0.0;
     var here = 1.0;
     var evens = 0.0;
@@ -35,16 +37,17 @@ fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
             (*values)[k] = here;
         }
         evens += here;
-        let odd = f32(k) * step * here - above;
+        // J_{k-1}.
+        let odd = f32(k) * two_over_x * here - above;
         if k - 1u < count {
             (*values)[k - 1u] = odd;
         }
-        let below = f32(k - 1u) * step * odd - here;
+        here = f32(k - 1u) * two_over_x * odd - here;
         above = odd;
-        here = below;
     }
     (*values)[0] = here;
     let scale = 1.0 / (here + 2.0 * evens);
+    // Rounding the end up to a multiple of 4 scales zeros.
     for (var k = 0u; k < min(count, start + 1u); k += 4u) {
         (*values)[k] *= scale;
         (*values)[k + 1u] *= scale;

@@ -14,15 +14,15 @@ use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
-/// Fraction of the build time spent on the colour table; the rest is spent on the albedo table. It scales the progress
-/// only. Measured by the bench `colour_table`.
+/// Fraction of the build time of an energy-conserving table that is spent on the colour table; the rest is spent on
+/// the albedo table. It scales the progress only. Measured by the bench `colour_table`.
 const TABLE_FRACTION: f64 = 0.6;
 
-/// Builds a method for a surface.
+/// Builds a method for the surface of a height field.
 ///
-/// The caller multiplies the answers by the obliquity and shadowing factors of `surface`. With energy conservation the
-/// albedo table is built with these factors, so it is valid for them only. Numbers of terms and orders that `options`
-/// do not give follow from the surface's `tolerance`, a relative error.
+/// Where the answer is the relief's factor, the caller multiplies it by the obliquity and shadowing factors of
+/// `surface`. With energy conservation the albedo table is built with these factors, so it is valid for them only.
+/// Numbers of terms and orders that `options` do not give follow from the surface's `tolerance`, a relative error.
 ///
 /// ```
 /// use sunbeam::methods::{MethodKind, MethodOptions, build};
@@ -31,15 +31,15 @@ const TABLE_FRACTION: f64 = 0.6;
 /// let field = Preset::Blazed.build(None, None)?;
 /// let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
 /// let method = build(MethodKind::Nmm, &field, &surface, &MethodOptions::default())?;
-/// // Light along the normal; green at order 1 of 2.5 µm.
+/// // Light along the normal; the viewer is at order −1 of green light (550 nm) from the period of 2.5 µm.
 /// let green = method.answer_rgb([0.0, 0.0, 1.0], [-0.22, 0.0, 0.9755]);
 /// assert!(green[1] > green[0] && green[1] > green[2]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// A number out of range; a model, tiling or conservation of energy that the method does not have; or a relief that it
-/// cannot hold in single precision. See [`MethodError`].
+/// [`MethodError`]: a number out of range; a model, tiling or conservation of energy that the method does not support;
+/// or a relief that is too deep or too large for it.
 pub fn build(
     kind: MethodKind,
     field: &HeightField,

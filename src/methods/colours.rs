@@ -1,7 +1,8 @@
-//! Linear-sRGB weights of wavelengths, as quadrature nodes or as a density over the wavelength.
+//! Linear-sRGB weights of wavelengths, as quadrature nodes or as a density over the wavelength. The shaders read them
+//! through colours.wgsl.
 //!
-//! - Nodes (flss.rs, pq.rs): rgb = `Σ_i spectrum(λ_i)·weight_i`.
-//! - A density (nmm.rs, stam.rs): rgb = `∫ spectrum(λ)·density(λ) dλ`, where the method chooses the wavelengths.
+//! - Nodes (flss.rs, pq.rs): `rgb = Σ_i spectrum(λ_i)·weight_i`.
+//! - A density (nmm.rs, stam.rs): `rgb = ∫ spectrum(λ)·density(λ) dλ`, where the method selects the wavelengths.
 
 use super::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
 use crate::colour::{ColourError, SpectralToRgb};
@@ -9,24 +10,34 @@ use crate::colour::{ColourError, SpectralToRgb};
 /// Step between entries of a density in nm; equal to the step of the table of the CIE observer.
 const DENSITY_STEP_NM: f64 = 1.0;
 
-/// Entries `[r, g, b, λ]` of linear-sRGB weights with their wavelength in µm, as the shaders read them.
+/// Linear-sRGB weights with their wavelengths in µm, ascending: entries `[r, g, b, λ]`.
 pub(super) type Colours = Vec<[f32; 4]>;
 
-/// Samples over 380 to 780 nm in steps of `step_nm`; their weights sum to (1, 1, 1).
-pub(super) fn samples(step_nm: f64) -> Result<Colours, ColourError> {
+/// Quadrature nodes over 380 to 780 nm in steps of `step_nm`. Their weights sum to (1, 1, 1).
+///
+/// # Errors
+/// A step that [`SpectralToRgb::visible`] refuses.
+pub(super) fn quadrature(step_nm: f64) -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(step_nm)?;
     Ok(entries(&spectrum, |_| [1.0; 3]))
 }
 
-/// Weights per µm on a uniform grid over 380 to 780 nm; their integral is (1, 1, 1).
+/// A density per µm on a uniform grid over 380 to 780 nm. Its integral is (1, 1, 1).
+///
+/// # Errors
+/// None for the step of 1 nm.
 pub(super) fn density() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     Ok(entries(&spectrum, |_| [1e3 / DENSITY_STEP_NM; 3]))
 }
 
-/// Weights divided by λ², in 1/µm³, each channel scaled so that its integral is 1.
+/// The weights per µm divided by λ², on a uniform grid over 380 to 780 nm. Each channel is scaled so that its integral
+/// is 1.
 ///
-/// A constant spectrum is then white when it is sampled at wavelengths whose density is proportional to `1/λ²`.
+/// A constant spectrum that is sampled at wavelengths with a density proportional to `1/λ²` is then white.
+///
+/// # Errors
+/// None for the step of 1 nm.
 pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     let square = |nm: f64| (1e-3 * nm).powi(2);
@@ -34,20 +45,20 @@ pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     Ok(entries(&spectrum, |nm| total.map(|total| 1e3 / DENSITY_STEP_NM / (square(nm) * total))))
 }
 
-/// The entries of `spectrum`, with weights multiplied by `factor` of the wavelength in nm.
+/// Entries of the weights of `spectrum`, multiplied by `factor(wavelength in nm)` for each channel.
 fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colours {
     spectrum
         .wavelengths_nm()
         .zip(spectrum.weights())
         .map(|(nm, weight)| {
-            let factor = factor(nm);
-            let [r, g, b] = std::array::from_fn(|c| (weight[c] * factor[c]) as f32);
+            let factors = factor(nm);
+            let [r, g, b] = std::array::from_fn(|c| (weight[c] * factors[c]) as f32);
             [r, g, b, (nm * 1e-3) as f32]
         })
         .collect()
 }
 
-/// A [`density`] or [`density_over_square`] at a wavelength, linear between its entries.
+/// A [`density`] or [`density_over_square`] at a wavelength in µm, linear between its entries.
 pub(super) fn colour_density(colours: &[[f32; 4]], wavelength_um: f32) -> [f32; 3] {
     let intervals = colours.len() - 1;
     let position = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * intervals as f32;

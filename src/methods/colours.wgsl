@@ -1,12 +1,13 @@
-// Colour-matching weights that turn a spectrum into linear sRGB; counterpart of colours.rs, which computes them.
+// Linear-sRGB weights of wavelengths, which turn a spectrum into a colour; counterpart of colours.rs, which computes
+// them.
 //
-// An entry holds the weights of red, green and blue in xyz and the wavelength in µm in w. For flss.wgsl and pq.wgsl the
-// entries are quadrature nodes: rgb = Σ spectrum(λ_i)·weight_i. For nmm.wgsl and stam.wgsl they sample a density on a
-// uniform grid: rgb = ∫ spectrum(λ)·density(λ) dλ.
+// An entry of `colours` has the weights of red, green and blue in xyz, and the wavelength in µm in w. For flss.wgsl and
+// pq.wgsl the entries are quadrature nodes: rgb = Σ_i spectrum(λ_i)·weight_i. For nmm.wgsl and stam.wgsl they are
+// values of a density on a uniform grid: rgb = ∫ spectrum(λ)·density(λ) dλ.
 
 @group(1) @binding(1) var<storage, read> colours: array<vec4<f32>>;
 
-// Density at a wavelength, by linear interpolation between the entries from WAVELENGTH_MIN_UM to WAVELENGTH_MAX_UM.
+// The density at a wavelength in µm, linear between the entries from WAVELENGTH_MIN_UM to WAVELENGTH_MAX_UM.
 fn colour_density(wavelength_um: f32) -> vec3<f32> {
     let intervals = arrayLength(&colours) - 1u;
     let position = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * f32(intervals);

@@ -1,14 +1,15 @@
 //! FLSS, full lambda spectral sampling (Dhillon et al. 2014).
 //!
-//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over equal steps of the wavelength. `q = wi + wo = (u, v, w)` is the
-//! scattering vector, `f = (u, v)/λ` the spatial frequency and `κ = 2πw/λ` the phase rate. S is the power spectrum in
-//! µm² of the patch model (docs/model.md#the-reflectance), summed over a neighbourhood of wave orders (orders.rs).
+//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over wavelengths in equal steps. `q = wi + wo = (u, v, w)` is the
+//! scattering vector, `f = (u, v)/λ_i` the spatial frequency and `κ = 2πw/λ_i` the phase rate. S is the power spectrum
+//! in µm² of the patch model (docs/model.md#the-reflectance), computed from a neighbourhood of wave orders (orders.rs).
+//! The weights are those of colours.rs.
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
 use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
-use super::{MethodError, MethodOptions, MethodShader, Relief, is_query, spectral_range_um};
+use super::{MethodError, MethodOptions, MethodShader, Relief, is_query, visible_um};
 use crate::height_field::HeightField;
 use crate::table::Progress;
 use crate::wgsl;
@@ -22,6 +23,7 @@ const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("ord
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct FlssUniform {
+    /// Lattice of the tile's wave orders.
     pub grid: OrderGrid,
     /// Number of wavelengths.
     pub wavelengths: u32,
@@ -30,14 +32,16 @@ pub(super) struct FlssUniform {
     pub _pad2: u32,
 }
 
-/// The method `flss`: equal steps of the wavelength from 380 to 780 nm.
+/// The method `flss`: wavelengths in equal steps from 380 to 780 nm.
 pub struct Flss {
     orders: Orders,
+    /// Wavelengths and colour weights to sum over.
     colours: Colours,
 }
 
 impl Flss {
-    /// Transforms `field`. It reads `lambda_step_nm`, `terms`, `neighbourhood` and `series` of the options.
+    /// Computes the wave orders of `field` for a coherence length in µm, four standard deviations of the window, and a
+    /// `tolerance`, a relative error. It reads `lambda_step_nm`, `terms`, `neighbourhood` and `series` of the options.
     ///
     /// # Errors
     /// The errors of [`super::build`].
@@ -49,7 +53,7 @@ impl Flss {
         progress: &Progress,
     ) -> Result<Self, MethodError> {
         let orders = Orders::new(field, coherence_length_um, tolerance, options, progress)?;
-        Ok(Self { orders, colours: colours::samples(options.lambda_step_nm)? })
+        Ok(Self { orders, colours: colours::quadrature(options.lambda_step_nm)? })
     }
 
     /// The method with another step between wavelengths in nm; the orders are shared.
@@ -58,7 +62,7 @@ impl Flss {
     /// [`MethodError::OutOfRange`] for a step out of [`LAMBDA_STEP_NM`].
     pub fn with_lambda_step(&self, lambda_step_nm: f64) -> Result<Self, MethodError> {
         in_range("lambda_step_nm", lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
-        Ok(Self { orders: self.orders.clone(), colours: colours::samples(lambda_step_nm)? })
+        Ok(Self { orders: self.orders.clone(), colours: colours::quadrature(lambda_step_nm)? })
     }
 
     /// Numbers of terms and orders that are summed.
@@ -71,8 +75,8 @@ impl Relief for Flss {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
-            let samples = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
-            self.orders.densities(q, samples, |um, colour, density| {
+            let wavelengths_um = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
+            self.orders.densities(q, wavelengths_um, |um, colour, density| {
                 let value = density / (um * um);
                 rgb = [0, 1, 2].map(|c| rgb[c] + value * colour[c]);
             });
@@ -81,7 +85,7 @@ impl Relief for Flss {
     }
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
-        let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
+        let wavelength_um = visible_um(wavelength_nm).filter(|_| is_query(q));
         Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }
 

@@ -1,10 +1,11 @@
-// FLSS, full lambda spectral sampling; counterpart of flss.rs: rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in
-// equal steps. S is the power spectrum in µm² (`order_density` in orders.wgsl). `colours` (colours.wgsl) holds weights
-// and wavelengths.
+// FLSS, full lambda spectral sampling; counterpart of flss.rs.
+//
+// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in equal steps. S is the power spectrum in µm² (`order_density`
+// in orders.wgsl). `colours` (colours.wgsl) has the weights and wavelengths.
 
 // Uniform of the method; counterpart of `FlssUniform` in flss.rs.
 struct Flss {
-    // Wave orders of the tile (order_grid.rs).
+    // Lattice of the tile's wave orders.
     grid: OrderGrid,
     // Number of entries of `colours`.
     wavelengths: u32,

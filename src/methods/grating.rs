@@ -1,6 +1,7 @@
-//! The method `table` for a grating whose orders have efficiencies by Maxwell's equations:
-//! [`crate::grating::GratingColourLobe`] as a [`Method`]. The shader is grating.wgsl, which has the symbols. The answer
-//! is the whole reflectance, since efficiencies include the material.
+//! The method `table` for gratings by Maxwell's equations: [`crate::grating::GratingColourLobe`] as a [`Method`].
+//!
+//! The shader is grating.wgsl, which defines the symbols. The answer is the whole reflectance, since efficiencies
+//! include the material.
 
 use super::{AnswerKind, Method, MethodShader};
 use crate::grating::GratingColourSurface;
@@ -9,7 +10,8 @@ use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
-/// The uniform struct of `grating.wgsl`, from [`crate::grating::GratingLayout`].
+/// The uniform struct of grating.wgsl: the numbers of [`crate::grating::GratingLayout`] and
+/// [`crate::grating::ColourTables`] that the shader needs.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct GratingUniform {
@@ -17,23 +19,23 @@ pub(super) struct GratingUniform {
     pub first_nm: f32,
     /// Wavelengths of the efficiencies per nm.
     pub steps_per_nm: f32,
-    /// Number of wavelengths.
+    /// Number of wavelengths of the efficiencies.
     pub wavelengths: u32,
-    /// Number of cells of the shortest wavelength; a cell is a region of incidences with the same propagating orders
+    /// Number of cells at the shortest wavelength. A cell is a region of incidences with the same propagating orders
     /// (src/grating/cell_position.rs).
     pub cells: u32,
     /// Nodes along each side of a cell.
     pub nodes: u32,
-    /// Highest order that propagates at any wavelength.
+    /// Highest order that propagates at any incidence and wavelength.
     pub orders: f32,
-    /// Index of the first packet of four words with colours of order 0.
+    /// Index of the first packet of the table of order 0, in packets of four words.
     pub order_zero: u32,
-    /// Period in µm.
+    /// Period d in µm.
     pub period_um: f32,
-    /// Frequency of order 1 in cycles/µm.
-    pub spacing: f32,
+    /// Frequency of order 1, 1/d, in cycles/µm.
+    pub spacing_per_um: f32,
     /// Standard deviation of an order's Gaussian in cycles/µm.
-    pub sigma: f32,
+    pub sigma_per_um: f32,
     pub _pad0: u32,
     pub _pad1: u32,
 }
@@ -64,8 +66,8 @@ impl Method for GratingColourSurface {
             orders: self.tables().orders as f32,
             order_zero,
             period_um: layout.period_um as f32,
-            spacing: (1.0 / layout.period_um) as f32,
-            sigma: layout.sigma_per_um as f32,
+            spacing_per_um: (1.0 / layout.period_um) as f32,
+            sigma_per_um: layout.sigma_per_um as f32,
             _pad0: 0,
             _pad1: 0,
         };

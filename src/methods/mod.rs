@@ -1,17 +1,22 @@
 //! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which is the definition, and in
 //! WGSL for the GPU, in the file of the same name.
 //!
-//! A [`Method`] answers a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is the
-//! whole reflectance or the relief's part of it. The part is a [`Relief`], a function of `q = wi + wo = (u, v, w)`: `∫
-//! S(f; κ)/λ² · weight(λ) dλ`, in which a `S/λ²` of 1 at every wavelength is (1, 1, 1). The caller multiplies it by the
-//! factors that do not depend on the relief, `R·O·M` of docs/model.md#the-reflectance.
+//! A [`Method`] evaluates a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is
+//! the whole reflectance or the relief's factor of it. The factor is a [`Relief`], a function of the scattering vector
+//! `q = wi + wo = (u, v, w)` alone:
 //!
-//! Methods are single precision throughout, as on the GPU. Tests hold them against [`crate::lobe::Exact`].
+//! `relief_rgb(q) = ∫ S(f; κ)/λ² · weight(λ) dλ`, with the frequency `f = (u, v)/λ` and the phase rate `κ = 2πw/λ`.
+//!
+//! S is the power spectrum in µm². The weights of linear sRGB are scaled so that `S/λ² = 1` at every wavelength gives
+//! (1, 1, 1). The caller multiplies the factor by those that do not depend on the relief, `R·O·M` of
+//! docs/model.md#the-reflectance.
+//!
+//! Methods compute in single precision throughout, as on the GPU. Tests compare them with [`crate::lobe::Exact`].
 //!
 //! [`build`] builds a method of a height field. The published methods evaluate a single window at a fixed position over
 //! a tile that repeats (`model = patch`, `tiling = periodic`) and support nothing else. The [`ColourTable`] supports
 //! both models and tilings, and is the only method that can conserve energy. `GratingColourSurface`, a grating by
-//! Maxwell's equations, is a method, too.
+//! Maxwell's equations, is also a method.
 
 mod bessel;
 mod build;
@@ -53,10 +58,10 @@ use crate::wgsl;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Meaning of the answer of a method.
+/// Meaning of the answers of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnswerKind {
-    /// The relief's part of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing,
+    /// The relief's factor of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing,
     /// `R·O·M`.
     Relief,
     /// The whole `f_r`, all factors included.
@@ -65,15 +70,15 @@ pub enum AnswerKind {
 
 /// An evaluator of a surface's colour.
 ///
-/// `wi` is the direction to the light and `wo` that to the viewer, both unit vectors above the surface. Answers have no
+/// `wi` points to the light and `wo` to the viewer, both unit vectors above the surface. Answers do not include the
 /// cosine. [`build`] has an example.
 pub trait Method: Send + Sync {
     /// The answer integrated over the visible wavelengths, linear sRGB in 1/sr. Colours outside sRGB have negative
     /// channels.
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
 
-    /// The answer at one wavelength in nm, in 1/sr. It is 0 outside 380 to 780 nm, and `None` where the method has no
-    /// values by wavelength.
+    /// The answer at one wavelength in nm, in 1/sr; 0 outside 380 to 780 nm. `None` for a method without values by
+    /// wavelength.
     fn answer_spectral(&self, wi: [f32; 3], wo: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
     /// The meaning of the answers.
@@ -83,16 +88,16 @@ pub trait Method: Send + Sync {
     fn shader(&self) -> MethodShader<'_>;
 }
 
-/// A [`Method`] whose answer is the relief's part of the reflectance, which depends on `q = wi + wo` alone.
+/// A [`Method`] whose answer is the relief's factor of the reflectance, which depends on `q = wi + wo` alone.
 pub trait Relief: Send + Sync {
-    /// The relief's part for `q = [u, v, w]`, integrated over the visible wavelengths, linear sRGB in 1/sr.
+    /// The relief's factor for `q = [u, v, w]`, integrated over the visible wavelengths, linear sRGB in 1/sr.
     ///
     /// Fresnel factor, obliquity, shadowing and cosine are not included. It is 0 unless `q` is finite, `w > 0`, and `q`
     /// is the sum of two unit vectors.
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3];
 
-    /// The relief's part at one wavelength in nm, `S/λ²` in 1/sr. It is 0 outside 380 to 780 nm and where
-    /// [`Relief::relief_rgb`] is 0, and `None` where the method has no values by wavelength.
+    /// The relief's factor at one wavelength in nm, `S/λ²` in 1/sr; 0 outside 380 to 780 nm, and for every `q` at which
+    /// [`Relief::relief_rgb`] must be 0. `None` for a method without values by wavelength.
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
     /// The method in WGSL, with its data. It defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>` in place of
@@ -127,17 +132,18 @@ fn sum(wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 ///
 /// The sources declare a uniform struct at binding 0 of group 1, and from binding 1 on a read-only storage buffer for
 /// each entry of `storage`. They define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the counterpart of
-/// [`Method::answer_rgb`]. It computes the part `answer_part` of `answer_parts` ([`COMMON_WGSL`]); the results over all
-/// parts add up to the answer. The sources are compiled after [`COMMON_WGSL`] and with those of the caller, which uses
-/// the groups 0 and 2.
+/// [`Method::answer_rgb`]. A caller may divide long loops: `answer_rgb` computes the part `answer_part` of
+/// `answer_parts` parts ([`COMMON_WGSL`]), and the sum of all parts is the answer.
+///
+/// The sources are compiled after [`COMMON_WGSL`] and together with those of the caller, which binds groups 0 and 2.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'a str,
-    /// The sources, one after the other.
+    /// The sources, in the order of their concatenation.
     pub wgsl: Vec<&'a str>,
     /// Bytes of the uniform struct.
     pub uniform: Vec<u8>,
-    /// Bytes of the storage buffers.
+    /// Bytes of the storage buffers, in the order of their bindings.
     pub storage: Vec<Cow<'a, [u8]>>,
 }
 
@@ -149,22 +155,23 @@ impl MethodShader<'_> {
     }
 }
 
-/// WGSL that the sources of methods use.
+/// WGSL that the sources of all methods use.
 pub const COMMON_WGSL: &str = wgsl!("common.wgsl");
 
-/// Shortest wavelength of the methods in µm.
+/// Shortest wavelength of the published methods in µm.
 const WAVELENGTH_MIN_UM: f32 = 0.38;
-/// Longest wavelength of the methods in µm.
+/// Longest wavelength of the published methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-/// Smallest cosine to divide by, as in [`crate::scattering::Pair`].
+/// Smallest divisor for a cosine, as in [`crate::scattering::Pair`].
 const COSINE_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
-/// Whether `q` can be the sum of two directions above the surface; false where it is not finite.
+/// Whether `q` can be the sum of two unit vectors above the surface, with room for rounding. False where it is not
+/// finite.
 fn is_query(q: [f32; 3]) -> bool {
     q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
 }
 
 /// The wavelength in µm; `None` outside 380 to 780 nm.
-fn spectral_range_um(wavelength_nm: f32) -> Option<f32> {
+fn visible_um(wavelength_nm: f32) -> Option<f32> {
     (380.0..=780.0).contains(&wavelength_nm).then_some(wavelength_nm * 1e-3)
 }

@@ -1,26 +1,28 @@
-//! NMM, non-uniform wavelengths (Dhillon et al. 2014): only the wavelengths at which an order leaves in the direction
-//! of the query, each with the sum of [`super::Flss`] over a neighbourhood of orders.
+//! NMM, non-uniform wavelengths (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order leaves
+//! in the direction of the query.
 //!
-//! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum.
-//! The wavelengths are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. Their
-//! density over λ is `|u|Lx/λ²` and `|v|Ly/λ²`: highest in the blue. With `N = |u|Lx + |v|Ly`, the sum over both lists
-//! is
+//! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
+//! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly.
+//! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
+//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. With `N = |u|Lx + |v|Ly`, the sum of the
+//! spans, the colour is a sum over both lists:
 //!
-//! - *unweighted* (Single 2014): `Σ S/λ² · W(λ)/N`, where W are the colour weights over λ², scaled so that a constant
-//!   is white. The factor 1/λ² within each channel shifts hues;
-//! - *weighted*: `Σ S/λ² · λ²/N · weight(λ)`. Each list has its own spacing `dλ = λ²/(|u|Lx)`, and the two are averaged
-//!   by their densities: a quadrature of `∫ S/λ² weight dλ`.
+//! - *weighted*: `Σ S·weight(λ)/N`. This is a quadrature of `∫ S/λ²·weight(λ) dλ`: the steps of a list are
+//!   `dλ = λ²/(|u|Lx)`, and both lists are averaged by their densities.
+//! - *unweighted* (Single 2014): `Σ S·W(λ)/N` with `W = weight(λ)/λ²`, scaled to an integral of 1 in each channel. A
+//!   constant `S/λ²` is white, but the factor 1/λ² within each channel shifts hues.
 //!
-//! A sample lies at the peak of an order and stands for the mean over the order's cell, so both forms multiply it by
-//! the ratio of the mean to the peak ([`line_width`]). A list counts where it can hold an order other than 0: not along
-//! an axis of one pixel, nor for `|u|Lx < λmin`. Where no list counts, around (u, v) = (0, 0), the answer is white, as
-//! in Single 2014, with the value at 550 nm.
+//! A wavelength of a list is at the peak of an order, but represents the mean over the order's cell. Both forms
+//! therefore multiply S by the ratio of the mean to the peak ([`line_width`]).
+//!
+//! A list is left out where it has no order other than 0: along an axis of one pixel, and for a span below λmin. Where
+//! both are left out, around (u, v) = (0, 0), the answer is white with the value at 550 nm, like in Single 2014.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
 use super::{
-    MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
+    MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, visible_um,
 };
 use crate::height_field::HeightField;
 use crate::table::Progress;
@@ -32,17 +34,18 @@ use std::f64::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
-/// Finest relative tolerance of the neighbourhood of a colour. The choice of wavelengths alone makes colours wrong by
-/// 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
-const COLOUR_TOLERANCE: f64 = 0.15;
+/// Smallest relative tolerance for which the neighbourhood of a colour is computed. The selection of wavelengths alone
+/// makes colours wrong by 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
+const COLOUR_TOLERANCE_MIN: f64 = 0.15;
 
-/// Wavelength in µm at which S is evaluated where no list counts and the answer is white. Chosen: mid-spectrum.
+/// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white: mid-spectrum.
 pub(super) const WHITE_UM: f32 = 0.55;
 
 /// The uniform struct of nmm.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct NmmUniform {
+    /// Lattice of the tile's wave orders.
     pub grid: OrderGrid,
     /// [`line_width`] along x and y.
     pub line_width: [f32; 2],
@@ -51,17 +54,19 @@ pub(super) struct NmmUniform {
 
 /// The method `nmm`: wavelengths at whole orders.
 pub struct Nmm {
+    /// For values at one wavelength.
     orders: Orders,
-    /// A copy with the smaller neighbourhood of orders that suffices for colours ([`COLOUR_TOLERANCE`]).
+    /// For colours: the orders with the neighbourhood that suffices for [`COLOUR_TOLERANCE_MIN`].
     colour_orders: Orders,
-    /// Density of the colour weights over the wavelength.
+    /// Density of the colour weights over the wavelength: `weight`, or `W` in the unweighted form.
     colours: Colours,
     /// [`line_width`] along x and y.
     line_width: [f32; 2],
 }
 
 impl Nmm {
-    /// Transforms `field`. It reads `terms`, `neighbourhood`, `series` and `weighted` of the options.
+    /// Computes the wave orders of `field` for a coherence length in µm, four standard deviations of the window, and a
+    /// `tolerance`, a relative error. It reads `terms`, `neighbourhood`, `series` and `weighted` of the options.
     ///
     /// # Errors
     /// The errors of [`super::build`].
@@ -77,7 +82,7 @@ impl Nmm {
         let line_width = orders.grid.sharpness.map(|sharpness| line_width(sharpness.into()) as f32);
         let colour_orders = match options.neighbourhood {
             Some(_) => orders.clone(),
-            None => orders.narrowed(tolerance.max(COLOUR_TOLERANCE)),
+            None => orders.narrowed(tolerance.max(COLOUR_TOLERANCE_MIN)),
         };
         Ok(Self { orders, colour_orders, colours, line_width })
     }
@@ -94,17 +99,17 @@ impl Relief for Nmm {
             return [0.0; 3];
         }
         let grid = &self.colour_orders.grid;
-        // |u|·Lx and |v|·Ly in µm; the wavelengths of a list are its whole fractions.
-        let span = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
-        let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span[axis] >= WAVELENGTH_MIN_UM);
-        let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span[axis]).sum();
+        let span_um = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
+        let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span_um[axis] >= WAVELENGTH_MIN_UM);
+        let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span_um[axis]).sum();
         if total == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
+        // Wavelengths of the list along an axis, with the line width.
         let list = |axis: usize| {
-            let first = (span[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
-            let last = (span[axis] / WAVELENGTH_MIN_UM).floor() as u32;
-            (first..=last).map(move |n| (span[axis] / n as f32, self.line_width[axis]))
+            let first = (span_um[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
+            let last = (span_um[axis] / WAVELENGTH_MIN_UM).floor() as u32;
+            (first..=last).map(move |n| (span_um[axis] / n as f32, self.line_width[axis]))
         };
         let mut rgb = [0.0; 3];
         self.colour_orders.densities(q, (0..2).filter(|axis| listed[*axis]).flat_map(list), |um, width, density| {
@@ -115,7 +120,7 @@ impl Relief for Nmm {
     }
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
-        let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
+        let wavelength_um = visible_um(wavelength_nm).filter(|_| is_query(q));
         Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }
 
@@ -130,14 +135,17 @@ impl Relief for Nmm {
     }
 }
 
-/// Ratio of the mean over an order's cell to the value at the order, of `Σ_k exp(−2a(p − k)²)` with the sharpness a.
+/// Ratio of the mean of `g(p) = Σ_k exp(−2a(p − k)²)` over an order's cell to g(0), with the sharpness a of
+/// [`OrderGrid`] and p in orders.
 ///
-/// It is 1 for Gaussians that overlap, and their area for separate ones. It is exact, in the mean over window
-/// positions, where all orders have the same power.
+/// g is the power at p, averaged over the positions of the window, if all orders have equal power. The ratio is 1 where
+/// the Gaussians overlap, and the area of one Gaussian where they are separate.
 fn line_width(sharpness: f64) -> f64 {
+    // The mean of g.
     let area = (PI / (2.0 * sharpness)).sqrt();
     let theta = |exponent: f64| 1.0 + 2.0 * (1..=4).map(|k| (-exponent * f64::from(k * k)).exp()).sum::<f64>();
-    // The sum, or its Poisson transform where the transform converges faster. Five terms are exact in single precision.
+    // g(0) is θ(2a), and by Poisson's formula area·θ(π²/2a). The form that converges faster is used, in which five
+    // terms are exact in single precision.
     if sharpness > 1.0 { area / theta(2.0 * sharpness) } else { 1.0 / theta(0.5 * PI * PI / sharpness) }
 }
 
@@ -152,7 +160,8 @@ mod tests {
             let steps = 4000;
             let mean = (0..steps).map(|i| sum((f64::from(i) + 0.5) / f64::from(steps))).sum::<f64>() / f64::from(steps);
             let found = line_width(sharpness);
-            // Equal steps over a period of a smooth function are exact, the sum is cut at e^{−80}.
+            // Equal steps over a period of a smooth function are exact. For the smallest sharpness the sum over k ends
+            // at e^{−80}.
             assert!((found * sum(0.0) / mean - 1.0).abs() < 1e-9, "{sharpness}: {found}");
         }
     }

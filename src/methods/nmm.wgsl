@@ -1,15 +1,17 @@
 // NMM, non-uniform wavelengths; counterpart of nmm.rs, which derives the formulas.
 //
-// Only those wavelengths are summed at which a wave order leaves in the direction of the query: λ = |u|·Lx/n for whole
-// n, and likewise |v|·Ly/n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the extent of the tile. With the span
-// (|u|·Lx, |v|·Ly), rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans).
+// The colour is a sum over the wavelengths at which a wave order leaves in the direction of the query: a list λ =
+// |u|·Lx/n along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the
+// extent of the tile in µm. With the spans |u|·Lx and |v|·Ly,
+//     rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans),
+// where S is the power spectrum in µm² (orders.wgsl) and the density is that of colours.wgsl.
 
-// Wavelength in µm at which S is evaluated where no list of wavelengths counts and the answer is white.
+// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white.
 const WHITE_UM: f32 = 0.55;
 
 // Uniform of the method; counterpart of `NmmUniform` in nmm.rs.
 struct Nmm {
-    // Wave orders of the tile (order_grid.rs).
+    // Lattice of the tile's wave orders.
     grid: OrderGrid,
     // Ratio of the mean over an order's cell to the peak, along x and y (`line_width` in nmm.rs).
     line_width: vec2<f32>,
@@ -23,10 +25,10 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
     }
-    let span = abs(q.xy) * nmm.grid.extent_um;
-    // Whether an axis has a list: its orders are held, and its span reaches the first order.
-    let listed = (nmm.grid.reach > vec2<i32>()) & (span >= vec2<f32>(WAVELENGTH_MIN_UM));
-    let total = dot(select(vec2<f32>(), span, listed), vec2<f32>(1.0));
+    let span_um = abs(q.xy) * nmm.grid.extent_um;
+    // Whether an axis has a list: orders other than 0 are stored, and the span reaches the first of them.
+    let listed = (nmm.grid.reach > vec2<i32>()) & (span_um >= vec2<f32>(WAVELENGTH_MIN_UM));
+    let total = dot(select(vec2<f32>(), span_um, listed), vec2<f32>(1.0));
     if total == 0.0 {
         if answer_part != 0u {
             return vec3<f32>();
@@ -36,10 +38,10 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     var rgb = vec3<f32>();
     for (var axis = 0; axis < 2; axis++) {
         if listed[axis] {
-            let first = u32(ceil(span[axis] / WAVELENGTH_MAX_UM));
-            let last = u32(floor(span[axis] / WAVELENGTH_MIN_UM));
+            let first = u32(ceil(span_um[axis] / WAVELENGTH_MAX_UM));
+            let last = u32(floor(span_um[axis] / WAVELENGTH_MIN_UM));
             for (var n = first + answer_part; n <= last; n += answer_parts) {
-                let wavelength_um = span[axis] / f32(n);
+                let wavelength_um = span_um[axis] / f32(n);
                 let weight = order_density(nmm.grid, q, wavelength_um) * nmm.line_width[axis];
                 rgb += weight * colour_density(wavelength_um);
             }

@@ -1,4 +1,4 @@
-//! Kinds and options of the methods, and why one is refused.
+//! Kinds and options of the methods, and the reasons why a method is refused.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;
@@ -12,29 +12,29 @@ use std::fmt;
 /// Accepted steps between wavelengths in nm. With coarser steps a constant spectrum is not white; finer steps gain no
 /// accuracy.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
-/// Largest number of orders along each axis that an evaluation sums. Chosen: it bounds the time of an evaluation.
+/// Largest number of orders along each axis that an evaluation sums. It bounds the time of an evaluation, which is
+/// proportional to its square.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
-/// Accepted sharpness of the highlight in Stam's shader of GPU Gems, in 1/µm. Chosen wide; it only keeps numbers
-/// finite.
+/// Accepted sharpness of the highlight in Stam's shader of GPU Gems, in 1/µm. The wide range only keeps numbers finite.
 pub const GEMS_SHARPNESS: std::ops::RangeInclusive<f64> = 0.0..=1e4;
-/// Accepted components of the colour of this highlight, linear sRGB. Chosen wide; it only keeps numbers finite.
+/// Accepted components of the colour of this highlight, linear sRGB. The wide range only keeps numbers finite.
 const GEMS_HIGHLIGHT: std::ops::RangeInclusive<f64> = 0.0..=100.0;
-/// Largest number of repeats of the tile along an axis: single precision does not resolve narrower peaks.
+/// Largest number of repeats of the tile along an axis. The peaks of more repeats are too narrow for single precision.
 pub const REPEATS_MAX: u32 = 10_000;
 
 /// The methods: four published ones and the colour table (docs/realtime.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MethodKind {
-    /// Equal steps of the wavelength.
+    /// Full lambda spectral sampling: wavelengths in equal steps.
     Flss,
-    /// Only the wavelengths at which an order leaves in the direction of the query.
+    /// Non-uniform wavelengths: only those at which an order leaves in the direction of the query.
     Nmm,
-    /// A finite number of tiles.
+    /// P×Q: a finite number of repeats of the tile.
     Pq,
-    /// One spacing, in one of the forms of [`StamForm`].
+    /// Stam's model: one groove spacing, in one of the forms of [`StamForm`].
     Stam,
-    /// The integral over wavelength, tabulated.
+    /// The colour table: the integral over wavelength, tabulated.
     Table,
 }
 
@@ -93,20 +93,20 @@ impl fmt::Display for MethodKind {
 pub struct MethodOptions {
     /// Step between wavelengths in nm, 0.1 to 100 (default: 5).
     pub lambda_step_nm: f64,
-    /// Terms of the series, 1 to 256 (default: the number that the tolerance requires).
+    /// Terms of the series of the phase screen, 1 to 256 (default: the number that the tolerance requires).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
-    /// Orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours of NMM a
-    /// tolerance of at least 0.15). Single 2014 has 3.
+    /// Orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours of NMM,
+    /// that of a tolerance of at least 0.15). Single 2014 has 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.
     pub series: Series,
-    /// Whether NMM weights each wavelength by the part of the spectrum that it stands for (default: true). Single 2014
+    /// Whether NMM weights each wavelength by the width of the interval that it represents (default: true). Single 2014
     /// does not.
     pub weighted: bool,
-    /// Repeats of the tile in PQ, along both axes or along x and y, 1 to 10000 (default: peaks are as bright as with
-    /// the coherence window).
+    /// Repeats of the tile in PQ, along both axes or along x and y, 1 to 10000 (default: the number that makes peaks as
+    /// bright as with the coherence window).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<Repeats>,
     /// Spacing of Stam's model in µm (default: the dominant period along x).
@@ -114,12 +114,12 @@ pub struct MethodOptions {
     pub period_um: Option<f64>,
     /// Form of Stam's model (default: `spacing`).
     pub stam_form: StamForm,
-    /// Sharpness r of the highlight in 1/µm, 0 to 10000 (default: 50). For the form `gems`.
+    /// Sharpness r of the highlight of the form `gems` (stam_gems.rs) in 1/µm, 0 to 10000 (default: 50).
     pub gems_sharpness: f64,
-    /// Colour of the highlight, linear sRGB, each 0 to 100 (default: 1, 0.7, 0.3). For the form `gems`.
+    /// Colour of the highlight of the form `gems`, linear sRGB, each component 0 to 100 (default: 1, 0.7, 0.3).
     pub gems_highlight: [f64; 3],
-    /// Factor on the colour table's samples along each axis, 0.25 to 4 (default: 1, which keeps 99 % of the hemisphere
-    /// within a ΔE₂₀₀₀ of 1).
+    /// Factor on the number of the colour table's samples along each axis, 0.25 to 4 (default: 1, which keeps 99 % of
+    /// the hemisphere within a ΔE₂₀₀₀ of 1).
     pub resolution: f64,
 }
 
@@ -134,7 +134,7 @@ impl Default for MethodOptions {
             repeats: None,
             period_um: None,
             stam_form: StamForm::default(),
-            // The chapter leaves both open; the values are those of a public implementation (docs/realtime.md).
+            // GPU Gems gives no values for these two; they are those of a public implementation (docs/realtime.md).
             gems_sharpness: 50.0,
             gems_highlight: [1.0, 0.7, 0.3],
             resolution: 1.0,
@@ -146,10 +146,11 @@ impl Default for MethodOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StamForm {
-    /// Our form: a reflectance of eight orders on each side, in the colours of the CIE observer.
+    /// Our form: a reflectance of eight orders on each side, in the colours of the CIE observer (stam.rs).
     #[default]
     Spacing,
-    /// The form of GPU Gems, chapter 8: a highlight and seven orders on each side, in colours of its own.
+    /// The form of GPU Gems, chapter 8: a highlight and seven orders on each side, in colours of its own
+    /// (stam_gems.rs).
     Gems,
 }
 
@@ -173,7 +174,7 @@ impl Repeats {
     }
 }
 
-/// Reason why a method is not built.
+/// Reason why a method is refused.
 #[derive(Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum MethodError {
@@ -219,22 +220,22 @@ impl From<ColourTableError> for MethodError {
 }
 
 impl MethodOptions {
-    /// Refuses values out of range, whatever the method.
+    /// Checks the ranges of all values, also of those that a method does not read.
     ///
     /// # Errors
     /// [`MethodError::OutOfRange`], which names the field.
     pub fn validate(&self) -> Result<(), MethodError> {
         in_range("lambda_step_nm", self.lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
-        let count = |name, value: Option<usize>, most: usize, accepted| match value {
+        let up_to = |most: usize, name, value: Option<usize>, accepted| match value {
             Some(found) if !(1..=most).contains(&found) => {
                 Err(MethodError::OutOfRange { name, found: found as f64, accepted })
             }
             _ => Ok(()),
         };
-        count("terms", self.terms, TERMS_MAX, "1 to 256")?;
-        count("neighbourhood", self.neighbourhood, NEIGHBOURHOOD_MAX, "1 to 64")?;
+        up_to(TERMS_MAX, "terms", self.terms, "1 to 256")?;
+        up_to(NEIGHBOURHOOD_MAX, "neighbourhood", self.neighbourhood, "1 to 64")?;
         for repeats in self.repeats.map(Repeats::xy).into_iter().flatten() {
-            count("repeats", Some(repeats as usize), REPEATS_MAX as usize, "1 to 10000")?;
+            up_to(REPEATS_MAX as usize, "repeats", Some(repeats as usize), "1 to 10000")?;
         }
         in_range("gems_sharpness", self.gems_sharpness, &GEMS_SHARPNESS, "0 to 10000 1/µm")?;
         for value in self.gems_highlight {
@@ -250,7 +251,10 @@ impl MethodOptions {
     }
 }
 
-/// Refuses a number out of its range; `accepted` describes the range for the message.
+/// Checks that a number is in its range; `accepted` describes the range for the message.
+///
+/// # Errors
+/// [`MethodError::OutOfRange`] with the name of the parameter.
 pub(super) fn in_range(
     name: &'static str,
     found: f64,

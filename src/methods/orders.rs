@@ -1,10 +1,21 @@
 //! The wave orders of a tile, and Single 2014's sum over a neighbourhood of them.
 //!
-//! Symbols (docs/model.md): `q = wi + wo = (u, v, w)`, frequency `f = (u, v)/λ`, phase rate `κ = 2πw/λ`. The tile has
-//! the extent `(Lx, Ly)` and heights within ±H of the middle of their range. Order `j = (jx, jy)` has the frequency
-//! `f_j = (jx/Lx, jy/Ly)` and the amplitude `c_j(κ) = Σ_n weight_n(κH) · DFT{T_n(h/H)}_j`, where T_n are the terms of
-//! the series. The position `p = (u·Lx, v·Ly)/λ` of a query is the order, as a fraction, that leaves there. With g the
-//! Gaussian of the coherence window, of standard deviation s, the power density is `S = |Σ_j c_j g(f − f_j)|²/(πs²)`.
+//! | symbol | meaning |
+//! | --- | --- |
+//! | q = wi + wo = (u, v, w) | scattering vector |
+//! | f = (u, v)/λ, κ = 2πw/λ | frequency in cycles/µm, phase rate in rad/µm |
+//! | (Lx, Ly) | extent of the tile in µm |
+//! | h, H | heights about the middle of their range, and half of this range, in µm |
+//! | j = (jx, jy) | order of frequency f_j = (jx/Lx, jy/Ly) |
+//! | c_j(κ) = Σ_n weight_n(κH)·term_{j,n} | amplitude of an order (weights: term_weights.rs) |
+//! | term_{j,n} | Fourier coefficient j of T_n(h/H) (Chebyshev series) or (h/H)ⁿ (Taylor series) |
+//! | p = (u·Lx, v·Ly)/λ | *position* of a query among the orders: order j is at p = j |
+//! | s | standard deviation of the coherence window in µm |
+//! | S | power spectrum in µm² of the patch model (docs/model.md) |
+//!
+//! The amplitudes of neighbouring orders add up with the window's Gaussian over p:
+//!
+//! `S = 4πs²·|Σ_j c_j·exp(−2π²s²|f − f_j|²)|²`
 
 use super::bessel::TERMS_MAX;
 use super::options::NEIGHBOURHOOD_MAX;
@@ -21,30 +32,35 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use sunbeam_fourier::num_complex::Complex32;
 
-/// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must stay in range.
+/// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must stay within the
+/// range of single precision.
 pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
-/// Most bytes of the orders of a tile.
+/// Most bytes of the orders of a tile. It bounds the memory of a method.
 pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 
 /// Largest w of two directions.
 const W_MAX: f64 = 2.0;
-/// Exponent from which on the Gaussian of an amplitude is left out: its square, e⁻⁸⁰, is lost in single precision.
-pub(super) const FAINT: f32 = 40.0;
+/// Largest exponent x of the Gaussian e⁻ˣ of an amplitude that is not neglected. Its square, e⁻⁸⁰, is lost in single
+/// precision.
+pub(super) const EXPONENT_MAX: f32 = 40.0;
 
-/// 1.5·2²³: a number below a third of it, plus and then minus this, is rounded to a whole number.
-const WHOLE: f32 = 12_582_912.0;
+/// 1.5·2²³. Adding this to a number of magnitude below 2²² and subtracting it again rounds the number to a whole one.
+const ROUNDING_BIAS: f32 = 12_582_912.0;
 
 /// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
 ///
-/// A term is `DFT{T_n(h/H)}` (Chebyshev) or `DFT{(h/H)ⁿ}` (Taylor). Terms are stored in pairs of an even and an odd n,
-/// as `[jy][jx][n]` with jy from 0 and jx from −reach: the DFT of a real function obeys `D(−j) = conj D(j)`. In an even
-/// number of pixels the bin at half the sampling rate stands for both signs. Each sign carries `√½` of its amplitude,
-/// as in [`crate::lobe::Exact`].
+/// Terms are stored as `[jy][jx][pair of terms]` with jy from 0 and jx from −reach. A pair `[re, im, re, im]` is an
+/// even term and the following odd one. Orders with negative jy follow from `term_{−j,n} = conj term_{j,n}`, since
+/// heights are real.
+///
+/// With an even number of pixels, the Fourier coefficient at half the sampling rate represents the orders of both
+/// signs. Each has `√½` of its amplitude, as in [`crate::lobe::Exact`].
 #[derive(Clone)]
 pub(super) struct Orders {
     pub grid: OrderGrid,
-    /// Number of terms without the zeros that fill up the grid's.
+    /// Number of terms without the zeros that fill the grid's terms up to a multiple.
     count: usize,
+    /// Pairs of terms.
     terms: Arc<Vec<[f32; 4]>>,
 }
 
@@ -58,10 +74,13 @@ pub struct OrderCounts {
 }
 
 impl Orders {
-    /// Transforms `field` for a coherence length in µm, four standard deviations of the window.
+    /// Computes the orders of `field` for a coherence length in µm, four standard deviations of the window.
     ///
     /// The number of terms and the neighbourhood follow from `tolerance`, a relative error, unless the options give
     /// them. `progress` advances with each pair of terms.
+    ///
+    /// # Errors
+    /// [`MethodError`]: a relief that is too deep, a neighbourhood that is too wide, or too many bytes.
     pub(super) fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -76,12 +95,14 @@ impl Orders {
         let (lx, ly) = field.extent_um();
         let window = CoherenceWindow::new(coherence_length_um);
         let sharpness = [lx, ly].map(|l| 2.0 * (PI * window.sigma_um() / l).powi(2));
-        let neighbourhood = neighbourhood(sharpness, [nx, ny], tolerance, options)?;
-        let reach = |n: usize, extent_um: f64| {
-            let reached = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
-            reached.saturating_add(neighbourhood / 2 + 1).min(n / 2)
+        let neighbourhood = required_neighbourhood(sharpness, [nx, ny], tolerance, options)?;
+        // |u|, |v| ≤ 2, so |p| is at most 2L/λ. A tile of n pixels has orders up to n/2.
+        let stored_reach = |n: usize, extent_um: f64| {
+            let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
+            position_max.saturating_add(neighbourhood / 2 + 1).min(n / 2)
         };
-        let reach = [reach(nx, lx), reach(ny, ly)];
+        let reach = [stored_reach(nx, lx), stored_reach(ny, ly)];
+        // A term has 8 bytes.
         let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
         if needed > ORDERS_BYTES_MAX {
             let mb = |bytes: usize| bytes as f64 / 1e6;
@@ -99,16 +120,16 @@ impl Orders {
             half_range_um: transform.half_range_um() as f32,
             peak_um2: window.order_peak_um2() as f32,
             neighbourhood: neighbourhood as u32,
-            argument_of_terms: match options.terms {
+            full_terms_kappa_h: match options.terms {
                 Some(_) => 0.0,
-                // The zeros that fill up the terms are never summed.
+                // At the largest κH, `count` terms are summed: none of the zeros that fill up the terms.
                 None => (kappa_h_max(transform.half_range_um()) + (terms - count) as f64) as f32,
             },
         };
         Ok(Self { grid, count, terms: Arc::new(pack(&transform, [nx, ny], reach, count, progress)) })
     }
 
-    /// The terms with the smallest neighbourhood that keeps `tolerance`, and at most the present one.
+    /// The orders with the neighbourhood that `tolerance` requires, or the present one if that is smaller.
     pub(super) fn narrowed(&self, tolerance: f64) -> Self {
         let needed = self.grid.sharpness.map(|sharpness| orders_needed(sharpness.into(), tolerance) as u32);
         let neighbourhood = self.grid.neighbourhood.min(needed[0].max(needed[1]));
@@ -130,45 +151,47 @@ impl Orders {
         [0, 1].map(|axis| q[axis] / wavelength_um * self.grid.extent_um[axis])
     }
 
-    /// The order nearest to a position, and the distance from it.
+    /// The order nearest to a position, and the position minus that of the order.
     pub(super) fn nearest(position: [f32; 2]) -> ([i32; 2], [f32; 2]) {
         let order = position.map(|p| floor(p + 0.5));
         (order, [0, 1].map(|axis| position[axis] - order[axis] as f32))
     }
 
-    /// Whether an order is held.
+    /// Whether an order is stored, or follows from a stored one by conjugation.
     pub(super) fn holds(&self, order: [i32; 2]) -> bool {
         (0..2).all(|axis| order[axis].unsigned_abs() <= self.grid.reach[axis].unsigned_abs())
     }
 
-    /// `c_j` of an order that is held, as `[re, im]`.
+    /// `c_j` as `[re, im]` of an order for which [`Orders::holds`] is true.
     pub(super) fn amplitude(&self, order: [i32; 2], weights: &TermWeights) -> [f32; 2] {
         let OrderGrid { reach, terms, .. } = self.grid;
+        // Order j or −j is stored: the one with jy ≥ 0.
         let sign = if order[1] < 0 { -1 } else { 1 };
         let row = (sign * order[1]) * (2 * reach[0] + 1);
         let first = (row + sign * order[0] + reach[0]) as usize * (terms as usize / 2);
+        // Sums over even terms (re, im) and over odd ones (re, im).
         let mut sum = [0.0f32; 4];
         for (term, weight) in self.terms[first..first + weights.len()].iter().zip(weights) {
             (0..4).for_each(|part| sum[part] += term[part] * weight[part]);
         }
-        // Even terms plus i times the odd ones; conjugate where the opposite order is the stored one.
+        // The even sum plus i times the odd one. Where −j is stored, both sums are the conjugates of those of j.
         let sign = sign as f32;
         [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
     }
 
-    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths at which every
-    /// order is [`FAINT`] are left out.
+    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value of the caller. `receive` is
+    /// called with wavelength, value and S. Wavelengths at which the Gaussian of every order is neglected are left out.
     pub(super) fn densities<T>(
         &self,
         q: [f32; 3],
         wavelengths_um: impl Iterator<Item = (f32, T)>,
         mut receive: impl FnMut(f32, T, f32),
     ) {
-        let lit = wavelengths_um.filter_map(|(um, value)| {
+        let reaching = wavelengths_um.filter_map(|(um, value)| {
             let position = self.position(q, um);
-            self.is_lit(position).then_some((um, (position, value)))
+            self.is_reached(position).then_some((um, (position, value)))
         });
-        self.grid.at_wavelengths(q[2], lit, |um, (position, value), weights| {
+        self.grid.at_wavelengths(q[2], reaching, |um, (position, value), weights| {
             receive(um, value, self.density(position, weights));
         });
     }
@@ -180,20 +203,21 @@ impl Orders {
         found
     }
 
-    /// Whether the Gaussian of the nearest order is above [`FAINT`] at a position.
+    /// Whether the exponent of the nearest order's Gaussian is at most [`EXPONENT_MAX`] at a position.
     #[inline]
-    fn is_lit(&self, position: [f32; 2]) -> bool {
+    fn is_reached(&self, position: [f32; 2]) -> bool {
         let exponent = |axis: usize| {
             let reach = self.grid.reach[axis] as f32;
-            let nearest = (position[axis] + WHOLE) - WHOLE;
+            let nearest = (position[axis] + ROUNDING_BIAS) - ROUNDING_BIAS;
             let distance = position[axis] - nearest.max(-reach).min(reach);
             self.grid.sharpness[axis] * distance * distance
         };
-        exponent(0) + exponent(1) <= FAINT
+        exponent(0) + exponent(1) <= EXPONENT_MAX
     }
 
     /// S in µm² at a position: the sum over a block of the nearest orders.
     fn density(&self, position: [f32; 2], weights: &TermWeights) -> f32 {
+        // One order has no sum of amplitudes, so the square of its Gaussian is computed at once.
         if self.grid.neighbourhood == 1 {
             let (order, distance) = Self::nearest(position);
             if !self.holds(order) {
@@ -207,24 +231,25 @@ impl Orders {
         columns.extend(self.neighbours(0, position[0]));
         rows.extend(self.neighbours(1, position[1]));
         let mut sum = [0.0f32; 2];
-        for &(jy, gy) in &rows {
-            for &(jx, gx) in &columns {
+        for &(jy, gaussian_y) in &rows {
+            for &(jx, gaussian_x) in &columns {
                 let c = self.amplitude([jx, jy], weights);
-                sum[0] += gx * gy * c[0];
-                sum[1] += gx * gy * c[1];
+                sum[0] += gaussian_x * gaussian_y * c[0];
+                sum[1] += gaussian_x * gaussian_y * c[1];
             }
         }
         self.grid.peak_um2 * (sum[0] * sum[0] + sum[1] * sum[1])
     }
 
-    /// The nearest orders along an axis with their Gaussians. Orders that are not held or that are faint are left out.
+    /// The nearest orders along an axis, as many as the neighbourhood, with their Gaussians at a position. Orders that
+    /// are not stored and Gaussians that are neglected are left out.
     fn neighbours(&self, axis: usize, position: f32) -> impl Iterator<Item = (i32, f32)> {
         let OrderGrid { reach, sharpness, neighbourhood, .. } = self.grid;
         let (reach, count) = (reach[axis], neighbourhood as i32);
         let first = floor(position - 0.5 * count as f32) + 1;
         (first.max(-reach)..=(first + count - 1).min(reach)).filter_map(move |j| {
             let exponent = sharpness[axis] * (position - j as f32) * (position - j as f32);
-            (exponent < FAINT).then(|| (j, (-exponent).exp()))
+            (exponent < EXPONENT_MAX).then(|| (j, (-exponent).exp()))
         })
     }
 }
@@ -232,7 +257,7 @@ impl Orders {
 /// Orders along an axis with their Gaussians.
 type Gaussians = ArrayVec<(i32, f32), NEIGHBOURHOOD_MAX>;
 
-/// `f32::floor` as a whole number, inlined: the standard function is a call on processors below SSE 4.1.
+/// `f32::floor` as an integer, inlined: the standard function is a call on processors below SSE 4.1.
 fn floor(x: f32) -> i32 {
     let towards_zero = x as i32;
     towards_zero.saturating_sub(i32::from(towards_zero as f32 > x))
@@ -243,14 +268,17 @@ fn kappa_h_max(half_range_um: f64) -> f64 {
     2.0 * PI * W_MAX / f64::from(WAVELENGTH_MIN_UM) * half_range_um
 }
 
-/// Number of terms: the given one, or so many that the remainder is below a tenth of the tolerance for every κ up to
-/// the largest.
+/// Number of terms: the given one, or the smallest with which the remainder of the series is below a tenth of the
+/// tolerance for every κ up to the largest.
+///
+/// # Errors
+/// [`MethodError::TooManyTerms`] and [`MethodError::TaylorRange`].
 fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Result<usize, MethodError> {
     let kappa_h = kappa_h_max(half_range_um);
     if options.series == Series::Taylor && kappa_h > TAYLOR_KAPPA_H_MAX {
         return Err(MethodError::TaylorRange { kappa_h, limit: TAYLOR_KAPPA_H_MAX });
     }
-    // Beyond TERMS_MAX the series of TERMS_MAX terms has not converged, even where fewer terms are requested.
+    // A series needs more than κH terms, so a κH above TERMS_MAX is refused even if the options give the number.
     let needed = (kappa_h <= TERMS_MAX as f64).then(|| {
         options.terms.unwrap_or_else(|| match options.series {
             Series::Chebyshev => chebyshev_terms(kappa_h, 0.1 * tolerance),
@@ -260,15 +288,18 @@ fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Re
     needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
 }
 
-/// Number of orders along an axis at which the Gaussians left out are below half the tolerance. The nearest of these is
-/// half the number away.
+/// Number of orders along an axis with which the Gaussians left out are below half the tolerance. The nearest order
+/// that is left out is at least half the number away.
 fn orders_needed(sharpness: f64, tolerance: f64) -> f64 {
     let needed = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness).sqrt();
     needed.ceil().max(1.0)
 }
 
 /// Number of orders along each axis: the given one, or the one that the tolerance requires.
-fn neighbourhood(
+///
+/// # Errors
+/// [`MethodError::TooWide`].
+fn required_neighbourhood(
     sharpness: [f64; 2],
     pixels: [usize; 2],
     tolerance: f64,
@@ -278,7 +309,7 @@ fn neighbourhood(
         return Ok(given);
     }
     let needed = |axis: usize| {
-        // At most all orders; half the sampling rate counts twice.
+        // At most all orders. An even number n of pixels has n + 1: −n/2 and n/2 are two orders.
         orders_needed(sharpness[axis], tolerance).min(pixels[axis] as f64 + 1.0) as usize
     };
     let needed = needed(0).max(needed(1));
@@ -288,7 +319,8 @@ fn neighbourhood(
     Ok(needed)
 }
 
-/// The first `count` terms of the orders up to `reach`, in the layout of [`Orders`].
+/// The first `count` terms of the orders up to `reach`, arranged as [`Orders`] describes. `pixels` is the size of the
+/// field along x and y.
 fn pack(
     transform: &TermTransform<f32>,
     pixels: [usize; 2],
@@ -299,8 +331,9 @@ fn pack(
     let steps = progress.of_steps(count.div_ceil(2));
     let (pairs, width) = (count.next_multiple_of(TERMS_MULTIPLE) / 2, 2 * reach[0] + 1);
     let mut packed = vec![[0.0f32; 4]; width * (reach[1] + 1) * pairs];
+    // Index in a Fourier transform of n pixels.
     let bin = |j: i64, n: usize| j.rem_euclid(n as i64) as usize;
-    // The bin at half the sampling rate stands for both signs.
+    // √½ at half the sampling rate, where one coefficient represents the orders of both signs.
     let split = |j: i64, n: usize| if j != 0 && 2 * j.unsigned_abs() as usize == n { FRAC_1_SQRT_2 } else { 1.0 };
     for pair in 0..count.div_ceil(2) {
         let odd = || if 2 * pair + 1 < count { Some(transform.term(2 * pair + 1)) } else { None };

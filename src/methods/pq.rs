@@ -1,19 +1,23 @@
-//! PQ (Dhillon et al. 2014): the tile repeats P×Q times and ends there.
+//! PQ (Dhillon et al. 2014): the tile repeats P times along x and Q times along y, and ends there.
 //!
-//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²`, with the position `p = (u·Lx, v·Ly)/λ` of the query `q = wi + wo =
-//! (u, v, w)`, the amplitude c_j (orders.rs) of the order j nearest to p (as Single 2014 rounds), and the kernel
-//! `D_P(p) = sin(πPp)/(P·sin(πp))`. Over the cell of an order `∫D_P² dp = 1/P`,
-//! so the power integrates to `Σ|c_j|² = 1`. S jumps where two orders meet and rings between the orders, which limits
-//! the accuracy of the method.
+//! The colour is `rgb = Σ_i S(q, λ_i)/λ_i² · weight_i` over wavelengths in equal steps (colours.rs), with the power
+//! spectrum in µm²
 //!
-//! P and Q default to `2√π·s/L`, rounded and at least 1, with s the standard deviation of the coherence window: peaks
-//! are then as bright as with the Gaussian window.
+//! `S = Lx·Ly·P·Q · |c_j|² · D_P(d_x)² · D_Q(d_y)²`.
+//!
+//! j is the order nearest to the position p of the query, c_j its amplitude, and `d = p − j` (symbols: orders.rs). The
+//! interference kernel is `D_P(d) = sin(πPd)/(P·sin(πd))`. Over the cell of an order `∫D_P² dd = 1/P`, so the power
+//! integrates to `Σ|c_j|² = 1`. S jumps where the cells of two orders meet and oscillates between the orders, which
+//! limits the accuracy of the method. Single 2014 also takes the nearest order alone.
+//!
+//! P and Q default to `2√π·s/L`, rounded and at least 1, with s the standard deviation of the coherence window and L
+//! the extent of the tile. Peaks are then as bright as with the Gaussian window.
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
 use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
-use super::{MethodError, MethodOptions, MethodShader, REPEATS_MAX, Relief, Repeats, is_query, spectral_range_um};
+use super::{MethodError, MethodOptions, MethodShader, REPEATS_MAX, Relief, Repeats, is_query, visible_um};
 use crate::height_field::HeightField;
 use crate::table::Progress;
 use crate::wgsl;
@@ -24,14 +28,15 @@ use std::f32::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("pq.wgsl")];
 
-/// Value of `πPd` below which the kernel is computed by its Taylor series, to avoid 0/0. The next term of the series is
-/// under 1e-9 there.
-pub(super) const SINC_SERIES: f32 = 0.01;
+/// Value of `πPd` below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
+/// there.
+pub(super) const SERIES_ARGUMENT_MAX: f32 = 0.01;
 
 /// The uniform struct of pq.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct PqUniform {
+    /// Lattice of the tile's wave orders.
     pub grid: OrderGrid,
     /// P and Q.
     pub repeats: [f32; 2],
@@ -42,7 +47,7 @@ pub(super) struct PqUniform {
 
 /// The method `pq`: a finite number of tiles.
 pub struct Pq {
-    /// Orders with the peak `Lx·Ly·P·Q` and a neighbourhood of one order.
+    /// The tile's orders, with the peak `Lx·Ly·P·Q` and a neighbourhood of one order.
     orders: Orders,
     /// P and Q.
     repeats: [f32; 2],
@@ -51,7 +56,9 @@ pub struct Pq {
 }
 
 impl Pq {
-    /// Transforms `field`. It reads `lambda_step_nm`, `terms`, `series` and `repeats` of the options.
+    /// Computes the wave orders of `field`. The coherence length in µm, four standard deviations of the window, sets
+    /// the default repeats; `tolerance` is a relative error. `lambda_step_nm`, `terms`, `series` and `repeats` of the
+    /// options are read.
     ///
     /// # Errors
     /// The errors of [`super::build`].
@@ -65,13 +72,14 @@ impl Pq {
         let options = MethodOptions { neighbourhood: Some(1), ..options.clone() };
         let mut orders = Orders::new(field, coherence_length_um, tolerance, &options, progress)?;
         let (lx, ly) = field.extent_um();
+        // 2√π·s/L, with s a quarter of the coherence length.
         let default_repeats = |extent_um: f64| {
             let repeats = 0.5 * std::f64::consts::PI.sqrt() * coherence_length_um / extent_um;
             repeats.round().clamp(1.0, REPEATS_MAX.into()) as u32
         };
         let repeats = options.repeats.map_or([default_repeats(lx), default_repeats(ly)], Repeats::xy);
         orders.grid.peak_um2 = (lx * ly * f64::from(repeats[0]) * f64::from(repeats[1])) as f32;
-        Ok(Self { orders, repeats: repeats.map(|n| n as f32), colours: colours::samples(options.lambda_step_nm)? })
+        Ok(Self { orders, repeats: repeats.map(|n| n as f32), colours: colours::quadrature(options.lambda_step_nm)? })
     }
 
     /// The method with another step between wavelengths in nm; the orders are shared.
@@ -80,7 +88,7 @@ impl Pq {
     /// [`MethodError::OutOfRange`] for a step out of [`LAMBDA_STEP_NM`].
     pub fn with_lambda_step(&self, lambda_step_nm: f64) -> Result<Self, MethodError> {
         in_range("lambda_step_nm", lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
-        Ok(Self { orders: self.orders.clone(), repeats: self.repeats, colours: colours::samples(lambda_step_nm)? })
+        Ok(Self { orders: self.orders.clone(), repeats: self.repeats, colours: colours::quadrature(lambda_step_nm)? })
     }
 
     /// Numbers of terms and orders that are summed.
@@ -93,19 +101,19 @@ impl Pq {
         self.repeats.map(|n| n as u32)
     }
 
-    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value, for instance its colour.
-    /// `receive` is called with wavelength, value and S. Wavelengths whose nearest order is not stored are left out.
+    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value of the caller. `receive` is
+    /// called with wavelength, value and S. Wavelengths whose nearest order is not stored are left out.
     fn densities<T>(
         &self,
         q: [f32; 3],
         wavelengths_um: impl Iterator<Item = (f32, T)>,
         mut receive: impl FnMut(f32, T, f32),
     ) {
-        let lit = wavelengths_um.filter_map(|(um, value)| {
+        let reaching = wavelengths_um.filter_map(|(um, value)| {
             let (order, distance) = Orders::nearest(self.orders.position(q, um));
             self.orders.holds(order).then_some((um, (order, distance, value)))
         });
-        self.orders.grid.at_wavelengths(q[2], lit, |um, (order, distance, value), weights| {
+        self.orders.grid.at_wavelengths(q[2], reaching, |um, (order, distance, value), weights| {
             let c = self.orders.amplitude(order, weights);
             let kernel = repeat_kernel(self.repeats[0], distance[0]) * repeat_kernel(self.repeats[1], distance[1]);
             receive(um, value, self.orders.grid.peak_um2 * (c[0] * c[0] + c[1] * c[1]) * kernel * kernel);
@@ -117,8 +125,8 @@ impl Relief for Pq {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
-            let samples = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
-            self.densities(q, samples, |um, colour, density| {
+            let wavelengths_um = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
+            self.densities(q, wavelengths_um, |um, colour, density| {
                 let value = density / (um * um);
                 rgb = [0, 1, 2].map(|c| rgb[c] + value * colour[c]);
             });
@@ -127,7 +135,7 @@ impl Relief for Pq {
     }
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
-        let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
+        let wavelength_um = visible_um(wavelength_nm).filter(|_| is_query(q));
         let mut found = 0.0;
         let wavelengths_um = wavelength_um.into_iter().map(|um| (um, ()));
         self.densities(q, wavelengths_um, |um, (), density| found = density / (um * um));
@@ -150,11 +158,11 @@ impl Relief for Pq {
     }
 }
 
-/// Kernel `D_P(d) = sin(πPd)/(P·sin(πd))` at a distance of d orders from the nearest order, |d| ≤ ½; 1 at d = 0. For
-/// other d the kernel repeats, up to its sign.
+/// Interference kernel `D_P(d) = sin(πPd)/(P·sin(πd))` of P `repeats` at the `distance` d from the nearest order, in
+/// orders, |d| ≤ ½. It is 1 at d = 0.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     let x = PI * distance;
-    if repeats * x.abs() < SINC_SERIES {
+    if repeats * x.abs() < SERIES_ARGUMENT_MAX {
         return 1.0 - (repeats * repeats - 1.0) * x * x / 6.0;
     }
     (repeats * x).sin() / (repeats * x.sin())
@@ -169,11 +177,12 @@ mod tests {
         for repeats in [1.0, 2.0, 7.0, 64.0, 10_000.0f32] {
             assert_eq!(repeat_kernel(repeats, 0.0), 1.0);
             // On either side of the switch to the series.
-            let switch = SINC_SERIES / (PI * repeats);
+            let switch = SERIES_ARGUMENT_MAX / (PI * repeats);
             let step = repeat_kernel(repeats, 0.999 * switch) - repeat_kernel(repeats, 1.001 * switch);
             // Rounding of a sine, and the slope of the kernel there.
             assert!(step.abs() < 1e-6, "{repeats}: {step}");
-            // The square is a cosine polynomial of degree P − 1: more equal steps than that are exact.
+            // The square is a cosine polynomial of degree P − 1, which the sum over more equal steps integrates
+            // exactly.
             let steps = 3 * repeats as u32 + 1;
             let square = |i: u32| f64::from(repeat_kernel(repeats, i as f32 / steps as f32 - 0.5)).powi(2);
             let integral = (0..steps).map(square).sum::<f64>() / f64::from(steps);

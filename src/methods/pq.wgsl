@@ -1,14 +1,18 @@
-// PQ: a grating of a finite number of tiles, P along x and Q along y; counterpart of pq.rs, which derives the formulas.
+// PQ: a finite number of repeats of the tile, P along x and Q along y; counterpart of pq.rs, which derives the
+// formulas.
 //
-// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i with S = peak·|c_j|²·D_P(d.x)²·D_Q(d.y)². Here j is the order nearest to the
-// query, d the distance from it in orders, c_j its amplitude (orders.wgsl), and D_P(d) = sin(πPd)/(P·sin(πd)).
+// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in equal steps (colours.wgsl), with the power spectrum in µm²
+//     S = peak_um2·|c_j|²·D_P(d.x)²·D_Q(d.y)².
+// Here j is the order nearest to the query, d the distance from it in orders, c_j its amplitude (orders.wgsl), and
+// D_P(d) = sin(πPd)/(P·sin(πd)).
 
-// Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0; the next term is under 1e-9.
-const SINC_SERIES: f32 = 0.01;
+// Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
+// there.
+const SERIES_ARGUMENT_MAX: f32 = 0.01;
 
 // Uniform of the method; counterpart of `PqUniform` in pq.rs.
 struct Pq {
-    // Wave orders of the tile (order_grid.rs).
+    // Lattice of the tile's wave orders.
     grid: OrderGrid,
     // P and Q.
     repeats: vec2<f32>,
@@ -19,16 +23,16 @@ struct Pq {
 
 @group(1) @binding(0) var<uniform> pq: Pq;
 
-// Interference of P tiles, D_P(d) = sin(πPd)/(P·sin(πd)), at a distance of d orders.
+// Interference kernel D_P(d) of P `repeats` at the `distance` d from the nearest order, in orders.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     let x = 0.5 * TAU * distance;
-    if repeats * abs(x) < SINC_SERIES {
+    if repeats * abs(x) < SERIES_ARGUMENT_MAX {
         return 1.0 - (repeats * repeats - 1.0) * x * x / 6.0;
     }
     return sin(repeats * x) / (repeats * sin(x));
 }
 
-// Power spectrum S in µm².
+// Power spectrum S in µm²; 0 where the nearest order is not stored.
 fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     let position = order_position(pq.grid, q, wavelength_um);
     let nearest = nearest_order(position);

@@ -127,8 +127,8 @@ fn uniforms_have_the_layout_of_the_shaders() {
                     orders,
                     order_zero,
                     period_um,
-                    spacing,
-                    sigma,
+                    spacing_per_um,
+                    sigma_per_um,
                     _pad0,
                     _pad1
                 ),
@@ -176,7 +176,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
                 half_range_um,
                 peak_um2,
                 neighbourhood,
-                argument_of_terms
+                full_terms_kappa_h
             );
             assert_eq!(reflected(&module, "OrderGrid"), expected);
         }
@@ -192,9 +192,9 @@ fn constants_of_rust_and_wgsl_agree() {
         ("SUM_SQUARED_MAX", super::SUM_SQUARED_MAX.into()),
         ("TERMS_MAX", super::TERMS_MAX as f64),
         ("SMALL_ARGUMENT", super::bessel::SMALL_ARGUMENT.into()),
-        ("FAINT", super::orders::FAINT.into()),
+        ("EXPONENT_MAX", super::orders::EXPONENT_MAX.into()),
         ("WHITE_UM", super::nmm::WHITE_UM.into()),
-        ("SINC_SERIES", super::pq::SINC_SERIES.into()),
+        ("SERIES_ARGUMENT_MAX", super::pq::SERIES_ARGUMENT_MAX.into()),
         ("ORDERS", super::stam::ORDERS.into()),
         ("V_RANGE", super::stam::V_RANGE.into()),
         ("GEMS_ORDERS", super::stam_gems::GEMS_ORDERS.into()),
@@ -206,7 +206,7 @@ fn constants_of_rust_and_wgsl_agree() {
     ];
     #[cfg(feature = "rigorous")]
     {
-        use crate::grating::{NU_HALF, NU_MIDDLE, ORDER_ZERO, REACH, TAU_SCALE, UNIT, WEIGHTS};
+        use crate::grating::{NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, REACH, TAU_SCALE, UNIT, WEIGHT_NODES};
         let single = |value: f64| f64::from(value as f32);
         expected.extend([
             ("NU_MIDDLE", single(NU_MIDDLE)),
@@ -215,11 +215,11 @@ fn constants_of_rust_and_wgsl_agree() {
             ("REACH", REACH),
             ("UNIT", single(UNIT)),
             ("LOG2_E", std::f32::consts::LOG2_E.into()),
-            ("WEIGHTS_WIDTHS", WEIGHTS[0].into()),
-            ("WEIGHTS_PLACES", WEIGHTS[1].into()),
-            ("ORDER_ZERO_SIDE", ORDER_ZERO[0].into()),
+            ("WEIGHT_NODES_TAU", WEIGHT_NODES[0].into()),
+            ("WEIGHT_NODES_NU", WEIGHT_NODES[1].into()),
+            ("ORDER_ZERO_NODES", ORDER_ZERO_NODES[0].into()),
         ]);
-        assert_eq!(ORDER_ZERO[0], ORDER_ZERO[1]);
+        assert_eq!(ORDER_ZERO_NODES[0], ORDER_ZERO_NODES[1]);
     }
     let mut seen = std::collections::BTreeSet::new();
     for (kind, method) in methods() {

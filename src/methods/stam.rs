@@ -1,17 +1,20 @@
-//! The method `stam` in its default form `spacing`: one spacing, as a reflectance. It is our form of Stam's model; the
-//! shader that Stam published in GPU Gems is [`super::StamGems`].
+//! The method `stam` in its default form `spacing`: gratings of one groove spacing, as a reflectance. It is our form of
+//! Stam's model; the shader that Stam published in GPU Gems is [`super::StamGems`].
 //!
-//! The spacing d lies along x. Whatever the relief, a sixteenth of the light goes to each of the orders ±1 … ±8, which
-//! leave at `λ = d|u|/n`. Order 0, which GPU Gems draws as a highlight, is left out. The grooves are assumed to scatter
-//! along y, which spreads each order uniformly over the two units of v of a hemisphere: `S = Σ_n δ(u/λ − n/d)/16 ·
-//! λ/2`, with a total of 1 over (u, v).
+//! `q = wi + wo = (u, v, w)`, and the spacing d lies along x. Each of the orders ±1 to ±8 gets a sixteenth of the
+//! light, whatever the relief; order n leaves at `λ_n = d|u|/n`. Order 0, which GPU Gems draws as a highlight, is left
+//! out. The grooves are assumed to scatter along y, which spreads each order uniformly over v from −1 to 1. The power
+//! spectrum in µm² is therefore
 //!
-//! With δ, the integral over wavelengths is `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, where weight are the colour
-//! weights per µm. A value at a single wavelength has the Gaussian of the coherence window in place of δ.
+//! `S = Σ_n δ(u/λ − n/d)/16 · λ/2`, n = ±1 to ±8, and `∫∫ S du dv/λ² = 1` over (u, v).
+//!
+//! The integral of `S/λ²` over wavelengths is `relief_rgb = Σ_n weight(λ_n)·d/(32n)`, n = 1 to 8, with the colour
+//! weights per µm. A value at a single wavelength has the Gaussian of the coherence window, of standard deviation s, in
+//! place of δ: `2√π·s·exp(−(2πs·x)²)` for δ(x).
 
 use super::colours::{self, Colours, colour_density};
 use super::{
-    MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
+    MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, visible_um,
 };
 use crate::height_field::HeightField;
 use crate::table::CoherenceWindow;
@@ -24,9 +27,10 @@ use std::f32::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
-/// Number of orders on each side. Chosen; the fractions of light add up to 1 for any number.
+/// Number of orders on each side. Larger values spread the light over more orders; the fractions sum to 1 for any
+/// number.
 pub(super) const ORDERS: u32 = 8;
-/// Length of the interval of v over the outgoing hemisphere at normal incidence, from −1 to 1.
+/// Length of the interval of v over which an order spreads: that of the outgoing hemisphere at normal incidence.
 pub(super) const V_RANGE: f32 = 2.0;
 
 /// The uniform struct of stam.wgsl.
@@ -52,6 +56,7 @@ pub struct Stam {
 
 impl Stam {
     /// Builds the method with the spacing `period_um` of the options, or else the dominant period of `field` along x.
+    /// The coherence length in µm is four standard deviations of the window.
     ///
     /// # Errors
     /// [`MethodError::NoPeriod`] where the options give none and the field has none.
@@ -64,7 +69,10 @@ impl Stam {
     }
 }
 
-/// The spacing in µm: `period_um` of the options, or the dominant period of `field` along x.
+/// The spacing in µm: `period_um` of the options, or else the dominant period of `field` along x.
+///
+/// # Errors
+/// [`MethodError::NoPeriod`] where the options give none and the field has none.
 pub(super) fn spacing_um(field: &HeightField, options: &MethodOptions) -> Result<f32, MethodError> {
     let found = || periods(field, true).x.map(|period| period.period_um);
     options.period_um.or_else(found).map(|period_um| period_um as f32).ok_or(MethodError::NoPeriod)
@@ -86,13 +94,13 @@ impl Relief for Stam {
     }
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
-        let Some(um) = spectral_range_um(wavelength_nm).filter(|_| is_query(q)) else { return Some(0.0) };
-        let line = |n: u32| {
-            let distance = q[0].abs() / um - n as f32 / self.period_um;
-            (-(2.0 * PI * self.window_um * distance).powi(2)).exp()
+        let Some(um) = visible_um(wavelength_nm).filter(|_| is_query(q)) else { return Some(0.0) };
+        let gaussian = |n: u32| {
+            let distance_per_um = q[0].abs() / um - n as f32 / self.period_um;
+            (-(2.0 * PI * self.window_um * distance_per_um).powi(2)).exp()
         };
-        let lines: f32 = (1..=ORDERS).map(line).sum();
-        Some(2.0 * PI.sqrt() * self.window_um * lines / (2.0 * ORDERS as f32 * V_RANGE * um))
+        let sum: f32 = (1..=ORDERS).map(gaussian).sum();
+        Some(2.0 * PI.sqrt() * self.window_um * sum / (2.0 * ORDERS as f32 * V_RANGE * um))
     }
 
     fn relief_shader(&self) -> MethodShader<'_> {

@@ -1,11 +1,12 @@
 // Stam's model of one groove spacing d along x, as a reflectance; counterpart of stam.rs, which derives the formulas.
 //
-// Orders n = ±1 … ±8 carry equal fractions of the light, and order n leaves at λ_n = d|u|/n, with q = (u, v, w) = wi +
-// wo. rgb = Σ_n density(λ_n)·d/n / (2·ORDERS·V_RANGE), with the density of colours.wgsl.
+// Orders n = ±1 to ±8 carry equal fractions of the light, and order n leaves at λ_n = d|u|/n, with q = (u, v, w) = wi +
+// wo. The colour is rgb = Σ_n density(λ_n)·(d/n)/(2·ORDERS·V_RANGE), n = 1 to 8, with the density of colours.wgsl.
 
 // Number of orders on each side.
 const ORDERS: u32 = 8u;
-// Length of the interval of v over the outgoing hemisphere, over which each order spreads uniformly.
+// Length of the interval of v over which an order spreads uniformly: that of the outgoing hemisphere at normal
+// incidence.
 const V_RANGE: f32 = 2.0;
 
 // Uniform of the method; counterpart of `StamUniform` in stam.rs.

@@ -1,14 +1,16 @@
 //! The method `stam` in its form `gems`: Stam's shader as published in GPU Gems, chapter 8 ("Simulating Diffraction").
 //!
-//! With `q = wi + wo = (u, v, w)`, not normalised, and the spacing d along x, the colour is `highlight ·
-//! exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`. Here `λ_n = d|u|/n`, n = 1 … 7, is the wavelength of an order in µm and r the
-//! sharpness in 1/µm. A bump is `max(0, 1 − ((λ − centre)/0.125 µm)²)`, with centres at 0.875, 0.75 and 0.625 µm for
-//! red, green and blue: the light of an order lies at 0.5 to 1 µm instead of 0.38 to 0.78 µm. (The chapter writes `y =
-//! 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
+//! With `q = wi + wo = (u, v, w)`, not normalised, and the spacing d along x, the colour is
 //!
-//! The colour is made for the screen. It has no Fresnel factor, no obliquity factor and no cosine, and is no fraction
-//! of the incident light. The answer is the whole of `f_r`, the colour over `π cosθi`: under light that gives a white
-//! diffuse surface the radiance 1, a picture shows the colour itself at any angle of the light.
+//! `highlight·exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`, with `bump(λ) = max(0, 1 − ((λ − centre)/0.125 µm)²)`.
+//!
+//! Here `λ_n = d|u|/n`, n = 1 to 7, is the wavelength of an order in µm, and r the sharpness in 1/µm. The centres are
+//! 0.875, 0.75 and 0.625 µm for red, green and blue: orders are visible from 0.5 to 1 µm instead of 0.38 to 0.78 µm.
+//! (The chapter writes `y = 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
+//!
+//! The colour is a pixel value, without Fresnel factor, obliquity factor and cosine, and no fraction of the incident
+//! light. The answer is the whole of `f_r`, the colour over `π cosθi`. Under light that gives a white diffuse surface
+//! the radiance 1 at perpendicular incidence, a picture then shows the colour itself, at any angle of incidence θi.
 
 use super::stam::spacing_um;
 use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
@@ -73,11 +75,12 @@ impl Method for StamGems {
             return [0.0; 3];
         }
         let StamGemsUniform { highlight, sharpness, period_um, .. } = self.0;
-        let u_um = period_um * q[0];
-        let distance = sharpness * u_um / q[2];
-        let mut rgb = highlight.map(|value| value * (-distance * distance).exp());
+        // d·u, n times the wavelength of order n.
+        let path_um = period_um * q[0];
+        let scaled_slope = sharpness * path_um / q[2];
+        let mut rgb = highlight.map(|value| value * (-scaled_slope * scaled_slope).exp());
         for n in 1..=GEMS_ORDERS {
-            let wavelength_um = u_um.abs() / n as f32;
+            let wavelength_um = path_um.abs() / n as f32;
             for (value, centre_um) in rgb.iter_mut().zip([RED_UM, GREEN_UM, BLUE_UM]) {
                 let x = (wavelength_um - centre_um) / HALF_WIDTH_UM;
                 *value += (1.0 - x * x).max(0.0);

@@ -1,11 +1,11 @@
 // Stam's diffraction shader of GPU Gems, chapter 8: one groove spacing d along x; counterpart of stam_gems.rs, which
 // explains its colours.
 //
-// With q = (u, v, w) = wi + wo and λ_n = d|u|/n, the colour is
+// With q = (u, v, w) = wi + wo and the wavelengths λ_n = d|u|/n, the colour is
 //     highlight·exp(-(sharpness·d·u/w)²) + Σ_n max(0, 1 - ((λ_n - centre)/HALF_WIDTH_UM)²),
-// with a centre for each channel. f_r is the colour over π·cosθi.
+// with a centre for each channel. f_r is the colour over π·cosθi, where θi is the angle of incidence.
 
-// Number of orders n.
+// Number of orders n on each side; the chapter's value.
 const GEMS_ORDERS: u32 = 7u;
 // Centre of the red bump in µm; the chapter's value.
 const RED_UM: f32 = 0.875;
@@ -37,13 +37,15 @@ fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();
     }
-    let u_um = gems.period_um * q.x;
-    let distance = gems.sharpness * u_um / q.z;
-    var rgb = gems.highlight * exp(-distance * distance);
+    // d·u, n times the wavelength of order n.
+    let path_um = gems.period_um * q.x;
+    let scaled_slope = gems.sharpness * path_um / q.z;
+    var rgb = gems.highlight * exp(-scaled_slope * scaled_slope);
     for (var n = 1u; n <= GEMS_ORDERS; n++) {
-        let wavelength_um = abs(u_um) / f32(n);
+        let wavelength_um = abs(path_um) / f32(n);
         let x = (vec3<f32>(wavelength_um) - vec3<f32>(RED_UM, GREEN_UM, BLUE_UM)) / HALF_WIDTH_UM;
         rgb += max(1.0 - x * x, vec3<f32>(0.0));
     }
+    // 2/TAU is 1/π.
     return rgb * (2.0 / TAU) / max(wi.z, COSINE_MIN);
 }

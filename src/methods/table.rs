@@ -1,6 +1,8 @@
-//! The method `table`: the [colour table](crate::colour_table), the relief's factor in linear sRGB tabulated over `q =
-//! wi + wo`. A look-up reads 4 × 4 × 4 samples: four rings, and on each four directions at four values of w. The shader
-//! is table.wgsl, and albedo.wgsl where energy is conserved.
+//! The method `table`: the [colour table](crate::colour_table), the relief's factor in linear sRGB tabulated over
+//! `q = wi + wo = (u, v, w)`.
+//!
+//! A look-up reads 4 × 4 × 4 spline coefficients: on each of four rings, four directions at four knots of w. The shader
+//! is table.wgsl. Where energy is conserved, albedo.wgsl divides by the albedo.
 
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
@@ -10,12 +12,10 @@ use bytemuck::{Pod, Zeroable};
 use std::array;
 use std::borrow::Cow;
 
-/// The uniform struct of `table.wgsl`.
+/// The uniform struct of table.wgsl. Members without a comment are those of [`crate::colour_table::ColourLayout`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableUniform {
-    /// Spacing of the rings near the centre. This member and the next four are documented in
-    /// [`crate::colour_table::ColourLayout`].
     pub inner_spacing: f32,
     pub growth: f32,
     pub w_log: f32,
@@ -29,17 +29,13 @@ pub(super) struct TableUniform {
     pub rings: [TableRing; ColourTable::RINGS_MAX],
 }
 
-/// The struct `Ring` of `table.wgsl`: the members of [`Ring`], which documents them, padded to 32 bytes.
+/// The struct `Ring` of table.wgsl: the members of [`Ring`], which documents them, padded to 32 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableRing {
-    /// Index of the ring's first sample.
     pub offset: u32,
-    /// Number of samples along the direction.
     pub directions: u32,
-    /// Number of samples along w.
     pub w_count: u32,
-    /// This member and the next three are the constants of the formulas in `table.wgsl`.
     pub knots_per_w: f32,
     pub knots_per_efold: f32,
     pub knee_squared: f32,
@@ -93,10 +89,11 @@ impl Method for ConservingTable {
     }
 }
 
-/// The WGSL that reads the table, with the data of table and albedo. [`ColourTable`] and [`ConservingTable`] append
-/// different answers.
+/// The WGSL that reads the table, with the data of table and albedo. Its callers append the definition of `answer_rgb`,
+/// which differs with and without an albedo.
 fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
     let layout = table.layout();
+    // On the heap: it has 32 KiB.
     let mut uniform = Box::new(TableUniform {
         inner_spacing: layout.inner_spacing,
         growth: layout.growth,

@@ -2,38 +2,41 @@
 // src/colour_table/lookup.rs, with the same arithmetic.
 //
 // The table consists of rings about (u, v) = (0, 0) whose spacing grows with the radius: ring i has the radius
-// inner_spacing·sinh(growth·(i + 1/2))/growth. A ring holds `directions` × `w_count` samples, cubic B-splines over the
-// direction in turns and over w. Across rings the interpolation is the cubic Lagrange polynomial through four rings.
+// inner_spacing/growth·sinh(growth·(i + 1/2)). On a ring the colour is a cubic B-spline over the direction in turns and
+// over w. Between rings it is the cubic polynomial through four rings (`lagrange_weights`).
+//
+// A ring's spline has `directions` × `w_count` coefficients [direction][w]. Coefficient 0 over w belongs to the knot
+// -1; knot 0 is at w = 0. The value w lies at the position knots_per_w·w + knots_per_efold·ln(1 + w/w_log) in knots.
 
-// A ring of samples; counterpart of `Ring` in src/colour_table/rings.rs, which derives the numbers.
+// Record of one ring; counterpart of `Ring` in src/colour_table/mod.rs.
 struct Ring {
-    // Index of the ring's first sample in `words`.
+    // Index of the ring's first coefficient in `coefficients`.
     offset: u32,
-    // Number of samples along the direction.
+    // Number of coefficients along the direction, uniformly spaced over a full turn from +u towards +v.
     directions: u32,
-    // Number of samples along w.
+    // Number of coefficients over w.
     w_count: u32,
-    // The position along w, in samples, is knots_per_w·w + knots_per_efold·ln(1 + w/w_log).
+    // Uniform part of the spacing of knots: knots per unit of w.
     knots_per_w: f32,
-    // Factor of the logarithm in this position.
+    // Logarithmic part of the spacing of knots: knots per e-fold of 1 + w/w_log.
     knots_per_efold: f32,
-    // The interpolated value is multiplied by (w² + zero_squared)/(w² + knee_squared), which models its fall near w =
-    // 0.
+    // The spline's value times (w² + zero_squared)/(w² + knee_squared) is the colour, which falls near w = 0
+    // (src/colour_table/fit.rs).
     knee_squared: f32,
-    // Numerator's constant of this factor.
+    // Constant of the numerator of this factor.
     zero_squared: f32,
     _pad: u32,
 }
 
-// Layout of the table; counterpart of `ColourLayout` in src/colour_table.
+// Layout of the table; counterpart of `TableUniform` in table.rs.
 struct Table {
     // Spacing of the rings near the centre.
     inner_spacing: f32,
-    // Relative spacing of the rings far from the centre.
+    // Spacing of the outer rings over their radius.
     growth: f32,
-    // Scale of the logarithm of a ring's position along w.
+    // Scale of w above which knots are spaced logarithmically.
     w_log: f32,
-    // Added to a sample's exponent to give that of a single-precision number.
+    // Addend that makes the stored exponent of a coefficient the biased exponent of a single-precision number.
     exponent_offset: u32,
     // Index of the outermost ring.
     last_ring: u32,
@@ -41,24 +44,26 @@ struct Table {
     albedo_cells: u32,
     _pad1: u32,
     _pad2: u32,
-    // In the uniform struct, because software adapters read storage buffers word by word and pixel by pixel.
+    // Rings from the centre outwards. They are in the uniform struct, because software adapters read storage buffers
+    // word by word and pixel by pixel.
     rings: array<Ring, 1024>,
 }
 
 @group(1) @binding(0) var<uniform> table: Table;
-// Samples of all rings, each packed in a u32.
-@group(1) @binding(1) var<storage, read> words: array<u32>;
+// Spline coefficients of all rings, one word for the three channels.
+@group(1) @binding(1) var<storage, read> coefficients: array<u32>;
 
-// Red, green and blue of a packed sample: three mantissas of nine bits, offset by 256, and a common exponent of five
-// bits.
+// Red, green and blue of a packed coefficient, (m - 256)·2^e each: three stored mantissas m of nine bits and a common
+// exponent of five bits (src/colour_table/pack.rs).
 fn unpack(word: u32) -> vec3<f32> {
     let scale = bitcast<f32>(((word >> 27u) + table.exponent_offset) << 23u);
     let mantissas = vec3<u32>(word, word >> 9u, word >> 18u) & vec3<u32>(0x1ffu);
     return (vec3<f32>(mantissas) - 256.0) * scale;
 }
 
-// The direction of q in turns from +u towards +v, -1/2 to 1/2. It is computed by a fitted odd polynomial of the smaller
-// over the larger component, because the precision of the built-in atan2 differs between drivers.
+// Direction of (u, v) in turns from +u towards +v, -1/2 to 1/2; 0 at the origin. It is computed by a polynomial fitted
+// to atan(a)/(2πa), with a the smaller over the larger component, because the precision of the built-in atan2 differs
+// between drivers.
 fn turns(q: vec2<f32>) -> f32 {
     let size = abs(q);
     let largest = max(size.x, size.y);
@@ -66,6 +71,7 @@ fn turns(q: vec2<f32>) -> f32 {
         return 0.0;
     }
     let ratio = min(size.x, size.y) / largest;
+    // Horner's rule in the square of the ratio.
     let square = ratio * ratio;
     var sum = -0.00064530366;
     sum = sum * square + 0.003479595;
@@ -81,7 +87,7 @@ fn turns(q: vec2<f32>) -> f32 {
     return select(half, -half, q.y < 0.0);
 }
 
-// Weights of four samples of a cubic B-spline, at a fraction t of the way from the second to the third.
+// Weights of the coefficients of the knots -1, 0, 1, 2 in a uniform cubic B-spline at t in [0, 1].
 fn cubic_b_spline_weights(t: f32) -> vec4<f32> {
     let s = 1.0 - t;
     return vec4<f32>(
@@ -92,7 +98,7 @@ fn cubic_b_spline_weights(t: f32) -> vec4<f32> {
     ) / 6.0;
 }
 
-// Weights of four samples of the cubic Lagrange polynomial, at a fraction t of the way from the second to the third.
+// Weights of the values at -1, 0, 1, 2 in the cubic polynomial through them, at t in [0, 1].
 fn lagrange_weights(t: f32) -> vec4<f32> {
     let a = t + 1.0;
     let b = t - 1.0;
@@ -100,34 +106,35 @@ fn lagrange_weights(t: f32) -> vec4<f32> {
     return vec4<f32>(-t * b * c / 6.0, a * b * c / 2.0, -a * t * c / 2.0, a * t * b / 6.0);
 }
 
-// The value on a ring at a direction in turns and w.
-fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
-    let x = turn * f32(ring.directions);
+// Colour on the ring of index `ring_index` at a direction in turns, -1/2 to 1/2, and w.
+//
+// The line through the centre goes on to ring 0 on the opposite side, so index -1 is ring 0 half a turn away, and -2 is
+// ring 1. Indices beyond the last ring read the last.
+fn on_ring(ring_index: i32, turn: f32, w: f32) -> vec3<f32> {
+    let opposite = ring_index < 0;
+    let ring = table.rings[min(u32(select(ring_index, -1 - ring_index, opposite)), table.last_ring)];
+    // Positions in knots, along the ring and over w.
+    let x = (turn + select(0.0, 0.5, opposite)) * f32(ring.directions);
     let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / table.w_log);
     let column = floor(x);
     let row = min(floor(y), f32(ring.w_count) - 4.0);
     let direction_weights = cubic_b_spline_weights(x - column);
-    let height_weights = cubic_b_spline_weights(y - row);
-    // A turn lies in [-0.5, 1]. One addition makes the number of the direction positive and one subtraction brings it
-    // into range. A remainder would take software adapters longer than the rest of the function.
-    let beyond = u32(i32(column) + i32(ring.directions) - 1);
-    var direction = select(beyond, beyond - ring.directions, beyond >= ring.directions);
+    let w_weights = cubic_b_spline_weights(y - row);
+    // The four directions read are column - 1 to column + 2, modulo the number of directions. The turn lies in [-1/2,
+    // 1], so one addition and at most one subtraction bring the first into range. A remainder would take software
+    // adapters longer than the rest of the function.
+    let wrapped = u32(i32(column) + i32(ring.directions) - 1);
+    var direction = select(wrapped, wrapped - ring.directions, wrapped >= ring.directions);
     var sum = vec3<f32>();
     for (var a = 0u; a < 4u; a++) {
+        // Coefficients of the knots row - 1 to row + 2 over w.
         let first = ring.offset + direction * ring.w_count + u32(row);
-        let value = height_weights.x * unpack(words[first]) + height_weights.y * unpack(words[first + 1u])
-            + height_weights.z * unpack(words[first + 2u]) + height_weights.w * unpack(words[first + 3u]);
+        let value = w_weights.x * unpack(coefficients[first]) + w_weights.y * unpack(coefficients[first + 1u])
+            + w_weights.z * unpack(coefficients[first + 2u]) + w_weights.w * unpack(coefficients[first + 3u]);
         sum += direction_weights[a] * value;
         direction = select(direction + 1u, 0u, direction + 1u == ring.directions);
     }
     return sum * ((w * w + ring.zero_squared) / (w * w + ring.knee_squared));
-}
-
-// The value on the ring of this number. A negative number is a ring beyond the centre, on the opposite side.
-fn on_ring_number(number: i32, turn: f32, w: f32) -> vec3<f32> {
-    let mirrored = number < 0;
-    let index = min(u32(select(number, -1 - number, mirrored)), table.last_ring);
-    return on_ring(table.rings[index], turn + select(0.0, 0.5, mirrored), w);
 }
 
 // The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
@@ -137,13 +144,14 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
         return vec3<f32>();
     }
     let turn = turns(q.xy);
-    // Position among the rings, in rings: asinh(growth·radius/inner_spacing)/growth - 1/2.
+    // Position among the rings, asinh(growth·radius/inner_spacing)/growth - 1/2: ring k lies at k. The divisions are
+    // not simplified, since the Rust twin has the same ones: beside a bright order another rounding would be visible.
     let stretched = radius * table.growth / table.inner_spacing;
     let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
-    let first = floor(position);
-    let weights = lagrange_weights(position - first);
-    // Not a loop: the compiler then computes terms of w alone once, and llvmpipe counts no turns (bessel.wgsl).
-    let number = i32(first);
-    return weights.x * on_ring_number(number - 1, turn, q.z) + weights.y * on_ring_number(number, turn, q.z)
-        + weights.z * on_ring_number(number + 1, turn, q.z) + weights.w * on_ring_number(number + 2, turn, q.z);
+    let inner = floor(position);
+    let weights = lagrange_weights(position - inner);
+    // Not a loop: the compiler then computes terms of w alone once, and llvmpipe counts no iterations (bessel.wgsl).
+    let ring = i32(inner);
+    return weights.x * on_ring(ring - 1, turn, q.z) + weights.y * on_ring(ring, turn, q.z)
+        + weights.z * on_ring(ring + 1, turn, q.z) + weights.w * on_ring(ring + 2, turn, q.z);
 }

@@ -1,79 +1,81 @@
-//! Coefficients of the series of the phase screen (orders.rs) for many wavelengths at one w. Several wavelengths are
-//! computed side by side in SIMD lanes.
+//! Weights of the terms in the series of the phase screen (symbols: orders.rs), for many wavelengths at one w. Several
+//! wavelengths are computed side by side in SIMD lanes.
 //!
-//! With the phase rate `κ = 2πw/λ`, half the range of heights H and `x = κH`, the coefficient of term n is `(2 − δ_n0)
-//! iⁿ J_n(x)` (Chebyshev) or `iⁿ xⁿ/n!` (Taylor).
+//! With `x = κH`, the weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored
+//! without the factor i of odd terms, so that they are real and have the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
 use arrayvec::ArrayVec;
 use std::f32::consts::TAU;
 
-/// Number of wavelengths whose coefficients are computed side by side.
+/// Number of wavelengths whose weights are computed side by side.
 const LANES: usize = 8;
 /// Number of lanes for a batch of at most this many wavelengths, so that fewer lanes are idle.
 const FEW_LANES: usize = 4;
 
-/// Pairs of coefficients `[even, even, odd, odd]`, where even terms are real and odd ones imaginary. Each is stored
-/// twice: [`super::orders::Orders::amplitude`] multiplies the real and the imaginary part of a term by it.
+/// Weights of one wavelength, in pairs `[even, even, odd, odd]` of an even term and the following odd one. Each is
+/// stored twice: [`super::orders::Orders::amplitude`] multiplies the real and the imaginary part of a term by it.
 pub(super) type TermWeights = [[f32; 4]];
 
-/// Coefficients of a batch of wavelengths, one wavelength after the other.
-type Weights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
+/// Weights of a batch of wavelengths, one wavelength after the other.
+type BatchWeights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
 
 impl OrderGrid {
-    /// Number of terms to sum at `x = κH`, an even number. Each unit of x below [`OrderGrid::argument_of_terms`] saves
-    /// one term.
+    /// Number of terms to sum at `x = κH`, an even number ([`OrderGrid::full_terms_kappa_h`]).
     pub(super) fn terms_at(&self, x: f32) -> usize {
-        let spare = (self.argument_of_terms - x).max(0.0) as usize;
+        let spare = (self.full_terms_kappa_h - x).max(0.0) as usize;
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
-    /// Computes the coefficients at `w` for several wavelengths, in batches of [`LANES`]. Each wavelength in µm comes
-    /// with a value of the caller. `receive` is called with wavelength, value and coefficients.
+    /// Computes the weights at `w` for several wavelengths, in batches of [`LANES`]. Each wavelength in µm comes with a
+    /// value of the caller. `receive` is called with wavelength, value and weights.
     pub(super) fn at_wavelengths<T>(
         &self,
         w: f32,
         mut wavelengths_um: impl Iterator<Item = (f32, T)>,
         mut receive: impl FnMut(f32, T, &TermWeights),
     ) {
-        let (mut batch, mut weights) = (ArrayVec::<(f32, T), LANES>::new(), Weights::new());
+        let (mut batch, mut batch_weights) = (ArrayVec::<(f32, T), LANES>::new(), BatchWeights::new());
         loop {
             while let Some(next) = if batch.is_full() { None } else { wavelengths_um.next() } {
                 batch.push(next);
             }
-            let Some(&(last, _)) = batch.last() else { return };
-            let x = |lane: usize| TAU * w / batch.get(lane).map_or(last, |entry| entry.0) * self.half_range_um;
+            let Some(&(last_um, _)) = batch.last() else { return };
+            // Idle lanes repeat the last wavelength.
+            let x = |lane: usize| TAU * w / batch.get(lane).map_or(last_um, |entry| entry.0) * self.half_range_um;
             let pairs = if batch.len() <= FEW_LANES {
-                self.write_weights::<FEW_LANES>(std::array::from_fn(x), batch.len(), &mut weights)
+                self.write_weights::<FEW_LANES>(std::array::from_fn(x), batch.len(), &mut batch_weights)
             } else {
-                self.write_weights::<LANES>(std::array::from_fn(x), batch.len(), &mut weights)
+                self.write_weights::<LANES>(std::array::from_fn(x), batch.len(), &mut batch_weights)
             };
-            for ((wavelength_um, value), weights) in batch.drain(..).zip(weights.chunks_exact(pairs)) {
+            for ((wavelength_um, value), weights) in batch.drain(..).zip(batch_weights.chunks_exact(pairs)) {
                 receive(wavelength_um, value, weights);
             }
         }
     }
 
-    /// Writes the coefficients at the first `count` of the arguments, one argument after the other; returns the number
-    /// of pairs of each.
-    fn write_weights<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut Weights) -> usize {
+    /// Writes the weights at the first `count` of the arguments, one argument after the other. Returns the number of
+    /// pairs for each argument.
+    fn write_weights<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut BatchWeights) -> usize {
         let terms = self.terms_at(x.into_iter().fold(0.0, f32::max));
+        // `[term][lane]`.
         let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();
         values.extend(std::iter::repeat_n([0.0; N], terms));
         let factor = if self.series == 0 {
             bessel_j(x, &mut values);
             2.0
         } else {
-            powers(x, &mut values);
+            taylor_coefficients(x, &mut values);
             1.0
         };
         for (n, row) in values.iter_mut().enumerate().skip(1) {
-            // The sign of iⁿ; odd terms are imaginary.
-            let factor = if n & 2 == 0 { factor } else { -factor };
-            row.iter_mut().for_each(|value| *value *= factor);
+            // + + − − and so on.
+            let signed = if n & 2 == 0 { factor } else { -factor };
+            row.iter_mut().for_each(|value| *value *= signed);
         }
         let pairs = terms / 2;
+        // The buffer only grows from batch to batch.
         let missing = (count * pairs).saturating_sub(weights.len());
         weights.extend(std::iter::repeat_n([0.0; 4], missing));
         for (n, pair) in values.chunks_exact(2).enumerate() {
@@ -86,8 +88,8 @@ impl OrderGrid {
     }
 }
 
-/// Writes `xⁿ/n!` in row n.
-fn powers<const N: usize>(x: [f32; N], values: &mut [[f32; N]]) {
+/// Writes `xⁿ/n!` to row n.
+fn taylor_coefficients<const N: usize>(x: [f32; N], values: &mut [[f32; N]]) {
     let mut power_over_factorial = [1.0; N];
     for (n, row) in values.iter_mut().enumerate() {
         if n > 0 {
@@ -108,13 +110,14 @@ mod tests {
         for remainder in [1e-2, 1e-4, 1e-7] {
             for largest in [0.0, 0.5, 1.0, 3.3, 9.9, 30.0, 130.0] {
                 for (series, needed) in [chebyshev_terms, taylor_terms].into_iter().enumerate() {
+                    // The largest argument that the Taylor series accepts is 30.
                     if series == 1 && largest > 30.0 {
                         continue;
                     }
                     let count = needed(largest, remainder);
                     let terms = count.next_multiple_of(8);
-                    let argument_of_terms = (largest + (terms - count) as f64) as f32;
-                    let grid = OrderGrid { terms: terms as u32, argument_of_terms, ..bytemuck::Zeroable::zeroed() };
+                    let full_terms_kappa_h = (largest + (terms - count) as f64) as f32;
+                    let grid = OrderGrid { terms: terms as u32, full_terms_kappa_h, ..bytemuck::Zeroable::zeroed() };
                     for step in 0..=100 {
                         let x = largest * f64::from(step) / 100.0;
                         let kept = grid.terms_at(x as f32);
@@ -132,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_given_number_of_terms_is_summed_at_any_argument() {
-        let grid = OrderGrid { terms: 24, argument_of_terms: 0.0, ..bytemuck::Zeroable::zeroed() };
+        let grid = OrderGrid { terms: 24, full_terms_kappa_h: 0.0, ..bytemuck::Zeroable::zeroed() };
         assert_eq!([0.0, 1.0, 30.0].map(|x| grid.terms_at(x)), [24; 3]);
     }
 
@@ -152,7 +155,7 @@ mod tests {
                     });
                     let alone = alone.unwrap();
                     assert_eq!(weights.len(), 8);
-                    // The start of Miller's recurrence depends on the batch: rounding.
+                    // Rounding: the start of Miller's recurrence depends on the batch.
                     for (batched, alone) in weights.as_flattened().iter().zip(alone.as_flattened()) {
                         assert!((batched - alone).abs() < 1e-6 * alone.abs().max(1.0), "{batched}, {alone}");
                     }

@@ -1,10 +1,10 @@
-//! Inclusion of WGSL sources at compile time with their comments removed, so that programs do not embed the comments.
+//! Inclusion of WGSL sources at compile time without their comments, which programs need not contain.
 //!
-//! The macro [`wgsl!`](crate::wgsl) calls [`code_length`], [`code`] and [`utf8`] in constant expressions. A line
-//! comment from `//` to the end of the line is removed; WGSL sources here have no block comments.
+//! The macro [`wgsl!`](crate::wgsl) calls [`code_length`], [`code`] and [`utf8`] in constant expressions. Comments from
+//! `//` to the end of the line are removed. The sources have no block comments.
 
-/// Includes a WGSL file, relative to the calling file, as a `&'static str` without its comments. Lines keep their
-/// numbers.
+/// Includes a WGSL file, by its path relative to the calling file, as a `&'static str` without its comments. Line ends
+/// are kept, so the line numbers in messages of compilers are those of the file.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! wgsl {
@@ -29,7 +29,7 @@ pub const fn code_length(source: &str) -> usize {
     length
 }
 
-/// The `N` = [`code_length`] bytes of a source without its comments.
+/// Bytes of a source without its comments; `N` must be [`code_length`] of the source.
 pub const fn code<const N: usize>(source: &str) -> [u8; N] {
     let bytes = source.as_bytes();
     let mut code = [0; N];
@@ -45,11 +45,11 @@ pub const fn code<const N: usize>(source: &str) -> [u8; N] {
     code
 }
 
-/// The bytes of a source as text.
+/// Converts the bytes of [`code`] to text.
 ///
 /// # Panics
-/// If the bytes are not UTF-8, which fails the compilation. It does not happen, because a comment is removed as a
-/// whole.
+/// If the bytes are not UTF-8. In a constant expression this is an error of compilation. Removing whole comments leaves
+/// valid UTF-8.
 pub const fn utf8(code: &[u8]) -> &str {
     match std::str::from_utf8(code) {
         Ok(code) => code,
@@ -57,7 +57,7 @@ pub const fn utf8(code: &[u8]) -> &str {
     }
 }
 
-/// The index of the end of the line where a comment begins at `at`, else `at`.
+/// Index of the end of the line if a comment begins at `at`, otherwise `at`.
 const fn after_comment(bytes: &[u8], mut at: usize) -> usize {
     if bytes[at] == b'/' && at + 1 < bytes.len() && bytes[at + 1] == b'/' {
         while at < bytes.len() && bytes[at] != b'\n' {
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comments_go_and_lines_stay() {
+    fn comments_are_removed_and_line_ends_kept() {
         const SOURCE: &str = "// θ\nlet a = b / c; // half\n\n//";
         const CODE: [u8; code_length(SOURCE)] = code(SOURCE);
         assert_eq!(utf8(&CODE), "\nlet a = b / c; \n\n");

@@ -2,31 +2,34 @@
 //!
 //! Symbols and equations are those of `lib.rs`. In matrices over the nodes:
 //!
-//! - *field* is u (Ey or Hy), *flux* is ∂νu times the speed of the nodes;
+//! - *speed* is |dr/dτ| of a node (`nodes.rs`);
+//! - *field* is u (Ey or Hy), *flux* is ∂νu times the speed;
 //! - the field in the air satisfies `(½ − K)·u + S·flux = incident`;
-//! - order m receives `from_field·u + from_flux·flux`, Green's formula with the plane wave of the order;
-//! - *response* is W times the speed of the nodes, from field to flux (`metal.rs`);
-//! - D differentiates with respect to the nodes' parameter τ (`discretisation.rs`), so `D·u` is ∂su times the speed.
+//! - the amplitude radiated into order m is `from_field·u + from_flux·flux`, by Green's formula;
+//! - *response* is W times the speed, from field to flux (`metal.rs`);
+//! - D is the derivative with respect to the nodes' parameter τ (`discretisation.rs`), so `D·u` is ∂su times the speed.
 //!
-//! An incident wave of order m goes as e^{iαm·x − iβm·z}, an outgoing one as e^{iαm·x + iβm·z}.
+//! An incident wave of order m varies as e^{iαm·x − iβm·z}, an outgoing one as e^{iαm·x + iβm·z}.
 
 use crate::discretisation::Discretisation;
-use crate::layers::layers;
+use crate::layers::layer_matrices;
 use crate::linear::{Matrix, from_fn, product, solve, zeros};
 use crate::metal::response;
 use crate::{Amplitudes, Error, Medium, MetalTable};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Smallest distance of t from the cut-off of an order (βm = 0), where the lattice sum has a pole. Chosen: amplitudes
-/// go as the square root of the distance, so t moves them by about 1e-5.
+/// Smallest distance of t from the cut-off of an order (βm = 0), where the lattice sum has a pole.
+///
+/// Amplitudes vary as the square root of the distance, so moving t by up to twice this distance changes them by about
+/// 1e-5. Larger values change them more; smaller ones approach the pole to within rounding.
 const CUTOFF_DISTANCE: f64 = 1e-11;
 
-/// Magnitude of the coupling `(ky/k)(1 − κ²/κm²)` below which Ey and Hy are solved separately. Chosen at the rounding
-/// of ky = 0.
+/// Magnitude of the coupling `(ky/k)(1 − κ²/κm²)` below which Ey and Hy are solved separately, which takes a quarter of
+/// the time. It covers the rounding of ky = 0.
 const COUPLING_MIN: f64 = 1e-12;
 
-/// The air above one profile at one (t, b): layers and orders, for any wavelength and lower medium.
+/// The air above one profile at one (t, b), for any wavelength and lower medium (symbols: [crate]).
 ///
 /// ```
 /// use sunbeam_rigorous::{Discretisation, Medium, Profile, Resolution};
@@ -44,29 +47,29 @@ const COUPLING_MIN: f64 = 1e-12;
 pub struct Air<'a> {
     /// Nodes of the profile.
     mesh: &'a Discretisation,
-    /// κd/2π: period in wavelengths of κ.
+    /// κd/2π.
     t: f64,
     /// Bloch phase in turns.
     b: f64,
     /// Indices m of the propagating orders, ascending.
     orders: Vec<i32>,
-    /// αm of the orders, in 1/µm.
+    /// αm of the orders, in rad/µm.
     alpha: Vec<f64>,
-    /// βm of the orders, in 1/µm.
+    /// βm of the orders, in rad/µm; positive.
     beta: Vec<f64>,
-    /// S, applied to the flux.
+    /// S, applied to the flux: target node × source node.
     single: Matrix,
-    /// ½ − K.
+    /// ½ − K: target node × source node.
     exterior: Matrix,
     /// S·D.
     single_derivative: Matrix,
-    /// D: derivative with respect to the nodes' parameter.
+    /// D: derivative with respect to the nodes' parameter τ.
     derivative: Matrix,
-    /// Column m: the incident wave of order m at the nodes.
+    /// Incident wave of each order at the nodes: node × order.
     incident: Matrix,
-    /// Row m: amplitude of order m radiated by the field.
+    /// Amplitude of each order radiated by the field: order × node.
     from_field: Matrix,
-    /// Row m: amplitude of order m radiated by the flux.
+    /// Amplitude of each order radiated by the flux: order × node.
     from_flux: Matrix,
 }
 
@@ -80,32 +83,34 @@ impl<'a> Air<'a> {
         let t = away_from_cutoffs(t, b);
         let orders: Vec<i32> =
             ((-t - b).ceil() as i32..=(t - b).floor() as i32).filter(|&m| (b + f64::from(m)).abs() < t).collect();
-        let along = TAU / period;
-        let alpha: Vec<f64> = orders.iter().map(|&m| along * (b + f64::from(m))).collect();
-        // √(t² − (b + m)²) as a product, which keeps its digits near a cut-off.
+        let grating_wave_number = TAU / period;
+        let alpha: Vec<f64> = orders.iter().map(|&m| grating_wave_number * (b + f64::from(m))).collect();
+        // βm = (2π/d)·√(t² − (b + m)²), with the difference as a product, which keeps its digits near a cut-off.
         let beta: Vec<f64> = orders
             .iter()
             .map(|&m| {
-                let turns = b + f64::from(m);
-                along * ((t - turns) * (t + turns)).sqrt()
+                let a = b + f64::from(m);
+                grating_wave_number * ((t - a) * (t + a)).sqrt()
             })
             .collect();
         let nodes = &mesh.coarse;
-        let layers = layers(nodes, 1, Complex64::new(along * t, 0.0), b)?;
+        let layers = layer_matrices(nodes, 1, Complex64::new(grating_wave_number * t, 0.0), b)?;
         let mut exterior = -layers.double;
         exterior.diag_mut().map_inplace(|value| *value += 0.5);
         let derivative = mesh.derivative(b);
         let single_derivative = product(&layers.single, &derivative);
         let (n, count, step) = (nodes.len(), orders.len(), nodes.step());
         let incident = from_fn(n, count, |i, m| Complex64::cis(alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]));
-        let outgoing = |m: usize, i: usize| {
+        // Above the relief, the Green's function of a source at (x, z) has in order m the amplitude i/(2dβm) ·
+        // e^{−iαm·x − iβm·z}. `green` is this amplitude over i, times the quadrature step.
+        let green = |m: usize, i: usize| {
             Complex64::cis(-alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
         };
         let from_field = from_fn(count, n, |m, i| {
             let [nx, nz] = nodes.normal[i];
-            outgoing(m, i) * ((alpha[m] * nx + beta[m] * nz) * nodes.speed[i])
+            green(m, i) * ((alpha[m] * nx + beta[m] * nz) * nodes.speed[i])
         });
-        let from_flux = from_fn(count, n, |m, i| -Complex64::I * outgoing(m, i));
+        let from_flux = from_fn(count, n, |m, i| -Complex64::I * green(m, i));
         let single = layers.single;
         Ok(Self {
             mesh,
@@ -129,7 +134,7 @@ impl<'a> Air<'a> {
         &self.orders
     }
 
-    /// t = κd/2π, moved by at most 2e-11 away from the cut-off of an order.
+    /// t = κd/2π, raised by 2e-11 if it was within 1e-11 of the cut-off of an order.
     pub fn t(&self) -> f64 {
         self.t
     }
@@ -139,20 +144,21 @@ impl<'a> Air<'a> {
         self.b
     }
 
-    /// Amplitudes of all propagating orders for light in each of them, at a wavelength (nm).
+    /// Amplitudes between all propagating orders at a wavelength (nm).
     ///
-    /// ky is the positive root of k² − κ². Where κ exceeds k, ky is imaginary: no light has such a direction, and the
-    /// amplitudes are the analytic continuation.
+    /// ky is the positive root of k² − κ². Where κ exceeds k, ky is imaginary and belongs to no direction of light. The
+    /// amplitudes are then the analytic continuation in ky².
     ///
     /// # Errors
-    /// A wavelength that is not finite and positive, and solutions that are not finite.
+    /// A wavelength that is not finite and positive, special functions that overflow, and solutions that are not
+    /// finite.
     pub fn solve(&self, medium: &Medium, wavelength_nm: f64) -> Result<Amplitudes, Error> {
         let k = TAU * 1e3 / crate::error::positive("wavelength in nm", wavelength_nm)?;
         match *medium {
             Medium::Perfect => self.solve_perfect(),
             Medium::Index(index) => {
-                let square = index * index * k * k - self.ky_squared(k);
-                self.solve_with(index, k, &response(self.mesh, square, self.b)?)
+                let kappa_m_squared = index * index * k * k - self.ky_squared(k);
+                self.solve_with(index, k, &response(self.mesh, kappa_m_squared, self.b)?)
             }
         }
     }
@@ -166,17 +172,17 @@ impl<'a> Air<'a> {
         self.solve_with(metal.index(), k, &metal.at(self.ky_squared(k), self.b))
     }
 
-    /// κ in 1/µm.
+    /// κ in rad/µm.
     fn kappa(&self) -> f64 {
         TAU * self.t / self.mesh.profile().period_um()
     }
 
-    /// ky² = k² − κ² in 1/µm².
+    /// ky² = k² − κ² in (rad/µm)², for the wave number k in vacuum (rad/µm); negative where ky is imaginary.
     fn ky_squared(&self, k: f64) -> f64 {
         (k - self.kappa()) * (k + self.kappa())
     }
 
-    /// On a perfect conductor Ey and the normal derivative of Hy vanish: two independent systems.
+    /// Solves above a perfect conductor, where Ey and the normal derivative of Hy vanish: two independent systems.
     fn solve_perfect(&self) -> Result<Amplitudes, Error> {
         let flux = solve(&self.single, &self.incident, "the field of Ey")?;
         let field = solve(&self.exterior, &self.incident, "the field of Hy")?;
@@ -189,48 +195,50 @@ impl<'a> Air<'a> {
         Ok(Amplitudes::new(&self.orders, &self.alpha, &self.beta, amplitude, vec![[0.0; 2]; count]))
     }
 
-    /// Solves for Ey and Hy above a medium of refractive index `index`, at wave number k (1/µm) in vacuum.
+    /// Solves for Ey and Hy above a medium of refractive index `index`, at wave number k (rad/µm) in vacuum.
     ///
-    /// `response` eliminates the fluxes from the equations. Then come the fluxes, the amplitudes of all orders, and the
-    /// power that crosses into the medium.
+    /// `response` eliminates the fluxes from the system, which has only the fields as unknowns. The fluxes, the
+    /// amplitudes of all orders and the power that crosses into the medium follow from the fields.
     fn solve_with(&self, index: Complex64, k: f64, response: &Matrix) -> Result<Amplitudes, Error> {
         let (n, count) = (self.mesh.nodes(), self.orders.len());
         let ky = Complex64::new(self.ky_squared(k), 0.0).sqrt();
         let kappa_squared = self.kappa() * self.kappa();
         let kappa_m_squared = index * index * k * k - ky * ky;
-        // Coefficients of ∂νE = electric·W E − coupling·∂sH and ∂νH = magnetic·W H + coupling·∂sE (`lib.rs`).
+        // Coefficients of ∂νEy = electric·W Ey − coupling·∂sHy and ∂νHy = magnetic·W Hy + coupling·∂sEy (`lib.rs`).
         let electric = kappa_squared * index * index / kappa_m_squared;
         let magnetic = kappa_squared / kappa_m_squared;
         let coupling = ky / k * (1.0 - magnetic);
         let single_response = product(&self.single, response);
-        let coupled = coupling.norm() > COUPLING_MIN;
-        let (fields_e, fields_h) = if coupled {
+        let is_coupled = coupling.norm() > COUPLING_MIN;
+        // Columns of these and all following matrices: incident Ey of each order, then incident Hy of each order.
+        let (fields_e, fields_h) = if is_coupled {
             self.solve_coupled(&single_response, electric, magnetic, coupling)?
         } else {
-            let zero = || zeros(n, count);
+            let zero = zeros(n, count);
             let e = solve(&self.uncoupled(&single_response, electric), &self.incident, "the field of Ey")?;
             let h = solve(&self.uncoupled(&single_response, magnetic), &self.incident, "the field of Hy")?;
-            (join_columns(&e, &zero()), join_columns(&zero(), &h))
+            (join_columns(&e, &zero), join_columns(&zero, &h))
         };
-        let flux_of = |own: &Matrix, other: &Matrix, weight: Complex64, coupling: Complex64| {
-            let mut flux = product(response, own) * weight;
-            if coupled {
-                flux.scaled_add(coupling, &product(&self.derivative, other));
+        // Flux of one component from its own field and, by the coupling, from that of the other component.
+        let flux_of = |own: &Matrix, own_weight: Complex64, other: &Matrix, other_weight: Complex64| {
+            let mut flux = product(response, own) * own_weight;
+            if is_coupled {
+                flux.scaled_add(other_weight, &product(&self.derivative, other));
             }
             flux
         };
-        let flux_e = flux_of(&fields_e, &fields_h, electric, -coupling);
-        let flux_h = flux_of(&fields_h, &fields_e, magnetic, coupling);
+        let fluxes_e = flux_of(&fields_e, electric, &fields_h, -coupling);
+        let fluxes_h = flux_of(&fields_h, magnetic, &fields_e, coupling);
         let radiated =
             |field: &Matrix, flux: &Matrix| product(&self.from_field, field) + product(&self.from_flux, flux);
-        let (out_e, out_h) = (radiated(&fields_e, &flux_e), radiated(&fields_h, &flux_h));
-        // Columns: incident Ey of each order, then incident Hy of each order.
+        let (out_e, out_h) = (radiated(&fields_e, &fluxes_e), radiated(&fields_h, &fluxes_h));
         let amplitude =
             |out: usize, from: usize| [&out_e, &out_h].map(|wave| [wave[(out, from)], wave[(out, count + from)]]);
         let absorbed = (0..count)
             .map(|from| {
                 [from, count + from].map(|column| {
-                    let inward = self.inward(&fields_e, &flux_e, column) + self.inward(&fields_h, &flux_h, column);
+                    let inward = self.inward(&fields_e, &fluxes_e, column) + self.inward(&fields_h, &fluxes_h, column);
+                    // The incident wave, of amplitude 1, carries d·βm in the unit of `inward`.
                     inward / (self.mesh.profile().period_um() * self.beta[from])
                 })
             })
@@ -238,13 +246,13 @@ impl<'a> Air<'a> {
         Ok(Amplitudes::new(&self.orders, &self.alpha, &self.beta, amplitude, absorbed))
     }
 
-    /// `½ − K + weight·S W`: the system of one component where ky = 0.
+    /// `½ − K + weight·S W`: the system of one component without coupling.
     fn uncoupled(&self, single_response: &Matrix, weight: Complex64) -> Matrix {
         let n = self.mesh.nodes();
         from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * single_response[(i, j)])
     }
 
-    /// Ey and Hy at the nodes (rows), for incident Ey of each order and then incident Hy of each (columns).
+    /// Ey and Hy as two matrices, node × incident wave: incident Ey of each order, then incident Hy of each.
     fn solve_coupled(
         &self,
         single_response: &Matrix,
@@ -272,11 +280,12 @@ impl<'a> Air<'a> {
             }
         }
         let fields = solve(&system, &right, "the coupled fields")?;
-        let half = |from: usize| from_fn(n, 2 * count, |i, j| fields[(from + i, j)]);
-        Ok((half(0), half(n)))
+        let rows_from = |first: usize| from_fn(n, 2 * count, |i, j| fields[(first + i, j)]);
+        Ok((rows_from(0), rows_from(n)))
     }
 
-    /// `−Im ∫ u* ∂νu ds` for one incident wave (`column`): power of one component that crosses into the lower medium.
+    /// `−Im ∫ u* ∂νu ds` over one period, for the incident wave `column`: the power of one component that crosses into
+    /// the lower medium, up to a factor common to both components.
     fn inward(&self, field: &Matrix, flux: &Matrix, column: usize) -> f64 {
         let (field, flux) = (field.column(column), flux.column(column));
         -self.mesh.coarse.step() * field.iter().zip(flux).map(|(u, q)| (u.conj() * q).im).sum::<f64>()
@@ -289,8 +298,9 @@ fn join_columns(left: &Matrix, right: &Matrix) -> Matrix {
     from_fn(left.nrows(), split + right.ncols(), |i, j| if j < split { left[(i, j)] } else { right[(i, j - split)] })
 }
 
-/// t, raised by twice [`CUTOFF_DISTANCE`] where it lies within that distance of a cut-off, |b + m| = t.
+/// t, raised by twice [`CUTOFF_DISTANCE`] where it lies within [`CUTOFF_DISTANCE`] of a cut-off, |b + m| = t.
 fn away_from_cutoffs(t: f64, b: f64) -> f64 {
-    let nearest = |p: f64| (p - p.round()).abs();
-    if nearest(t - b).min(nearest(t + b)) < CUTOFF_DISTANCE { t + 2.0 * CUTOFF_DISTANCE } else { t }
+    let distance_to_integer = |x: f64| (x - x.round()).abs();
+    let distance = distance_to_integer(t - b).min(distance_to_integer(t + b));
+    if distance < CUTOFF_DISTANCE { t + 2.0 * CUTOFF_DISTANCE } else { t }
 }

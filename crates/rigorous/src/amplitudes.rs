@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-/// Amplitudes between polarisation states, `jones[out][in]`; state 0 is Ey (without Hy), state 1 is Hy (without Ey).
+/// Amplitudes between polarisation states, `jones[out][in]`. State 0 has Ey and no Hy, state 1 has Hy and no Ey.
 pub type Jones = [[Complex64; 2]; 2];
 
 /// Amplitudes between all propagating orders of one grating, at one (t, b) and wavelength (symbols: [crate]).
@@ -10,8 +10,8 @@ pub type Jones = [[Complex64; 2]; 2];
 /// Light incident *in order n* comes from the mirror direction of order n: its wave number is αn along x and −βn along
 /// z. Polarisation states are Ey and Hy, with y along the grooves; see [`transverse_basis`](crate::transverse_basis).
 ///
-/// Amplitudes are multiplied by √(βm/βn), so that |·|² is a fraction of the incident power. They are reciprocal: the
-/// matrix for (m, n) at b is the transpose of the matrix for (−n, −m) at −b.
+/// The amplitude from order n to order m is multiplied by √(βm/βn), so that |·|² is a fraction of the incident power.
+/// Amplitudes are reciprocal: the matrix from n to m at b is the transpose of the matrix from −m to −n at −b.
 ///
 /// ```
 /// use sunbeam_rigorous::{Discretisation, Medium, Profile, Resolution};
@@ -28,19 +28,19 @@ pub type Jones = [[Complex64; 2]; 2];
 pub struct Amplitudes {
     /// Indices of the orders, ascending.
     orders: Vec<i32>,
-    /// αm of the orders, in 1/µm.
+    /// αm of the orders, in rad/µm.
     alpha: Vec<f64>,
-    /// βm of the orders, in 1/µm.
+    /// βm of the orders, in rad/µm.
     beta: Vec<f64>,
-    /// Jones matrices, indexed `[out · orders + in]`.
+    /// Jones matrices at `out · count + in`, with the positions of both orders in `orders` and `count` its length.
     jones: Vec<Jones>,
-    /// Fraction of incident Ey and Hy of each order that crosses into the lower medium.
+    /// Fractions of the incident power that cross into the lower medium: `[incident order][incident state]`.
     absorbed: Vec<[f64; 2]>,
 }
 
 impl Amplitudes {
-    /// Collects the Jones matrices. `amplitude(out, in)` is the matrix before the weights √(βm/βn), by position among
-    /// the orders.
+    /// Collects the Jones matrices. `amplitude(out, in)` is the matrix without the factor √(βm/βn); `out` and `in` are
+    /// positions in `orders`. `absorbed` is `[incident order][incident state]`.
     pub(crate) fn new(
         orders: &[i32],
         alpha: &[f64],
@@ -64,17 +64,17 @@ impl Amplitudes {
         &self.orders
     }
 
-    /// Wave numbers αm of the orders along x, in 1/µm.
+    /// Wave numbers αm of the orders along x, in rad/µm.
     pub fn alpha_per_um(&self) -> &[f64] {
         &self.alpha
     }
 
-    /// Wave numbers βm of the orders along z, in 1/µm.
+    /// Wave numbers βm of the orders along z, in rad/µm; positive.
     pub fn beta_per_um(&self) -> &[f64] {
         &self.beta
     }
 
-    /// Jones matrix of order `out` for light in order `from`; zero where either does not propagate.
+    /// Jones matrix of order `out` for light incident in order `from`; zero where either does not propagate.
     pub fn jones(&self, out: i32, from: i32) -> Jones {
         match (self.position(out), self.position(from)) {
             (Some(out), Some(from)) => self.jones[out * self.orders.len() + from],
@@ -82,22 +82,24 @@ impl Amplitudes {
         }
     }
 
-    /// Fraction of unpolarised light in order `from` that leaves in order `out`; zero where either does not propagate.
+    /// Fraction of unpolarised light incident in order `from` that leaves in order `out`; zero where either does not
+    /// propagate.
     pub fn efficiency(&self, out: i32, from: i32) -> f64 {
         0.5 * self.jones(out, from).iter().flatten().map(Complex64::norm_sqr).sum::<f64>()
     }
 
-    /// Fractions of light in Ey and in Hy of order `from` that cross into the lower medium: absorbed by a metal,
-    /// transmitted into a dielectric. Zero where the order does not propagate.
+    /// Fractions that cross into the lower medium of light incident in order `from`, in the states Ey and Hy: absorbed
+    /// by a metal, transmitted into a dielectric. Zero where the order does not propagate.
     ///
-    /// They are integrals of the fields on the curve, independent of the amplitudes of the orders.
+    /// They come from integrals of the fields on the curve, not from the amplitudes of the orders. This makes
+    /// [`Amplitudes::balance_error`] a check.
     pub fn absorbed(&self, from: i32) -> [f64; 2] {
         self.position(from).map_or([0.0; 2], |from| self.absorbed[from])
     }
 
-    /// Violation of the power balance: the largest |reflected + crossing − 1| over all incident orders and states.
+    /// Violation of the power balance: the largest |reflected + absorbed − 1| over all incident orders and states.
     ///
-    /// Meaningless where ky is imaginary, as no light has such wave numbers.
+    /// Meaningless where ky is imaginary ([`Air::solve`](crate::Air::solve)): the continuation does not conserve power.
     pub fn balance_error(&self) -> f64 {
         let count = self.orders.len();
         let mut worst = 0.0_f64;
@@ -111,8 +113,8 @@ impl Amplitudes {
         worst
     }
 
-    /// Violation of reciprocity: the largest difference between an amplitude and that of the reversed path. `reversed`
-    /// are the amplitudes at −b.
+    /// Violation of reciprocity: the largest magnitude of the difference between an amplitude and that of the reversed
+    /// path. `reversed` are the amplitudes at −b.
     pub fn reciprocity_error(&self, reversed: &Self) -> f64 {
         let mut worst = 0.0_f64;
         for &out in &self.orders {
@@ -128,7 +130,7 @@ impl Amplitudes {
         worst
     }
 
-    /// Index of an order in `orders`.
+    /// Position of an order in `orders`; `None` where it does not propagate.
     fn position(&self, order: i32) -> Option<usize> {
         self.orders.iter().position(|&m| m == order)
     }

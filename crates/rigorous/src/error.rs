@@ -1,6 +1,6 @@
-//! The error of every function of this crate.
+//! Errors of this crate, and checks of single numbers.
 
-/// Reason why a grating was not solved. Every message names the quantity and the accepted values.
+/// Reason why a grating was not solved. Every message names what was found and what is accepted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number outside its range.
@@ -21,7 +21,7 @@ pub enum Error {
         /// Accepted profiles, in words.
         accepted: &'static str,
     },
-    /// A period or height of too many wavelengths for the sum over periods.
+    /// A period or height of too many wavelengths for the sum over periods (`lattice_sum.rs`).
     #[error(
         "the {length} of {found_um} µm is {waves:.1} wavelengths of {wavelength_nm} nm in {medium}; accepted: at most \
          {waves_max} wavelengths, here {most_um:.3} µm"
@@ -37,12 +37,12 @@ pub enum Error {
         medium: &'static str,
         /// Wavelength in vacuum, in nm.
         wavelength_nm: f64,
-        /// Limit in wavelengths.
+        /// Largest accepted length in wavelengths of the medium.
         waves_max: f64,
         /// Largest accepted length at this wavelength, in µm.
         most_um: f64,
     },
-    /// A curve that needs too many nodes.
+    /// A curve so long, in wavelengths, that it needs too many nodes.
     #[error(
         "{nodes} nodes are needed at {wavelength_nm} nm, about {seconds:.0} s a solution; accepted: at most \
          {nodes_max} nodes, here a relief {:.3} times as large or a longer wavelength",
@@ -53,12 +53,12 @@ pub enum Error {
         wavelength_nm: f64,
         /// Nodes needed on one period of the curve.
         nodes: usize,
-        /// Limit on the nodes.
+        /// Most accepted nodes.
         nodes_max: usize,
         /// Estimated time of one solution on one core, in seconds.
         seconds: f64,
     },
-    /// A solution whose power or reciprocity is still off with the largest number of nodes tried.
+    /// A solution whose power balance or reciprocity is still violated with the largest number of nodes tried.
     #[error(
         "with {nodes} nodes the power is off by {balance:.1e} and reciprocity by {reciprocity:.1e}; accepted: \
          {tolerance:.1e}"
@@ -70,10 +70,11 @@ pub enum Error {
         balance: f64,
         /// [`Amplitudes::reciprocity_error`](crate::Amplitudes::reciprocity_error) of the last try.
         reciprocity: f64,
-        /// Limit on both errors.
+        /// Largest accepted value of either error.
         tolerance: f64,
     },
-    /// A special function or a linear system whose result is infinite or NaN.
+    /// A special function, a sum or a linear system whose result is infinite or NaN, or a series that does not
+    /// converge.
     #[error("{what} is not finite; accepted: a period, wavelength, index and direction for which it is")]
     NotFinite {
         /// Name of the computation.
@@ -81,7 +82,10 @@ pub enum Error {
     },
 }
 
-/// Passes on a finite, positive number; refuses others.
+/// Returns `found` if it is finite and positive.
+///
+/// # Errors
+/// [`Error::OutOfRange`] with the name `quantity`.
 pub(crate) fn positive(quantity: &'static str, found: f64) -> Result<f64, Error> {
     if found.is_finite() && found > 0.0 {
         Ok(found)
@@ -90,7 +94,10 @@ pub(crate) fn positive(quantity: &'static str, found: f64) -> Result<f64, Error>
     }
 }
 
-/// Passes on a finite number; refuses others.
+/// Returns `found` if it is finite.
+///
+/// # Errors
+/// [`Error::OutOfRange`] with the name `quantity`.
 pub(crate) fn finite(quantity: &'static str, found: f64) -> Result<f64, Error> {
     if found.is_finite() { Ok(found) } else { Err(Error::OutOfRange { quantity, found, accepted: "finite" }) }
 }

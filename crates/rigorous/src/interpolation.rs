@@ -1,33 +1,35 @@
-//! Lagrange interpolation from nodes to finer nodes, for functions with a Bloch phase.
+//! Lagrange interpolation from coarse to fine nodes, for functions with a Bloch phase b (in turns).
 //!
-//! Interpolation is local, by polynomials of degree 16 in the nodes' parameter, rather than by trigonometric functions
-//! of the whole period. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable)
-//! needs. A node beyond the end of the period is one within it, times the Bloch factor e^{±2πib}.
+//! Interpolation is local, by polynomials of degree 16 in the nodes' parameter τ, not by trigonometric functions of the
+//! whole period. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) requires. A
+//! value at a node beyond either end of the period is the value one period away, times the Bloch factor e^{±2πib}.
 
 use crate::linear::{Matrix, zeros};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Nodes on either side of a node from which a value is interpolated. Chosen: the error of interpolation is far below
-/// that of the quadrature.
+/// Coarse nodes on either side of the nearest one from which a value is interpolated. Larger values take more time;
+/// with this one the error of interpolation is far below that of the quadrature.
 const REACH: usize = 8;
-/// Nodes that a value is interpolated from.
+/// Coarse nodes that a value is interpolated from.
 const WIDTH: usize = 2 * REACH + 1;
 
-/// Lagrange interpolation from n nodes to `factor` finer ones each (odd), of which the middle one coincides with the
-/// node.
+/// Lagrange interpolation from coarse nodes to `factor` fine nodes around each, an odd number. The middle fine node
+/// coincides with the coarse one.
 pub(crate) struct Interpolation {
+    /// Number of coarse nodes on one period, at least [`WIDTH`].
     nodes: usize,
-    /// For each finer node around a node: weights of the nodes from `REACH` before it to `REACH` after it.
+    /// For each of the `factor` fine nodes around a coarse node: weights of the coarse nodes from [`REACH`] before it
+    /// to [`REACH`] after it.
     weights: Vec<[f64; WIDTH]>,
 }
 
 impl Interpolation {
-    /// Computes the weights of the Lagrange polynomials at the `factor` finer nodes around a node.
+    /// Computes the weights of the Lagrange polynomials at the `factor` fine nodes around a coarse node.
     pub(crate) fn new(nodes: usize, factor: usize) -> Self {
         let weights = (0..factor)
             .map(|i| {
-                // Distance of the finer node from its node, in nodes.
+                // Distance of the fine node from its coarse node, in steps of the coarse nodes.
                 let offset = (i as f64 - (factor / 2) as f64) / factor as f64;
                 let mut weights = [1.0; WIDTH];
                 for (j, weight) in weights.iter_mut().enumerate() {
@@ -41,17 +43,20 @@ impl Interpolation {
         Self { nodes, weights }
     }
 
-    /// The product `layer·B`, with B the matrix of the interpolation (finer nodes × nodes) at a Bloch phase in turns.
+    /// The product `layer·B`, with B the matrix of the interpolation (fine × coarse nodes) at a Bloch phase in turns.
+    /// Columns of `layer` are the fine nodes.
     pub(crate) fn apply(&self, layer: &Matrix, bloch: f64) -> Matrix {
         let (factor, n) = (self.weights.len(), self.nodes);
         let mut result = zeros(layer.nrows(), n);
         for fine in 0..layer.ncols() {
             let from = layer.column(fine);
+            // At the middle fine node all weights but one vanish.
             for (j, &weight) in self.weights[fine % factor].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
-                // Index moved by one period of n nodes, so that it is never negative.
-                let node = fine / factor + j + n - REACH;
-                let (periods, node) = ((node / n) as f64 - 1.0, node % n);
+                // Index of the coarse node plus n, so that it is never negative.
+                let shifted = fine / factor + j + n - REACH;
+                let (periods, node) = ((shifted / n) as f64 - 1.0, shifted % n);
                 let mut into = result.column_mut(node);
+                // Within the period the weight is real, which halves the multiplications.
                 if periods == 0.0 {
                     into.zip_mut_with(&from, |into, from| *into += from * weight);
                 } else {
@@ -78,7 +83,8 @@ mod tests {
         for i in 0..n * factor {
             let sum: Complex64 = (0..n).map(|j| interpolation[(i, j)] * wave((j as f64 + 0.5) / n as f64)).sum();
             let exact = wave((i as f64 + 0.5) / (n * factor) as f64);
-            // Remainder of the Lagrange polynomial, (hk)^17 (8!)²/17!: 1e-10 for a step h at 14 nodes a wavelength.
+            // The remainder of the Lagrange polynomial, at most (8!)²/17! times the 17th power of the phase between
+            // nodes, is 6e-12: the wave has 2.3 periods on 32 nodes.
             assert!((sum - exact).norm() < 1e-9, "{i}: {sum}, not {exact}");
         }
     }

@@ -1,21 +1,22 @@
 //! Quasi-periodic Green's function without its nearest source: the lattice sum.
 //!
-//! `F(x, z) = Σ_{p≠0} e^{2πibp} (i/4) H₀⁽¹⁾(k·|(x − pd, z)|)`, for period d, Bloch phase b (turns) and wave number k of
-//! the medium. Without the source p = 0, F is smooth in the box |x| ≤ d/2, |z| ≤ height.
+//! `F(x, z) = Σ_{p≠0} e^{2πibp} (i/4) H₀⁽¹⁾(k·|(x − pd, z)|)`
+//!
+//! Without the source p = 0, F is smooth in the box |x| ≤ d/2, |z| ≤ height.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
 //! | x, z | vector from the source p = 0 to the field point, in µm |
 //! | d, b | period in µm, Bloch phase in turns |
 //! | k | wave number in the medium, in rad/µm; complex where the medium absorbs |
-//! | E | wave number that splits Ewald's sums (`split`), in 1/µm |
-//! | α, γ | order n: wave number 2π(b + n)/d along x, and decay rate √(α² − k²) along \|z\| |
+//! | E | wave number at which Ewald's method splits the sum (`split`), in rad/µm |
+//! | α, γ | of order n: wave number 2π(b + n)/d along x, and decay rate √(α² − k²) along \|z\| |
 //! | R_p | distance from source p to the field point |
 //! | T_n | Chebyshev polynomial of degree n |
 //!
-//! The sum converges too slowly to be added directly. Ewald's method splits it at a wave number E (`split`) into two
-//! sums that converge as Gaussians: one over the diffraction orders, one over the periods (Capolino, Wilton & Johnson,
-//! IEEE Trans. Antennas Propag. 53, 2005). It is evaluated on a grid of Chebyshev nodes; [`LatticeSum`] interpolates by
+//! The sum converges too slowly to be added directly. Ewald's method splits it into two sums that converge as
+//! Gaussians: one over the diffraction orders, one over the periods (Capolino, Wilton & Johnson, IEEE Trans. Antennas
+//! Propag. 53, 2005). [`Ewald`] evaluates them on a grid of Chebyshev nodes; [`LatticeSum`] interpolates by
 //! polynomials.
 
 use crate::Error;
@@ -25,25 +26,26 @@ use ndarray::{Array1, Array2, ArrayView2, Axis, ShapeBuilder, Zip, s};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// Exponent beyond which terms of Ewald's sums are neglected: e^−38 = 3e-17.
+/// Exponent beyond which terms of Ewald's sums are neglected: e^−38 = 3e-17, below the rounding of double precision.
 const EXPONENT_MAX: f64 = 38.0;
-/// Largest |k|/2E. Both sums grow as e^{(|k|/2E)²} before they cancel. Chosen: the growth is then a factor of 21, about
-/// one decimal digit.
+/// Largest |k|/2E. Both sums grow as e^{(|k|/2E)²} before they cancel. At this value the growth is a factor of 21,
+/// which costs about one decimal digit; smaller values need more orders.
 const SPLIT_MAX: f64 = 1.75;
-/// Largest accepted ratio of the last Chebyshev coefficients to the largest one. Chosen far below the error of the
-/// quadrature.
+/// Largest accepted ratio of the last Chebyshev coefficients to the largest one. It is far below the error of the
+/// quadrature; smaller values need more terms.
 const TAIL_MAX: f64 = 1e-9;
-/// Most Chebyshev terms along each axis. Chosen; `limits.rs` derives the largest period and height from it.
+/// Most Chebyshev terms along each axis. It bounds time and memory; `limits.rs` derives the largest period and height
+/// from it.
 const TERMS_MAX: usize = 400;
-/// Enlargement factor of the box, so that points on its border lie inside despite rounding. Chosen.
+/// Enlargement factor of the box, so that points on its border lie inside despite rounding.
 const MARGIN: f64 = 1.0001;
-/// Smallest half height of the box in periods, so that the box of a flat relief is not empty. Chosen.
+/// Smallest half height of the box in periods, so that the box of a flat relief is not empty.
 pub(crate) const HALF_HEIGHT_MIN: f64 = 1e-3;
-/// Smallest accepted |γ|/|k|; smaller ones are replaced by it. Chosen: a pole at γ = 0 stays finite.
+/// Smallest accepted |γ|/|k|; smaller ones are replaced by it, so that the pole at γ = 0 stays finite.
 const DECAY_MIN: f64 = 1e-8;
-/// Relative size at which the series of [`Ewald::weights`] ends. Chosen below the rounding of double precision.
+/// Magnitude at which the series of [`Ewald::weights`] ends, below the rounding of its first term, 1.
 const WEIGHT_MIN: f64 = 1e-18;
-/// Most terms of [`Ewald::weights`]. Chosen: [`SPLIT_MAX`] needs fewer.
+/// Most terms of [`Ewald::weights`], a safeguard: with [`SPLIT_MAX`] fewer fall below [`WEIGHT_MIN`].
 const WEIGHTS_MAX: usize = 60;
 
 /// F and its gradient as polynomials over the box |x| ≤ d/2, |z| ≤ height.
@@ -52,24 +54,26 @@ pub(crate) struct LatticeSum {
     half_x: f64,
     /// Half height of the box along z, in µm.
     half_z: f64,
-    /// Number of polynomials in x.
+    /// Number of polynomials T_n(x/half_x), n from 0 on.
     terms_x: usize,
-    /// Number of even polynomials in z; F is even in z.
+    /// Number of polynomials T_2m(z/half_z), m from 0 on; F is even in z.
     terms_z: usize,
-    /// Rows: polynomials in x. Columns: even polynomials in z, four times: for Re F, Im F, Re ∂F/∂x and Im ∂F/∂x.
+    /// Row n, column `part · terms_z + m`: coefficient of T_n(x/half_x)·T_2m(z/half_z). The parts 0 to 3 are Re F, Im
+    /// F, Re ∂F/∂x and Im ∂F/∂x.
     coefficients: Array2<f64>,
 }
 
-/// F, ∂F/∂x and ∂F/∂z.
+/// F, ∂F/∂x and ∂F/∂z; the derivatives are in 1/µm.
 pub(crate) type FieldAndGradient = [Complex64; 3];
 
 impl LatticeSum {
-    /// Interpolates F for a period (µm), wave number (1/µm), Bloch phase (turns) and height of the box (µm).
+    /// Computes the polynomials for a period (µm), wave number (rad/µm), Bloch phase (turns) and height of the box
+    /// (µm).
     ///
     /// `near` tabulates the Hankel functions of the wave number up to the corners of the box.
     ///
     /// # Errors
-    /// Sums that are not finite, or that polynomials of 400 terms do not resolve.
+    /// [`Error::NotFinite`] for sums that are not finite, or that 400 terms along an axis do not resolve.
     pub(crate) fn new(
         period: f64,
         wave_number: Complex64,
@@ -79,13 +83,13 @@ impl LatticeSum {
     ) -> Result<Self, Error> {
         let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
-        let size = wave_number.norm();
-        // First guess of the terms, measured to suffice in most cases. Both numbers grow until the last coefficients
-        // are small; they affect speed only.
-        let mut terms_x = (26 + (0.65 * size * half_x) as usize).min(TERMS_MAX);
-        let mut terms_z = (2 * (5 + (0.5 * size * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
+        let k = wave_number.norm();
+        // Numbers of Chebyshev nodes along each axis, even along z. The first guess, measured to suffice in most cases,
+        // affects speed only: both numbers grow until the last coefficients are small.
+        let mut nodes_x = (26 + (0.65 * k * half_x) as usize).min(TERMS_MAX);
+        let mut nodes_z = (2 * (5 + (0.5 * k * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
         loop {
-            let values = ewald.on_grid(half_x, half_z, terms_x, terms_z, near);
+            let values = ewald.on_grid(half_x, half_z, nodes_x, nodes_z, near);
             if values.iter().flatten().any(|value| !value.is_finite()) {
                 return Err(Error::NotFinite { what: "the sum over the periods" });
             }
@@ -94,20 +98,22 @@ impl LatticeSum {
             if tail_x <= TAIL_MAX && tail_z <= TAIL_MAX {
                 return Ok(Self::from_series(half_x, half_z, &series));
             }
-            let more_x = if tail_x > TAIL_MAX { 8 + terms_x / 4 } else { 0 };
-            let more_z = if tail_z > TAIL_MAX { 2 * (2 + terms_z / 8) } else { 0 };
-            let before = (terms_x, terms_z);
-            (terms_x, terms_z) = ((terms_x + more_x).min(TERMS_MAX), (terms_z + more_z).min(TERMS_MAX));
-            if before == (terms_x, terms_z) {
+            // About a quarter more.
+            let more_x = if tail_x > TAIL_MAX { 8 + nodes_x / 4 } else { 0 };
+            let more_z = if tail_z > TAIL_MAX { 2 * (2 + nodes_z / 8) } else { 0 };
+            let before = (nodes_x, nodes_z);
+            (nodes_x, nodes_z) = ((nodes_x + more_x).min(TERMS_MAX), (nodes_z + more_z).min(TERMS_MAX));
+            if before == (nodes_x, nodes_z) {
                 return Err(Error::NotFinite { what: "the polynomial for the sum over the periods" });
             }
         }
     }
 
-    /// Arranges coefficients `series[n][m]` of F in T_n(x/half_x)·T_2m(z/half_z), and derives those of ∂F/∂x.
+    /// Arranges the coefficients `series[n][m]` of F in T_n(x/half_x)·T_2m(z/half_z), and derives those of ∂F/∂x.
     fn from_series(half_x: f64, half_z: f64, series: &[Vec<Complex64>]) -> Self {
         let (terms_x, terms_z) = (series.len(), series[0].len());
-        // Derivative of a Chebyshev series: T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀.
+        // From T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀, the derivative of Σ a_n T_n has the coefficients
+        // b_n = b_{n+2} + 2(n + 1)a_{n+1}, with half of b₀.
         let mut along_x = vec![vec![Complex64::ZERO; terms_z]; terms_x];
         for n in (0..terms_x - 1).rev() {
             for m in 0..terms_z {
@@ -132,37 +138,42 @@ impl LatticeSum {
     /// derivatives.
     pub(crate) fn at(&self, x: &[f64], z: &[f64]) -> Vec<FieldAndGradient> {
         let (count, terms_z) = (x.len(), self.terms_z);
+        // Point × polynomial.
         let in_x = polynomials(x, self.half_x, self.terms_x);
         let in_z = polynomials(z, self.half_z, 2 * terms_z);
         let even = in_z.slice(s![.., ..;2]);
         let slopes = slopes_of_even(&in_z, self.half_z);
+        // Sums over n, arranged as the columns of `coefficients`.
         let mut sums = Array2::zeros((count, 4 * terms_z).f());
         general_mat_mul(1.0, &in_x, &self.coefficients, 0.0, &mut sums);
-        // Sum over the polynomials in z of one of the four parts of the coefficients.
+        // Sum over m for one of the four parts of `coefficients`, with the factor of each m.
         let over_z = |part: usize, factors: ArrayView2<'_, f64>| {
             let mut result = Array1::zeros(count);
             for (m, factor) in factors.columns().into_iter().enumerate() {
-                let sums = sums.column(part * terms_z + m);
-                Zip::from(&mut result).and(factor).and(sums).for_each(|result, factor, sum| *result += factor * sum);
+                let sum = sums.column(part * terms_z + m);
+                Zip::from(&mut result).and(factor).and(sum).for_each(|result, factor, sum| *result += factor * sum);
             }
             result
         };
-        let parts = [(0, even), (1, even), (2, even), (3, even), (0, slopes.view()), (1, slopes.view())];
-        let parts = parts.map(|(part, factors)| over_z(part, factors));
-        (0..count).map(|i| [0, 2, 4].map(|part| Complex64::new(parts[part][i], parts[part + 1][i]))).collect()
+        // Real and imaginary part of F, ∂F/∂x and ∂F/∂z.
+        let [re, im, re_x, im_x] = [0, 1, 2, 3].map(|part| over_z(part, even));
+        let [re_z, im_z] = [0, 1].map(|part| over_z(part, slopes.view()));
+        (0..count)
+            .map(|i| [(&re, &im), (&re_x, &im_x), (&re_z, &im_z)].map(|(re, im)| Complex64::new(re[i], im[i])))
+            .collect()
     }
 }
 
-/// Derivatives with respect to z of the even polynomials; `in_z` holds all polynomials at the points (columns), scaled
-/// by `half`.
+/// Derivatives with respect to z of the even polynomials: point × m. `in_z` holds all polynomials of z/half (point ×
+/// degree).
 fn slopes_of_even(in_z: &Array2<f64>, half: f64) -> Array2<f64> {
     let mut slopes = Array2::zeros((in_z.nrows(), in_z.ncols() / 2).f());
-    let mut odd = Array1::<f64>::zeros(in_z.nrows());
+    let mut odd_sum = Array1::<f64>::zeros(in_z.nrows());
     for (m, mut slope) in slopes.columns_mut().into_iter().enumerate().skip(1) {
         // T_2m' = 4m(T_{2m−1} + T_{2m−3} + … + T₁).
-        odd += &in_z.column(2 * m - 1);
+        odd_sum += &in_z.column(2 * m - 1);
         let factor = 4.0 * m as f64 / half;
-        slope.zip_mut_with(&odd, |slope, odd| *slope = factor * odd);
+        slope.zip_mut_with(&odd_sum, |slope, sum| *slope = factor * sum);
     }
     slopes
 }
@@ -174,19 +185,20 @@ fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
     for (value, p) in columns.column_mut(1).iter_mut().zip(points) {
         *value = p / half;
     }
-    let scaled: Vec<f64> = points.iter().map(|p| 2.0 * p / half).collect();
+    // T_n(x) = 2x·T_{n−1}(x) − T_{n−2}(x).
+    let doubled: Vec<f64> = points.iter().map(|p| 2.0 * p / half).collect();
     for n in 2..count {
         let (before, mut from) = columns.view_mut().split_at(Axis(1), n);
         Zip::from(from.column_mut(0))
-            .and(&scaled)
+            .and(&doubled)
             .and(before.column(n - 2))
             .and(before.column(n - 1))
-            .for_each(|into, p, two_back, one_back| *into = p * one_back - two_back);
+            .for_each(|into, doubled, two_back, one_back| *into = doubled * one_back - two_back);
     }
     columns
 }
 
-/// Chebyshev coefficients `[n][m]` from `values[ix][iz]`, with z at the positive nodes only.
+/// Chebyshev coefficients `[n][m]` of T_n·T_2m from `values[ix][iz]`, with z at the positive nodes only.
 fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
     // F is even in z: values at the negative nodes equal those at the positive ones, and odd coefficients vanish.
     let in_z: Vec<Vec<Complex64>> = values
@@ -206,7 +218,7 @@ fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
     series
 }
 
-/// Size of the last two coefficients in x, and of the last in z, relative to the largest coefficient.
+/// Magnitudes of the last two coefficients in x, and of the last in z, relative to the largest coefficient.
 fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
     let largest = |values: &mut dyn Iterator<Item = &Complex64>| values.map(|c| c.norm()).fold(0.0, f64::max);
     let all = largest(&mut series.iter().flatten()).max(f64::MIN_POSITIVE);
@@ -215,24 +227,27 @@ fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
     (in_x / all, in_z / all)
 }
 
-/// Ewald's sums over the orders and over the periods.
+/// Ewald's sums over the orders and over the periods; the symbols are those of the module.
 struct Ewald {
+    /// d in µm.
     period: f64,
+    /// b in turns.
     bloch: f64,
-    /// E: wave number that splits the sums, in 1/µm.
+    /// E in rad/µm.
     split: f64,
-    /// α of each order, and γ = √(α² − k²), with fields that go as e^{iαx − γ|z|}.
+    /// (α, γ) of each order in rad/µm; its field varies as e^{iαx − γ|z|}.
     orders: Vec<(f64, Complex64)>,
     /// `(k/2E)^{2q}/q!`, q from 0 on.
     weights: Vec<Complex64>,
 }
 
 impl Ewald {
-    /// Chooses E, and lists the orders and weights whose terms exceed e^−[`EXPONENT_MAX`].
+    /// Sets E, and lists the orders whose terms exceed e^−[`EXPONENT_MAX`] and the weights above [`WEIGHT_MIN`].
     ///
-    /// E = √π/d balances both sums; a larger one bounds |k|/2E by [`SPLIT_MAX`].
+    /// E = √π/d balances both sums; where |k|/2E would exceed [`SPLIT_MAX`], E is larger.
     fn new(period: f64, wave_number: Complex64, bloch: f64) -> Self {
         let split = (PI.sqrt() / period).max(0.5 * wave_number.norm() / SPLIT_MAX);
+        // Terms of orders fall as |e^{−γ²/4E²}|, so α² reaches up to Re(k)² + 4E²·EXPONENT_MAX. `reach` is α·d/2π.
         let reach = (wave_number.re.powi(2) + 4.0 * split * split * EXPONENT_MAX).sqrt() * period / TAU;
         let orders = ((-reach - bloch).floor() as i64..=(reach - bloch).ceil() as i64)
             .map(|n| {
@@ -248,37 +263,43 @@ impl Ewald {
         Self { period, bloch, split, orders, weights }
     }
 
-    /// F at the Chebyshev nodes of the box, `[ix][iz]`; of `terms_z` nodes along z the positive half is returned.
+    /// F at the Chebyshev nodes of the box, `[ix][iz]`: at `nodes_x` nodes along x, and at the positive half of
+    /// `nodes_z` nodes along z.
     ///
-    /// F is the sum over orders, plus the sum over periods, minus the source p = 0.
-    fn on_grid(&self, half_x: f64, half_z: f64, terms_x: usize, terms_z: usize, near: &Radial) -> Vec<Vec<Complex64>> {
-        let xs: Vec<f64> = chebyshev_nodes(terms_x).iter().map(|x| x * half_x).collect();
-        let zs: Vec<f64> = chebyshev_nodes(terms_z)[..terms_z / 2].iter().map(|z| z * half_z).collect();
-        let spectral: Vec<Vec<Complex64>> =
-            self.orders.iter().map(|&(_, gamma)| zs.iter().map(|&z| self.order(gamma, z)).collect()).collect();
+    /// F is the sum over orders, plus the sum over periods, minus the source p = 0. `near` has the Hankel functions of
+    /// this source.
+    fn on_grid(&self, half_x: f64, half_z: f64, nodes_x: usize, nodes_z: usize, near: &Radial) -> Vec<Vec<Complex64>> {
+        let xs: Vec<f64> = chebyshev_nodes(nodes_x).iter().map(|x| x * half_x).collect();
+        // Nodes are in descending order.
+        let zs: Vec<f64> = chebyshev_nodes(nodes_z)[..nodes_z / 2].iter().map(|z| z * half_z).collect();
+        // Terms without their phase along x: `[order][iz]`.
+        let order_terms: Vec<Vec<Complex64>> =
+            self.orders.iter().map(|&(_, gamma)| zs.iter().map(|&z| self.order_term(gamma, z)).collect()).collect();
         xs.iter()
             .map(|&x| {
                 let phases: Vec<Complex64> = self.orders.iter().map(|&(alpha, _)| Complex64::cis(alpha * x)).collect();
                 zs.iter()
                     .enumerate()
                     .map(|(iz, &z)| {
-                        let orders: Complex64 =
-                            phases.iter().zip(&spectral).map(|(phase, terms)| phase * terms[iz]).sum();
+                        let over_orders: Complex64 =
+                            phases.iter().zip(&order_terms).map(|(phase, terms)| phase * terms[iz]).sum();
                         let [h0, _] = near.hankel(x.hypot(z));
-                        orders + self.periods(x, z) - Complex64::new(0.0, 0.25) * h0
+                        over_orders + self.sum_over_periods(x, z) - Complex64::new(0.0, 0.25) * h0
                     })
                     .collect()
             })
             .collect()
     }
 
-    /// Term of one order in the sum over orders, without its phase along x:
+    /// Term of one order in the sum over orders at z > 0, without its phase e^{iαx}:
     /// `[e^{γz} erfc(γ/2E + zE) + e^{−γz} erfc(γ/2E − zE)]/(4dγ)`, with `erfc(a) = e^{−a²} w(ia)` (w: `faddeeva.rs`).
-    fn order(&self, gamma: Complex64, z: f64) -> Complex64 {
+    fn order_term(&self, gamma: Complex64, z: f64) -> Complex64 {
+        // u = γ/2E and s = zE, so γz = 2us: both products of exponentials are e^{−u² − s²}.
         let (u, s) = (gamma / (2.0 * self.split), z * self.split);
         let scale = (-u * u - s * s).exp();
         let above = scale * faddeeva(Complex64::I * (u + s));
-        // For a negative argument of erfc, w would overflow before it is scaled: erfc(−a) = 2 − erfc(a).
+        // For an argument of erfc with negative real part, w could overflow before it is scaled: erfc(−a) = 2 −
+        // erfc(a).
         let below = if u.re >= s {
             scale * faddeeva(Complex64::I * (u - s))
         } else {
@@ -287,9 +308,9 @@ impl Ewald {
         (above + below) / (4.0 * self.period * gamma)
     }
 
-    /// Sum over periods, including p = 0: `Σ_p e^{2πibp}/4π · Σ_q (k/2E)^{2q}/q! · E_{q+1}(R_p²E²)`, with R_p the
-    /// distance from source p.
-    fn periods(&self, x: f64, z: f64) -> Complex64 {
+    /// Sum over periods, including p = 0: `Σ_p e^{2πibp}/4π · Σ_q (k/2E)^{2q}/q! · E_{q+1}(R_p²E²)`, with the
+    /// exponential integrals E_{q+1}. Periods with R_p²E² above [`EXPONENT_MAX`] are neglected.
+    fn sum_over_periods(&self, x: f64, z: f64) -> Complex64 {
         let reach = EXPONENT_MAX.sqrt() / self.split;
         let (first, last) = (((x - reach) / self.period).ceil() as i64, ((x + reach) / self.period).floor() as i64);
         let mut sum = Complex64::ZERO;
@@ -297,7 +318,7 @@ impl Ewald {
             // R_p²E².
             let square = ((x - p as f64 * self.period).powi(2) + z * z) * self.split * self.split;
             let exponential = (-square).exp();
-            // Recurrence of the exponential integrals: E_{q+1}(s) = (e^{−s} − s·E_q(s))/q.
+            // Recurrence from E₁ on: E_{q+2}(s) = (e^{−s} − s·E_{q+1}(s))/(q + 1).
             let mut integral = expint_1(square);
             let mut series = Complex64::ZERO;
             for (q, weight) in self.weights.iter().enumerate() {
@@ -310,14 +331,15 @@ impl Ewald {
     }
 }
 
-/// γ = √(α² − k²) of an order: with a positive real part, or −iβ for an order that propagates undamped.
+/// γ = √(α² − k²) of an order: with a positive real part, or −iβ (β > 0) for an order that propagates undamped.
 ///
-/// It is kept away from zero, the cut-off of the order, where the sum has a pole.
-pub(crate) fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
+/// Near zero, the cut-off of the order, where the sum has a pole, it is replaced by that of a propagating order with
+/// |γ| = [`DECAY_MIN`]·|k|.
+fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
     let square = alpha * alpha - wave_number * wave_number;
     let root = square.sqrt();
-    // With loss, Im γ² < 0 and the principal root is the outgoing one. Without loss γ² lies on the branch cut, from
-    // whose other side the root must be taken.
+    // With loss, Im γ² < 0 and the principal root is the outgoing one. Without loss γ² lies on the branch cut, and the
+    // outgoing root is the limit from Im γ² < 0.
     let gamma = if square.im == 0.0 && square.re < 0.0 { Complex64::new(0.0, -(-square.re).sqrt()) } else { root };
     let least = DECAY_MIN * wave_number.norm();
     if gamma.norm() < least { Complex64::new(0.0, -least) } else { gamma }
@@ -333,7 +355,7 @@ mod tests {
         LatticeSum::new(period, k, bloch, height, &near).unwrap()
     }
 
-    /// In a medium with loss the sum over periods converges directly.
+    /// The reference: in a medium with loss the sum over periods converges directly.
     #[test]
     fn matches_the_direct_sum_over_periods() {
         let (period, k, bloch) = (1.3, Complex64::new(9.0, 0.8), 0.37);
@@ -356,7 +378,7 @@ mod tests {
         }
     }
 
-    /// Above all sources the field is the sum of the orders alone.
+    /// The reference: above all sources the field is the sum of the orders alone.
     #[test]
     fn matches_the_sum_over_orders() {
         let (period, k, bloch) = (1.0, Complex64::new(TAU * 2.3, 0.0), -0.2);

@@ -1,16 +1,19 @@
-//! Single layer S and double layer K of one medium on the curve, as matrices (Nyström's method).
+//! Single and double layer potential, S and K, of one medium on the curve, as matrices (Nyström's method).
 //!
 //! For nodes r, r' on one period of the curve, with G = (i/4)H₀⁽¹⁾(k|r − r'|) and ν' the normal at r':
 //!
 //! - `(S q)(r) = Σ_p e^{2πibp} ∫ G q ds'`,
-//! - `(K u)(r) = Σ_p e^{2πibp} ∫ ∂ν'G u ds'` (principal value), summed over the images of r' moved by p periods.
+//! - `(K u)(r) = Σ_p e^{2πibp} ∫ ∂ν'G u ds'` (principal value).
+//!
+//! *Image* p of the source r' is its copy moved by p periods; term p of the sums has r' at image p.
 //!
 //! The kernels have a logarithmic singularity at r = r'. The nearest image is integrated with Kress' weights for
-//! `ln(4 sin²((τ − τ')/2))`, τ being the parameter of the curve (`nodes.rs`). A smooth window ends these weights before
-//! the next image is near. The kernels of other images are smooth: either they decay within a few periods and are
-//! summed one by one, or all are summed by `lattice_sum.rs`.
+//! `ln(4 sin²((τ − τ')/2))`, where τ is the parameter of the curve (`nodes.rs`). A smooth window ends these weights
+//! before the next image is near. The kernels of other images are smooth: either they decay within a few periods and
+//! are summed one by one, or all are summed by `lattice_sum.rs`.
 //!
-//! In code, k is the wave number in 1/µm, b (`bloch`) the Bloch phase in turns, d the period in µm, and *decay* Im k.
+//! In this file, k is the medium's wave number in rad/µm, `decay` is Im k in 1/µm, b (`bloch`) is the Bloch phase in
+//! turns, and d is the period in µm.
 
 use crate::Error;
 use crate::lattice_sum::{HALF_HEIGHT_MIN, LatticeSum};
@@ -20,22 +23,23 @@ use crate::special::{EULER_GAMMA, Radial};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// Exponent of decay, Im k times distance, beyond which a field is neglected. Chosen: e^−30 = 1e-13.
+/// Exponent of decay, Im k times distance, beyond which a field is neglected: e^−30 = 1e-13.
 const DECAYED: f64 = 30.0;
-/// Most images on either side that are summed one by one. Chosen: more of them cost more than the lattice sum.
+/// Most images on either side that are summed one by one. More take longer than the lattice sum.
 const IMAGES_MAX: f64 = 4.0;
-/// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. Chosen: the second is
-/// below ½, where the next image is equally near.
+/// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. The second is below ½,
+/// where the next image is equally near.
 const WINDOW: [f64; 2] = [0.3, 0.48];
-/// Bounds on both distances of the window in exponents of decay. Chosen: the weights multiply Bessel functions, which
+/// Upper bounds on the two distances of the window, as exponents of decay. The weights multiply Bessel functions, which
 /// grow as e^{Im k·r} and would magnify rounding at larger distances.
 const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
-/// Largest lower end of the tables of Hankel functions, in periods. Chosen.
+/// Upper bound on the start of the tables of Hankel functions, in periods, for widely spaced nodes: [`LatticeSum::new`]
+/// reads the tables at distances down to about 1e-4 periods.
 const TABLE_START_MAX: f64 = 1e-5;
-/// Enlargement factor of the tables' upper end over the largest distance, for rounding. Chosen.
+/// Factor of the tables' end over the largest distance, for rounding.
 const TABLE_MARGIN: f64 = 1.01;
 
-/// The layers as matrices from all nodes (columns) to every `stride`-th of them (rows).
+/// The layer potentials as matrices: target node × source node.
 pub(crate) struct Layers {
     /// S, applied to the normal derivative times the speed of the nodes.
     pub(crate) single: Matrix,
@@ -43,11 +47,11 @@ pub(crate) struct Layers {
     pub(crate) double: Matrix,
 }
 
-/// Summation of the images of a source.
+/// Summation over the images of a source other than the nearest one.
 pub(crate) enum Images {
-    /// One by one, up to this number on either side of the nearest image; the field of others has decayed.
+    /// One by one, up to this number on either side of the nearest image; the fields of the others have decayed.
     Near(i32),
-    /// All images but the nearest, by the lattice sum.
+    /// All by the lattice sum.
     All,
 }
 
@@ -59,32 +63,35 @@ impl Images {
     }
 }
 
-/// S and K for a wave number (1/µm; Im ≥ 0) and a Bloch phase in turns.
+/// S and K for a wave number (rad/µm; Im ≥ 0) and a Bloch phase in turns.
 ///
-/// Rows are the middle nodes of each group of `stride` (odd): where the nodes are oversampled, they are the coarse
-/// ones.
+/// Sources are all nodes. Targets are the middle nodes of each group of `stride` nodes, an odd number: of fine nodes
+/// they are those that coincide with coarse ones.
 ///
 /// # Errors
-/// Special functions that overflow.
-pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch: f64) -> Result<Layers, Error> {
+/// Special functions that overflow, and lattice sums that do not converge.
+pub(crate) fn layer_matrices(
+    nodes: &Nodes,
+    stride: usize,
+    wave_number: Complex64,
+    bloch: f64,
+) -> Result<Layers, Error> {
     let (n, d) = (nodes.len(), nodes.period);
     let images = Images::needed(wave_number.im, d);
     let window = window_range(wave_number.im, d);
     let height = nodes.height();
-    let reach = match images {
-        Images::Near(count) => (f64::from(count) + 0.5) * d,
-        Images::All => 0.5 * d,
+    // The nearest image is at most half a period away along x.
+    let count = match images {
+        Images::Near(count) => count,
+        Images::All => 0,
     };
+    let reach = (f64::from(count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(TABLE_START_MAX * d);
     let most = TABLE_MARGIN * reach.hypot(height.max(HALF_HEIGHT_MIN * d));
     let radial = Radial::new(wave_number, least, most, window[1])?;
     let lattice = match images {
         Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),
         Images::Near(_) => None,
-    };
-    let count = match images {
-        Images::Near(count) => count,
-        Images::All => 0,
     };
     let phases = (-count - 1..=count + 1).map(|p| Complex64::cis(TAU * (bloch * f64::from(p)).fract())).collect();
     let assembly = Assembly { nodes, wave_number, images: count, phases, window, radial, lattice };
@@ -105,13 +112,13 @@ fn window_range(decay: f64, period: f64) -> [f64; 2] {
 struct Assembly<'a> {
     nodes: &'a Nodes,
     wave_number: Complex64,
-    /// Images summed on either side of the nearest; 0 where the lattice sum holds them.
+    /// Number of images summed one by one on either side of the nearest; 0 where the lattice sum has them.
     images: i32,
-    /// Bloch phase factors e^{2πibp}, p from −`images` − 1 on.
+    /// Bloch phase factors e^{2πibp}, p from −(`images` + 1) to `images` + 1.
     phases: Vec<Complex64>,
     /// Distances in µm between which the window falls from 1 to 0.
     window: [f64; 2],
-    /// Hankel and Bessel functions of the wave number times distance.
+    /// Hankel and Bessel functions of kr, for distances r up to the images summed one by one.
     radial: Radial,
     /// Field of all images but the nearest; `None` where they are summed one by one.
     lattice: Option<LatticeSum>,
@@ -121,67 +128,66 @@ impl Assembly<'_> {
     /// Fills `row` of both matrices with the elements from all sources to node `target`.
     fn fill_row(&self, row: usize, target: usize, into: &mut Layers) {
         let n = self.nodes.len();
-        let apart: Vec<Separation> = (0..n).map(|source| self.nodes.separation(target, source)).collect();
-        let smooth = self.lattice.as_ref().map(|lattice| {
-            let xs: Vec<f64> = apart.iter().map(|s| s.x).collect();
-            let zs: Vec<f64> = apart.iter().map(|s| s.z).collect();
+        let separations: Vec<Separation> = (0..n).map(|source| self.nodes.separation(target, source)).collect();
+        let lattice_fields = self.lattice.as_ref().map(|lattice| {
+            let xs: Vec<f64> = separations.iter().map(|s| s.x).collect();
+            let zs: Vec<f64> = separations.iter().map(|s| s.z).collect();
             lattice.at(&xs, &zs)
         });
-        for (source, separation) in apart.iter().enumerate() {
-            let [mut single, mut double] =
+        for (source, separation) in separations.iter().enumerate() {
+            let nearest =
                 if source == target { self.self_term(source) } else { self.nearest_image(target, source, separation) };
-            let step = self.nodes.step();
-            match &smooth {
+            let others = match &lattice_fields {
                 Some(fields) => {
                     let normal = self.nodes.normal[source];
                     let [field, along_x, along_z] = fields[source];
-                    single += field * step;
-                    double -= (along_x * normal[0] + along_z * normal[1]) * (step * self.nodes.speed[source]);
+                    // The gradient at the source is minus the gradient with respect to the separation.
+                    let along_normal = -(along_x * normal[0] + along_z * normal[1]);
+                    let step = self.nodes.step();
+                    [field * step, along_normal * (step * self.nodes.speed[source])]
                 }
-                None => {
-                    let [s, k] = self.other_images(source, separation);
-                    single += s;
-                    double += k;
-                }
-            }
+                None => self.other_images(source, separation),
+            };
             let phase = self.phase(separation.periods);
-            into.single[(row, source)] = single * phase;
-            into.double[(row, source)] = double * phase;
+            into.single[(row, source)] = (nearest[0] + others[0]) * phase;
+            into.double[(row, source)] = (nearest[1] + others[1]) * phase;
         }
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 
-    /// Bloch phase factor of a source moved by this number of periods.
+    /// Bloch phase factor e^{2πib·periods}, for at most `images` + 1 periods in either direction.
     fn phase(&self, periods: i32) -> Complex64 {
         self.phases[(periods + self.images + 1) as usize]
     }
 
-    /// Elements of S and K from the source's nearest image, without its Bloch phase.
+    /// Elements of S and K from the source's nearest image to another node, without the image's Bloch phase.
     ///
-    /// The trapezium rule for the whole kernel, plus (Kress' weights − trapezium rule) for its logarithmic part,
-    /// `−ln(…)/(4π)` times J₀(kr) in S and times k²·J₁(kr)/(kr)·(ν'·r) in K.
-    fn nearest_image(&self, target: usize, source: usize, s: &Separation) -> [Complex64; 2] {
-        let r = (s.x * s.x + s.z * s.z).sqrt();
+    /// They are the trapezium rule for the whole kernel, plus (Kress' weights − trapezium rule) for its logarithmic
+    /// part. This part is `−ln(4 sin²((τ − τ')/2))/4π` times J₀(kr) in S, and times k²·J₁(kr)/(kr)·(ν'·r) in K.
+    fn nearest_image(&self, target: usize, source: usize, separation: &Separation) -> [Complex64; 2] {
+        let r = (separation.x * separation.x + separation.z * separation.z).sqrt();
         if r * self.wave_number.im > DECAYED {
             return [Complex64::ZERO; 2];
         }
         let (k, speed, step) = (self.wave_number, self.nodes.speed[source], self.nodes.step());
         let [h0, h1] = self.radial.hankel(r);
-        let quarter = Complex64::new(0.0, 0.25);
-        let mut single = quarter * h0 * step;
-        let mut double = quarter * k * h1 * (s.along_normal / r * step * speed);
-        let window = window(r, self.window);
+        let quarter_i = Complex64::new(0.0, 0.25);
+        let mut single = quarter_i * h0 * step;
+        let mut double = quarter_i * k * h1 * (separation.along_normal / r * step * speed);
+        let window = window_value(r, self.window);
         if window > 0.0 {
-            let apart = target.abs_diff(source);
-            let log = -window * self.nodes.log_weights[apart] / (4.0 * PI);
-            let [j0, j1_over] = self.radial.bessel(r);
+            let log = -window * self.nodes.log_weights[target.abs_diff(source)] / (4.0 * PI);
+            let [j0, j1_over_kr] = self.radial.bessel(r);
             single += j0 * log;
-            double += k * k * j1_over * (s.along_normal * speed * log);
+            double += k * k * j1_over_kr * (separation.along_normal * speed * log);
         }
         [single, double]
     }
 
-    /// Diagonal elements of S and K: the limits of the kernels, and the logarithm's weight.
+    /// Diagonal elements of S and K from a node to itself: the trapezium rule for the limits of the kernels without
+    /// their logarithm, and the logarithm's weight.
+    ///
+    /// The limits are `i/4 − (ln(k·speed/2) + γ)/2π` in S, with Euler's constant γ, and `curvature·speed/4π` in K.
     fn self_term(&self, node: usize) -> [Complex64; 2] {
         let (speed, step) = (self.nodes.speed[node], self.nodes.step());
         let log = ((0.5 * speed) * self.wave_number).ln() + EULER_GAMMA;
@@ -190,30 +196,32 @@ impl Assembly<'_> {
         [single, double.into()]
     }
 
-    /// Elements of S and K from images other than the nearest, neglecting decayed ones.
-    fn other_images(&self, source: usize, s: &Separation) -> [Complex64; 2] {
+    /// Elements of S and K from the images summed one by one, relative to the Bloch phase of the nearest image. Images
+    /// whose field has decayed are neglected.
+    fn other_images(&self, source: usize, separation: &Separation) -> [Complex64; 2] {
         let mut sums = [Complex64::ZERO; 2];
         let (normal, d) = (self.nodes.normal[source], self.nodes.period);
         for image in (-self.images..=self.images).filter(|&image| image != 0) {
-            let x = s.x - f64::from(image) * d;
-            let r = (x * x + s.z * s.z).sqrt();
+            let x = separation.x - f64::from(image) * d;
+            let r = (x * x + separation.z * separation.z).sqrt();
             if r * self.wave_number.im > DECAYED {
                 continue;
             }
             let [h0, h1] = self.radial.hankel(r);
-            let quarter = Complex64::new(0.0, 0.25) * self.phase(image) * self.nodes.step();
-            let along_normal = normal[0] * x + normal[1] * s.z;
-            sums[0] += quarter * h0;
-            sums[1] += quarter * self.wave_number * h1 * (along_normal / r * self.nodes.speed[source]);
+            let factor = Complex64::new(0.0, 0.25) * self.phase(image) * self.nodes.step();
+            let along_normal = normal[0] * x + normal[1] * separation.z;
+            sums[0] += factor * h0;
+            sums[1] += factor * self.wave_number * h1 * (along_normal / r * self.nodes.speed[source]);
         }
         sums
     }
 }
 
-/// Smooth step at distance `r` (µm): 1 up to `from`, 0 beyond `to`, and cos²(π/2·sin²(π/2·s)) at fraction s between.
-fn window(r: f64, [from, to]: [f64; 2]) -> f64 {
+/// Value of the window at distance `r` (µm): 1 up to `from`, 0 beyond `to`, and cos²(π/2·sin²(π/2·s)) at the fraction s
+/// of the way between.
+fn window_value(r: f64, [from, to]: [f64; 2]) -> f64 {
     let fraction = ((r - from) / (to - from)).clamp(0.0, 1.0);
-    // Most distances lie outside of the step: no sines for them.
+    // Most distances lie outside of the transition and need no sines.
     if fraction == 0.0 || fraction == 1.0 {
         return 1.0 - fraction;
     }

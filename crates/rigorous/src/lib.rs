@@ -1,11 +1,11 @@
 //! Rigorous diffraction by one grating: Maxwell's equations for a relief that varies along x alone.
 //!
-//! Above the relief is air; below it a perfect conductor, a metal or a dielectric.
+//! Air lies above the relief; below it lies a perfect conductor, a metal or a dielectric.
 //!
 //! ```
 //! use sunbeam_rigorous::{Medium, Profile, solve_orders};
 //!
-//! // A sawtooth of 1.2 µm in aluminium, green light at 30° across the grooves.
+//! // A sawtooth of period 1.2 µm and height 0.1 µm in aluminium; green light at 30° across the grooves.
 //! let profile = Profile::blazed(1.2, 0.1)?;
 //! let aluminium = Medium::index(0.96, 6.69)?;
 //! let solved = solve_orders(&profile, &aluminium, 550.0, [0.5, 0.0, 0.75_f64.sqrt()])?;
@@ -16,54 +16,57 @@
 //!
 //! # Symbols
 //!
-//! Time goes as e^{−iωt}; lengths are in µm, wave numbers in rad/µm, wavelengths in nm; the impedance of vacuum is 1.
+//! Fields vary in time as e^{−iωt}. Lengths are in µm, wave numbers in rad/µm, wavelengths in nm. The impedance of
+//! vacuum is 1.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
 //! | x, y, z | across the grooves, along the grooves, upwards |
 //! | d | period of the relief |
 //! | k = 2π/λ | wave number in vacuum |
-//! | n | refractive index of the lower medium, eta + ik |
-//! | ky | wave number along y, common to all fields: each goes as e^{i·ky·y} |
+//! | n | refractive index of the lower medium, `eta + i·k` (this k is the extinction coefficient) |
+//! | ky | wave number along y, common to all fields: each varies as e^{i·ky·y} |
 //! | κ² = k² − ky² | squared wave number in the xz plane, in the air |
 //! | κm² = k²n² − ky² | the same in the lower medium |
-//! | t = κd/2π | period in wavelengths of κ |
-//! | b | Bloch phase: a field changes by e^{2πib} from one period to the next; in turns |
+//! | t = κd/2π | period in units of the wavelength 2π/κ |
+//! | b | Bloch phase in turns: a field changes by the factor e^{2πib} from one period to the next |
 //! | m | index of a diffraction order |
 //! | αm = 2π(b + m)/d | wave number of order m along x |
 //! | βm = √(κ² − αm²) | wave number of order m along z; real where the order propagates, \|b + m\| < t |
+//! | curve | cross-section of the relief in the xz plane |
 //! | u | a field on the curve: Ey or Hy |
-//! | ∂νu, ∂su | derivative of u along the normal ν, which points into the air, and along the curve |
-//! | S, K | single and double layer of the Green's function of (∇² + κ²)G = −δ (`layers.rs`) |
+//! | ∂νu, ∂su | derivatives of u along the normal ν, which points into the air, and along the curve |
+//! | S, K | single and double layer potential of the Green's function G, with (∇² + κ²)G = −δ (`layers.rs`) |
 //! | W | response of the lower medium: the matrix from u to ∂νu (`metal.rs`) |
-//! | τ, node | parameter of the curve in [0, 2π), and its values at which fields are computed (`nodes.rs`) |
+//! | τ | parameter of the curve, 0 to 2π over one period |
+//! | node | a value of τ at which fields are computed (`nodes.rs`) |
 //!
 //! # Equations
 //!
-//! Ey and Hy satisfy (∇² + κ²)u = 0, and so
+//! Ey and Hy satisfy (∇² + κ²)u = 0 in the air and (∇² + κm²)u = 0 in the lower medium. Green's formula gives
 //!
-//! - in the air, `u/2 − K u + S ∂νu` is the incident wave;
-//! - in the lower medium, `∂νu = W u` with `W = S⁻¹(½ + K)`, of the layers for κm.
+//! - in the air, `u/2 − K u + S ∂νu` = incident wave, with S and K for κ;
+//! - in the lower medium, `∂νu = W u` with `W = S⁻¹(½ + K)`, with S and K for κm.
 //!
-//! Continuity of the tangential fields couples Ey and Hy where ky ≠ 0, with Δ = 1/κ² − 1/κm²:
+//! Here ∂νu is that of the medium in question. Continuity of the tangential fields gives ∂νu in the air from the fields
+//! on the curve. It couples Ey and Hy where ky ≠ 0, with Δ = 1/κ² − 1/κm²:
 //!
-//! - `∂νE = κ²[(n²/κm²) W E − (ky/k) Δ ∂sH]`,
-//! - `∂νH = κ²[(1/κm²) W H + (ky/k) Δ ∂sE]`.
+//! - `∂νEy = κ²[(n²/κm²) W Ey − (ky/k) Δ ∂sHy]`,
+//! - `∂νHy = κ²[(1/κm²) W Hy + (ky/k) Δ ∂sEy]`.
 //!
 //! Unknowns are Ey and Hy at the nodes of one period of the curve. One linear system is solved for all incident orders
 //! at once. The integral equations are those of Kress, *Linear Integral Equations*, and Popov (ed.), *Gratings: Theory
-//! and Numeric Applications*, ch. 12. Eliminating the lower medium by W and the coupling in these variables is derived
-//! here.
+//! and Numeric Applications*, ch. 12. The elimination of the lower medium by W and the coupling's form are our own.
 //!
 //! # Types
 //!
-//! - [`solve_orders`] answers one question: all orders for one direction and wavelength, with its checks.
+//! - [`solve_orders`]: all orders for one direction and wavelength, with checks of power balance and reciprocity.
 //! - [`Discretisation`]: a [`Profile`] with nodes on it, for any wavelength and direction.
-//! - [`Air`]: everything above the relief at one (t, b); it does not depend on the wavelength. [`Air::solve`] gives
-//! - [`Amplitudes`]: the Jones matrices between all orders at one wavelength.
+//! - [`Air`]: layer potentials and plane waves above the relief at one (t, b), for any wavelength and lower medium.
+//! - [`Amplitudes`]: the Jones matrices between all orders at one wavelength, the result of [`Air::solve`].
 //! - [`MetalTable`]: W of one metal at one wavelength, for all directions.
 //!
-//! Everything runs on the caller's thread, with results that do not depend on other threads, to the bit.
+//! All functions run on the caller's thread. Their results are identical to the bit, however many threads call them.
 
 mod air;
 mod amplitudes;

@@ -1,8 +1,8 @@
 //! Limits on the size of a problem, checked before anything is solved.
 //!
 //! The sum over periods is interpolated by polynomials of at most 400 terms along x and along z
-//! ([`lattice_sum`](crate::lattice_sum)), and the curve has at most 2048 nodes. The polynomials bound the period and
-//! the height of the relief in wavelengths of the medium; the nodes bound the length of the curve.
+//! ([`lattice_sum`](crate::lattice_sum)). This bounds the period and the height of the relief in wavelengths of each
+//! medium. The curve has at most [`NODES_MAX`] nodes, which bounds its length in wavelengths.
 
 use crate::discretisation::NODES_MAX;
 use crate::error::positive;
@@ -12,22 +12,23 @@ use crate::{Error, Estimate, Medium, Profile};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Largest period in wavelengths.
+/// Largest period in wavelengths of a medium.
 ///
 /// A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t = 150), so 400 terms serve up to t =
-/// 109.8. The margin is for tables over directions, which extend one wavelength further.
+/// 109.8. The margin is for tables over directions, whose t exceeds that of every direction by up to one.
 pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
-/// Largest height of a relief in wavelengths.
+/// Largest height of a relief in wavelengths of a medium.
 ///
-/// 400 terms serve at least 64 wavelengths. This was measured at a period of half the height, the worst case: deeper
-/// reliefs are refused. The margin is chosen.
+/// 400 terms serve at least 64 wavelengths, measured at a period of half the height. This is the worst case, since
+/// deeper reliefs are refused. The margin of two wavelengths allows for cases that were not measured.
 pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 
-/// Checks that a profile above a medium can be solved at a wavelength (nm); returns the estimated cost.
+/// Checks that a profile above a medium can be solved at a wavelength (nm), and returns the estimated cost. Nothing is
+/// solved.
 ///
-/// `along` (0 to 1) is the component of the light's direction along the grooves. Smaller values are stricter: 0 covers
-/// every direction. Nothing is solved.
+/// `along` is the magnitude of the component along the grooves of the light's direction, 0 to 1. Smaller values are
+/// stricter, so 0 covers every direction.
 ///
 /// ```
 /// use sunbeam_rigorous::{Medium, Profile, check_size};
@@ -42,11 +43,13 @@ pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 /// A wavelength that is not finite and positive, [`Error::TooManyWaves`] and [`Error::TooLarge`].
 pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along: f64) -> Result<Estimate, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
+    // Name and permittivity of each medium that waves enter.
     let below = match *medium {
         Medium::Perfect => None,
         Medium::Index(index) => Some(("the medium below", index * index)),
     };
-    for (medium, epsilon) in [Some(("air", Complex64::ONE)), below].into_iter().flatten() {
+    for (medium_name, epsilon) in [Some(("air", Complex64::ONE)), below].into_iter().flatten() {
+        // κ or κm, with ky = k·along.
         let wave_number = k * outgoing(epsilon - along * along);
         if matches!(Images::needed(wave_number.im, profile.period_um()), Images::Near(_)) {
             // A field that decays within a few periods is summed image by image, without polynomials.
@@ -57,8 +60,15 @@ pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along:
         for (length, found_um, waves_max) in lengths {
             let waves = found_um * wave_number.norm() / TAU;
             if waves > waves_max {
-                let most_um = waves_max * found_um / waves;
-                return Err(Error::TooManyWaves { length, found_um, waves, medium, wavelength_nm, waves_max, most_um });
+                return Err(Error::TooManyWaves {
+                    length,
+                    found_um,
+                    waves,
+                    medium: medium_name,
+                    wavelength_nm,
+                    waves_max,
+                    most_um: waves_max * found_um / waves,
+                });
             }
         }
     }

@@ -2,21 +2,23 @@
 
 use crate::Error;
 use num_complex::Complex64;
+use std::ops::RangeInclusive;
 
-/// Largest magnitude of the index. Chosen: beyond it the nodes along the curve do not resolve the skin depth.
-const INDEX_MAX: f64 = 100.0;
+/// Accepted magnitudes of the index. At smaller ones κm² nearly vanishes for light across the grooves, where the
+/// response of the medium is singular. At larger ones the nodes along the curve do not resolve the skin depth.
+const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 
-/// The medium below the relief; above it is air, of index 1.
+/// The medium below the relief; above the relief is air, of index 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Medium {
     /// A perfect conductor.
     Perfect,
-    /// A metal or dielectric of refractive index `eta + ik`, k ≥ 0, with time as e^{−iωt}.
+    /// A metal or dielectric of refractive index `eta + i·k`, k ≥ 0, for fields that vary in time as e^{−iωt}.
     Index(Complex64),
 }
 
 impl Medium {
-    /// A metal or dielectric of refractive index `eta + ik`.
+    /// A metal or dielectric of refractive index `eta + i·k`.
     ///
     /// ```
     /// use sunbeam_rigorous::Medium;
@@ -35,16 +37,16 @@ impl Medium {
                 return Err(Error::OutOfRange { quantity, found, accepted: "finite and at least 0" });
             }
         }
-        let size = eta.hypot(k);
-        if !(1e-3..=INDEX_MAX).contains(&size) {
+        let magnitude = eta.hypot(k);
+        if !INDEX_RANGE.contains(&magnitude) {
             let quantity = "magnitude of the index eta + ik";
-            return Err(Error::OutOfRange { quantity, found: size, accepted: "0.001 to 100" });
+            return Err(Error::OutOfRange { quantity, found: magnitude, accepted: "0.001 to 100" });
         }
         Ok(Self::Index(Complex64::new(eta, k)))
     }
 }
 
-/// Square root of a squared wave number whose wave travels outwards or decays: Im ≥ 0, and Re > 0 where it is real.
+/// The square root of a squared wave number whose wave travels outwards or decays: Im ≥ 0, and Re ≥ 0 where Im = 0.
 pub(crate) fn outgoing(square: Complex64) -> Complex64 {
     let root = square.sqrt();
     if root.im < 0.0 || (root.im == 0.0 && root.re < 0.0) { -root } else { root }

@@ -1,46 +1,52 @@
 //! Response of the lower medium: W, the matrix from a field u on the curve to its normal derivative ∂νu.
 //!
-//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). It
-//! is solved on `oversampling` times as many nodes as the air, since fields in a metal vary within the skin depth 1/Im
-//! κm.
+//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). S
+//! and K are integrals over the fine nodes, since fields in a metal vary within the skin depth 1/Im κm.
 //!
-//! [`MetalTable`] tabulates W of one metal: Chebyshev interpolation over ky², and a Fourier series over b,
+//! [`MetalTable`] tabulates W of one metal: polynomial interpolation between Chebyshev nodes of ky², and a Fourier
+//! series over b,
 //!
 //! `W(b) = Σ_p W_p e^{2πibp}`, with W_p the coupling of a target to image p of a source.
 //!
-//! The series is short because a field in the metal reaches few periods: W_p is damped by e^{−Im κm·|p|d}. Of the
-//! images only the n nearest to the target count, n being odd. Their sum at n tabulated phases l/n determines the W_p,
-//! and so `W(b) = Σ_l w_l W(l/n)` with `w_l = 1/n Σ_p e^{2πi(b − l/n)p}` over the n nearest images p.
+//! The series is short because a field in the metal reaches few periods: W_p is damped by e^{−Im κm·|p|d}. Only the N
+//! images nearest to the target are kept, N being odd. Their sums at the N tabulated phases l/N determine the W_p, and
+//! so `W(b) = Σ_l w_l W(l/N)` with `w_l = 1/N Σ_p e^{2πi(b − l/N)p}` over the N nearest images p.
 
 use crate::discretisation::Discretisation;
 use crate::error::positive;
-use crate::layers::{Images, layers};
+use crate::layers::{Images, layer_matrices};
 use crate::linear::{Matrix, solve, zeros};
 use crate::medium::outgoing;
+use crate::special::chebyshev_nodes;
 use crate::{Error, Medium};
 use num_complex::Complex64;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-/// Relative error of W by interpolation. Chosen: efficiencies are then off by about a hundredth of it (1e-6).
+/// Relative error of W by interpolation. Efficiencies are then off by about a hundredth of it, 1e-6.
 const TOLERANCE: f64 = 1e-4;
 
-/// Range of ky²/k² that a table covers: at most 1 for real directions. Chosen: negative values serve cells of a table
-/// over directions (`src/grating` of the main crate) that extend beyond the horizon.
+/// Range of ky²/k² that a table covers.
+///
+/// Directions of light have 0 to 1. Negative values belong to cells of a table over directions that extend beyond the
+/// horizon (`src/grating` of the main crate).
 pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
-/// Most tabulated Bloch phases. Chosen: a medium that needs more is solved directly.
-const PHASES_MAX: usize = 9;
+/// Most tabulated Bloch phases. A medium that needs more is solved directly; larger values take more memory and time.
+const PHASES_MAX: f64 = 9.0;
 
-/// Most Chebyshev nodes of ky². Chosen: a medium that needs more is solved directly.
-const KY_NODES_MAX: f64 = 12.0;
+/// Most Chebyshev nodes of ky². A medium that needs more is solved directly; larger values take more memory and time.
+const KY_NODES_MAX: f64 = 11.0;
 
-/// W at the nodes, times their speed |dr/dτ| (`nodes.rs`), for κm² (`kappa_squared`, 1/µm²) and a Bloch phase in turns.
+/// W at the coarse nodes, times their speed |dr/dτ| (`nodes.rs`): target × source. Arguments are κm² in (rad/µm)² and
+/// the Bloch phase in turns.
 ///
-/// Rows are targets, columns are sources, both at the coarse nodes. Interpolation carries the sources from coarse to
-/// fine nodes.
-pub(crate) fn response(mesh: &Discretisation, kappa_squared: Complex64, bloch: f64) -> Result<Matrix, Error> {
-    let factor = mesh.resolution().oversampling;
-    let layers = layers(&mesh.fine, factor, outgoing(kappa_squared), bloch)?;
+/// S and K map fine nodes to coarse ones. Their product with the interpolation maps coarse nodes to coarse ones.
+///
+/// # Errors
+/// Special functions that overflow, and solutions that are not finite.
+pub(crate) fn response(mesh: &Discretisation, kappa_m_squared: Complex64, bloch: f64) -> Result<Matrix, Error> {
+    let oversampling = mesh.resolution().oversampling;
+    let layers = layer_matrices(&mesh.fine, oversampling, outgoing(kappa_m_squared), bloch)?;
     let single = mesh.interpolation.apply(&layers.single, bloch);
     let mut double = mesh.interpolation.apply(&layers.double, bloch);
     double.diag_mut().map_inplace(|value| *value += 0.5);
@@ -49,8 +55,9 @@ pub(crate) fn response(mesh: &Discretisation, kappa_squared: Complex64, bloch: f
 
 /// W of one metal at one wavelength, interpolated for every direction.
 ///
-/// Tables over directions solve for hundreds of directions; each would assemble layers on the oversampled nodes. W is
-/// analytic in ky² and decays within the skin depth, so a few values of ky² and of the Bloch phase give it for all.
+/// A solution without this table assembles S and K on the fine nodes for every direction. W is analytic in ky², and it
+/// couples only points within some skin depths. A few values of ky² and of the Bloch phase therefore give it for all
+/// directions.
 ///
 /// ```
 /// use sunbeam_rigorous::{Discretisation, Medium, MetalTable, Profile, Resolution};
@@ -58,7 +65,7 @@ pub(crate) fn response(mesh: &Discretisation, kappa_squared: Complex64, bloch: f
 /// let profile = Profile::sinusoid(1.1, 0.1)?;
 /// let silver = Medium::index(0.06, 3.59)?;
 /// let mesh = Discretisation::new(&profile, Resolution::new(&profile, &silver, 550.0)?)?;
-/// let table = MetalTable::new(&mesh, &silver, 550.0)?.expect("silver absorbs within a period");
+/// let table = MetalTable::new(&mesh, &silver, 550.0)?.expect("fields in silver decay within a few periods");
 /// let air = mesh.air(1.7, 0.3)?;
 /// let (read, direct) = (air.solve_tabulated(&table)?, air.solve(&silver, 550.0)?);
 /// assert!((read.efficiency(0, 0) - direct.efficiency(0, 0)).abs() < 1e-5);
@@ -69,87 +76,85 @@ pub struct MetalTable<'a> {
     mesh: &'a Discretisation,
     /// Refractive index of the metal.
     index: Complex64,
-    /// Wave number k in vacuum, in 1/µm.
+    /// Wave number k in vacuum, in rad/µm.
     wave_number: f64,
-    /// Chebyshev nodes of ky², in 1/µm².
+    /// Chebyshev nodes of ky², in (rad/µm)².
     ky_squared: Vec<f64>,
-    /// Number of tabulated Bloch phases `l/phases`, l from 0 on; odd.
+    /// Number N of tabulated Bloch phases l/N, l from 0 on; odd.
     phases: usize,
-    /// W, indexed `[ky²][phase]`.
+    /// [`response`] at the nodes of ky² and the Bloch phases: `[ky²][phase]`.
     responses: Vec<Vec<Matrix>>,
 }
 
 impl<'a> MetalTable<'a> {
     /// Tabulates the response of a metal at a wavelength (nm).
     ///
-    /// Returns `None` where a field in the medium does not decay within a few periods, as in a dielectric, and for a
-    /// perfect conductor. [`Air::solve`](crate::Air::solve) serves both.
+    /// Returns `None` for a perfect conductor, and where the table would be too large: where fields in the medium do
+    /// not decay within a few periods, as in a dielectric. [`Air::solve`](crate::Air::solve) solves both.
     ///
     /// # Errors
-    /// A wavelength that is not finite and positive, or special functions that overflow.
+    /// A wavelength that is not finite and positive, special functions that overflow, and solutions that are not
+    /// finite.
     pub fn new(mesh: &'a Discretisation, medium: &Medium, wavelength_nm: f64) -> Result<Option<Self>, Error> {
         let &Medium::Index(index) = medium else { return Ok(None) };
         let wave_number = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
-        let kappa_squared = |ky_squared: f64| index * index * wave_number * wave_number - ky_squared;
+        let kappa_m_squared = |ky_squared: f64| index * index * wave_number * wave_number - ky_squared;
         let [low, high] = KY_SQUARED_RANGE.map(|ratio| ratio * wave_number * wave_number);
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         // Interpolation at n nodes converges as ρ^−n, with ρ the sum of semi-axes of the Bernstein ellipse through the
-        // singularity of W at κm² = 0.
-        let singularity = kappa_squared(middle) / half;
+        // singularity of W at κm² = 0. The range of ky² is mapped to [−1, 1].
+        let singularity = kappa_m_squared(middle) / half;
         let rho = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
         let rho = rho.max(1.0 / rho);
-        let nodes = (-TOLERANCE.ln() / rho.ln()).ceil();
-        // Images up to this number of periods away are damped by less than the tolerance.
-        let slowest = outgoing(kappa_squared(low)).im.min(outgoing(kappa_squared(high)).im);
+        let ky_nodes = (-TOLERANCE.ln() / rho.ln()).ceil();
+        // Images on either side of the nearest one, beyond which fields have decayed below the tolerance.
+        let slowest = outgoing(kappa_m_squared(low)).im.min(outgoing(kappa_m_squared(high)).im);
         let period = mesh.profile().period_um();
         let images = (-TOLERANCE.ln() / (slowest * period) - 0.5).ceil().max(0.0);
         let phases = 2.0 * images + 1.0;
-        let all = matches!(Images::needed(slowest, period), Images::All);
-        if all || phases > PHASES_MAX as f64 || !(1.0..KY_NODES_MAX).contains(&nodes) {
+        let needs_lattice_sum = matches!(Images::needed(slowest, period), Images::All);
+        if needs_lattice_sum || phases > PHASES_MAX || !(1.0..=KY_NODES_MAX).contains(&ky_nodes) {
             return Ok(None);
         }
-        let (phases, count) = (phases as usize, nodes as usize);
-        let ky_squared: Vec<f64> =
-            (0..count).map(|i| middle + half * (PI * (i as f64 + 0.5) / count as f64).cos()).collect();
+        let (phases, ky_nodes) = (phases as usize, ky_nodes as usize);
+        let ky_squared: Vec<f64> = chebyshev_nodes(ky_nodes).iter().map(|x| middle + half * x).collect();
         let responses = ky_squared
             .iter()
-            .map(|&ky| (0..phases).map(|l| response(mesh, kappa_squared(ky), l as f64 / phases as f64)).collect())
+            .map(|&ky| (0..phases).map(|l| response(mesh, kappa_m_squared(ky), l as f64 / phases as f64)).collect())
             .collect::<Result<_, _>>()?;
         Ok(Some(Self { mesh, index, wave_number, ky_squared, phases, responses }))
     }
 
-    /// Refractive index.
+    /// Refractive index `eta + i·k` of the metal.
     pub fn index(&self) -> Complex64 {
         self.index
     }
 
-    /// Wave number in vacuum, in 1/µm.
+    /// Wave number k in vacuum, in rad/µm.
     pub fn wave_number_per_um(&self) -> f64 {
         self.wave_number
     }
 
-    /// W times the speed of the nodes, at a squared wave number along y (1/µm²) and a Bloch phase (turns).
-    ///
-    /// Sums the tabulated matrices with Lagrange weights over ky² and Fourier weights over the phase.
+    /// [`response`], interpolated at a squared wave number along y ((rad/µm)², within [`KY_SQUARED_RANGE`] times k²)
+    /// and a Bloch phase (turns).
     pub(crate) fn at(&self, ky_squared: f64, bloch: f64) -> Matrix {
         let n = self.mesh.nodes();
-        let lagrange: Vec<f64> =
+        let ky_weights: Vec<f64> =
             (0..self.ky_squared.len()).map(|i| lagrange(&self.ky_squared, i, ky_squared)).collect();
-        let phases = self.phases as i32;
-        // The weight of a tabulated phase depends on the period that the nearest image of the source lies in, which
-        // differs between pairs of nodes.
-        let weights: Vec<[Complex64; 3]> =
-            (0..phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
-        let shifts = self.image_shifts();
+        // `[phase][periods + 1]`: the weight depends on the period of the source's nearest image, which differs between
+        // pairs of nodes.
+        let phase_weights: Vec<[Complex64; 3]> =
+            (0..self.phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
+        let image_indices = self.image_indices();
         let mut result = zeros(n, n);
-        for (responses, weight) in self.responses.iter().zip(&lagrange) {
-            for (response, phase) in responses.iter().zip(&weights) {
-                let phase = phase.map(|p| p * *weight);
-                for j in 0..n {
-                    let shifts = &shifts[j * n..(j + 1) * n];
-                    let (from, mut into) = (response.column(j), result.column_mut(j));
-                    for ((into, from), &shift) in into.iter_mut().zip(from).zip(shifts) {
-                        *into += from * phase[shift as usize];
+        for (responses, ky_weight) in self.responses.iter().zip(&ky_weights) {
+            for (matrix, phase_weight) in responses.iter().zip(&phase_weights) {
+                let weights = phase_weight.map(|weight| weight * *ky_weight);
+                for source in 0..n {
+                    let indices = &image_indices[source * n..(source + 1) * n];
+                    let (from, mut into) = (matrix.column(source), result.column_mut(source));
+                    for ((into, from), &index) in into.iter_mut().zip(from).zip(indices) {
+                        *into += from * weights[index as usize];
                     }
                 }
             }
@@ -157,26 +162,27 @@ impl<'a> MetalTable<'a> {
         result
     }
 
-    /// Weight w_l of tabulated phase l/n, for pairs of nodes whose nearest image is `periods` away: the sum runs over
-    /// the n images around this image.
-    fn phase_weight(&self, l: i32, periods: i32, bloch: f64) -> Complex64 {
+    /// Weight w_l of the tabulated phase l/N, for pairs of nodes with the nearest image moved by `periods`: the sum
+    /// runs over the N images around that one.
+    fn phase_weight(&self, l: usize, periods: i32, bloch: f64) -> Complex64 {
         let images = (self.phases / 2) as i32;
-        let difference = bloch - f64::from(l) / self.phases as f64;
+        let difference = bloch - l as f64 / self.phases as f64;
         let sum: Complex64 = (periods - images..=periods + images)
             .map(|p| Complex64::cis(TAU * (difference * f64::from(p)).fract()))
             .sum();
         sum / self.phases as f64
     }
 
-    /// Period that the nearest image of each pair of nodes lies in, plus one (0, 1 or 2); column-major.
-    fn image_shifts(&self) -> Vec<u8> {
+    /// `periods + 1` (0, 1 or 2) for each pair of coarse nodes, with the periods by which the source's nearest image is
+    /// moved: `[source · n + target]`.
+    fn image_indices(&self) -> Vec<u8> {
         let n = self.mesh.nodes();
         let coarse = &self.mesh.coarse;
         (0..n * n).map(|i| (coarse.separation(i % n, i / n).periods + 1).clamp(0, 2) as u8).collect()
     }
 }
 
-/// Lagrange basis polynomial i of `nodes` at x.
+/// Lagrange basis polynomial i of `nodes` at x: 1 at node i, 0 at the others.
 fn lagrange(nodes: &[f64], i: usize, x: f64) -> f64 {
     nodes.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, node)| (x - node) / (nodes[i] - node)).product()
 }

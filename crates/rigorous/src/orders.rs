@@ -5,15 +5,21 @@ use crate::error::positive;
 use crate::{Amplitudes, Discretisation, Error, Jones, Medium, Profile, Resolution, check_size};
 use std::f64::consts::TAU;
 
-/// Largest accepted violation of power balance and reciprocity, as a fraction of the incident light. Chosen: far below
-/// what a picture shows.
+/// Largest accepted violation of power balance, as a fraction of the incident power, and of reciprocity, as an
+/// amplitude. It is far below what a picture shows.
 const TOLERANCE: f64 = 5e-4;
 
-/// Smallest cosine of incidence. Chosen: below it efficiencies are ratios of two vanishing powers.
+/// Smallest accepted cosine of incidence. At smaller ones efficiencies are ratios of two vanishing powers.
 const COSINE_MIN: f64 = 1e-7;
 
-/// Largest accepted deviation of a direction's length from 1. Chosen above the rounding of single precision.
+/// Largest accepted deviation of a direction's length from 1, above the rounding of single precision.
 const LENGTH_TOLERANCE: f64 = 1e-6;
+
+/// Time for each element of the matrices S and K (`layers.rs`), in seconds; measured on one core.
+const SECONDS_PER_ELEMENT: f64 = 1.5e-6;
+
+/// Time of factorisations and matrix products over the cube of the nodes, in seconds; measured on one core.
+const SECONDS_PER_CUBED_NODES: f64 = 5e-9;
 
 /// One propagating order.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,20 +28,20 @@ pub struct Order {
     pub index: i32,
     /// Unit vector away from the surface.
     pub direction: [f64; 3],
-    /// Jones matrix from the [`transverse_basis`] of the incident light to that of the order; |·|² is a fraction of the
-    /// incident power.
+    /// Jones matrix from the [`transverse_basis`] of the incident light to that of the order, `jones[out][in]`; |·|² is
+    /// a fraction of the incident power.
     pub jones: Jones,
 }
 
 impl Order {
-    /// Efficiency for light whose magnetic field has no component along the grooves; TE for incidence across the
-    /// grooves.
+    /// Efficiency for incident light whose magnetic field has no component along the grooves. For incidence across the
+    /// grooves this is TE.
     pub fn te(&self) -> f64 {
         self.jones[0][0].norm_sqr() + self.jones[1][0].norm_sqr()
     }
 
-    /// Efficiency for light whose electric field has no component along the grooves; TM for incidence across the
-    /// grooves.
+    /// Efficiency for incident light whose electric field has no component along the grooves. For incidence across the
+    /// grooves this is TM.
     pub fn tm(&self) -> f64 {
         self.jones[0][1].norm_sqr() + self.jones[1][1].norm_sqr()
     }
@@ -51,8 +57,8 @@ impl Order {
 pub struct Orders {
     /// Orders by ascending index.
     pub orders: Vec<Order>,
-    /// Fractions of TE and of TM light that cross into the lower medium: absorbed by a metal, transmitted into a
-    /// dielectric.
+    /// Fractions that cross into the lower medium of light in the states of [`Order::te`] and [`Order::tm`]: absorbed
+    /// by a metal, transmitted into a dielectric.
     pub absorbed: [f64; 2],
     /// Nodes on one period with which the checks passed.
     pub nodes: usize,
@@ -71,13 +77,9 @@ pub struct Estimate {
     pub seconds: f64,
 }
 
-/// Time per element of the matrices S and K (`layers.rs`), in seconds; measured on one core.
-const SECONDS_PER_ELEMENT: f64 = 1.5e-6;
-/// Time of factorisation and products, in seconds for each cube of the nodes; measured on one core.
-const SECONDS_PER_PRODUCT: f64 = 5e-9;
-
 impl Estimate {
-    /// The cost for a profile above a medium at a wavelength (nm); nothing is solved.
+    /// The cost for a profile above a medium at a wavelength (nm). Nothing is solved, and sizes beyond the solver's
+    /// limits are not refused; see [`check_size`].
     ///
     /// ```
     /// use sunbeam_rigorous::{Estimate, Medium, Profile};
@@ -92,18 +94,19 @@ impl Estimate {
     pub fn new(profile: &Profile, medium: &Medium, wavelength_nm: f64) -> Result<Self, Error> {
         let nodes = Resolution::new(profile, medium, wavelength_nm)?.nodes;
         let n = nodes as f64;
-        Ok(Self { nodes, seconds: SECONDS_PER_ELEMENT * n * n + SECONDS_PER_PRODUCT * n * n * n })
+        Ok(Self { nodes, seconds: SECONDS_PER_ELEMENT * n * n + SECONDS_PER_CUBED_NODES * n * n * n })
     }
 }
 
 /// All propagating orders for light of a wavelength (nm) from the unit vector `wi`.
 ///
-/// `wi` points away from the surface, towards the light; z is up. Power balance and reciprocity are checked to 5e-4;
-/// where a check fails, the nodes are doubled.
+/// `wi` points away from the surface, towards the light. x is across the grooves, y along them, z up. Power balance and
+/// reciprocity are checked to 5e-4. Where a check fails, the problem is solved again with twice the nodes.
 ///
 /// # Errors
-/// A direction at or below the horizon or not of unit length, a problem that is too large, or a check that fails with
-/// the largest number of nodes (at most 2048).
+/// A direction at or below the horizon or not of unit length, a wavelength that is not finite and positive, a problem
+/// that is too large, fields that are not finite, or a check that fails with the largest number of nodes (at most
+/// 2048).
 pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: [f64; 3]) -> Result<Orders, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     let length = wi.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -114,9 +117,9 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
         return Err(Error::OutOfRange { quantity: "z of wi", found: wi[2], accepted: "1e-7 to 1, above the horizon" });
     }
     let period = profile.period_um();
-    // √(1 − y²) from x and z, which keeps its digits for light along the grooves.
-    let across = wi[0].hypot(wi[2]);
-    let (t, b) = (across * k * period / TAU, -wi[0] * k * period / TAU);
+    // κ/k = √(1 − y²), computed from x and z, which keeps its digits for light along the grooves.
+    let kappa_over_k = wi[0].hypot(wi[2]);
+    let (t, b) = (kappa_over_k * k * period / TAU, -wi[0] * k * period / TAU);
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
     let mut resolution = Resolution::new(profile, medium, wavelength_nm)?;
     loop {
@@ -141,16 +144,15 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     }
 }
 
-/// Orders for light in order 0 with wave number −k·wi.y along y.
+/// Orders for light incident in order 0 with the wave number ky = −k·`wi_y` along y; k in rad/µm.
 ///
-/// `amplitudes` were solved for the positive wave number k·|wi.y|; the Jones matrices of the negative one follow by
-/// reflection.
+/// `amplitudes` were solved for ky = k·|`wi_y`|. For a negative ky the Jones matrices follow by reflection.
 fn orders_of(amplitudes: &Amplitudes, k: f64, wi_y: f64) -> Vec<Order> {
     let orders = amplitudes.orders().iter().zip(amplitudes.alpha_per_um()).zip(amplitudes.beta_per_um());
     orders
         .map(|((&index, alpha), beta)| {
             let mut jones = amplitudes.jones(index, 0);
-            // Reflection y → −y reverses the sign of Ey but not of Hy.
+            // Reflection y → −y reverses the sign of Ey but not of Hy, so the elements between both change their signs.
             if wi_y > 0.0 {
                 jones[0][1] = -jones[0][1];
                 jones[1][0] = -jones[1][0];
@@ -163,15 +165,17 @@ fn orders_of(amplitudes: &Amplitudes, k: f64, wi_y: f64) -> Vec<Order> {
 /// Unit electric vectors of the two polarisation states of a wave that travels along the unit vector `d`, which is not
 /// ±y.
 ///
-/// The first is that of the state without Hy, `(ŷ − (ŷ·d)d)/|…|`; the second that of the state without Ey, `first × d`.
-/// Light from wi travels along −wi.
+/// The first belongs to the state without Hy: `(ŷ − (ŷ·d)d)/|ŷ − (ŷ·d)d|`. The second belongs to the state without Ey:
+/// `first × d`. Light from the direction wi travels along −wi.
 ///
 /// ```
 /// // Straight down: E along y, and E along −x.
 /// assert_eq!(sunbeam_rigorous::transverse_basis([0.0, 0.0, -1.0]), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
 /// ```
 pub fn transverse_basis(d: [f64; 3]) -> [[f64; 3]; 2] {
+    // √(1 − d.y²).
     let across = d[0].hypot(d[2]);
     let first = [-d[1] * d[0] / across, across, -d[1] * d[2] / across];
-    [first, [d[2] / across, 0.0, -d[0] / across]]
+    let second = [d[2] / across, 0.0, -d[0] / across];
+    [first, second]
 }

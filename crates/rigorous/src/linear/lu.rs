@@ -1,9 +1,7 @@
-//! LU decomposition with partial pivoting, recursive over halves of the columns: Toledo, SIAM J. Matrix Anal. Appl. 18
-//! (1997).
+//! LU decomposition with partial pivoting, P·A = L·U, recursive over halves of the columns: Toledo, SIAM J. Matrix
+//! Anal. Appl. 18 (1997). The recursion turns nearly all of the work into matrix products, which are fast.
 //!
-//! Nearly all the work is then matrix products.
-//!
-//! The matrix is split into halves of its columns and rows at `half`:
+//! A matrix, which has at least as many rows as columns, is split after half of its columns and equally many rows:
 //!
 //! ```text
 //! [ corner  beside ]      1. factor the left half [corner; below]
@@ -11,22 +9,24 @@
 //!                         3. rest ← rest − below·beside, and factor it
 //! ```
 //!
-//! Rows are exchanged as in Gaussian elimination; the exchanges of one half are applied to the other.
+//! L and U overwrite the matrix; the unit diagonal of L is not stored. Rows are exchanged as in Gaussian elimination,
+//! and the exchanges of one half of the columns are applied to the other.
 
 use super::planes::{View, ViewMut};
 use ndarray::Axis;
 use num_complex::Complex64;
 use std::array;
 
-/// Number of columns up to which the recursion ends in plain elimination. Chosen; it affects speed only.
+/// Number of columns, or of rows of a triangular system, at which the recursion ends in plain elimination. It affects
+/// speed only.
 const BLOCK: usize = 16;
 
-/// A column of at most [`BLOCK`] rows.
+/// A column of at most [`BLOCK`] rows, in its first elements.
 type BlockColumn = [Complex64; BLOCK];
 
-/// Overwrites a matrix with its factors L (unit diagonal) and U; it has no more columns than rows.
+/// Overwrites a matrix of at least as many rows as columns with its factors L and U.
 ///
-/// Returns the pivots: step k exchanged row k with row `pivots[k]`.
+/// Returns the pivots: step k exchanged row k with row `pivots[k]`, which is at least k.
 pub(super) fn factor(mut a: ViewMut<'_>) -> Vec<usize> {
     let columns = a.re.ncols();
     if columns <= BLOCK {
@@ -40,27 +40,28 @@ pub(super) fn factor(mut a: ViewMut<'_>) -> Vec<usize> {
     let (mut beside, mut rest) = right.split_at(Axis(0), half);
     solve_lower(&corner.view(), beside.reborrow());
     rest.add_product(-1.0, &below.view(), &beside.view());
-    let lower_pivots = factor(rest);
-    exchange(&mut below, &lower_pivots);
-    pivots.extend(lower_pivots.iter().map(|row| half + row));
+    let rest_pivots = factor(rest);
+    exchange(&mut below, &rest_pivots);
+    pivots.extend(rest_pivots.iter().map(|row| half + row));
     pivots
 }
 
-/// Solves for every column of `right`, in place, from the factors and pivots of [`factor`].
+/// Solves A·x = right for every column of `right`, in place, from the factors and pivots of [`factor`].
 pub(super) fn solve(factors: &View<'_>, pivots: &[usize], mut right: ViewMut<'_>) {
     exchange(&mut right, pivots);
     solve_lower(factors, right.reborrow());
     solve_upper(factors, right);
 }
 
-/// Step k of Gaussian elimination: exchanges row k with the pivot row, and subtracts its multiples from the rows below.
+/// Step k of Gaussian elimination: exchanges row k with the pivot row, subtracts multiples of row k from the rows
+/// below, and stores the multipliers, a column of L, below the diagonal.
 ///
-/// Returns the pivot row, the one from k on with the largest element in column k.
+/// Returns the pivot row: the one from k on with the largest element in column k.
 fn eliminate(a: &mut ViewMut<'_>, k: usize) -> usize {
-    let size = |row: usize| a.re[(row, k)].abs() + a.im[(row, k)].abs();
+    let magnitude = |row: usize| a.re[(row, k)].abs() + a.im[(row, k)].abs();
     let mut pivot = k;
     for row in k + 1..a.re.nrows() {
-        if size(row) > size(pivot) {
+        if magnitude(row) > magnitude(pivot) {
             pivot = row;
         }
     }
@@ -72,17 +73,17 @@ fn eliminate(a: &mut ViewMut<'_>, k: usize) -> usize {
     let (mut left, mut right) = a.reborrow().split_at(Axis(1), k + 1);
     let column = left.column(k);
     let inverse = column.at(k).inv();
-    let (_, mut multiples) = column.split_at(Axis(0), k + 1);
-    multiples.scale(inverse);
+    let (_, mut multipliers) = column.split_at(Axis(0), k + 1);
+    multipliers.scale(inverse);
     for j in 0..right.re.ncols() {
         let column = right.column(j);
-        let factor = column.at(k);
-        column.split_at(Axis(0), k + 1).1.subtract(factor, &multiples);
+        let in_pivot_row = column.at(k);
+        column.split_at(Axis(0), k + 1).1.subtract(in_pivot_row, &multipliers);
     }
     pivot
 }
 
-/// Exchanges row k with row `pivots[k]`, in order of k.
+/// Exchanges row k of every column with row `pivots[k]`, for k from 0 on.
 fn exchange(rows: &mut ViewMut<'_>, pivots: &[usize]) {
     for plane in [&mut rows.re, &mut rows.im] {
         for mut column in plane.columns_mut() {
@@ -93,15 +94,15 @@ fn exchange(rows: &mut ViewMut<'_>, pivots: &[usize]) {
     }
 }
 
-/// Solves `L·x = right` in place, with L (unit diagonal) below the diagonal of `l`.
+/// Solves `L·x = right` in place, with L (unit diagonal) below the diagonal of the square matrix `l`.
 fn solve_lower(l: &View<'_>, right: ViewMut<'_>) {
     let n = right.re.nrows();
     if n <= BLOCK {
-        return substitute(l, right, |l, x| {
+        return substitute(l, right, |columns, x| {
             for k in 0..n {
                 let from = x[k];
                 for i in k + 1..n {
-                    x[i] -= l[k][i] * from;
+                    x[i] -= columns[k][i] * from;
                 }
             }
         });
@@ -114,16 +115,16 @@ fn solve_lower(l: &View<'_>, right: ViewMut<'_>) {
     solve_lower(&below, lower);
 }
 
-/// Solves `U·x = right` in place, with U on and above the diagonal of `u`.
+/// Solves `U·x = right` in place, with U on and above the diagonal of the square matrix `u`.
 fn solve_upper(u: &View<'_>, right: ViewMut<'_>) {
     let n = right.re.nrows();
     if n <= BLOCK {
-        return substitute(u, right, |u, x| {
+        return substitute(u, right, |columns, x| {
             for k in (0..n).rev() {
-                x[k] /= u[k][k];
+                x[k] /= columns[k][k];
                 let from = x[k];
                 for i in 0..k {
-                    x[i] -= u[k][i] * from;
+                    x[i] -= columns[k][i] * from;
                 }
             }
         });
@@ -136,8 +137,13 @@ fn solve_upper(u: &View<'_>, right: ViewMut<'_>) {
     solve_upper(&above, upper);
 }
 
-/// Solves at most [`BLOCK`] rows: `solve(columns of the triangle, x)` substitutes in one column x of `right`.
-fn substitute(triangle: &View<'_>, mut right: ViewMut<'_>, mut solve: impl FnMut(&[BlockColumn], &mut [Complex64])) {
+/// Solves a triangular system of at most [`BLOCK`] rows in place. `solve_column(columns, x)` gets the triangle,
+/// `columns[column][row]`, and replaces one column x of `right` by its solution.
+fn substitute(
+    triangle: &View<'_>,
+    mut right: ViewMut<'_>,
+    mut solve_column: impl FnMut(&[BlockColumn], &mut [Complex64]),
+) {
     let n = right.re.nrows();
     let mut columns = [[Complex64::ZERO; BLOCK]; BLOCK];
     for (j, column) in columns[..n].iter_mut().enumerate() {
@@ -148,7 +154,7 @@ fn substitute(triangle: &View<'_>, mut right: ViewMut<'_>, mut solve: impl FnMut
     for j in 0..right.re.ncols() {
         let mut column = right.column(j);
         let mut x: BlockColumn = array::from_fn(|i| if i < n { column.at(i) } else { Complex64::ZERO });
-        solve(&columns[..n], &mut x[..n]);
+        solve_column(&columns[..n], &mut x[..n]);
         for (i, &value) in x[..n].iter().enumerate() {
             column.set(i, value);
         }

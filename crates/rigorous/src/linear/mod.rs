@@ -1,4 +1,4 @@
-//! Dense complex linear algebra on one thread; results do not depend on other threads, to the bit.
+//! Dense complex linear algebra on the caller's thread, with results that are identical to the bit in every thread.
 
 mod lu;
 mod planes;
@@ -8,7 +8,7 @@ use ndarray::{Array2, ShapeBuilder};
 use num_complex::Complex64;
 use planes::Planes;
 
-/// A complex matrix in column-major order; made by [`zeros`] and [`from_fn`].
+/// A complex matrix in column-major order, as [`zeros`] and [`from_fn`] create it.
 pub(crate) type Matrix = Array2<Complex64>;
 
 /// The zero matrix.
@@ -28,10 +28,10 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     result.joined()
 }
 
-/// Solves `a·x = right`; `what` names the solution in the error.
+/// Solves `a·x = right` for a square matrix `a` and every column of `right`. `what` names the solution in the error.
 ///
 /// # Errors
-/// A solution that is not finite, because `a` is singular.
+/// [`Error::NotFinite`] for a solution that is not finite: `a` is singular, or not finite itself.
 pub(crate) fn solve(a: &Matrix, right: &Matrix, what: &'static str) -> Result<Matrix, Error> {
     let mut factors = Planes::of(a);
     let pivots = lu::factor(factors.view_mut());
@@ -45,7 +45,7 @@ pub(crate) fn solve(a: &Matrix, right: &Matrix, what: &'static str) -> Result<Ma
 mod tests {
     use super::*;
 
-    /// Rounding of sums of some hundred terms, and its growth by elimination.
+    /// Bound on the rounding of sums of some hundred terms, and on its growth by elimination.
     const ROUNDING: f64 = 1e-11;
 
     /// Pseudo-random elements with real and imaginary parts in [−½, ½).
@@ -58,6 +58,7 @@ mod tests {
         from_fn(rows, columns, |_, _| Complex64::new(part(), part()))
     }
 
+    /// Largest magnitude of an element.
     fn largest(matrix: &Matrix) -> f64 {
         matrix.iter().map(|value| value.norm()).fold(0.0, f64::max)
     }
@@ -81,7 +82,7 @@ mod tests {
 
     #[test]
     fn zero_pivots_exchange_rows() {
-        // A cyclic shift: every pivot but the last is found below the diagonal.
+        // A cyclic shift of the rows: every pivot but the last lies below the diagonal.
         let n = 40;
         let shift = from_fn(n, n, |i, j| Complex64::from(f64::from(u8::from(i == (j + 1) % n))));
         let right = random_matrix(n, 3, 1);

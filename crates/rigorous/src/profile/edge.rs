@@ -3,20 +3,25 @@
 /// (x, z) in µm.
 pub(crate) type Point = [f64; 2];
 
-/// A straight line, or a cubic spline z(x), with parameter u in [0, 1]: x varies linearly with u.
+/// A straight line, which may be vertical, or a cubic spline z(x). The parameter u runs from 0 to 1, and x is linear in
+/// u.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Edge {
+    /// The point at u = 0.
     from: Point,
+    /// The point at u = 1.
     to: Point,
-    /// z over u; `None` for a straight line.
+    /// z(u); `None` for a straight line.
     spline: Option<Spline>,
 }
 
-/// Position on an edge, and its first and second derivative with respect to u; in µm.
+/// A point of an edge and its derivatives with respect to u, in µm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgePoint {
     pub(crate) position: Point,
+    /// First derivative.
     pub(crate) first: Point,
+    /// Second derivative.
     pub(crate) second: Point,
 }
 
@@ -26,8 +31,8 @@ impl Edge {
         Self { from, to, spline: None }
     }
 
-    /// A spline over [`x0`, `x1`] through heights at the centres of equal intervals, extrapolated by half an interval
-    /// at both ends.
+    /// The spline over x from `x0` to `x1` (µm) through at least two heights (µm) at the centres of equal intervals. It
+    /// is extrapolated by half an interval at both ends.
     pub(crate) fn spline(x0: f64, x1: f64, heights: &[f64]) -> Self {
         let spline = Spline::new(heights);
         let (from, to) = ([x0, spline.at(0.0)[0]], [x1, spline.at(1.0)[0]]);
@@ -39,7 +44,7 @@ impl Edge {
         self.spline.is_none()
     }
 
-    /// The points at u = 0 and u = 1.
+    /// The points at u = 0 and at u = 1.
     pub(crate) fn ends(&self) -> [Point; 2] {
         [self.from, self.to]
     }
@@ -62,25 +67,27 @@ impl Edge {
     }
 }
 
-/// A cubic spline over u in [0, 1] with n knots at (i + ½)/n. Its second derivative is constant on the first and on the
-/// last interval.
+/// A cubic spline over u in [0, 1] with n ≥ 2 knots at (i + ½)/n. Its second derivative is constant on the first and on
+/// the last interval between knots.
 #[derive(Clone, Debug, PartialEq)]
 struct Spline {
     /// Heights at the knots, in µm.
     heights: Vec<f64>,
-    /// Second derivatives with respect to u at the knots.
-    bends: Vec<f64>,
+    /// Second derivatives with respect to u at the knots, in µm.
+    seconds: Vec<f64>,
 }
 
 impl Spline {
-    /// The spline through `heights` at the knots; straight through two of them.
+    /// The spline through `heights` at the knots; a straight line if there are two.
     fn new(heights: &[f64]) -> Self {
         let n = heights.len();
         let step = 1.0 / n as f64;
-        // M[i−1] + 4 M[i] + M[i+1] = 6 Δ²h/step², with M[0] = M[1] and M[n−1] = M[n−2]: Thomas' algorithm.
-        let mut bends = vec![0.0; n];
+        // The second derivatives M satisfy M[i−1] + 4 M[i] + M[i+1] = 6(h[i−1] − 2h[i] + h[i+1])/step² at the inner
+        // knots, with M[0] = M[1] and M[n−1] = M[n−2]. The tridiagonal system is solved by Thomas' algorithm.
+        let mut seconds = vec![0.0; n];
         if n >= 3 {
             let inner = n - 2;
+            // After elimination, row i reads M[i+1] + upper[i]·M[i+2] = right[i].
             let (mut upper, mut right) = (vec![0.0; inner], vec![0.0; inner]);
             for i in 0..inner {
                 let difference = heights[i] - 2.0 * heights[i + 1] + heights[i + 2];
@@ -94,12 +101,12 @@ impl Spline {
                 right[i] = value / diagonal;
             }
             for i in (0..inner).rev() {
-                bends[i + 1] = right[i] - if i + 1 < inner { upper[i] * bends[i + 2] } else { 0.0 };
+                seconds[i + 1] = right[i] - if i + 1 < inner { upper[i] * seconds[i + 2] } else { 0.0 };
             }
-            bends[0] = bends[1];
-            bends[n - 1] = bends[n - 2];
+            seconds[0] = seconds[1];
+            seconds[n - 1] = seconds[n - 2];
         }
-        Self { heights: heights.to_vec(), bends }
+        Self { heights: heights.to_vec(), seconds }
     }
 
     /// Height at u, and its first and second derivative with respect to u.
@@ -109,12 +116,14 @@ impl Spline {
         let i = (u * n as f64 - 0.5).floor().clamp(0.0, (n - 2) as f64) as usize;
         // Fraction of the interval from knot i to knot i + 1; outside of [0, 1] beyond the outer knots.
         let fraction = u * n as f64 - 0.5 - i as f64;
-        let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.bends[i], self.bends[i + 1]);
-        let slope = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
-        let bend = m0 + (m1 - m0) * fraction;
+        let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.seconds[i], self.seconds[i + 1]);
+        let slope_at_knot = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
+        // Taylor's series about knot i; the third derivative is (m1 − m0)/step.
         let s = step * fraction;
-        let height = h0 + s * (slope + s * (0.5 * m0 + (m1 - m0) * fraction / 6.0));
-        [height, slope + s * (m0 + 0.5 * (m1 - m0) * fraction), bend]
+        let height = h0 + s * (slope_at_knot + s * (0.5 * m0 + (m1 - m0) * fraction / 6.0));
+        let slope = slope_at_knot + s * (m0 + 0.5 * (m1 - m0) * fraction);
+        let second = m0 + (m1 - m0) * fraction;
+        [height, slope, second]
     }
 }
 
@@ -130,7 +139,7 @@ mod tests {
         for i in 0..=20 {
             let u = f64::from(i) / 20.0;
             let point = edge.at(u);
-            // Rounding, times the square of the nine intervals for the second derivative.
+            // Rounding, which grows with the number of intervals in each derivative.
             assert!((point.position[1] - height(u)).abs() < 1e-14);
             assert!((point.first[1] - (0.8 * u - 0.7)).abs() < 1e-13 && (point.second[1] - 0.8).abs() < 1e-12);
         }

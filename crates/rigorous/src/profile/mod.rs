@@ -7,18 +7,24 @@ use crate::Error;
 use crate::error::{finite, positive};
 pub(crate) use edge::{Edge, Point};
 use num_complex::Complex64;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-/// Largest ratio of height to period. Chosen: the lattice sum (`lattice_sum.rs`) of deeper reliefs needs too many terms
-/// along z.
+/// Largest ratio of height to period. The lattice sum (`lattice_sum.rs`) of deeper reliefs needs too many terms along
+/// z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period. Chosen: every edge needs at least 16 of the at most 2048 nodes (`discretisation.rs`).
+/// Most corners in one period. A wall among samples counts as one corner but adds an edge, so there are at most 128
+/// edges. With 16 nodes for each (`discretisation.rs`) they take all of the 2048 nodes.
 const CORNERS_MAX: usize = 64;
+
+/// Smallest distance between neighbouring corners, in periods. At smaller ones rounding determines the edge's
+/// direction.
+const EDGE_MIN: f64 = 1e-9;
 
 /// One period of a relief: either smooth, or edges that meet in corners. Lengths are in µm.
 ///
-/// Light comes from above; z points up. Phases of the orders refer to x = 0, z = 0 of the heights as given.
+/// Light comes from above; z points up. Phases of the orders refer to the point x = 0, z = 0 of the coordinates in
+/// which the profile is given.
 ///
 /// ```
 /// use sunbeam_rigorous::Profile;
@@ -32,6 +38,7 @@ const CORNERS_MAX: usize = 64;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
+    /// Period in µm.
     period: f64,
     pub(crate) shape: Shape,
 }
@@ -46,7 +53,7 @@ pub(crate) enum Shape {
 }
 
 impl Profile {
-    /// A plane at height 0 with a nominal period (µm).
+    /// A plane at height 0. The nominal period (µm) sets the spacing of the orders.
     ///
     /// # Errors
     /// A period that is not finite and positive.
@@ -54,34 +61,35 @@ impl Profile {
         Self::sinusoid(period_um, 0.0)
     }
 
-    /// `height/2 · (1 + sin(2πx/period))`, in µm; height is peak to valley, at least 0.
+    /// The heights `height/2 · (1 + sin(2πx/period))`; lengths in µm. `height_um` is peak to valley, at least 0.
     ///
     /// # Errors
     /// A period or height out of range, or a height above twice the period.
     pub fn sinusoid(period_um: f64, height_um: f64) -> Result<Self, Error> {
-        let height = height_within(period_um, height_um)?;
+        let height = accepted_height(period_um, height_um)?;
         let harmonics = vec![Complex64::new(0.5 * height, 0.0), Complex64::new(0.0, -0.5 * height)];
         Ok(Self { period: period_um, shape: Shape::Smooth(harmonics) })
     }
 
-    /// A sawtooth that rises along +x from 0 to `height` and drops at the end of the period; in µm.
+    /// A sawtooth that rises along +x from 0 to `height_um`, and drops at the end of the period.
     ///
     /// # Errors
     /// A period or height out of range, or a height above twice the period.
     pub fn blazed(period_um: f64, height_um: f64) -> Result<Self, Error> {
-        let height = height_within(period_um, height_um)?;
+        let height = accepted_height(period_um, height_um)?;
         if height == 0.0 {
             return Self::flat(period_um);
         }
         Self::polygon(period_um, &[[0.0, 0.0], [period_um, height]])
     }
 
-    /// `height` over the first `duty` of the period, 0 over the rest; in µm, the duty between 0 and 1.
+    /// A rectangle: `height_um` over the fraction `duty` of the period from x = 0 on, and 0 over the rest.
+    /// 0 < `duty` < 1.
     ///
     /// # Errors
     /// A period, height or duty out of range, or a height above twice the period.
     pub fn lamellar(period_um: f64, height_um: f64, duty: f64) -> Result<Self, Error> {
-        let height = height_within(period_um, height_um)?;
+        let height = accepted_height(period_um, height_um)?;
         if !(duty > 0.0 && duty < 1.0) {
             return Err(Error::OutOfRange {
                 quantity: "duty",
@@ -96,14 +104,15 @@ impl Profile {
         Self::polygon(period_um, &[[0.0, height], [wall, height], [wall, 0.0], [period_um, 0.0]])
     }
 
-    /// Straight edges through `corners` (x, z) in µm, closed by an edge to the first corner moved by one period.
+    /// Straight edges through `corners` (x, z) in µm. A last edge leads to the first corner moved by one period, unless
+    /// the last corner lies there.
     ///
-    /// x must not decrease from one corner to the next, nor exceed the first by more than the period. So the relief is
-    /// a height function except for vertical walls.
+    /// x must not decrease from one corner to the next, nor exceed that of the first corner by more than the period.
+    /// The relief is thus a height function except for vertical walls.
     ///
     /// # Errors
-    /// No corner or more than 64, corners that are not finite, that coincide or that run back, or a relief deeper
-    /// than twice the period.
+    /// A period that is not finite and positive, no corner or more than 64, corners that are not finite, that coincide
+    /// or whose x decreases, or a relief deeper than twice the period.
     pub fn polygon(period_um: f64, corners: &[[f64; 2]]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         let refuse = |found: String| {
@@ -116,67 +125,61 @@ impl Profile {
             return refuse(format!("{} corners", corners.len()));
         }
         let mut points: Vec<Point> = corners.to_vec();
-        points.push([corners[0][0] + period_um, corners[0][1]]);
-        if points[points.len() - 2] == points[points.len() - 1] {
-            points.pop();
+        let end = [corners[0][0] + period_um, corners[0][1]];
+        if corners[corners.len() - 1] != end {
+            points.push(end);
         }
         for pair in points.windows(2) {
             let ([x0, z0], [x1, z1]) = (pair[0], pair[1]);
             let length = (x1 - x0).hypot(z1 - z0);
-            if !length.is_finite() || x1 < x0 || length < 1e-9 * period_um {
+            if !length.is_finite() || x1 < x0 || length < EDGE_MIN * period_um {
                 return refuse(format!("an edge from ({x0}, {z0}) to ({x1}, {z1})"));
             }
         }
-        Self::of_edges(period_um, points.windows(2).map(|pair| Edge::line(pair[0], pair[1])).collect())
+        let edges = points.windows(2).map(|pair| Edge::line(pair[0], pair[1])).collect();
+        Self::within_depth(period_um, Shape::Edges(edges))
     }
 
     /// The relief through sampled heights (µm) at the centres of at least 8 equal intervals of one period.
     ///
-    /// - *Vertical walls* are single steps between neighbours, steeper than 60°, from which the steps on either side
-    ///   differ by more than 20°. The wall stands halfway between the two samples.
-    /// - *Corners* are samples where the slope turns by more than 20°, and four times as much as two samples to either
-    ///   side. A bend that the sampling resolves is therefore no corner.
-    /// - Between corners the relief is a straight edge if the heights deviate from it by less than a thousandth of the
-    ///   relief's height, else a cubic spline.
-    /// - Without corners the relief is the Fourier series of the heights, truncated at a relative error of 1e-4.
+    /// Walls and corners are found in the heights:
+    ///
+    /// - A *vertical wall* is a single step between neighbouring samples that is steeper than 60°, and whose angle
+    ///   differs by more than 20° from those of the steps on either side. The wall stands halfway between both samples.
+    /// - A *corner* is a sample where the slope's angle turns by more than 20°, and by more than four times as much as
+    ///   at the samples two places before and after. A bend that the sampling resolves is therefore no corner.
+    /// - Between walls and corners the relief is a straight edge if the heights deviate from it by at most a thousandth
+    ///   of the relief's height, else a cubic spline.
+    /// - Without walls and corners the relief is the Fourier series of the heights, truncated where the coefficients
+    ///   left out sum to less than 1e-4 of the largest one.
     ///
     /// # Errors
-    /// Fewer than 8 heights, heights that are not finite, more than 64 corners, or a relief deeper than twice the
-    /// period.
+    /// A period that is not finite and positive, fewer than 8 heights, heights that are not finite, more than 64 walls
+    /// and corners, or a relief deeper than twice the period.
     pub fn samples(period_um: f64, heights_um: &[f64]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         for &height in heights_um {
             finite("height in µm", height)?;
         }
-        let shape = samples::shape(period_um, heights_um)?;
-        match shape {
-            Shape::Edges(edges) => Self::of_edges(period_um, edges),
-            Shape::Smooth(_) => {
-                let profile = Self { period: period_um, shape };
-                profile.within_depth()?;
-                Ok(profile)
-            }
-        }
+        Self::within_depth(period_um, samples::shape(period_um, heights_um)?)
     }
 
-    /// The profile of these edges, unless it is deeper than twice the period.
-    fn of_edges(period: f64, edges: Vec<Edge>) -> Result<Self, Error> {
-        let profile = Self { period, shape: Shape::Edges(edges) };
-        profile.within_depth()?;
+    /// The profile of this shape.
+    ///
+    /// # Errors
+    /// A height above twice the period.
+    fn within_depth(period: f64, shape: Shape) -> Result<Self, Error> {
+        let profile = Self { period, shape };
+        accepted_height(period, profile.height_um())?;
         Ok(profile)
     }
 
-    /// Refuses a height above twice the period.
-    fn within_depth(&self) -> Result<(), Error> {
-        height_within(self.period, self.height_um()).map(|_| ())
-    }
-
-    /// One period, in µm.
+    /// Period in µm.
     pub fn period_um(&self) -> f64 {
         self.period
     }
 
-    /// Peak to valley, in µm.
+    /// Peak-to-valley height in µm.
     pub fn height_um(&self) -> f64 {
         let (low, high) = self
             .outline()
@@ -190,44 +193,50 @@ impl Profile {
         self.outline().windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum()
     }
 
-    /// Whether edges meet in corners.
+    /// Whether the profile consists of edges that meet in corners.
     pub fn has_corners(&self) -> bool {
         matches!(self.shape, Shape::Edges(_))
     }
 
-    /// Points along the curve, dense enough to measure its length and height.
+    /// Points along the curve, in order, dense enough to measure its length and height.
     fn outline(&self) -> Vec<Point> {
-        /// Steps along the period of a smooth profile, or along each edge. Chosen.
+        /// Equal steps along the period of a smooth profile, or along each edge. The polygon's relative error of length
+        /// falls with its square.
         const STEPS: usize = 256;
         match &self.shape {
             Shape::Smooth(harmonics) => (0..=STEPS)
                 .map(|i| {
-                    let x = i as f64 / STEPS as f64;
-                    [x * self.period, smooth_height(harmonics, TAU * x)[0]]
+                    let fraction = i as f64 / STEPS as f64;
+                    [fraction * self.period, smooth_height(harmonics, TAU * fraction)[0]]
                 })
                 .collect(),
-            Shape::Edges(edges) => {
-                edges.iter().flat_map(|e| (0..=STEPS).map(move |i| e.at(i as f64 / STEPS as f64).position)).collect()
-            }
+            Shape::Edges(edges) => edges
+                .iter()
+                .flat_map(|edge| (0..=STEPS).map(move |i| edge.at(i as f64 / STEPS as f64).position))
+                .collect(),
         }
     }
 }
 
-/// Height at a phase 2πx/period, and its first and second derivative with respect to the phase.
+/// Height of a [`Shape::Smooth`] at a phase 2πx/period, and its first and second derivative with respect to the phase;
+/// in µm.
 pub(crate) fn smooth_height(harmonics: &[Complex64], phase: f64) -> [f64; 3] {
-    let mut sums = [0.0; 3];
-    for (m, c) in harmonics.iter().enumerate() {
+    let (mut height, mut slope, mut second) = (0.0, 0.0, 0.0);
+    for (m, coefficient) in harmonics.iter().enumerate() {
         let m = m as f64;
-        let term = c * Complex64::cis((m * phase) % (2.0 * PI));
-        sums[0] += term.re;
-        sums[1] -= m * term.im;
-        sums[2] -= m * m * term.re;
+        let term = coefficient * Complex64::cis((m * phase) % TAU);
+        height += term.re;
+        slope -= m * term.im;
+        second -= m * m * term.re;
     }
-    sums
+    [height, slope, second]
 }
 
-/// Passes on a height between 0 and twice the period; refuses others.
-fn height_within(period_um: f64, height_um: f64) -> Result<f64, Error> {
+/// Returns the height if it is between 0 and twice the period.
+///
+/// # Errors
+/// A period that is not finite and positive, or another height.
+fn accepted_height(period_um: f64, height_um: f64) -> Result<f64, Error> {
     positive("period in µm", period_um)?;
     if height_um.is_finite() && (0.0..=DEPTH_MAX * period_um).contains(&height_um) {
         Ok(height_um)

@@ -1,33 +1,34 @@
-//! The geometry of a profile from sampled heights: detection of walls and corners, edges between them, Fourier series.
+//! The geometry of a profile from sampled heights: detection of corners, edges between them, Fourier series.
 //!
-//! Sample i of n stands for the interval [i, i + 1]·period/n; its height is that of the interval's centre. The *angle*
-//! of a step between neighbouring samples is atan(Δz/Δx); the *turn* at a sample is the difference of the angles on its
-//! right and left. A *wall* is a vertical step between two samples, a *kink* a change of slope at a sample, and
-//! *corner* stands for both.
+//! Sample i of n covers x from i to i + 1 in units of period/n; its height is that of the centre, i + ½. The *angle* of
+//! the step between two neighbouring samples is atan(Δz/Δx). The *turn* at a sample is the angle of the step to its
+//! right minus that of the step to its left. A *wall* is a vertical step between two samples, a *kink* is a change of
+//! slope at a sample, and *corner* means both.
 
 use super::{CORNERS_MAX, Edge, Shape};
 use crate::Error;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Fewest heights that describe a curve. Chosen: fewer do not tell bends from corners.
+/// Fewest heights that describe a curve. Fewer do not distinguish bends from corners.
 const SAMPLES_MIN: usize = 8;
-/// Smallest turn of the slope at a corner or beside a wall, in radians (20°). Chosen: smaller turns are noise.
+/// Smallest turn at a kink and on either side of a wall, in radians (20°). Smaller turns are noise.
 const TURN_MIN: f64 = 0.35;
-/// Ratio of a corner's turn to those two samples away. Chosen: a bend resolved by the sampling stays below it.
-const SHARPER: f64 = 4.0;
-/// Smallest angle of a wall's step against the horizontal, in radians (60°). Chosen: less steep steps are
-/// flanks.
-const WALL_STEEPNESS: f64 = 1.047;
-/// Largest deviation of samples from a straight edge, as a fraction of the relief's height. Chosen: it shifts a
-/// wavefront by less than a hundredth of a wavelength.
-const STRAIGHT: f64 = 1e-3;
-/// Largest sum of the truncated Fourier coefficients, as a fraction of the largest one. Chosen: the relief then changes
-/// by a ten-thousandth of its height.
-const HARMONIC_MIN: f64 = 1e-4;
-/// Difference in height, in periods, above which the ends of neighbouring edges are joined by a wall: rounding.
-const STEP_MIN: f64 = 1e-12;
-/// Fewest samples of a spline; fewer make a straight edge. Chosen.
+/// Smallest ratio of the turn at a kink to the turns two samples before and after. A bend that the sampling resolves
+/// stays below it.
+const KINK_SHARPNESS_MIN: f64 = 4.0;
+/// Smallest angle of a wall's step, in radians (60°). Less steep steps are flanks.
+const WALL_ANGLE_MIN: f64 = 1.047;
+/// Largest deviation of samples from a straight edge, as a fraction of the relief's height. On a relief five
+/// wavelengths high it shifts a reflected wavefront by a hundredth of a wavelength.
+const STRAIGHT_DEVIATION_MAX: f64 = 1e-3;
+/// Largest sum of the magnitudes of the Fourier coefficients left out, as a fraction of the largest one. The relief
+/// changes by about a ten-thousandth of its height.
+const TRUNCATION_MAX: f64 = 1e-4;
+/// Difference in height, in periods, above which the ends of neighbouring edges are joined by a wall. Smaller ones are
+/// rounding.
+const WALL_HEIGHT_MIN: f64 = 1e-12;
+/// Fewest samples of a spline, the number of coefficients of a cubic. A piece of fewer samples becomes a straight edge.
 const SPLINE_SAMPLES_MIN: usize = 4;
 
 /// A corner found among the samples.
@@ -39,15 +40,51 @@ enum Corner {
     Kink(usize),
 }
 
+impl Corner {
+    /// Position along x in units of the distance between samples, where sample i is centred at i + ½.
+    fn position(self) -> f64 {
+        match self {
+            Self::Wall(i) => i as f64,
+            Self::Kink(i) => i as f64 + 0.5,
+        }
+    }
+
+    /// First sample of the edge that begins at this corner.
+    fn first_sample(self) -> usize {
+        match self {
+            Self::Wall(i) | Self::Kink(i) => i,
+        }
+    }
+
+    /// Last sample of the edge that ends at this corner.
+    fn last_sample(self) -> usize {
+        match self {
+            Self::Wall(i) => i - 1,
+            Self::Kink(i) => i,
+        }
+    }
+
+    /// This corner one period of n samples later.
+    fn in_next_period(self, n: usize) -> Self {
+        match self {
+            Self::Wall(i) => Self::Wall(i + n),
+            Self::Kink(i) => Self::Kink(i + n),
+        }
+    }
+}
+
 /// The shape through `heights` (µm) at the centres of equal intervals of `period` (µm).
+///
+/// # Errors
+/// Fewer than 8 heights, or more than 64 corners.
 pub(super) fn shape(period: f64, heights: &[f64]) -> Result<Shape, Error> {
     let n = heights.len();
     if n < SAMPLES_MIN {
         return Err(Error::Profile { found: format!("{n} heights"), accepted: "at least 8 heights over one period" });
     }
-    let corners = corners(period / n as f64, heights);
+    let corners = find_corners(period / n as f64, heights);
     if corners.is_empty() {
-        return Ok(Shape::Smooth(harmonics(heights)));
+        return Ok(Shape::Smooth(fourier_coefficients(heights)));
     }
     if corners.len() > CORNERS_MAX {
         return Err(Error::Profile {
@@ -55,67 +92,54 @@ pub(super) fn shape(period: f64, heights: &[f64]) -> Result<Shape, Error> {
             accepted: "at most 64 corners; smooth the heights, or use the scalar theory",
         });
     }
-    Ok(Shape::Edges(edges(period, heights, &corners)))
+    Ok(Shape::Edges(edges_between(period, heights, &corners)))
 }
 
-/// Corners in order of x; `step` is the distance between samples in µm.
-fn corners(step: f64, heights: &[f64]) -> Vec<Corner> {
+/// The corners in order of x. `step` is the distance between samples in µm.
+fn find_corners(step: f64, heights: &[f64]) -> Vec<Corner> {
     let n = heights.len();
-    // The angle of the step from sample i − 1 to sample i.
+    // The angle of the step from sample i − 1 to sample i. Indices may exceed n, since the heights repeat.
     let angle = |i: usize| (heights[i % n] - heights[(i + n - 1) % n]).atan2(step);
     let turn = |i: usize| angle(i + 1) - angle(i);
-    let wall =
-        |i: usize| angle(i).abs() > WALL_STEEPNESS && turn(i + n - 1).abs() > TURN_MIN && turn(i).abs() > TURN_MIN;
-    let kink = |i: usize| {
+    let is_wall =
+        |i: usize| angle(i).abs() > WALL_ANGLE_MIN && turn(i + n - 1).abs() > TURN_MIN && turn(i).abs() > TURN_MIN;
+    let is_kink = |i: usize| {
         let around = turn(i + n - 2).abs().max(turn(i + 2).abs());
-        turn(i).abs() > TURN_MIN.max(SHARPER * around) && !wall(i) && !wall(i + 1)
+        turn(i).abs() > TURN_MIN.max(KINK_SHARPNESS_MIN * around) && !is_wall(i) && !is_wall(i + 1)
     };
     (0..n)
         .flat_map(|i| {
-            let wall = wall(i).then_some(Corner::Wall(i));
-            wall.into_iter().chain(kink(i).then_some(Corner::Kink(i)))
+            let wall = is_wall(i).then_some(Corner::Wall(i));
+            wall.into_iter().chain(is_kink(i).then_some(Corner::Kink(i)))
         })
         .collect()
 }
 
-/// Edges between consecutive corners, and vertical walls where their ends differ in height.
+/// Edges between consecutive corners, and vertical walls where the ends of neighbouring edges differ in height.
 ///
-/// Each edge is fitted to the samples from its first corner to the next, the *piece*. Its ends are extrapolated to the
+/// Each edge is fitted to its *piece*, the samples from its first corner to the next. Its ends are extrapolated to the
 /// corners. The last edge ends at the first corner of the next period.
-fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
+fn edges_between(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     let n = heights.len();
     let step = period / n as f64;
     let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &z| (lo.min(z), hi.max(z)));
-    let tolerance = STRAIGHT * (high - low);
+    let tolerance = STRAIGHT_DEVIATION_MAX * (high - low);
     let mut edges: Vec<Edge> = Vec::new();
     for (c, &corner) in corners.iter().enumerate() {
-        let next = corners.get(c + 1).copied().unwrap_or(match corners[0] {
-            Corner::Wall(i) => Corner::Wall(i + n),
-            Corner::Kink(i) => Corner::Kink(i + n),
-        });
-        // Positions in samples: sample i has its centre at i + ½, and a wall stands between samples i − 1 and i.
-        let position = |corner| match corner {
-            Corner::Wall(i) => i as f64,
-            Corner::Kink(i) => i as f64 + 0.5,
-        };
-        let (x0, x1) = (position(corner) * step, position(next) * step);
-        let first = match corner {
-            Corner::Wall(i) | Corner::Kink(i) => i,
-        };
-        let last = match next {
-            Corner::Wall(i) => i - 1,
-            Corner::Kink(i) => i,
-        };
-        let piece: Vec<f64> = (first..=last).map(|i| heights[i % n]).collect();
+        let next = corners.get(c + 1).copied().unwrap_or(corners[0].in_next_period(n));
+        let (x0, x1) = (corner.position() * step, next.position() * step);
+        let first = corner.first_sample();
+        let piece: Vec<f64> = (first..=next.last_sample()).map(|i| heights[i % n]).collect();
         let height_at = |x: f64| extrapolated(&piece, x / step - first as f64 - 0.5);
         let (z0, z1) = (height_at(x0), height_at(x1));
+        // Largest deviation of the piece from the straight line between both ends.
         let deviation = piece.iter().enumerate().fold(0.0_f64, |worst, (i, z)| {
             let x = (first as f64 + i as f64 + 0.5) * step;
             worst.max((z - z0 - (z1 - z0) * (x - x0) / (x1 - x0)).abs())
         });
         if let Some(before) = edges.last() {
             let end = before.ends()[1];
-            if (end[1] - z0).abs() > STEP_MIN * period {
+            if (end[1] - z0).abs() > WALL_HEIGHT_MIN * period {
                 edges.push(Edge::line(end, [x0, z0]));
             }
         }
@@ -128,15 +152,15 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     // The wall between the last edge and the first of the next period.
     if let (Some(last), Some(first)) = (edges.last(), edges.first()) {
         let (end, begin) = (last.ends()[1], first.ends()[0]);
-        if (end[1] - begin[1]).abs() > STEP_MIN * period {
+        if (end[1] - begin[1]).abs() > WALL_HEIGHT_MIN * period {
             edges.push(Edge::line(end, [begin[0] + period, begin[1]]));
         }
     }
     edges
 }
 
-/// Linear interpolation of `piece`, extrapolated beyond its ends, at a position in samples from the centre of the
-/// first.
+/// Linear interpolation of `piece`, extrapolated beyond its ends. `position` is counted in samples from the centre of
+/// the first one.
 fn extrapolated(piece: &[f64], position: f64) -> f64 {
     let last = piece.len() - 1;
     if last == 0 {
@@ -146,14 +170,16 @@ fn extrapolated(piece: &[f64], position: f64) -> f64 {
     piece[i] + (piece[i + 1] - piece[i]) * (position - i as f64)
 }
 
-/// `piece` resampled at the centres of equal intervals of [`from`, `to`], in samples; sample i extends from i to i + 1.
+/// `piece` resampled at the centres of n equal intervals between `from` and `to`, with n the length of `piece`.
+/// Positions are in samples; sample i covers i to i + 1.
 fn resampled(piece: &[f64], from: f64, to: f64) -> Vec<f64> {
     let n = piece.len();
     (0..n).map(|i| extrapolated(piece, from + (to - from) * (i as f64 + 0.5) / n as f64 - 0.5)).collect()
 }
 
-/// Fourier coefficients of the heights, which lie at (i + ½)/n of the period, truncated by [`HARMONIC_MIN`].
-fn harmonics(heights: &[f64]) -> Vec<Complex64> {
+/// Coefficients of [`Shape::Smooth`] from heights at (i + ½)/n of the period. Frequencies from half the sampling rate
+/// on are left out, then the highest ones by [`TRUNCATION_MAX`].
+fn fourier_coefficients(heights: &[f64]) -> Vec<Complex64> {
     let n = heights.len();
     let half = n.div_ceil(2);
     let mut series: Vec<Complex64> = (0..half)
@@ -161,16 +187,18 @@ fn harmonics(heights: &[f64]) -> Vec<Complex64> {
             let sum: Complex64 = heights
                 .iter()
                 .enumerate()
+                // The phase 2πm(i + ½)/n, reduced in integers.
                 .map(|(i, z)| z * Complex64::cis(-TAU * ((m * (2 * i + 1)) % (2 * n)) as f64 / (2 * n) as f64))
                 .sum();
-            sum * (if m == 0 { 1.0 } else { 2.0 } / n as f64)
+            let factor = if m == 0 { 1.0 } else { 2.0 };
+            sum * (factor / n as f64)
         })
         .collect();
     let largest = series[1..].iter().map(|c| c.norm()).fold(0.0, f64::max);
     let mut truncated = 0.0;
     while series.len() > 1 {
         truncated += series[series.len() - 1].norm();
-        if truncated > HARMONIC_MIN * largest {
+        if truncated > TRUNCATION_MAX * largest {
             break;
         }
         series.pop();
@@ -183,14 +211,16 @@ mod tests {
     use super::super::{Profile, smooth_height};
     use super::*;
 
-    /// Heights of a preset are rounded at 1e-16 µm.
+    /// Bound on rounding, for heights of up to 1 µm.
     const ROUNDING_UM: f64 = 1e-12;
 
+    /// The profile of n samples of a period of 2 µm; `height` is in µm over the fraction of the period.
     fn sampled(n: usize, height: impl Fn(f64) -> f64) -> Profile {
         let heights: Vec<f64> = (0..n).map(|i| height((i as f64 + 0.5) / n as f64)).collect();
         Profile::samples(2.0, &heights).unwrap()
     }
 
+    /// Both ends of each edge; panics if an edge is not straight.
     fn straight_edges(profile: &Profile) -> Vec<[[f64; 2]; 2]> {
         let Shape::Edges(edges) = &profile.shape else { panic!("corners were expected") };
         assert!(edges.iter().all(Edge::is_straight));

@@ -1,4 +1,4 @@
-//! Chebyshev nodes, and coefficients of a series from its values at the nodes.
+//! Chebyshev nodes, and coefficients of a Chebyshev series from its values at the nodes.
 
 use std::f64::consts::PI;
 use std::ops::{AddAssign, Mul};
@@ -8,12 +8,13 @@ pub(crate) fn chebyshev_nodes(n: usize) -> Vec<f64> {
     (0..n).map(|i| (PI * (i as f64 + 0.5) / n as f64).cos()).collect()
 }
 
-/// Coefficients c of `Σ c[k] T_k(x)` from values at [`chebyshev_nodes`].
+/// Coefficients c of `Σ c[k] T_k(x)`, k from 0 to n − 1, from the values at the n [`chebyshev_nodes`].
 pub(crate) fn chebyshev_coefficients<T>(values: &[T]) -> Vec<T>
 where
     T: Copy + Default + AddAssign + Mul<f64, Output = T>,
 {
     let n = values.len();
+    // One turn in steps of π/2n.
     let cosines: Vec<f64> = (0..4 * n).map(|j| (PI * j as f64 / (2 * n) as f64).cos()).collect();
     (0..n)
         .map(|k| {
@@ -22,7 +23,8 @@ where
                 // cos(k(i + ½)π/n), with the angle reduced in integers.
                 sum += value * cosines[k * (2 * i + 1) % (4 * n)];
             }
-            sum * (if k == 0 { 1.0 } else { 2.0 } / n as f64)
+            let factor = if k == 0 { 1.0 } else { 2.0 };
+            sum * (factor / n as f64)
         })
         .collect()
 }

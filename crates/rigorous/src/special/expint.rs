@@ -4,22 +4,24 @@ use super::EULER_GAMMA;
 
 /// `E₁(x) = ∫ₓ^∞ e^{−t}/t dt` for x > 0, to about 1e-15 relative.
 ///
-/// The power series (Abramowitz & Stegun 5.1.11) up to 1, Lentz' evaluation of the continued fraction (5.1.22) above.
+/// It is computed by the power series (Abramowitz & Stegun 5.1.11) for x ≤ 1, and by the continued fraction (5.1.22)
+/// for larger x.
 pub(crate) fn expint_1(x: f64) -> f64 {
-    /// Most steps of the continued fraction. Chosen: it converges in fewer for every x > 1.
+    /// Most steps of the continued fraction, a safeguard: it converges in fewer for every x > 1.
     const STEPS_MAX: usize = 200;
-    /// Terms of the power series. Chosen: the last is 1/(29·29!) at x = 1, far below rounding.
-    const SERIES_TERMS: i32 = 30;
+    /// Number of the power series' last term: 1/(29·29!) at x = 1, far below rounding.
+    const LAST_TERM: i32 = 29;
     if x <= 1.0 {
+        // −γ − ln x − Σ_n (−x)^n/(n·n!); `power` is (−x)^n/n!.
         let (mut power, mut sum) = (1.0, 0.0);
-        for n in 1..SERIES_TERMS {
+        for n in 1..=LAST_TERM {
             power *= -x / f64::from(n);
             sum -= power / f64::from(n);
         }
         return sum - EULER_GAMMA - x.ln();
     }
-    // Lentz' method for 1/(x+1 − 1/(x+3 − 4/(x+5 − …))): a and b are the fraction's coefficients, c and d ratios of
-    // consecutive numerators and denominators.
+    // Lentz' method for e^{−x}/(x+1 − 1/(x+3 − 4/(x+5 − …))). a and b are the partial numerators and denominators; c
+    // and d are ratios of consecutive numerators and denominators of the convergents.
     let mut b = x + 1.0;
     let mut c = f64::MAX;
     let mut d = 1.0 / b;
@@ -41,10 +43,10 @@ pub(crate) fn expint_1(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Double precision, less a few digits by cancellation in the series.
+    /// Bound on the relative error: double precision, less a factor of ten by cancellation in the series.
     const RELATIVE: f64 = 4e-15;
 
-    /// Reference values of mpmath 1.4 (`e1`, 30 digits).
+    /// References: values of mpmath 1.4 (`e1`, 30 digits).
     #[test]
     fn agrees_with_tabulated_values() {
         for (x, expected) in [

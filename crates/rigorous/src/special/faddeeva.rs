@@ -3,13 +3,15 @@
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// Nodes on each side of the quadrature rule. Chosen: with the step √(π/12) its error is near that of double precision.
-const NODES: usize = 11;
+/// N of the cited paper. The quadrature rules have N + 1 positive nodes and the step √(π/(N + 1)). With this N their
+/// error is near that of double precision.
+const N: usize = 11;
 
 /// `w(z) = e^{−z²} erfc(−iz)` for every complex z, to about 1e-14 of the larger of 1 and |w|.
 ///
-/// In the first quadrant, the trapezium or midpoint rule for the integral over the real line, corrected by the residue
-/// of the pole at z (Al Azah & Chandler-Wilde, SIAM J. Numer. Anal. 59, 2021). The other quadrants follow by symmetry.
+/// In the first quadrant it is the trapezium or midpoint rule for `(2iz/π)∫₀^∞ e^{−t²}/(z² − t²) dt`, corrected by the
+/// residue of the pole at t = z (Al Azah & Chandler-Wilde, SIAM J. Numer. Anal. 59, 2021). The other quadrants follow
+/// by symmetry.
 pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if z.im < 0.0 {
         return 2.0 * (-z * z).exp() - faddeeva(-z);
@@ -17,16 +19,17 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if z.re < 0.0 {
         return faddeeva(Complex64::new(-z.re, z.im)).conj();
     }
-    let step = (PI / (NODES + 1) as f64).sqrt();
+    let step = (PI / (N + 1) as f64).sqrt();
     let square = z * z;
-    // The midpoint rule where Re z is near a node of the trapezium rule, i·step; otherwise the trapezium rule.
-    let steps = z.re / step;
-    let midpoint = (steps - steps.round()).abs() < 0.25;
-    // Regions of the cited paper: above the pole's neighbourhood the midpoint rule needs no residue.
+    // Far from the pole (the regions are those of the paper) the midpoint rule needs no residue.
     let pole_is_near = z.im < z.re.max(PI / step) && z.im < PI / step + z.re;
+    // Near the pole, the midpoint rule is used where Re z is close to a node of the trapezium rule, a multiple of the
+    // step.
+    let steps = z.re / step;
+    let is_midpoint_rule = !pole_is_near || (steps - steps.round()).abs() < 0.25;
     let mut sum = Complex64::ZERO;
-    for k in 0..=NODES {
-        let node = step * if midpoint || !pole_is_near { k as f64 + 0.5 } else { (k + 1) as f64 };
+    for k in 0..=N {
+        let node = step * if is_midpoint_rule { k as f64 + 0.5 } else { (k + 1) as f64 };
         sum += (-node * node).exp() / (square - node * node);
     }
     let sum = Complex64::new(0.0, 2.0 * step / PI) * z * sum;
@@ -35,9 +38,10 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     }
     let phase = (Complex64::new(0.0, -2.0 * PI / step) * z).exp();
     let residue = 2.0 * (-square).exp();
-    if midpoint {
+    if is_midpoint_rule {
         sum + residue / (1.0 + phase)
     } else {
+        // The second term is that of the node at 0.
         sum + Complex64::new(0.0, step / PI) / z + residue / (1.0 - phase)
     }
 }
@@ -46,10 +50,10 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
 mod tests {
     use super::*;
 
-    /// Rounding of numbers of order one; terms near a node exceed the sum.
-    const ABSOLUTE: f64 = 1e-14;
+    /// Bound on the error, relative to the larger of 1 and |w|: rounding, where single terms of the sum exceed the sum.
+    const ERROR: f64 = 1e-14;
 
-    /// Reference values of mpmath 1.4 (`exp(-z*z)*erfc(-i*z)`, 30 digits), near and between the nodes of both rules.
+    /// References: values of mpmath 1.4 (`exp(-z*z)*erfc(-i*z)`, 30 digits), near and between the nodes of both rules.
     #[test]
     fn agrees_with_tabulated_values() {
         for ((x, y), (re, im)) in [
@@ -69,7 +73,7 @@ mod tests {
             ((6.0, 2.0), (0.029_170_144_290_321_64, 0.085_259_670_601_562_23)),
         ] {
             let w = faddeeva(Complex64::new(x, y));
-            assert!((w - Complex64::new(re, im)).norm() < ABSOLUTE * w.norm().max(1.0), "{x} {y}: {w}");
+            assert!((w - Complex64::new(re, im)).norm() < ERROR * w.norm().max(1.0), "{x} {y}: {w}");
         }
     }
 }

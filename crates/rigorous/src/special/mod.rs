@@ -1,4 +1,5 @@
-//! Special functions: exponential integral, Faddeeva function, and tables of Hankel functions along a ray.
+//! Special functions: Chebyshev series, exponential integral, Faddeeva function, and tables of Hankel and Bessel
+//! functions over the distance.
 
 mod chebyshev;
 mod expint;

@@ -1,8 +1,10 @@
 //! Hankel and Bessel functions of kr for one wave number k, tabulated over the distance r as Chebyshev series.
 //!
-//! - Hankel: one series for each panel r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. The series is that
-//!   of `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
+//! - Hankel: one series for each *panel* r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. The series is
+//!   that of `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
 //! - Bessel: one series over r ∈ [0, R], in the variable x = 2(r/R)² − 1, since J₀(z) and J₁(z)/z are even in z.
+//!
+//! Distances are in µm, wave numbers in rad/µm. Every series is for a pair of functions, of the orders 0 and 1.
 
 use super::{chebyshev_coefficients, chebyshev_nodes};
 use crate::Error;
@@ -13,8 +15,8 @@ use num_complex::Complex64;
 /// therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Chebyshev terms of the Bessel functions beyond their largest argument |kR|. Chosen for a relative error of 1e-12
-/// (`RELATIVE` of the tests).
+/// Number of Chebyshev terms of the Bessel functions minus their largest argument |kR|. It leaves a relative error of
+/// 1e-12 (`RELATIVE` of the tests).
 const BESSEL_TERMS: usize = 14;
 
 /// Chebyshev coefficients of `e^{−ikr} H₀⁽¹⁾(kr)` and `e^{−ikr} H₁⁽¹⁾(kr)` on one panel.
@@ -22,10 +24,11 @@ struct Panel([[Complex64; 2]; PANEL_TERMS]);
 
 /// Hankel functions H₀⁽¹⁾, H₁⁽¹⁾ and Bessel functions J₀, J₁ of kr for one complex wave number k and many distances r.
 pub(crate) struct Radial {
-    /// k in 1/µm.
+    /// k in rad/µm.
     wave_number: Complex64,
     /// Binary exponent e of the first panel.
     exponent_min: i32,
+    /// Panels of consecutive exponents.
     panels: Vec<Panel>,
     /// Chebyshev coefficients of J₀(kr) and J₁(kr)/(kr) over r² in [0, `bessel_range`²].
     bessel: Vec<[Complex64; 2]>,
@@ -34,12 +37,12 @@ pub(crate) struct Radial {
 }
 
 impl Radial {
-    /// Tables for distances in [`min`, `max`] (Hankel) and [0, `bessel_range`] (Bessel), in the unit of 1/k (µm).
+    /// Tables for distances from `min` to `max` (Hankel) and from 0 to `bessel_range` (Bessel), in µm.
     ///
     /// # Errors
     /// Functions that overflow.
     pub(crate) fn new(wave_number: Complex64, min: f64, max: f64, bessel_range: f64) -> Result<Self, Error> {
-        let (exponent_min, exponent_max) = (exponent(min), exponent(max));
+        let (exponent_min, exponent_max) = (binary_exponent(min), binary_exponent(max));
         let panels = (exponent_min..=exponent_max).map(|e| panel(wave_number, e)).collect::<Result<Vec<_>, _>>()?;
         let terms = BESSEL_TERMS + (wave_number.norm() * bessel_range).ceil() as usize;
         let mut values = Vec::with_capacity(terms);
@@ -48,20 +51,19 @@ impl Radial {
             let j = besselj_seq(0.0, z, 2, Scaling::Unscaled).map_err(|_| OVERFLOW)?.values;
             values.push([j[0], j[1] / z]);
         }
-        Ok(Self { wave_number, exponent_min, panels, bessel: coefficients(&values), bessel_range })
+        Ok(Self { wave_number, exponent_min, panels, bessel: pair_coefficients(&values), bessel_range })
     }
 
-    /// `[H₀⁽¹⁾(kr), H₁⁽¹⁾(kr)]` for r in the range of the table.
+    /// `[H₀⁽¹⁾(kr), H₁⁽¹⁾(kr)]` for r (µm) in the range of the table. Outside of it the nearest panel is extrapolated.
     pub(crate) fn hankel(&self, r: f64) -> [Complex64; 2] {
         let last = self.panels.len() - 1;
-        // Distances outside the table take the nearest panel.
-        let index = usize::try_from(exponent(r) - self.exponent_min).unwrap_or(0).min(last);
+        let index = usize::try_from(binary_exponent(r) - self.exponent_min).unwrap_or(0).min(last);
         let scale = two_to(-(self.exponent_min + index as i32));
         let phase = (Complex64::I * self.wave_number * r).exp();
         clenshaw(&self.panels[index].0, 2.0 * r * scale - 3.0).map(|value| value * phase)
     }
 
-    /// `[J₀(kr), J₁(kr)/(kr)]` for r up to `bessel_range`.
+    /// `[J₀(kr), J₁(kr)/(kr)]` for r (µm) from 0 to `bessel_range`.
     pub(crate) fn bessel(&self, r: f64) -> [Complex64; 2] {
         let fraction = r / self.bessel_range;
         clenshaw(&self.bessel, 2.0 * fraction * fraction - 1.0)
@@ -71,40 +73,44 @@ impl Radial {
 /// Error of the Bessel and Hankel routines: the imaginary part of kr is too large for double precision.
 const OVERFLOW: Error = Error::NotFinite { what: "a Bessel function" };
 
-/// Tabulates the Hankel functions on [2^exponent, 2^{exponent+1}]. `Scaling::Exponential` is the factor `e^{−ikr}`.
+/// Tabulates the Hankel functions on [2^exponent, 2^{exponent+1}].
+///
+/// # Errors
+/// Functions that overflow.
 fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
     let mut values = Vec::with_capacity(PANEL_TERMS);
     for x in chebyshev_nodes(PANEL_TERMS) {
         let z = wave_number * (0.5 * (x + 3.0) * two_to(exponent));
+        // This scaling multiplies by e^{−iz}.
         let h = hankel1_seq(0.0, z, 2, Scaling::Exponential).map_err(|_| OVERFLOW)?.values;
         values.push([h[0], h[1]]);
     }
     let mut panel = [[Complex64::ZERO; 2]; PANEL_TERMS];
-    panel.copy_from_slice(&coefficients(&values));
+    panel.copy_from_slice(&pair_coefficients(&values));
     Ok(Panel(panel))
 }
 
-/// Chebyshev coefficients of two functions from their values at the nodes.
-fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
+/// Chebyshev coefficients of a pair of functions from their values at the nodes.
+fn pair_coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
     let series = |i: usize| chebyshev_coefficients(&values.iter().map(|pair| pair[i]).collect::<Vec<_>>());
     series(0).into_iter().zip(series(1)).map(|(a, b)| [a, b]).collect()
 }
 
-/// Sums of two Chebyshev series of at least two terms at x.
+/// Sums of a pair of Chebyshev series of at least two terms at x.
 ///
 /// Clenshaw's recurrence runs separately over even and odd terms, so that the processor can overlap both. With
 /// y = T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`, so either half obeys `b_n = c_n + 2y·b_{n+2} − b_{n+4}`. The sums are
 /// `c₀ + y·b₂ − b₄` (even) and `c₁·x + T₃(x)·b₃ − x·b₅` (odd).
-// Inlining makes its callers up to a tenth slower.
+// Inlining slows the callers by up to a tenth.
 #[inline(never)]
 fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     let y = 2.0 * x * x - 1.0;
-    // [b_{n+2}, b_{n+4}] of the even and of the odd terms, for both functions.
+    // b_{n+2} and b_{n+4}: `[even or odd terms][n + 2 or n + 4][function]`.
     let mut recurrence = [[[Complex64::ZERO; 2]; 2]; 2];
     for even_and_odd in coefficients[2..].chunks(2).rev() {
-        for ([b2, b4], c) in recurrence.iter_mut().zip(even_and_odd) {
-            let b = [0, 1].map(|i| c[i] + b2[i] * (2.0 * y) - b4[i]);
-            *b4 = std::mem::replace(b2, b);
+        for ([b_next, b_after], c) in recurrence.iter_mut().zip(even_and_odd) {
+            let b = [0, 1].map(|i| c[i] + b_next[i] * (2.0 * y) - b_after[i]);
+            *b_after = std::mem::replace(b_next, b);
         }
     }
     // T₃(x) = (2y − 1)·x.
@@ -117,7 +123,7 @@ fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
 }
 
 /// Binary exponent e with 2^e ≤ x < 2^{e+1}, for positive normal x: the exponent bits of the IEEE 754 format.
-fn exponent(x: f64) -> i32 {
+fn binary_exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
@@ -130,7 +136,7 @@ fn two_to(exponent: i32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Truncation of the Chebyshev series, and the error of Amos' routines.
+    /// Bound on the truncation of the Chebyshev series and the error of Amos' routines (`complex_bessel`).
     const RELATIVE: f64 = 1e-12;
 
     #[test]
@@ -145,6 +151,7 @@ mod tests {
                 }
                 let r = 0.4 * f64::from(i + 1) / 401.0;
                 let j = besselj_seq(0.0, k * r, 2, Scaling::Unscaled).unwrap().values;
+                // About the largest magnitude over the range of the series.
                 let scale = (k.im * 0.4).exp();
                 let [j0, j1_over] = table.bessel(r);
                 assert!(

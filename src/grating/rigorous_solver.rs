@@ -1,4 +1,4 @@
-//! [`OrderSolver`] by `sunbeam-rigorous` (symbols: `mod.rs`).
+//! The solver behind the tables: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
 
 use super::GratingError;
 use super::jones_shape::{JonesShape, jones_shape};
@@ -11,25 +11,31 @@ use sunbeam_rigorous::{
     Air, Amplitudes, Discretisation, KY_SQUARED_RANGE, Medium, MetalTable, Profile, Resolution, check_size,
 };
 
-/// Largest error of the power balance at a solved point, relative to the incident power, times the largest cosine of
-/// incidence at its `t`: light along the grooves is a small fraction of what falls on the surface. Chosen: a tenth of
-/// the error of an order that tables have.
+/// Largest accepted error of the power balance at a solved point, relative to the incident power, times the largest
+/// cosine of incidence at its `t`.
+///
+/// It is a tenth of the error of an order in the tables. The cosine is small for light along the grooves, which carries
+/// a small fraction of the power that falls on a surface.
 pub(super) const BALANCE: f64 = 1e-3;
-/// Doublings of the number of nodes until the power balance holds.
+/// Most doublings of the number of nodes where the power balance does not hold.
 pub(super) const DOUBLINGS: usize = 3;
 
-/// Wavelengths in nm for which the number of nodes is determined. Chosen: steps of about a sixth, within which indices
-/// change little.
+/// Wavelengths in nm for which the number of nodes is determined. Indices change little within a step, which is about a
+/// sixth of the wavelength.
 const RESOLVED_NM: [f64; 6] = [WAVELENGTH_MIN_NM, 420.0, 500.0, 590.0, 700.0, WAVELENGTH_MAX_NM];
 
-/// Resolution of a profile above a medium of this index that suffices for all wavelengths of a table.
+/// Resolution that suffices for all wavelengths of a table, for a profile above a medium of this index by wavelength,
+/// or above a perfect conductor (`None`).
 ///
 /// # Errors
 /// An index that the solver refuses, and a relief that is too large for it at one of the wavelengths.
-pub(super) fn resolution(profile: &Profile, index: Option<&SpectralIndex>) -> Result<Resolution, GratingError> {
+pub(super) fn sufficient_resolution(
+    profile: &Profile,
+    index: Option<&SpectralIndex>,
+) -> Result<Resolution, GratingError> {
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
-        let medium = medium(index, nm)?;
+        let medium = medium_at(index, nm)?;
         check_size(profile, &medium, nm, 0.0)?;
         let required = Resolution::new(profile, &medium, nm)?;
         resolution.nodes = resolution.nodes.max(required.nodes);
@@ -38,16 +44,17 @@ pub(super) fn resolution(profile: &Profile, index: Option<&SpectralIndex>) -> Re
     Ok(resolution)
 }
 
-/// A profile with nodes at its resolution, and with finer ones made when first needed.
+/// Discretisations of a profile: one with the nodes of its resolution, and finer ones, created when first needed.
 pub(super) struct Meshes {
     profile: Profile,
     resolution: Resolution,
     first: Discretisation,
+    /// After one doubling of the number of nodes, after two, and so on.
     finer: [OnceLock<Discretisation>; DOUBLINGS],
 }
 
 impl Meshes {
-    /// Discretises a profile at a resolution, that of [`resolution`].
+    /// Discretises a profile at the resolution that [`sufficient_resolution`] returns.
     ///
     /// # Errors
     /// More nodes than the solver accepts.
@@ -56,7 +63,10 @@ impl Meshes {
         Ok(Self { profile: profile.clone(), resolution, first, finer: [const { OnceLock::new() }; DOUBLINGS] })
     }
 
-    /// The mesh after `doublings` ≥ 1 doublings of the number of nodes.
+    /// The mesh after a number of doublings of the nodes, 1 to [`DOUBLINGS`].
+    ///
+    /// # Errors
+    /// More nodes than the solver accepts.
     fn finer(&self, doublings: usize) -> Result<&Discretisation, GratingError> {
         let slot = &self.finer[doublings - 1];
         if let Some(mesh) = slot.get() {
@@ -68,17 +78,21 @@ impl Meshes {
     }
 }
 
-/// A profile above a medium, with the medium's tabulated response where it is a metal.
-pub(super) struct Solved<'a> {
+/// The solver of a profile above a medium. Where the medium is a metal, its response is tabulated.
+pub(super) struct RigorousSolver<'a> {
     meshes: &'a Meshes,
+    /// Index of the medium by wavelength; `None` for a perfect conductor.
     index: Option<&'a SpectralIndex>,
-    /// Responses by wavelength in nm.
+    /// Wavelengths in nm, and the response of the metal there.
     tables: Vec<(f64, MetalTable<'a>)>,
 }
 
-impl<'a> Solved<'a> {
-    /// A profile in air above a medium of this index, `None` for a perfect conductor. A metal's response is tabulated
-    /// at `wavelengths_nm`; other wavelengths are solved without tables.
+impl<'a> RigorousSolver<'a> {
+    /// A profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`). A metal's
+    /// response is tabulated at `wavelengths_nm`; other wavelengths are solved without tables.
+    ///
+    /// # Errors
+    /// An index that the solver refuses, and special functions that overflow.
     pub(super) fn new(
         meshes: &'a Meshes,
         index: Option<&'a SpectralIndex>,
@@ -86,27 +100,34 @@ impl<'a> Solved<'a> {
     ) -> Result<Self, GratingError> {
         let tables = wavelengths_nm
             .par_iter()
-            .map(|&nm| Ok(MetalTable::new(&meshes.first, &medium(index, nm)?, nm)?.map(|table| (nm, table))))
+            .map(|&nm| Ok(MetalTable::new(&meshes.first, &medium_at(index, nm)?, nm)?.map(|table| (nm, table))))
             .collect::<Result<Vec<_>, GratingError>>()?;
         Ok(Self { meshes, index, tables: tables.into_iter().flatten().collect() })
     }
 
-    /// Amplitudes of all orders on the first mesh.
+    /// Amplitudes between all orders on the first mesh, at a wavelength in nm.
+    ///
+    /// # Errors
+    /// An index that the solver refuses, and solutions that are not finite.
     fn solve(&self, air: &Air, nm: f64) -> Result<Amplitudes, GratingError> {
         let is_covered = self.ky_squared_ratio(air.t(), nm) > KY_SQUARED_RANGE[0];
         let table = self.tables.iter().find(|(table_nm, _)| *table_nm == nm && is_covered);
         Ok(match table {
             Some((_, table)) => air.solve_tabulated(table)?,
-            None => air.solve(&medium(self.index, nm)?, nm)?,
+            None => air.solve(&medium_at(self.index, nm)?, nm)?,
         })
     }
 
-    /// Amplitudes on the first finer mesh whose power balance holds.
+    /// Amplitudes between all orders at (t, b) and a wavelength in nm, on the first finer mesh whose power balance
+    /// holds.
+    ///
+    /// # Errors
+    /// [`GratingError::Unbalanced`] where no mesh suffices.
     fn solve_finer(&self, t: f64, b: f64, nm: f64) -> Result<Amplitudes, GratingError> {
         let (mut nodes, mut balance) = (0, f64::INFINITY);
         for doublings in 1..=DOUBLINGS {
             let mesh = self.meshes.finer(doublings)?;
-            let amplitudes = mesh.air(t, b)?.solve(&medium(self.index, nm)?, nm)?;
+            let amplitudes = mesh.air(t, b)?.solve(&medium_at(self.index, nm)?, nm)?;
             (nodes, balance) = (mesh.nodes(), self.imbalance(&amplitudes, t, nm));
             if balance <= BALANCE {
                 return Ok(amplitudes);
@@ -115,7 +136,10 @@ impl<'a> Solved<'a> {
         Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
     }
 
-    /// `extract(amplitudes, ky²/k²)` at each wavelength in nm, for the orders at (t, b).
+    /// Solves the orders at (t, b) at each wavelength in nm, and returns `extract(amplitudes, ky²/k²)` for each.
+    ///
+    /// # Errors
+    /// A point that cannot be solved accurately enough.
     fn at_wavelengths<T: Clone>(
         &self,
         t: f64,
@@ -124,23 +148,24 @@ impl<'a> Solved<'a> {
         extract: impl Fn(&Amplitudes, f64) -> Vec<T>,
     ) -> Result<Vec<Vec<T>>, GratingError> {
         let air = self.meshes.first.air(t, b)?;
-        // At given t and b, a perfect conductor's orders do not depend on the wavelength.
-        let distinct = if self.index.is_some() { wavelengths_nm } else { &wavelengths_nm[..1] };
-        let mut matrices = Vec::with_capacity(wavelengths_nm.len());
-        for &nm in distinct {
+        // At given t and b, a perfect conductor's orders do not depend on the wavelength: only the first is solved.
+        let solved_nm = if self.index.is_some() { wavelengths_nm } else { &wavelengths_nm[..1] };
+        let mut extracted = Vec::with_capacity(wavelengths_nm.len());
+        for &nm in solved_nm {
             let mut amplitudes = self.solve(&air, nm)?;
             let ky_squared_ratio = self.ky_squared_ratio(t, nm);
             // Power is not conserved in the continuation to imaginary ky.
             if ky_squared_ratio >= 0.0 && self.imbalance(&amplitudes, t, nm) > BALANCE {
                 amplitudes = self.solve_finer(t, b, nm)?;
             }
-            matrices.push(extract(&amplitudes, ky_squared_ratio));
+            extracted.push(extract(&amplitudes, ky_squared_ratio));
         }
-        matrices.resize(wavelengths_nm.len(), matrices.last().cloned().unwrap_or_default());
-        Ok(matrices)
+        extracted.resize(wavelengths_nm.len(), extracted.last().cloned().unwrap_or_default());
+        Ok(extracted)
     }
 
-    /// Shapes of the orders' Jones matrices, arranged as [`OrderSolver::efficiencies`].
+    /// Shapes of the orders' Jones matrices, arranged like [`OrderSolver::efficiencies`]:
+    /// `[wavelength][incident · orders + outgoing]`.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
@@ -154,24 +179,24 @@ impl<'a> Solved<'a> {
         })
     }
 
-    /// Error of the power balance times the largest cosine of incidence: the quantity that [`BALANCE`] bounds.
+    /// Error of the power balance times the largest cosine of incidence at `t`: the quantity that [`BALANCE`] bounds.
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
-        amplitudes.balance_error() * (t / self.periods(nm)).min(1.0)
+        amplitudes.balance_error() * self.largest_cosine(t, nm).min(1.0)
     }
 
-    /// `d/λ`.
-    fn periods(&self, nm: f64) -> f64 {
-        1e3 * self.meshes.profile.period_um() / nm
+    /// Largest cosine of incidence at `t` and a wavelength in nm: `√(1 − y²) = κ/k = tλ/d`. Above 1, ky is imaginary.
+    fn largest_cosine(&self, t: f64, nm: f64) -> f64 {
+        t / (1e3 * self.meshes.profile.period_um() / nm)
     }
 
-    /// `ky²/k² = 1 − (tλ/d)²`.
+    /// `ky²/k² = 1 − (κ/k)²`; negative where ky is imaginary.
     fn ky_squared_ratio(&self, t: f64, nm: f64) -> f64 {
-        let cosine = t / self.periods(nm);
+        let cosine = self.largest_cosine(t, nm);
         (1.0 - cosine) * (1.0 + cosine)
     }
 }
 
-impl OrderSolver for Solved<'_> {
+impl OrderSolver for RigorousSolver<'_> {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
         self.at_wavelengths(t, b, wavelengths_nm, |amplitudes, ky_squared_ratio| {
             efficiencies(amplitudes, ky_squared_ratio >= 0.0)
@@ -179,17 +204,22 @@ impl OrderSolver for Solved<'_> {
     }
 }
 
-/// The medium below the relief at a wavelength in nm.
-pub(super) fn medium(index: Option<&SpectralIndex>, nm: f64) -> Result<Medium, GratingError> {
+/// The medium below the relief at a wavelength in nm: of this index, or a perfect conductor (`None`).
+///
+/// # Errors
+/// An index that the solver refuses.
+pub(super) fn medium_at(index: Option<&SpectralIndex>, nm: f64) -> Result<Medium, GratingError> {
     let Some(index) = index else { return Ok(Medium::Perfect) };
     let ComplexIndex { eta, k } = index.at(nm);
     Ok(Medium::index(eta, k)?)
 }
 
-/// Unpolarised efficiencies of all pairs of orders, `[incident · orders + outgoing]`. Amplitudes between the two states
-/// are proportional to ky, so for imaginary ky (`is_real` false) their squares count negative.
-fn efficiencies(amplitudes: &Amplitudes, is_real: bool) -> Vec<f64> {
-    let sign = if is_real { 1.0 } else { -1.0 };
+/// Unpolarised efficiencies between all orders, `[incident · orders + outgoing]`.
+///
+/// Amplitudes between the states Ey and Hy are proportional to ky. The continuation of their squared magnitudes to
+/// imaginary ky (`is_ky_real` false) is therefore negative.
+fn efficiencies(amplitudes: &Amplitudes, is_ky_real: bool) -> Vec<f64> {
+    let sign = if is_ky_real { 1.0 } else { -1.0 };
     let orders = amplitudes.orders();
     orders
         .iter()
