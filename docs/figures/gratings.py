@@ -30,7 +30,7 @@ from .gratings_curves import (
 )
 from .page import images, insist
 
-PAGE = "gratings"
+PART = "gratings"
 # Period of 1200 grooves a millimetre.
 PERIOD_UM = 1 / 1.2
 # Samples of the short facet and of the period, for a blaze at 17.5° and 500 nm.
@@ -231,20 +231,20 @@ def check(made: dict) -> None:
     """Raises an error where a statement of the template is not true of the numbers."""
     for name, curve in made["blazed"]["curves"].items():
         long = curve["ratio"].index(1.0)
-        insist(PAGE, curve["tm"][long] > curve["te"][long], f"beyond the blaze TM stays above TE ({name})")
+        insist(PART, curve["tm"][long] > curve["te"][long], f"beyond the blaze TM stays above TE ({name})")
     for row in made["blazed"]["anomalies"]:
         step = made["blazed"]["step"]
-        insist(PAGE, abs(row["perfect"] - row["passing_off"]) <= step, "a perfect conductor's anomaly is Rayleigh's")
+        insist(PART, abs(row["perfect"] - row["passing_off"]) <= step, "a perfect conductor's anomaly is Rayleigh's")
         inside = row["passing_off"] - step <= row["Al"] <= row["plasmon"] + 3 * step
-        insist(PAGE, inside, "aluminium's anomaly lies about the plasmon")
+        insist(PART, inside, "aluminium's anomaly lies about the plasmon")
     dips = made["plasmons"]["dips"]
     angles, depths = ([row[key] for row in dips] for key in ("theta_deg", "tm"))
-    insist(PAGE, angles == sorted(angles), "dips move to larger angles")
+    insist(PART, angles == sorted(angles), "dips move to larger angles")
     least = depths.index(min(depths))
-    insist(PAGE, 0 < least < len(depths) - 1 and depths[least] < 0.02, "one depth takes nearly everything")
+    insist(PART, 0 < least < len(depths) - 1 and depths[least] < 0.02, "one depth takes nearly everything")
     apart = abs(made["plasmons"]["limit_deg"] - made["plasmons"]["expected_deg"]["1"])
-    insist(PAGE, apart < 0.01, "the dip of shallow grooves is the closed form's")
-    insist(PAGE, made["lamellar"]["most"]["tm"][0] > 0.99, "a symmetric grating sends everything back")
+    insist(PART, apart < 0.01, "the dip of shallow grooves is the closed form's")
+    insist(PART, made["lamellar"]["most"]["tm"][0] > 0.99, "a symmetric grating sends everything back")
 
 
 def figures() -> dict:
@@ -257,7 +257,7 @@ def figures() -> dict:
             "plasmons": plasmons(),
         }
     check(made)
-    folder = images(PAGE)
+    folder = images(PART)
     plots.blazed(folder / "blazed.svg", made["blazed"], PASSING_OFF)
     plots.sinusoidal(folder / "sinusoidal.svg", made["sinusoidal"], PASSING_OFF)
     plots.lamellar(folder / "lamellar.svg", made["lamellar"], PASSING_OFF)

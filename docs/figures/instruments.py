@@ -24,7 +24,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import insist
 
-PAGE = "instruments"
+PART = "instruments"
 # Formats of the native readers, with an extension of each.
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
 # Text formats, which the native readers may refuse, and for which Gwyddion asks for sizes.
@@ -48,7 +48,7 @@ def figures() -> dict | None:
     """Converts all files; `None`, after one printed line, without `SAMPLES`."""
     folder = os.environ.get("SAMPLES")
     if not folder:
-        print(f"{PAGE}: left as it is, since SAMPLES names no folder (docs/height-fields.md says which)", flush=True)
+        print(f"{PART}: left as it is, since SAMPLES names no folder (docs/height-fields.md says which)", flush=True)
         return None
     files = sorted(path for path in Path(folder).iterdir() if path.is_file())
     if not files:
@@ -59,10 +59,10 @@ def figures() -> dict | None:
     refused = [{"file": s.path.name, "format": s.format, "reason": s.refusal} for s in samples if s.reading is None]
     native = [row for row in maps if row["native"] is not None]
     gwyddion = [row for row in maps if row["gwyddion"] is not None]
-    insist(PAGE, all(row["native"]["same"] for row in native), "the native readers give the same")
-    insist(PAGE, all(row["gwyddion"]["same"] for row in gwyddion), "Gwyddion gives the same, or its mirror image")
+    insist(PART, all(row["native"]["same"] for row in native), "the native readers give the same")
+    insist(PART, all(row["gwyddion"]["same"] for row in gwyddion), "Gwyddion gives the same, or its mirror image")
     mirrored = sorted({row["format"] for row in gwyddion if row["gwyddion"]["mirrored"]})
-    insist(PAGE, mirrored == ["sdf", "x3p"], "only X3P and surface data files are upside down in Gwyddion")
+    insist(PART, mirrored == ["sdf", "x3p"], "only X3P and surface data files are upside down in Gwyddion")
     formats = [format_figures(name, maps, refused) for name in readable()]
     return {
         "library": version("SurfaceTopography"),

@@ -32,7 +32,7 @@ from .spacing import (
     rounding_nm2,
 )
 
-PAGE = "periodicity"
+PART = "periodicity"
 # Mean in nm and variance in nm² of the spacing, by grating and method: Single 2014's table 1.1.
 THEIRS = {
     ("blazed", "flss"): (2499.997, 0.377),
@@ -71,7 +71,7 @@ APART_NM = 40
 
 def figures() -> dict:
     """All numbers of the part; writes its pictures."""
-    folder = images(PAGE)
+    folder = images(PART)
     with TemporaryDirectory() as name:
         scratch = Path(name)
         measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}

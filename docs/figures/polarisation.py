@@ -17,7 +17,7 @@ from .benchmark_scenes import floor, lamp, sky
 from .disc import write_disc
 from .page import images, insist
 
-PAGE = "polarisation"
+PART = "polarisation"
 # A scalar variant, since these small pictures take less time than the compilation of kernels.
 VARIANT = "scalar_spectral_polarized"
 # Width and height of the pictures in pixels.
@@ -83,7 +83,7 @@ def linear_degree(picture: np.ndarray) -> np.ndarray:
 def figures() -> dict:
     """All numbers of the part; writes its pictures."""
     use_variant(VARIANT, fall_back=False)
-    folder = images(PAGE)
+    folder = images(PART)
     ply = write_disc(folder / "disc.ply")
     cases = [
         ("compact disc, aluminium, scalar", disc(TRACKS, ply), DISC),
@@ -103,9 +103,9 @@ def figures() -> dict:
     most = {row["name"]: row["most"] for row in rows}
     for surface in ("grooved disc, aluminium", "blazed sphere, aluminium"):
         scalar, rigorous = (most[f"{surface}, {theory}"] for theory in THEORIES)
-        insist(PAGE, rigorous > 1.5 * scalar, f"orders of the {surface} polarise more than its interface")
+        insist(PART, rigorous > 1.5 * scalar, f"orders of the {surface} polarise more than its interface")
     glass, metal = most["blazed sphere, glass of 1.5, scalar"], most["blazed sphere, aluminium, scalar"]
-    insist(PAGE, glass > 1.5 * metal, "glass polarises more than aluminium")
+    insist(PART, glass > 1.5 * metal, "glass polarises more than aluminium")
     draw(folder / "degree.jpg", pictures)
     return {"rows": rows, "size": list(SIZE), "spp": SPP, "variant": VARIANT}
 

@@ -31,7 +31,7 @@ from .page import images
 from .relief_plots import relief, show_relief, show_term
 from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
 
-PAGE = "renderings"
+PART = "renderings"
 # Rays along each side of a pixel on the GPU; one, as in a fragment shader.
 SUPERSAMPLE = 1
 # View of the snake.
@@ -263,7 +263,7 @@ def mesh_counts(resolution: float) -> dict:
 def figures() -> dict:
     """Draws all sheets; returns the numbers of the part."""
     use_variant()
-    folder, worn = images(PAGE), skins()
+    folder, worn = images(PART), skins()
     with TemporaryDirectory() as scratch:
         studio = Studio(Path(scratch), RESOLUTION, SUPERSAMPLE)
         made = {

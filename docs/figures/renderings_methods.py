@@ -31,7 +31,7 @@ from .renderings import SCAN_WINDOW
 from .speed_error import processor
 from .studio import SPP, SUPERSAMPLE, Shot, Studio
 
-PAGE = "renderings-methods"
+PART = "renderings-methods"
 # Files of the scans by species.
 SPECIES = {species.capitalize(): path for species, path in SCANS.items()}
 # The disc from above.
@@ -68,7 +68,7 @@ class Drawn:
 def figures() -> dict:
     """Draws all figures; returns the numbers of the part."""
     use_variant()
-    folder = images(PAGE)
+    folder = images(PART)
     with TemporaryDirectory() as scratch:
         studio = Studio(Path(scratch))
         made = {
@@ -129,7 +129,7 @@ def cut_outs(file: Path) -> list[dict]:
         {"title": title, "period_um": cut.period_um, "wander_nm": 1e3 * cut.wander_um} for title, cut in chosen.items()
     ]
     disc = next(row["wander_nm"] for row in found if row["title"] == "CD")
-    insist(PAGE, all(disc < row["wander_nm"] for row in found if row["title"] != "CD"), "the disc is the most regular")
+    insist(PART, all(disc < row["wander_nm"] for row in found if row["title"] != "CD"), "the disc is the most regular")
     return found
 
 
@@ -180,7 +180,7 @@ def disc(studio: Studio, folder: Path) -> dict:
     found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
     own, _, fitted = (row["largest_off_deg"] for row in found["gems"])
     insist(
-        PAGE, fitted < ALIKE_DEG < own, "GPU Gems' form agrees with FLSS on the disc where its spacing is fitted alone"
+        PART, fitted < ALIKE_DEG < own, "GPU Gems' form agrees with FLSS on the disc where its spacing is fitted alone"
     )
     return found
 
@@ -191,9 +191,9 @@ def symmetry(folder: Path) -> list[dict]:
     for title, skin in surfaces("Xenopeltis").items():
         skins[title] = of_one_window({name: value for name, value in skin.items() if name != "rotation"})
     found = stam_maps.symmetry(folder, skins)
-    insist(PAGE, all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
+    insist(PART, all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
     blazed = found[0]["flss"]
-    insist(PAGE, max(blazed, 1 / blazed) > ONE_SIDED, "the blazed grating sends its light to one side")
+    insist(PART, max(blazed, 1 / blazed) > ONE_SIDED, "the blazed grating sends its light to one side")
     return found
 
 
@@ -227,9 +227,9 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
             )
         flss, stam, _ = found[-3:]
         insist(
-            PAGE, stam["dark_near"] > 2 * flss["dark_near"], f"colours are missing near highlights on {title} in Stam's"
+            PART, stam["dark_near"] > 2 * flss["dark_near"], f"colours are missing near highlights on {title} in Stam's"
         )
-        insist(PAGE, stam["hues"] < flss["hues"], f"colours on {title} are more discrete in Stam's")
+        insist(PART, stam["hues"] < flss["hues"], f"colours on {title} are more discrete in Stam's")
     sheet(rows, studio, folder / "xenopeltis.jpg")
     plot_hues(plotted, folder / "hues.svg")
     return found

@@ -43,7 +43,7 @@ def figures(budget_s: float = BUDGET_S) -> list[dict]:
     rows = []
     for scene in scenes():
         for name, optics in OPTICS.items():
-            worn = scene.worn({"scan": surface}, optics)
+            worn = scene.with_materials({"scan": surface}, optics)
             found = colour_difference(
                 lambda worn=worn: worn.load(mi.load_dict(worn.diffraction(worn.surfaces["scan"])), SIZE), budget_s
             )

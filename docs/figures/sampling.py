@@ -27,7 +27,7 @@ from .speed_error import processor
 from .time_to_error import ERROR, FLOOR, relative_error, seconds_to_error
 from .time_to_error_plot import draw
 
-PAGE = "sampling"
+PART = "sampling"
 
 # Surfaces and lights of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
@@ -47,7 +47,7 @@ def figures(
     """Measures sampling weights, errors of pictures, and times."""
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     costs = headline.figures()
-    draw(costs["cells"], costs["aim"], round(costs["nominal_pixels"] ** 0.5), images(PAGE) / "time-to-error.svg")
+    draw(costs["cells"], costs["aim"], round(costs["nominal_pixels"] ** 0.5), images(PART) / "time-to-error.svg")
     use_variant("llvm_ad_spectral", fall_back=False)
     pictures = [
         picture(surface, light, spp, reference_spp[light], repetitions) for surface in SURFACES for light in LIGHTS

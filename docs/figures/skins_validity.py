@@ -40,7 +40,7 @@ from .bsdf_calls import CALLS, RELIEFS, VARIANTS, call_ns
 from .page import images, insist
 from .skin_scans import SKINS, scans_present
 
-PAGE = "skins-validity"
+PART = "skins-validity"
 # Largest angle of incidence that is not counted as grazing.
 REACH_DEG = 60.0
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
@@ -142,7 +142,7 @@ def cost() -> list[dict]:
             ratios = {call: float(ns[call]["small_slope"] / ns[call]["stam"]) for call in CALLS}
             rows.append({"variant": variant, "relief": relief, "ratios": ratios})
     # The mean, since single ratios are noisy.
-    insist(PAGE, np.mean([list(row["ratios"].values()) for row in rows]) <= COST_MAX, "small_slope costs about as much")
+    insist(PART, np.mean([list(row["ratios"].values()) for row in rows]) <= COST_MAX, "small_slope costs about as much")
     return rows
 
 
@@ -159,7 +159,7 @@ def figures() -> dict | None:
                 found(relief_of(case, scans), case, form, judged[case.key])
                 for form in (SMALL_SLOPE, SMALL_SLOPE_LIMITED)
             )
-            insist(PAGE, np.allclose(bare, limited, rtol=1e-6), "limiting small_slope changes nothing")
+            insist(PART, np.allclose(bare, limited, rtol=1e-6), "limiting small_slope changes nothing")
         rows.append({"key": case.key, **row(case, relief_of(case, scans), judged[case.key], FORMS)})
     for case in VARIED:
         varied.append(row(case, relief_of(case, scans), judged[case.key], (SMALL_SLOPE, STAM)))
@@ -179,10 +179,10 @@ def figures() -> dict | None:
         by_angle = {form.name: over(rows, judged, skin, form, lambda light: light.theta_deg) for form in FORMS}
         by_nm = {form.name: over(rows, judged, skin, form, lambda light: light.wavelength_nm) for form in FORMS}
         skins.append({"skin": skin, "near": near, "grazing": grazing, "by_angle": by_angle, "by_wavelength": by_nm})
-        insist(PAGE, near[SMALL_SLOPE.name]["mean"] < near[STAM.name]["mean"], f"small_slope is the better on {skin}")
+        insist(PART, near[SMALL_SLOPE.name]["mean"] < near[STAM.name]["mean"], f"small_slope is the better on {skin}")
     gains = {made["skin"]: made["near"][STAM.name]["mean"] / made["near"][SMALL_SLOPE.name]["mean"] for made in skins}
-    insist(PAGE, gains["elaphe"] > 2 > 1.2 > gains["xenopeltis"], "the gain is on the gentler skin")
-    draw(images(PAGE) / "angles.svg", skins)
+    insist(PART, gains["elaphe"] > 2 > 1.2 > gains["xenopeltis"], "the gain is on the gentler skin")
+    draw(images(PART) / "angles.svg", skins)
     for made in (*rows, *varied):
         del made["by_light"]
     return {

@@ -23,7 +23,7 @@ from matplotlib.ticker import MultipleLocator
 
 from .page import images, insist
 
-PAGE = "slits"
+PART = "slits"
 # Numbers of slits in figure 1.5.
 THEIRS = (1, 2, 3)
 # Numbers of slits shown here.
@@ -126,7 +126,7 @@ def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> n
 
 def figures() -> dict:
     """Draws both figures; returns sizes, widths by number of slits, and the colour of white light's centre."""
-    folder = images(PAGE)
+    folder = images(PART)
     draw_intensity(folder / "intensity.svg")
     centre = draw_colours(folder / "patterns.png")
     widths = [full_width(Slits(count), PLOTTED_NM) for count in COUNTS]
@@ -134,7 +134,7 @@ def figures() -> dict:
     fitted = [row for row in rows if row["count"] >= FITTED_FROM]
     logs = (np.log([row[key] for row in fitted]) for key in ("count", "width_mm"))
     exponent = float(np.polyfit(*logs, 1)[0])
-    insist(PAGE, abs(exponent + 1) < EXPONENT_TOLERANCE, "widths go as 1/N")
+    insist(PART, abs(exponent + 1) < EXPONENT_TOLERANCE, "widths go as 1/N")
     return {
         "width_um": Slits(1).width_um,
         "spacing_um": Slits(1).spacing_um,

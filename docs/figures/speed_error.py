@@ -11,14 +11,14 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-PAGE = "speed-error"
+PART = "speed-error"
 # Limits of ΔE2000 for which the fastest settings are listed; an eye just notices 1.
 DELTA_E_LIMITS = (10.0, 3.0, 1.0, 0.5, 0.1, 0.01)
 
 
 def figures(scan: Path = SCAN, *words: str) -> dict:
     """Runs the benchmark on the presets, and on the scan if present."""
-    folder = images(PAGE)
+    folder = images(PART)
     report = measured("--plot", folder / "presets.svg", *words)
     surfaces = report["surfaces"]
     if scan.exists():

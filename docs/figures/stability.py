@@ -15,7 +15,7 @@ from mitsuba_scenes.tool import sunbeam
 from .page import images
 from .questions import questions
 
-PAGE = "stability"
+PART = "stability"
 # Numbers of random evaluations and of surfaces in Mitsuba.
 QUESTIONS = (10_000_000, 100)
 # The numbers of a quick run.
@@ -37,7 +37,7 @@ SERIES = (
 def figures(*words: str) -> dict:
     """Runs the sweeps and draws them."""
     report = json.loads(sunbeam("bench", "--what", "stability", *words))
-    folder = images(PAGE)
+    folder = images(PART)
     draw_deep(report["deep_relief"], folder / "deep-relief.svg")
     draw_grazing(report["grazing"], folder / "grazing.svg")
     deep = report["deep_relief"]

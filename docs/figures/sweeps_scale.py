@@ -17,7 +17,7 @@ from .page import insist
 from .speed_error import processor
 from .sweeps_simulation import Costs, Storage, simulate
 
-PAGE = "sweeps-scale"
+PART = "sweeps-scale"
 # Folder of the Python package.
 PACKAGE = REPOSITORY / "python"
 # Number of cases that take a second each.
@@ -178,12 +178,12 @@ def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
 def check(made: dict) -> None:
     """Raises an error where a bound is exceeded; bounds of computing need an idle machine."""
     one, two = made["waiting"]
-    insist(PAGE, one["overhead"] <= OVERHEAD_MAX, "a sweep takes at most 5 % more than a plain loop")
-    insist(PAGE, two["speed_up"] >= SPEED_UP_MIN, "two workers are 1.8 times as fast")
+    insist(PART, one["overhead"] <= OVERHEAD_MAX, "a sweep takes at most 5 % more than a plain loop")
+    insist(PART, two["speed_up"] >= SPEED_UP_MIN, "two workers are 1.8 times as fast")
     for run in (made["trivial"]["first"], made["trivial"]["again"]):
-        insist(PAGE, run["memory_gb"] < MEMORY_MAX_GB, "the scheduler keeps to 2 GB")
+        insist(PART, run["memory_gb"] < MEMORY_MAX_GB, "the scheduler keeps to 2 GB")
     again = made["finished"]["again"]["seconds"]
-    insist(PAGE, again <= RESUME_MAX_SECONDS, "a finished sweep of ten thousand ends within 10 s")
+    insist(PART, again <= RESUME_MAX_SECONDS, "a finished sweep of ten thousand ends within 10 s")
 
 
 def environment(**more: str) -> dict[str, str]:

@@ -17,7 +17,7 @@ from .page import insist
 from .rgb_against_spectral import XYZ_OF_SRGB
 from .tip import seen_profile, seen_tile
 
-PAGE = "tour-scan"
+PART = "tour-scan"
 # Radii of the tips.
 RADII_NM = (5, 10, 30)
 # Presets that are gratings.
@@ -70,9 +70,9 @@ def figures() -> dict:
         surfaces = {name: surface_figures(tile, Path(folder)) for name, tile in tiles(Path(folder))}
     for name, surface in surfaces.items():
         for tip in surface["tips"]:
-            insist(PAGE, abs(tip["period_um"] / surface["period_um"] - 1) < 0.01, f"tips leave the period of {name}")
+            insist(PART, abs(tip["period_um"] / surface["period_um"] - 1) < 0.01, f"tips leave the period of {name}")
         changes = [tip["delta_e"] for tip in surface["tips"]]
-        insist(PAGE, changes == sorted(changes), f"a blunter tip changes the colours of {name} more")
+        insist(PART, changes == sorted(changes), f"a blunter tip changes the colours of {name} more")
     return {
         "radii_nm": list(RADII_NM),
         "wavelength_nm": WAVELENGTH_NM,
@@ -93,7 +93,7 @@ def worst(surfaces: dict) -> dict:
         f"{name}_{kind}": max(tip[key] for tip in tips) for name, key in keys.items() for kind, tips in kinds.items()
     }
     # An eye just notices a ΔE of 1.
-    insist(PAGE, found["mean_fine"] < 1, "what the finer tips change is not noticeable in the mean")
+    insist(PART, found["mean_fine"] < 1, "what the finer tips change is not noticeable in the mean")
     return found
 
 
