@@ -34,7 +34,7 @@ TERMS = {
     "elaphe-scan": (1, 2, 5, 9, 10, 11, 24, 40),
     "elaphe-procedural": (5, 9, 11, 40),
 }
-# Angles of incidence of figure 2.13.
+# Angles of incidence: those of figure 2.13, and 30°.
 THETA_I_DEG = (0, 10, 20, 30)
 # Edges of the squares of figure 2.2.
 CUT_OUT_UM = {"blazed": 17.5, "elaphe": 6.5, "xenopeltis": 6.5}

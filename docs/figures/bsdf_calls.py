@@ -69,14 +69,14 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
     return rows
 
 
-def call_ns(bsdfs: dict[str, mi.BSDF], call: str, wavefront: int | None = None) -> dict[str, float]:
-    """Nanoseconds per element of one call, by the names of the BSDFs, minus those of an empty kernel.
+def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = None) -> dict[str, float]:
+    """Nanoseconds per element of one call, by the names of the BSDFs `materials`, minus those of an empty kernel.
 
     Wavefronts have `wavefront` elements; by default each BSDF gets a number that takes about KERNEL_S. BSDFs take
     turns. The smallest time of each counts, since other programs only make kernels slower.
     """
     calls, elements = {}, {}
-    for name, bsdf in bsdfs.items():
+    for name, bsdf in materials.items():
         calls[name] = partial(answer, bsdf, call)
         if wavefront is None:
             few = Inputs(FEWEST)
@@ -86,12 +86,12 @@ def call_ns(bsdfs: dict[str, mi.BSDF], call: str, wavefront: int | None = None) 
     # BSDFs with equally large wavefronts share their inputs.
     inputs = {count: Inputs(count) for count in set(elements.values())}
     # For each BSDF and turn the seconds of the call and of the empty kernel.
-    seconds: dict[str, list] = {name: [] for name in bsdfs}
+    seconds: dict[str, list] = {name: [] for name in materials}
     for _ in range(TURNS):
-        for name in bsdfs:
+        for name in materials:
             shared = inputs[elements[name]]
             seconds[name].append((kernel_s(calls[name], shared), kernel_s(empty, shared)))
-    return {name: per_element_ns(*np.min(seconds[name], axis=0), elements[name]) for name in bsdfs}
+    return {name: per_element_ns(*np.min(seconds[name], axis=0), elements[name]) for name in materials}
 
 
 def per_element_ns(seconds: float, empty_s: float, elements: int) -> float:

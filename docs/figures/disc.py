@@ -13,7 +13,7 @@ import numpy as np
 INNER_RADIUS_CM = 2.3
 # Outer radius of a compact disc's tracks.
 OUTER_RADIUS_CM = 5.8
-# Height above the scenes' ground z = 0, from which the disc must be distinct. Chosen.
+# Height above the scenes' ground z = 0, so that both surfaces do not coincide.
 HEIGHT_CM = 0.2
 # Cells of the mesh around the ring. More make the outline rounder.
 ANGULAR_CELLS = 240

@@ -162,7 +162,7 @@ def from_rayleigh(depth: float, curve: dict) -> float:
     profile, largest = Sinusoid(PERIOD_UM, depth * PERIOD_UM), 0.0
     for ratio, te, tm in zip(curve["ratio"], curve["te"], curve["tm"]):
         theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
-        # This steep sinusoid needs more evanescent orders than the default.
+        # A sinusoid as steep as the second depth needs more evanescent orders than the default.
         other = sinusoid_rayleigh(profile, 1e3 * PERIOD_UM * ratio, theta_deg, evanescent=12)
         order = other.orders == 1
         largest = max(largest, abs(other.te[order][0] - te), abs(other.tm[order][0] - tm))

@@ -14,7 +14,7 @@ from .rgb_against_spectral import XYZ_OF_SRGB, lab
 CLIPPED = 0.01
 # Relative luminance below which an exposed pixel counts as dark.
 DARK = 0.01
-# CIELAB chroma above which a pixel counts as coloured. Chosen: paler colours have no distinct hue.
+# CIELAB chroma above which a pixel counts as coloured; paler colours have no distinct hue.
 COLOURED = 10.0
 # Width of the bins of hues in degrees.
 BIN_DEG = 10

@@ -41,7 +41,7 @@ MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
 # Width of a scan, whose finite size widens the orders, too.
 SCAN_UM = 6.5
-# Standard deviation in cycles per µm of the window about a scan's spot. Chosen: wide enough for the blurred order.
+# Standard deviation in cycles per µm of the window about a scan's spot, wide enough for the blurred order.
 SCAN_LOBE_PER_UM = 0.05
 # Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
 CLIPPED = 0.01

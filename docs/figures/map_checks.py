@@ -31,7 +31,8 @@ NOTICED_DELTA_E = 1.0
 CHECKED_NM = 550.0
 # Shortest and longest wavelength in µm that the methods sum.
 VISIBLE_UM = (0.38, 0.78)
-# Radius in direction sines about the mirror direction that is left out as the reflection itself. Chosen.
+# Radius in direction sines about the mirror direction that is left out as the reflection itself. A larger one excludes
+# more diffracted light, a smaller one includes the reflection's lobe.
 MIRROR_RADIUS = 0.15
 # Number of directions at which the amplitudes of Taylor's series are compared with the direct sum.
 COMPARED_DIRECTIONS = 8

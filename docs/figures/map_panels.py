@@ -140,13 +140,13 @@ class Maps:
         """Mask of the pixels where the displayed reference is not black."""
         return np.asarray(Image.open(self.reference(panel)[0].with_suffix(".png"))).max(axis=-1) > 0
 
-    def compared(self, panel: Panel, where: np.ndarray) -> dict:
-        """The report of `sunbeam compare` of the map with its reference, at the reference's exposure, where `where`."""
+    def compared(self, panel: Panel, mask: np.ndarray) -> dict:
+        """The report of `sunbeam compare` of the map with its reference in a mask, at the reference's exposure."""
         (reference, exposure), (exr, _) = self.reference(panel), self.of(panel)
-        mask = self.folder / "mask.png"
-        Image.fromarray(np.where(where, 255, 0).astype(np.uint8)).save(mask)
+        png = self.folder / "mask.png"
+        Image.fromarray(np.where(mask, 255, 0).astype(np.uint8)).save(png)
         # `compare` takes the exposure in stops.
-        return json.loads(sunbeam("compare", reference, exr, "--exposure", math.log2(exposure), "--mask", mask))
+        return json.loads(sunbeam("compare", reference, exr, "--exposure", math.log2(exposure), "--mask", png))
 
 
 def sines(size: int) -> np.ndarray:
@@ -181,11 +181,11 @@ def picture_of(panel: Panel, png: Path) -> Image.Image:
     # Small enough to leave the middle of the map, where the boxes are, free.
     width = PANEL * (3 if boxed.width > boxed.height else 2) // 5
     inset = boxed.resize((width, round(width * boxed.height / boxed.width)), Image.Resampling.BICUBIC)
-    draw = ImageDraw.Draw(image)
-    draw.rectangle([left // step - 1, top // step - 1, right // step, bottom // step], outline=RED)
+    canvas = ImageDraw.Draw(image)
+    canvas.rectangle([left // step - 1, top // step - 1, right // step, bottom // step], outline=RED)
     corner = (PANEL - width - 2, PANEL - inset.height - 2)
     image.paste(inset, corner)
-    draw.rectangle([corner[0] - 1, corner[1] - 1, PANEL - 2, PANEL - 2], outline=RED)
+    canvas.rectangle([corner[0] - 1, corner[1] - 1, PANEL - 2, PANEL - 2], outline=RED)
     return image
 
 

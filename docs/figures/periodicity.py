@@ -68,7 +68,8 @@ REGION_SIZE_UM = 33
 REGION_SPREAD = 0.038
 # Names of the properties of reliefs in the page's text.
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
-# Smallest distance of two separate ridges, and largest range of spacings within a ridge. Chosen.
+# Smallest distance of two separate ridges, and largest range of spacings within a ridge: about a third of the distance
+# that REGION_SPREAD makes.
 APART_NM = 40
 
 

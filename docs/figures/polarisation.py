@@ -38,7 +38,8 @@ GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}
 THEORIES = ("scalar", "rigorous")
 # Luminance weights of linear sRGB (IEC 61966-2-1).
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# Luminance, relative to the picture's median, below which polarisation is lost in noise. Chosen.
+# Luminance, relative to the picture's median, below which pixels are left out. A larger one hides more of the picture,
+# a smaller one shows noise.
 DARK = 0.02
 # Quantile of the degree of polarisation that stands for its largest value, so that single noisy pixels do not count.
 LARGEST = 0.99

@@ -54,8 +54,8 @@ def spacings() -> dict[str, str]:
             f"({theirs['variance_nm2']})"
         )
 
-    def line(method: str, *gratings: str) -> str:
-        return "; ".join(compared(grating, method) for grating in gratings)
+    def line(method: str, *names: str) -> str:
+        return "; ".join(compared(grating, method) for grating in names)
 
     found = {
         "1.8": line("flss", "blazed", "elaphe", "xenopeltis"),

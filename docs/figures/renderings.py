@@ -42,7 +42,7 @@ DEFAULT_RESOLUTION = 4.0
 # Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
 # suppresses interference between repeats.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
-# Figure 2.15: factor on the pigment's reflectance, which turns its near black into brown. Chosen.
+# Figure 2.15: factor on the pigment's reflectance, which turns its near black into brown.
 PIGMENT_BRIGHTER = 10
 # Figure 2.17: the widest field of view.
 WIDEST_DEG = 30.0
@@ -161,8 +161,9 @@ def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     pigment = linear(studio, final) - linear(studio, alone)
     colour = {}
     for species in SCANS:
-        worn = measured(skins, species)
-        colour[species] = {"label": worn.label, **effect_of_colour(pigment, linear(studio, bare(worn, "")), mask)}
+        of_species = measured(skins, species)
+        diffraction = linear(studio, bare(of_species, ""))
+        colour[species] = {"label": of_species.label, **effect_of_colour(pigment, diffraction, mask)}
     cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
     light_cone(cone, VIEW, SUN, VIEW.target_cm)
     figure, axes = plt.subplots(1, 4, figsize=(15, 3.6), width_ratios=(1.5, 1, 1, 1), layout="constrained")

@@ -16,7 +16,7 @@ BATCH_SECONDS = 1.0
 BATCH_SECONDS_PER_THREAD = 0.01
 # Largest number of cases in a batch, equal to that of `drive`.
 BATCH_CASES_MAX = 500
-# Fraction of the time in use above which a server counts as the limit. Chosen.
+# Fraction of the time in use above which a server counts as the limit, since requests then wait.
 BUSY = 0.8
 
 

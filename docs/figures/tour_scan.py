@@ -46,7 +46,7 @@ SIZE = 128
 COHERENCE_UM = 10
 # Quantile of the luminance of the directions that are not black which counts as white.
 WHITE = 0.99
-# Fraction of white above which a pixel of a map counts as lit. Chosen.
+# Fraction of white above which a pixel of a map counts as lit. A smaller one counts colours too dark to be noticed.
 LIT = 0.01
 # Half width of the window of spatial frequencies that counts as an order of a skin, relative to the first order's.
 WINDOW = 0.25

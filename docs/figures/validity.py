@@ -39,7 +39,7 @@ CASES = (
     *(("sawtooth", facet, sawtooth(2.5, facet)) for facet in (3.0, 5.71, 10.0)),
     *(("lamellar", None, Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM)) for period in (1.25, 2.5, 5.0)),
 )
-# Misplaced power up to which a model counts as valid. Chosen.
+# Misplaced power up to which a model counts as valid on the page.
 BOUND = 0.05
 # Reaches for which limits of validity are given.
 REACHES_DEG = (30.0, 60.0, 75.0)

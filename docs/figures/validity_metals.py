@@ -48,11 +48,11 @@ PERFECT_JUDGE = "boundary integral"
 METAL_JUDGES = {"sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
 # Theories in the order of the page.
 THEORIES = (SCALAR, FRESNEL, EXACT)
-# Largest accepted ratio of the time of a call with `theory = rigorous` to one with `scalar`. Chosen.
+# Largest accepted ratio of the time of a call with `theory = rigorous` to one with `scalar`; the page states it.
 COST_MAX = 1.5
 # Period and height in µm of the timed sinusoid.
 TIMED_UM = (0.8, 0.12)
-# Wavelength whose index of the metal stands for all wavelengths, since the command and the plugin take one index.
+# Wavelength whose index of the metal is taken at all wavelengths, since the command takes one index.
 INDEX_NM = 550.0
 # Number of random lights at which a grating's table of efficiencies is compared with the solver.
 TABLED_LIGHTS = 30
