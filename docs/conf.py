@@ -1,4 +1,4 @@
-"""The site that `make docs` builds from the Markdown pages of this folder."""
+"""Configuration of Sphinx for the site that `make docs` builds from the Markdown pages of this folder."""
 
 project = "sunbeam"
 author = "the sunbeam authors"
@@ -10,7 +10,7 @@ source_suffix = {".md": "markdown"}
 exclude_patterns = ["figures", "templates", "data"]
 
 myst_enable_extensions = ["dollarmath"]
-# Headings down to this level can be linked to, by the names that code hosts give them.
+# Lowest level of headings that get an anchor; the anchors are named as on GitHub.
 myst_heading_anchors = 4
 
 html_theme = "furo"

@@ -21,7 +21,7 @@ def test_wander_is_zero_for_straight_lines_and_follows_shifts():
     """A slow sine is flattened by the Gaussian to exp(−2π²σ²/L²) of its amplitude, 0.94 here, and by the plane that is
     taken off by a few per cent more. Windows cut at two deviations leave 2 nm of straight lines."""
     inside = alignment.inside(PERIOD_UM, PIXEL_UM)
-    straight = alignment.ahead_um(waves(lambda y: 0.05 * y), PIXEL_UM, "x", PERIOD_UM)
+    straight = alignment.wave_shift_um(waves(lambda y: 0.05 * y), PIXEL_UM, "x", PERIOD_UM)
     assert np.abs(straight[inside]).max() < 3e-3
     length_um = 6.5
     bent = waves(lambda y: 0.05 * np.cos(2 * np.pi * y / length_um))
@@ -29,7 +29,7 @@ def test_wander_is_zero_for_straight_lines_and_follows_shifts():
     y = np.arange(PIXELS) * PIXEL_UM
     expected = 0.05 * flattened * np.cos(2 * np.pi * y / length_um)
     for axis, heights in (("x", bent), ("y", bent.T)):
-        found = alignment.ahead_um(heights, PIXEL_UM, axis, PERIOD_UM)
+        found = alignment.wave_shift_um(heights, PIXEL_UM, axis, PERIOD_UM)
         found = found if axis == "x" else found.T
         line = found[inside][:, PIXELS // 4]
         assert np.corrcoef(line, expected[inside[0]])[0, 1] > 0.99

@@ -16,9 +16,9 @@ from mitsuba_scenes.picture import PictureError
 
 from .page import DOCS, write_part
 
-# A part is a module of this package (with underscores for hyphens) whose function `figures() -> dict | None` measures;
-# None leaves the page as it is. The parts that measure times come first, so that the machine has to be idle for them
-# alone.
+# Parts in the order of measurement. A part is a module of this package, with underscores for hyphens. Its function
+# `figures() -> dict | None` measures; None leaves the page unchanged. The first six parts mostly measure times, so the
+# machine should be idle while they run.
 PARTS = (
     "speed-error",
     "realtime",
@@ -40,31 +40,31 @@ PARTS = (
     "stability",
     "instruments",
     "tour-scan",
-    # Reads the data of other parts.
+    # Last, since it reads the data of other parts.
     "published-figures",
 )
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; returns 0, or 2 after printing one line that says what is wrong."""
+    """Runs the command. Exit status: 0, or 2 after one line on stderr that names the error."""
     parser = argparse.ArgumentParser(prog="python -m docs.figures", description=__doc__)
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"one of {', '.join(PARTS)}")
-    parser.add_argument("--from-data", action="store_true", help="measure nothing: write pages anew from docs/data")
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"one of {', '.join(PARTS)}; all by default")
+    parser.add_argument("--from-data", action="store_true", help="measure nothing; write the pages from docs/data")
     options = parser.parse_args(words)
     try:
         for part in options.parts or PARTS:
             if part not in PARTS:
-                raise SetupError(f"unknown part {part!r}; there are {', '.join(PARTS)}")
+                raise SetupError(f"unknown part {part!r}; available: {', '.join(PARTS)}")
             start = time.perf_counter()
             if options.from_data:
-                made = json.loads((DOCS / "data" / f"{part}.json").read_text(encoding="utf-8"))
+                figures = json.loads((DOCS / "data" / f"{part}.json").read_text(encoding="utf-8"))
             else:
-                made = import_module(f".{part.replace('-', '_')}", __package__).figures()
-            if made is None:
-                # Its requirements are missing; the module has printed which.
+                figures = import_module(f".{part.replace('-', '_')}", __package__).figures()
+            if figures is None:
+                # A requirement is missing, and the module has printed which.
                 continue
-            written = write_part(part, made)
-            print(f"{written} ({time.perf_counter() - start:.0f} s)", flush=True)
+            page = write_part(part, figures)
+            print(f"{page} ({time.perf_counter() - start:.0f} s)", flush=True)
     except (SetupError, PictureError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2

@@ -1,4 +1,9 @@
-"""Alignment of a surface's structures: lines of constant phase of its dominant period, and their deviation."""
+"""Straightness of a surface's structures: lines of constant phase of its dominant period, against straight lines.
+
+Symbols: h(x, y) is the relief, p its dominant period along x. Locally h is the best-fitting plane wave, shifted by
+s(x, y) along x. The phase of h·exp(−2πi x/p), averaged under a Gaussian, is −2πs/p plus a plane, that of the plane
+wave. For a period along y, x and y are exchanged.
+"""
 
 from __future__ import annotations
 
@@ -14,62 +19,68 @@ from matplotlib.patheffects import withStroke
 from mitsuba_scenes.crosscheck.realtime import surface_words
 from mitsuba_scenes.tool import sunbeam
 
-# Edge of a cut-out, that of the scans.
+# Edge of a cut-out, equal to that of the scans.
 EDGE_UM = 6.5
-# Standard deviation of the phase's averaging window, in periods.
+# Standard deviation of the Gaussian that averages the phase, in periods. A wider one smooths the lines, a narrower one
+# lets other periods through.
 WINDOW_PERIODS = 0.5
-SCALE_UM = 1.0
-# A black outline keeps white drawing visible on white.
+# Length of the scale bar.
+BAR_UM = 1.0
+# Distance of the scale bar's left end from the left and lower edges.
+BAR_MARGIN_UM = 0.3
+# Black outline that keeps the white scale bar visible on white.
 OUTLINE = [withStroke(linewidth=3, foreground="black")]
 
 
 @dataclass(frozen=True)
 class CutOut:
-    """Heights in µm, (rows, columns) with y = 0 first, and the phase of their waves along `axis`."""
+    """A square part of a surface, and the shift s of the waves of its dominant period along `axis`, "x" or "y".
 
-    heights: np.ndarray
+    `heights_um` and `shift_um` are (rows, columns) with y = 0 first. Pixels are squares with the edge `pixel_um`.
+    """
+
+    heights_um: np.ndarray
     pixel_um: float
     axis: str
     period_um: float
-    # Shift in µm of the waves against the best-fitting plane wave, at each pixel.
-    ahead_um: np.ndarray
+    shift_um: np.ndarray
 
     @property
     def wander_um(self) -> float:
         """Rms distance of lines of constant phase from straight ones, at least a period from the edges."""
-        return float(np.sqrt(np.mean(self.ahead_um[inside(self.period_um, self.pixel_um)] ** 2)))
+        return float(np.sqrt(np.mean(self.shift_um[inside(self.period_um, self.pixel_um)] ** 2)))
 
 
 def cut_out(skin: dict, axis: str) -> CutOut:
-    """The corner of a surface with the parameters `skin`, and the phase of its dominant period along `axis`."""
+    """A whole scan, or the corner of a preset, for the plugin's parameters `skin`; its rotation is left out."""
     with TemporaryDirectory() as scratch:
         npy = Path(scratch) / "heights.npy"
         words = surface_words({name: value for name, value in skin.items() if name != "rotation"})
         words += [] if "filename" in skin else ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
-        made = json.loads(sunbeam("height-field", *words, "-o", npy))
-        heights = np.load(npy)
-    period_um, pixel_um = made["periods"][axis]["period_um"], made["pixel_um"][0]
-    return CutOut(heights, pixel_um, axis, period_um, ahead_um(heights, pixel_um, axis, period_um))
+        report = json.loads(sunbeam("height-field", *words, "-o", npy))
+        heights_um = np.load(npy)
+    period_um, pixel_um = report["periods"][axis]["period_um"], report["pixel_um"][0]
+    return CutOut(heights_um, pixel_um, axis, period_um, wave_shift_um(heights_um, pixel_um, axis, period_um))
 
 
-def ahead_um(heights: np.ndarray, pixel_um: float, axis: str, period_um: float) -> np.ndarray:
-    """Shift in µm of the waves of this period along `axis` against the best-fitting plane wave.
+def wave_shift_um(heights_um: np.ndarray, pixel_um: float, axis: str, period_um: float) -> np.ndarray:
+    """Shift s in µm of the waves of this period along `axis`, in the shape of the heights.
 
-    The phase is that of the heights times exp(−2πi x/period), averaged under a Gaussian; the plane that fits it best a
-    period from the edges is subtracted.
+    The plane wave is fitted to the pixels at least a period from the edges.
     """
-    across = heights if axis == "x" else heights.T
-    x = np.arange(across.shape[1]) * pixel_um
-    turned = (across - across.mean()) * np.exp(-2j * np.pi * x / period_um)
+    # Rows and columns exchanged where needed, so that the waves run along the columns' index.
+    relief = heights_um if axis == "x" else heights_um.T
+    x_um = np.arange(relief.shape[1]) * pixel_um
+    demodulated = (relief - relief.mean()) * np.exp(-2j * np.pi * x_um / period_um)
     deviation = WINDOW_PERIODS * period_um / pixel_um
-    smooth = blurred(blurred(turned, deviation).T, deviation).T
+    smooth = blurred(blurred(demodulated, deviation).T, deviation).T
     phase = np.unwrap(np.unwrap(np.angle(smooth), axis=0), axis=1)
-    place = np.stack([np.ones(phase.shape), *np.indices(phase.shape)], axis=-1)
+    # Linear least squares in 1, row and column: the phase of a plane wave is a plane.
+    basis = np.stack([np.ones(phase.shape), *np.indices(phase.shape)], axis=-1)
     fitted = inside(period_um, pixel_um)
-    plane, *_ = np.linalg.lstsq(place[fitted].reshape(-1, 3), phase[fitted].ravel(), rcond=None)
-    # h(x − s) has a phase smaller by 2πs/period.
-    ahead = -(phase - place @ plane) * period_um / (2 * np.pi)
-    return ahead if axis == "x" else ahead.T
+    plane, *_ = np.linalg.lstsq(basis[fitted].reshape(-1, 3), phase[fitted].ravel(), rcond=None)
+    shift_um = -(phase - basis @ plane) * period_um / (2 * np.pi)
+    return shift_um if axis == "x" else shift_um.T
 
 
 def inside(period_um: float, pixel_um: float) -> tuple[slice, slice]:
@@ -79,36 +90,40 @@ def inside(period_um: float, pixel_um: float) -> tuple[slice, slice]:
 
 
 def blurred(values: np.ndarray, deviation: float) -> np.ndarray:
-    """Averages along the last axis under a Gaussian with this standard deviation in pixels, truncated at the edges."""
+    """Averages along the last axis under a Gaussian with this standard deviation in pixels.
+
+    The Gaussian is truncated at the edges, and its weights sum to 1.
+    """
     distance = np.subtract.outer(np.arange(values.shape[-1]), np.arange(values.shape[-1]))
     weights = np.exp(-0.5 * (distance / deviation) ** 2)
     return values @ (weights / weights.sum(axis=0))
 
 
 def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
-    """Writes the cut-outs side by side, with red lines of constant phase and a scale bar."""
+    """Writes the cut-outs side by side under their titles, with red lines of constant phase and a scale bar."""
     figure = Figure(figsize=(2.6 * len(cut_outs), 2.9), layout="constrained")
     for axes, (title, cut) in zip(np.atleast_1d(figure.subplots(1, len(cut_outs))), cut_outs.items()):
-        rows, columns = cut.heights.shape
+        rows, columns = cut.heights_um.shape
         extent = (0, columns * cut.pixel_um, 0, rows * cut.pixel_um)
-        axes.imshow(cut.heights, origin="lower", extent=extent, cmap="gray")
-        along = (np.arange(rows if cut.axis == "x" else columns) + 0.5) * cut.pixel_um
-        for place, ahead in lines(cut):
-            axes.plot(
-                *((place + ahead, along) if cut.axis == "x" else (along, place + ahead)), color="red", linewidth=1.4
-            )
-        axes.plot([0.3, 0.3 + SCALE_UM], [0.3, 0.3], color="white", linewidth=2, path_effects=OUTLINE)
-        middle = 0.3 + 0.5 * SCALE_UM
-        axes.text(middle, 0.45, f"{SCALE_UM:g} µm", color="white", ha="center", fontsize=8, path_effects=OUTLINE)
+        axes.imshow(cut.heights_um, origin="lower", extent=extent, cmap="gray")
+        for x_um, y_um in constant_phase_lines(cut):
+            axes.plot(x_um, y_um, color="red", linewidth=1.4)
+        bar_um = [BAR_MARGIN_UM, BAR_MARGIN_UM + BAR_UM]
+        axes.plot(bar_um, [BAR_MARGIN_UM, BAR_MARGIN_UM], color="white", linewidth=2, path_effects=OUTLINE)
+        # The text stands above the middle of the bar.
+        text_um = (BAR_MARGIN_UM + 0.5 * BAR_UM, 1.5 * BAR_MARGIN_UM)
+        axes.text(*text_um, f"{BAR_UM:g} µm", color="white", ha="center", fontsize=8, path_effects=OUTLINE)
         axes.set(title=title, xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[])
         axes.title.set_fontsize(9)
     figure.savefig(file, dpi=110)
 
 
-def lines(cut: CutOut) -> list[tuple[float, np.ndarray]]:
-    """Two lines of constant phase, a period apart: mean position and shift along the line, in µm."""
-    ahead = cut.ahead_um if cut.axis == "x" else cut.ahead_um.T
-    found = []
-    for place in (0.5 * EDGE_UM - 0.5 * cut.period_um, 0.5 * EDGE_UM + 0.5 * cut.period_um):
-        found.append((place, ahead[:, round(place / cut.pixel_um)]))
-    return found
+def constant_phase_lines(cut: CutOut) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Two lines of constant phase, half a period to either side of the middle: x and y in µm at each pixel."""
+    shift_um = cut.shift_um if cut.axis == "x" else cut.shift_um.T
+    along_um = (np.arange(len(shift_um)) + 0.5) * cut.pixel_um
+    lines = []
+    for straight_um in (0.5 * EDGE_UM - 0.5 * cut.period_um, 0.5 * EDGE_UM + 0.5 * cut.period_um):
+        bent_um = straight_um + shift_um[:, round(straight_um / cut.pixel_um)]
+        lines.append((bent_um, along_um) if cut.axis == "x" else (along_um, bent_um))
+    return lines

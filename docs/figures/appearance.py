@@ -1,4 +1,4 @@
-"""Chroma and colour differences of pictures as shown."""
+"""Chroma and colour differences of pictures at the exposure of the pages' pictures, EXPOSURE_STOPS."""
 
 from __future__ import annotations
 
@@ -15,24 +15,28 @@ from .rgb_against_spectral import XYZ_OF_SRGB, lab
 
 
 def read_exr(path: Path) -> np.ndarray:
-    """Linear sRGB, (rows, columns, 3)."""
+    """The picture of a linear EXR in sRGB primaries, (rows, columns, 3)."""
     bitmap = mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
     return np.array(bitmap)
 
 
 def mean_chroma(linear: np.ndarray, mask: Path) -> float:
-    """Mean of C*ab, √(a*² + b*²), over the pixels where the mask is white, at the exposure of the pages' pictures."""
-    seen = np.clip(linear * 2.0**EXPOSURE_STOPS, 0, 1)
-    with Image.open(mask) as white:
-        inside = np.array(white) > 0
-    return float(np.hypot(*lab(seen[inside])[:, 1:].T).mean())
+    """Mean CIELAB chroma √(a*² + b*²) of a linear picture (rows, columns, 3) where the PNG `mask` is not black.
+
+    The picture is exposed, and its channels are clipped to [0, 1].
+    """
+    exposed = np.clip(linear * 2.0**EXPOSURE_STOPS, 0, 1)
+    with Image.open(mask) as picture:
+        inside = np.array(picture) > 0
+    return float(np.hypot(*lab(exposed[inside])[:, 1:].T).mean())
 
 
 def greyed(linear: np.ndarray) -> np.ndarray:
-    """The picture in grey, with the luminance of every pixel unchanged."""
+    """A linear picture (..., 3) in grey, with the luminance of every pixel unchanged."""
+    # XYZ_OF_SRGB[1] gives Y.
     return np.repeat((linear @ XYZ_OF_SRGB[1])[..., None], 3, axis=-1)
 
 
 def mean_delta_e(reference: Path, other: Path, mask: Path) -> float:
-    """Mean CIEDE2000 of two EXR pictures where the mask is white, at the exposure of the pages' pictures."""
+    """Mean CIEDE2000 of two exposed EXR pictures where the PNG `mask` is not black."""
     return realtime.compare(reference, other, exposure=EXPOSURE_STOPS, mask=mask)["delta_e_2000"]["mean"]

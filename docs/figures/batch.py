@@ -1,4 +1,4 @@
-"""The part `batch`: evaluations a second of the C ABI's batches, on one core and on all."""
+"""The part `batch`: evaluations per second by batches of the C ABI, on one core and on all cores."""
 
 from __future__ import annotations
 
@@ -12,24 +12,29 @@ from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 from .speed_error import processor
 
+# Folder of the C library, written by `make library`: headers in include/, libsunbeam.so in lib/.
 LIBRARY = REPOSITORY / "target" / "c_abi"
+# Program that measures and prints one JSON object.
 SOURCE = REPOSITORY / "benches" / "batch.c"
 
 
 def figures() -> dict:
-    """The output of `benches/batch.c`, with the processor's name."""
-    if not (LIBRARY / "lib" / "libsunbeam.so").exists():
+    """The output of `benches/batch.c`, the processor's name, and under `table` the rows of the page's table.
+
+    A row of the table is {preset, wavelengths, calls}; `calls` has the program's row for each call, such as `eval`.
+    """
+    lib = LIBRARY / "lib"
+    if not (lib / "libsunbeam.so").exists():
         raise SetupError("the C library is missing: run `make library`")
     with TemporaryDirectory() as folder:
         program = Path(folder) / "batch"
-        lib = LIBRARY / "lib"
-        words = [os.environ.get("CC", "cc"), "-std=c11", "-O2", "-I", LIBRARY / "include", SOURCE, "-o", program]
-        words += ["-L", lib, "-lsunbeam", f"-Wl,-rpath,{lib}", "-lpthread", "-lm"]
-        subprocess.run([str(word) for word in words], check=True)
+        command = [os.environ.get("CC", "cc"), "-std=c11", "-O2", "-I", LIBRARY / "include", SOURCE, "-o", program]
+        command += ["-L", lib, "-lsunbeam", f"-Wl,-rpath,{lib}", "-lpthread", "-lm"]
+        subprocess.run([str(word) for word in command], check=True)
         done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
-    made = json.loads(done.stdout)
-    by_call: dict[tuple[str, int], dict] = {}
-    for row in made["rows"]:
-        by_call.setdefault((row["preset"], row["wavelengths"]), {})[row["call"]] = row
-    table = [{"preset": preset, "wavelengths": n, "calls": calls} for (preset, n), calls in by_call.items()]
-    return {**made, "processor": processor(), "table": table}
+    report = json.loads(done.stdout)
+    calls_of: dict[tuple[str, int], dict] = {}
+    for row in report["rows"]:
+        calls_of.setdefault((row["preset"], row["wavelengths"]), {})[row["call"]] = row
+    table = [{"preset": preset, "wavelengths": count, "calls": calls} for (preset, count), calls in calls_of.items()]
+    return {**report, "processor": processor(), "table": table}

@@ -1,10 +1,14 @@
-"""Scenes for the cost of the BSDF: shape, light, and Mitsuba's `roughconductor` for comparison."""
+"""Scenes for measurements of the BSDF's cost, with Mitsuba's `roughconductor` for comparison.
+
+Lengths are in cm, and z is up. Radiances are factors on Mitsuba's `d65`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 
 import mitsuba as mi
 
@@ -12,25 +16,26 @@ from mitsuba_scenes.crosscheck.cases import SCAN
 from mitsuba_scenes.light import Light
 from mitsuba_scenes.scene import SOIL, View, snake_scene
 from mitsuba_scenes.skin import KERATIN, pigment_texture, preset_skin, scanned_skin
-from mitsuba_scenes.snake import FOLDER, SnakeFiles, snake_files
+from mitsuba_scenes.snake import FOLDER, snake_files
 
 from .disc import write_disc
 
 # Largest number of segments of a path.
 MAX_DEPTH = 6
-# Samples a pixel, a square number as the snake's sampler requires.
+# Samples per pixel; the sampler `multijitter` of `View` requires a square number.
 SPP = 64
-# Samples a pixel of the sphere, which has Mitsuba's default sampler.
+# Samples per pixel of the sphere, which has the sampler `independent`.
 SPHERE_SPP = 32
-# Parameters of surfaces in aluminium.
+# Optical parameters of aluminium, for `diffraction` and for `roughconductor`.
 ALUMINIUM = {"material": "Al"}
-# Parameters of skins.
+# Optical parameters of keratin, for both materials.
 SKIN = {"eta": KERATIN, "k": 0.0}
-# Roughness of the microfacet material.
+# Roughness of `roughconductor`, Mitsuba's default.
 ALPHA = 0.1
-# Mitsuba's material with which all others are compared.
+# Name of the material with which all others are compared, and its Mitsuba type.
 REFERENCE = "roughconductor"
 
+# Cameras of the scenes. `BenchmarkScene.load` replaces their sizes in pixels.
 SPHERE_VIEW = View(48, 32, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 0.8), fov_deg=30)
 SNAKE_VIEW = View(48, 32)
 DISC_VIEW = View(48, 32, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
@@ -39,10 +44,11 @@ SCAN_VIEW = View(48, 32, origin_cm=(0, -0.7, 1.0), target_cm=(0, 0, 0), fov_deg=
 
 @dataclass(frozen=True)
 class BenchmarkScene:
-    """A scene for several materials.
+    """A scene in which one object gets several materials in turn.
 
-    `surfaces` has reliefs by name, as parameters of `diffraction`; `optics` the medium, as parameters of both
-    `diffraction` and `roughconductor`. `parts` makes the scene's dictionary for a BSDF object.
+    `surfaces` has reliefs by name, as parameters of `diffraction`. `optics` is the medium, as parameters of both
+    `diffraction` and `roughconductor`. `build` makes the scene's dictionary from the object's BSDF, a view and the
+    samples per pixel; `spp` is the default of the latter. `title` describes the scene on the page.
     """
 
     name: str
@@ -51,32 +57,35 @@ class BenchmarkScene:
     optics: dict
     view: View
     spp: int
-    parts: Callable[[mi.BSDF, View, int], dict]
-    # Further parameters of `diffraction`, made in the selected variant.
+    build: Callable[[mi.BSDF, View, int], dict]
+    # Makes further parameters of `diffraction`; called in the selected variant, whose objects they contain.
     extra: Callable[[], dict] = dict
 
     def bsdfs(self) -> dict[str, dict]:
-        """Dictionaries of the diffraction BSDFs by relief, and of Mitsuba's rough conductor in the same medium."""
-        made = {name: self.diffraction(surface) for name, surface in self.surfaces.items()}
-        return {**made, REFERENCE: {"type": "roughconductor", "alpha": ALPHA, **self.optics}}
+        """Dictionaries of the diffraction BSDFs by relief, then that of REFERENCE in the same medium."""
+        by_relief = {name: self.diffraction(surface) for name, surface in self.surfaces.items()}
+        return {**by_relief, REFERENCE: {"type": "roughconductor", "alpha": ALPHA, **self.optics}}
 
     def diffraction(self, surface: dict) -> dict:
-        """The dictionary of the diffraction BSDF, with one obliquity factor for dielectrics and metals."""
+        """The dictionary of the diffraction BSDF on a relief.
+
+        The obliquity factor is Stam's for all media; the plugin's default depends on the medium.
+        """
         return {"type": "diffraction", "obliquity": "stam", **surface, **self.optics, **self.extra()}
 
-    def worn(self, surfaces: dict[str, dict], optics: dict) -> BenchmarkScene:
-        """The scene with other reliefs and another medium, without pigment."""
+    def with_materials(self, surfaces: dict[str, dict], optics: dict) -> BenchmarkScene:
+        """The scene with other reliefs and another medium, without `extra` parameters such as pigment."""
         return replace(self, surfaces=surfaces, optics=optics, extra=dict)
 
     def load(self, bsdf: mi.BSDF, size: tuple[int, int], spp: int | None = None) -> mi.Scene:
-        """The scene, `size` pixels wide and high."""
+        """The loaded scene; `size` is (width, height) in pixels, and `spp` the samples per pixel."""
         view = replace(self.view, width=size[0], height=size[1])
-        return mi.load_dict(self.parts(bsdf, view, spp or self.spp))
+        return mi.load_dict(self.build(bsdf, view, spp or self.spp))
 
 
 def scenes() -> list[BenchmarkScene]:
-    """A sphere in a room without walls, the snake, a disc, and a scan from close by."""
-    scan, wears = scanned_surface()
+    """The sphere, the snake, the compact disc and the scan."""
+    scan, scan_caption = scanned_surface()
     return [
         BenchmarkScene(
             "sphere",
@@ -100,20 +109,20 @@ def scenes() -> list[BenchmarkScene]:
         BenchmarkScene(
             "disc", "a compact disc under a lamp", {"cd": preset_skin("cd")}, ALUMINIUM, DISC_VIEW, SPP, disc_parts
         ),
-        BenchmarkScene("scan", f"{wears} from close by", {"scan": scan}, SKIN, SCAN_VIEW, SPP, scan_parts),
+        BenchmarkScene("scan", f"{scan_caption} from close by", {"scan": scan}, SKIN, SCAN_VIEW, SPP, scan_parts),
     ]
 
 
 def scanned_surface() -> tuple[dict, str]:
-    """The AFM scan of Xenopeltis, or without it the preset, and its name."""
+    """Parameters and caption of the AFM scan of Xenopeltis, or of the preset if the scan is missing."""
     if SCAN.exists():
         return scanned_skin(SCAN), "an AFM scan of Xenopeltis"
-    print(f"no scan at {SCAN}: the preset stands in for it", flush=True)
+    print(f"no scan at {SCAN}: the preset replaces it", flush=True)
     return preset_skin("xenopeltis"), "the Xenopeltis preset (there is no scan)"
 
 
 def lamp(centre: tuple, radius: float, radiance: float) -> dict:
-    """A small luminous ball, D65."""
+    """A luminous ball, D65."""
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": radiance}}
     return {"type": "sphere", "center": list(centre), "radius": radius, "emitter": emitter}
 
@@ -124,6 +133,7 @@ def sky(radiance: float) -> dict:
 
 
 def floor(half_width: float, reflectance: tuple = (0.5, 0.5, 0.5)) -> dict:
+    """A horizontal diffuse square at z = 0; `reflectance` is linear sRGB."""
     return {
         "type": "rectangle",
         "to_world": mi.ScalarTransform4f().scale(half_width),
@@ -132,7 +142,7 @@ def floor(half_width: float, reflectance: tuple = (0.5, 0.5, 0.5)) -> dict:
 
 
 def sphere_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """A ball of radius 1 on a grey floor."""
+    """A ball of radius 1 on a grey floor, under a uniform sky and a small lamp."""
     sensor = view.sensor(spp)
     sensor["sampler"] = {"type": "independent", "sample_count": spp}
     return {
@@ -147,28 +157,24 @@ def sphere_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def snake_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """The demo's snake, with longer paths."""
+    """The demo's snake and light, with longer paths."""
     return snake_scene(bsdf, snake_files(), Light(), view, spp, MAX_DEPTH)
 
 
 @cache
-def disc_files() -> SnakeFiles:
-    """The disc as a mesh, written once a process."""
-    return SnakeFiles(write_disc(made_folder() / "disc.ply"), made_folder() / "none.png")
-
-
-def made_folder():
+def disc_mesh() -> Path:
+    """The PLY file of the disc, written once per process."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    return FOLDER
+    return write_disc(FOLDER / "disc.ply")
 
 
 def disc_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """The disc on the soil of the snake, and a desk lamp in place of the sun."""
+    """The disc on the snake's soil, under a desk lamp and a faint sky."""
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": MAX_DEPTH},
         "sensor": view.sensor(spp),
-        "disc": {"type": "ply", "filename": str(disc_files().mesh), "bsdf": {"type": "twosided", "skin": bsdf}},
+        "disc": {"type": "ply", "filename": str(disc_mesh()), "bsdf": {"type": "twosided", "skin": bsdf}},
         "floor": floor(200, SOIL),
         "lamp": lamp((-8, 12, 25), 2, 60),
         "sky": sky(0.05),
@@ -176,7 +182,7 @@ def disc_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def scan_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """A sample of 1 cm that fills the picture, with a lamp above it."""
+    """A square sample with a side of 2 that fills the picture, under a lamp and a faint sky."""
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": MAX_DEPTH},

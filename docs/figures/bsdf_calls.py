@@ -1,8 +1,12 @@
-"""Time of one BSDF call in nanoseconds: large wavefronts through the Python API, minus an empty kernel."""
+"""Time of one BSDF call in nanoseconds: kernels over large wavefronts through the Python API, minus an empty kernel.
+
+A wavefront is an array of queries that one kernel of Dr.Jit answers; an element is one query.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import drjit as dr
 import mitsuba as mi
@@ -13,23 +17,26 @@ from mitsuba_scenes.skin import preset_skin
 
 from .benchmark_scenes import ALPHA, ALUMINIUM, REFERENCE
 
+# Measured variants of Mitsuba.
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
+# Presets of the measured reliefs.
 RELIEFS = ("blazed", "xenopeltis")
+# Measured methods of `mi.BSDF`.
 CALLS = ("eval", "pdf", "eval_pdf", "sample")
 # Smallest number of elements of a wavefront, which gives a first estimate of the time.
 FEWEST = 1 << 10
-# Largest number of elements of a wavefront.
+# Largest number of elements of a wavefront, which bounds memory.
 MOST = 1 << 21
-# Target time of a kernel in seconds. Chosen.
+# Target time of a kernel. Longer kernels are measured more precisely; shorter ones need less memory.
 KERNEL_S = 0.1
-# Number of timed kernels of each material, in turn with the others.
+# Number of timed kernels of each BSDF, in turn with the others.
 TURNS = 7
 # Seed of the random queries.
 SEED = 1
 
 
 def bsdfs() -> dict[str, dict]:
-    """Two reliefs in aluminium, with and without energy conservation (*bare*), and Mitsuba's `roughconductor`."""
+    """Dictionaries of BSDFs in aluminium by name: RELIEFS with and without energy conservation, and REFERENCE."""
     diffraction = {name: {"type": "diffraction", **preset_skin(name), **ALUMINIUM} for name in RELIEFS}
     return {
         **diffraction,
@@ -39,13 +46,16 @@ def bsdfs() -> dict[str, dict]:
 
 
 def figures(variants: tuple = VARIANTS) -> list[dict]:
-    """Rows of {variant, name, threads, ns, ratio}; `ns` is per element by call, `ratio` relative to REFERENCE."""
+    """Rows of {variant, name, threads, ns, ratio}, one for each variant and BSDF.
+
+    `ns` has nanoseconds per element by call, `ratio` their ratios to those of REFERENCE.
+    """
     rows = []
     for variant in variants:
         use_variant(variant, fall_back=False)
-        made = {name: mi.load_dict(bsdf) for name, bsdf in bsdfs().items()}
-        ns = {call: call_ns(made, call) for call in CALLS}
-        for name in made:
+        loaded = {name: mi.load_dict(bsdf) for name, bsdf in bsdfs().items()}
+        ns = {call: call_ns(loaded, call) for call in CALLS}
+        for name in loaded:
             rows.append(
                 {
                     "variant": variant,
@@ -59,51 +69,52 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
     return rows
 
 
-def call_ns(bsdfs: dict[str, mi.BSDF], call: str, wavefront: int | None = None) -> dict[str, float]:
-    """Time per element of one call of each BSDF, minus that of a kernel with the same reads and writes.
+def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = None) -> dict[str, float]:
+    """Nanoseconds per element of one call, by the names of the BSDFs `materials`, minus those of an empty kernel.
 
-    Wavefronts have `wavefront` elements, or as many as take about KERNEL_S. BSDFs take turns, and the smallest time of
-    each counts, which is the least disturbed by other programs.
+    Wavefronts have `wavefront` elements; by default each BSDF gets a number that takes about KERNEL_S. BSDFs take
+    turns. The smallest time of each counts, since other programs only make kernels slower.
     """
-    kernels, elements, drawn = {}, {}, {}
-    for name, bsdf in bsdfs.items():
-
-        def called(inputs, bsdf=bsdf):
-            return answer(bsdf, call, inputs)
-
+    calls, elements = {}, {}
+    for name, bsdf in materials.items():
+        calls[name] = partial(answer, bsdf, call)
         if wavefront is None:
             few = Inputs(FEWEST)
-            elements[name] = fitting_elements(min(kernel_s(called, few) for _ in range(2)) / FEWEST)
+            elements[name] = fitting_elements(min(kernel_s(calls[name], few) for _ in range(2)) / FEWEST)
         else:
             elements[name] = wavefront
-        if elements[name] not in drawn:
-            drawn[elements[name]] = Inputs(elements[name])
-        inputs = drawn[elements[name]]
-        kernels[name] = [lambda inputs=inputs, called=called: kernel_s(called, inputs)]
-        kernels[name] += [lambda inputs=inputs: kernel_s(empty, inputs)]
-    turns = [{name: [kernel() for kernel in both] for name, both in kernels.items()} for _ in range(TURNS)]
-    least = {name: np.min([turn[name] for turn in turns], axis=0) for name in kernels}
-    return {name: per_element_ns(*least[name], elements[name]) for name in kernels}
+    # BSDFs with equally large wavefronts share their inputs.
+    inputs = {count: Inputs(count) for count in set(elements.values())}
+    # For each BSDF and turn the seconds of the call and of the empty kernel.
+    seconds: dict[str, list] = {name: [] for name in materials}
+    for _ in range(TURNS):
+        for name in materials:
+            shared = inputs[elements[name]]
+            seconds[name].append((kernel_s(calls[name], shared), kernel_s(empty, shared)))
+    return {name: per_element_ns(*np.min(seconds[name], axis=0), elements[name]) for name in materials}
 
 
 def per_element_ns(seconds: float, empty_s: float, elements: int) -> float:
-    """Time per element without the empty kernel's, at least 0.01 ns, the resolution of the clock."""
+    """Nanoseconds per element of a kernel without the empty kernel's, at least 0.01, the clock's resolution."""
     return max((seconds - empty_s) / elements * 1e9, 0.01)
 
 
 def fitting_elements(seconds_per_element: float) -> int:
-    """The power of two of elements that take about KERNEL_S."""
+    """The power of two, between FEWEST and MOST, at which a kernel takes about KERNEL_S."""
     wanted = KERNEL_S / max(seconds_per_element, 1e-12)
     return int(min(max(2 ** round(np.log2(wanted)), FEWEST), MOST))
 
 
 class Inputs:
-    """Random inputs: pairs of directions drawn by the cosine, wavelengths in spectral variants, and sample numbers."""
+    """Random inputs of `elements` queries: cosine-distributed pairs of directions, and sample numbers in [0, 1).
+
+    In spectral variants also wavelengths. All are evaluated, so that kernels only read them.
+    """
 
     def __init__(self, elements: int):
         rng = mi.PCG32(size=elements, initstate=SEED)
 
-        def number():
+        def number() -> mi.Float:
             return rng.next_float32()
 
         self.si = dr.zeros(mi.SurfaceInteraction3f, elements)
@@ -117,7 +128,7 @@ class Inputs:
 
 
 def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
-    """A number that depends on all results of the call, so that none is optimised away."""
+    """Calls the BSDF; returns a number per element that depends on all results, so that none is optimised away."""
     ctx = mi.BSDFContext()
     if call == "eval":
         return dr.sum(bsdf.eval(ctx, inputs.si, inputs.wo))
@@ -131,15 +142,16 @@ def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
 
 
 def empty(inputs: Inputs) -> mi.Float:
-    """A kernel with the memory traffic of a call and no BSDF."""
+    """A number per element that depends on all inputs: a kernel with the memory traffic of a call, without a BSDF."""
     read = dr.sum(inputs.si.wi) + dr.sum(inputs.wo) + inputs.u1 + dr.sum(inputs.u2)
     return read + dr.sum(inputs.si.wavelengths) if mi.is_spectral else read
 
 
-def kernel_s(called: Callable, inputs: Inputs) -> float:
-    """Kernel time in seconds by Dr.Jit's clock, without tracing and compiling."""
+def kernel_s(called: Callable[[Inputs], mi.Float], inputs: Inputs) -> float:
+    """Seconds in the kernel that evaluates `called(inputs)`, by Dr.Jit's clock, without tracing and compiling."""
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
         dr.eval(called(inputs))
         dr.sync_thread()
+        # Times of the history are in ms.
         return sum(kernel["execution_time"] for kernel in dr.kernel_history()) / 1e3

@@ -1,4 +1,4 @@
-"""Render times of `diffraction` and of Mitsuba's BSDFs in one scene with equal samples, in turn."""
+"""Render times of the snake with `diffraction` and with Mitsuba's own BSDFs, with equal samples per pixel."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from mitsuba_scenes.scene import View, snake_scene
 from mitsuba_scenes.skin import pigment_texture, preset_skin, skin_bsdf
 from mitsuba_scenes.snake import snake_files
 
+# Measured variants of Mitsuba.
 VARIANTS = ("llvm_ad_spectral", "scalar_spectral")
-# BSDFs of Mitsuba for comparison.
+# Names of the BSDFs of `bsdfs` that are Mitsuba's own, to which ratios refer.
 REFERENCES = ("roughconductor", "principled")
 
 
 def bsdfs(pigment: Path) -> dict:
+    """Dictionaries of the BSDFs by name; `pigment` is the picture of the diffuse reflectance."""
     texture = pigment_texture(pigment)
     return {
         **{f"diffraction {name}": skin_bsdf(preset_skin(name), pigment) for name in ("blazed", "xenopeltis")},
@@ -29,19 +31,24 @@ def bsdfs(pigment: Path) -> dict:
 
 
 def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
-    """Seconds of each BSDF: creation, first render, and later renders in turn with the other BSDFs."""
+    """Seconds of each BSDF: creation, first render, and `repetitions` later renders in turn with the other BSDFs.
+
+    Returns {name: {tables_s, first_render_s, renders_s}}; `renders_s` is a list. Compilation of kernels is part of the
+    first render only.
+    """
     files = snake_files()
     scenes, result = {}, {}
     for name, bsdf in bsdfs(files.pigment).items():
         start = time.perf_counter()
         with cache_off():
-            made = mi.load_dict(bsdf)
-        tables = time.perf_counter() - start
-        scenes[name] = mi.load_dict(snake_scene(made, files, Light(), view, spp, max_depth))
+            loaded = mi.load_dict(bsdf)
+        tables_s = time.perf_counter() - start
+        scenes[name] = mi.load_dict(snake_scene(loaded, files, Light(), view, spp, max_depth))
         start = time.perf_counter()
         np.array(mi.render(scenes[name], seed=0))
-        result[name] = {"tables_s": tables, "first_render_s": time.perf_counter() - start, "renders_s": []}
-    # Kernels list all BSDFs, so they are compiled again after others were created, and when the seed first changes.
+        result[name] = {"tables_s": tables_s, "first_render_s": time.perf_counter() - start, "renders_s": []}
+    # Renders that are not timed: kernels list all BSDFs, so they are compiled again after others were created, and when
+    # the seed first changes.
     for scene in scenes.values():
         np.array(mi.render(scene, seed=1))
     for repetition in range(repetitions):
@@ -53,10 +60,13 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
 
 
 def ratios(result: dict, reference: str) -> dict:
-    """Median, smallest and largest ratio of each BSDF's time to the reference's in the same repetition."""
-    base = np.array(result[reference]["renders_s"])
+    """Median, smallest and largest ratio of each BSDF's time to the reference's in the same repetition, by name.
+
+    `result` is that of `measure`, of which `renders_s` alone is read.
+    """
+    base_s = np.array(result[reference]["renders_s"])
     found = {}
     for name, times in result.items():
-        ratio = np.array(times["renders_s"]) / base
+        ratio = np.array(times["renders_s"]) / base_s
         found[name] = {"median": float(np.median(ratio)), "min": float(ratio.min()), "max": float(ratio.max())}
     return found

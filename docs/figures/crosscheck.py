@@ -1,38 +1,47 @@
-"""The part `crosscheck`: both renderers compared, and the realtime methods with the path-traced ensemble."""
+"""The part `crosscheck`: the path tracer against the realtime renderer, at points and in pictures.
+
+Its measurements are those of `python -m mitsuba_scenes.crosscheck`, and the comparison of gratings with
+`theory = rigorous`, which only the tests run otherwise.
+"""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from mitsuba_scenes.crosscheck import same_colours, same_points
 from mitsuba_scenes.crosscheck.cases import Case
+from mitsuba_scenes.crosscheck.methods import SAME_RAYS
 from mitsuba_scenes.crosscheck.run import CLOSE, LIGHTS, Disagreement, crosscheck, insist
 from mitsuba_scenes.environment import REPOSITORY, use_variant
 from mitsuba_scenes.snake import snake_files
 
 from .speed_error import processor
 
-SAME_RAYS = "ensemble, same rays"
-# A blazed grating in aluminium at 570 nm, not its own mirror image, so that the sign of u matters. Its orders are wide
-# enough that some pixels see each light.
+# Parameters of the plugin: a blazed grating in aluminium, with the metal's index at 570 nm. The grating is not its own
+# mirror image, so the sign of the scattering vector's u matters. The short coherence length makes orders wide, so that
+# some pixels see each light.
 BLAZED = {"preset": "blazed", "theory": "rigorous", "eta": 1.0, "k": 6.9, "coherence_length": 20.0}
+# The compared gratings, by their periods.
 GRATINGS = [
     Case("blazed, 2.5 µm", BLAZED, supersample=1),
     Case("blazed, 0.9 µm", {**BLAZED, "period": 0.9, "height": 0.15}, supersample=1),
 ]
-COLOURS = "llvm_ad_rgb"
+# Variant of the comparison of gratings, which compares colours.
+COLOURS_VARIANT = "llvm_ad_rgb"
 
 
 def figures() -> dict:
-    """The figures of `make crosscheck`."""
+    """All numbers of the part. Raises `Disagreement` if the renderers disagree or a negative control passes.
+
+    `median` and `p99` summarise the relative errors at points over all surfaces and lights: the range of the medians,
+    and the largest 99th percentile.
+    """
     folder = REPOSITORY / "out" / "crosscheck"
     variant = use_variant(fall_back=False)
     report = crosscheck(folder)
     insist(report)
-    report = json.loads(json.dumps(report, default=str))
-    points = {name: [point_figures(found) for found in each] for name, each in report["points"].items()}
-    everywhere = [found for each in points.values() for found in each]
+    points = {name: [point_figures(found) for found in by_light] for name, by_light in report["points"].items()}
+    everywhere = [found for by_light in points.values() for found in by_light]
     return {
         "cpu": processor(),
         "variant": variant,
@@ -42,45 +51,47 @@ def figures() -> dict:
         "pictures": {name: picture_figures(found) for name, found in report["pictures"].items()},
         "methods": {name: method_figures(compared) for name, compared in report["methods"].items()},
         "gratings": gratings(folder),
-        "gratings_variant": COLOURS,
+        "gratings_variant": COLOURS_VARIANT,
     }
 
 
 def gratings(folder: Path) -> dict:
-    """Agreement of both renderers at the same points on gratings by Maxwell's equations."""
-    use_variant(COLOURS, fall_back=False)
+    """A row of `point_figures` for each light on each of GRATINGS, whose orders are solved by Maxwell's equations."""
+    use_variant(COLOURS_VARIANT, fall_back=False)
     files, found = snake_files(), {}
     for case in GRATINGS:
         checked = same_colours.check(case, files, LIGHTS, CLOSE, folder)
         if failures := same_points.failures(case.name, checked):
             raise Disagreement("; ".join(failures))
-        found[case.name] = [point_figures(each) for each in checked]
+        found[case.name] = [point_figures(by_light) for by_light in checked]
     return found
 
 
 def point_figures(found: dict) -> dict:
+    """The page's numbers of one light at points: the sun's azimuth, relative errors, and the controls' medians."""
     kept = {key: found[key] for key in ("pixels", "median", "p99", "largest")}
     controls = {name: control["median"] for name, control in found["controls"].items()}
     return {"azimuth_deg": found["light"]["azimuth_deg"], **kept, "controls": controls}
 
 
 def picture_figures(found: dict) -> dict:
+    """The page's numbers of one surface's pictures: differences, and the controls' mean ΔE₂₀₀₀."""
     kept = {key: found[key] for key in ("pixels", "delta_e_2000", "flip")}
     controls = {name: control["delta_e_2000"]["mean"] for name, control in found["controls"].items()}
     return {**kept, "controls": controls}
 
 
 def method_figures(compared: dict) -> list[dict]:
-    """A row for each method: differences from the ensemble as rendered, and along the same rays."""
+    """A row for each method: differences from the path-traced ensemble, and from the ensemble along the same rays."""
     rows = []
     for name, row in compared["against_the_reference"].items():
-        same = row.get(SAME_RAYS)
+        same = row[SAME_RAYS]
         rows.append(
             {
                 "name": name,
                 "delta_e": row["delta_e_2000"]["mean"],
                 "flip": row["flip"]["mean"],
-                "same_rays": same and {"delta_e": same["delta_e_2000"]["mean"], "flip": same["flip"]["mean"]},
+                "same_rays": {"delta_e": same["delta_e_2000"]["mean"], "flip": same["flip"]["mean"]},
             }
         )
     return rows

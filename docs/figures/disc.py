@@ -1,4 +1,7 @@
-"""A compact disc as a mesh: a flat ring with u along the radius, so that tracks across x are circles."""
+"""A compact disc as a mesh: a flat ring whose texture coordinate u runs along the radius and v around the ring.
+
+The x axis of a relief follows u, so a relief that varies along x alone, such as the preset `cd`, gets circular tracks.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +10,34 @@ from pathlib import Path
 import numpy as np
 
 # Inner radius of a compact disc's tracks.
-INNER_CM = 2.3
+INNER_RADIUS_CM = 2.3
 # Outer radius of a compact disc's tracks.
-OUTER_CM = 5.8
-# Height above the ground.
+OUTER_RADIUS_CM = 5.8
+# Height above the scenes' ground z = 0, so that both surfaces do not coincide.
 HEIGHT_CM = 0.2
-# Cells of the mesh around the ring.
-AROUND = 240
+# Cells of the mesh around the ring. More make the outline rounder.
+ANGULAR_CELLS = 240
 # Cells of the mesh along the radius.
-ACROSS = 4
+RADIAL_CELLS = 4
 
 
 def write_disc(ply: Path) -> Path:
-    """Writes the horizontal ring, 12 cm across, as PLY in cm with normals and texture coordinates."""
-    v, u = np.meshgrid(np.linspace(0, 1, AROUND + 1), np.linspace(0, 1, ACROSS + 1), indexing="ij")
-    radius, angle = INNER_CM + (OUTER_CM - INNER_CM) * u, 2 * np.pi * v
+    """Writes the horizontal ring as PLY in cm, with normals along +z and texture coordinates in [0, 1]; returns `ply`.
+
+    The rings of vertices at v = 0 and v = 1 coincide, since their texture coordinates differ.
+    """
+    v, u = np.meshgrid(np.linspace(0, 1, ANGULAR_CELLS + 1), np.linspace(0, 1, RADIAL_CELLS + 1), indexing="ij")
+    radius_cm, angle = INNER_RADIUS_CM + (OUTER_RADIUS_CM - INNER_RADIUS_CM) * u, 2 * np.pi * v
     zero = np.zeros_like(u)
-    columns = (radius * np.cos(angle), radius * np.sin(angle), zero + HEIGHT_CM, zero, zero, zero + 1, u, v)
-    vertices = np.stack(columns, axis=-1).reshape(-1, 8)
-    corner = (np.arange(AROUND)[:, None] * (ACROSS + 1) + np.arange(ACROSS)).ravel()
-    a, b, c, d = corner, corner + 1, corner + ACROSS + 2, corner + ACROSS + 1
+    position = (radius_cm * np.cos(angle), radius_cm * np.sin(angle), zero + HEIGHT_CM)
+    normal = (zero, zero, zero + 1)
+    vertices = np.stack([*position, *normal, u, v], axis=-1).reshape(-1, 8)
+    # Vertices along a radius are neighbours in the list: vertex (i, j), the i-th around and the j-th outwards, has the
+    # index i·step + j.
+    step = RADIAL_CELLS + 1
+    # The corners of each cell in counter-clockwise order seen from above, as indices.
+    a = (np.arange(ANGULAR_CELLS)[:, None] * step + np.arange(RADIAL_CELLS)).ravel()
+    b, c, d = a + 1, a + step + 1, a + step
     faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])
     lines = [
         "ply",

@@ -1,6 +1,6 @@
-"""The first picture in a fresh process, with tables from the cache and without compiled kernels.
+"""Times of the first picture in a fresh process, with tables from the plugin's cache and without compiled kernels.
 
-`python -m docs.figures.first_render VARIANT SURFACE` is that process and prints its times as JSON.
+`python -m docs.figures.first_render VARIANT MATERIAL` is that process; it prints its times as JSON.
 """
 
 from __future__ import annotations
@@ -17,26 +17,34 @@ import mitsuba as mi
 
 from mitsuba_scenes.environment import REPOSITORY, SetupError, use_variant
 
-from .benchmark_scenes import REFERENCE, scenes
+from .benchmark_scenes import REFERENCE, BenchmarkScene, scenes
 from .time_to_error import render
 
+# Measured variants of Mitsuba.
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral")
+# Width and height of the picture in pixels; small, since rendering itself is measured elsewhere.
 SIZE = (24, 16)
+# Argument of the process that only puts the tables into the cache.
 ONLY_TABLES = "--only-tables"
+
+
+def sphere() -> BenchmarkScene:
+    """The benchmark scene with a sphere, whose materials are measured."""
+    return next(scene for scene in scenes() if scene.name == "sphere")
 
 
 def figures(variants: tuple = VARIANTS) -> list[dict]:
     """Rows of {variant, name, load_s, render_s, process_s} for the sphere's materials."""
-    names = [*scenes()[0].surfaces, REFERENCE]
+    names = [*sphere().surfaces, REFERENCE]
     return [
         {"variant": variant, "name": name, **in_fresh_process(variant, name)} for variant in variants for name in names
     ]
 
 
 def in_fresh_process(variant: str, name: str) -> dict:
-    """Seconds of creating the material, of the first render, and of the process including imports."""
+    """Seconds to create the material, of the first render, and of the whole process including imports."""
     with TemporaryDirectory() as folder:
-        # A first process puts the tables into the cache; its kernels go to another folder.
+        # A first process puts the tables into the cache. It gets another folder for kernels.
         child(variant, name, Path(folder) / "before", ONLY_TABLES)
         start = time.perf_counter()
         printed = child(variant, name, Path(folder) / "kernels")
@@ -44,10 +52,10 @@ def in_fresh_process(variant: str, name: str) -> dict:
 
 
 def child(variant: str, name: str, kernels: Path, *words: str) -> str:
-    """The output of a process with its kernel cache in the folder `kernels`."""
+    """Runs `main` in a process with its kernel cache in the new folder `kernels`; returns the last line it printed."""
     kernels.mkdir()
     done = subprocess.run(
-        [sys.executable, "-m", __spec__.name if __name__ == "__main__" else __name__, variant, name, *words],
+        [sys.executable, "-m", __name__, variant, name, *words],
         env={**os.environ, "DRJIT_CACHE_DIR": str(kernels)},
         cwd=REPOSITORY,
         capture_output=True,
@@ -59,15 +67,18 @@ def child(variant: str, name: str, kernels: Path, *words: str) -> str:
 
 
 def main(variant: str, name: str, *words: str) -> None:
-    """The measured process: builds the tables of a material and renders once; prints seconds as JSON."""
+    """The measured process: creates the material `name`, renders once, and prints seconds as JSON.
+
+    With ONLY_TABLES it creates the material and prints nothing.
+    """
     use_variant(variant, fall_back=False)
-    sphere = scenes()[0]
+    scene = sphere()
     start = time.perf_counter()
-    bsdf = mi.load_dict(sphere.bsdfs()[name])
+    bsdf = mi.load_dict(scene.bsdfs()[name])
     load_s = time.perf_counter() - start
     if ONLY_TABLES in words:
         return
-    rendered = render(sphere.load(bsdf, SIZE), seed=0)
+    rendered = render(scene.load(bsdf, SIZE), seed=0)
     print(json.dumps({"load_s": load_s, "render_s": rendered.seconds}))
 
 

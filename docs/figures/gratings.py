@@ -1,8 +1,9 @@
-"""The part `gratings`: classic efficiency curves by Maxwell's equations, with closed forms and published figures.
+"""The part `gratings`: classic efficiency curves by Maxwell's equations, against closed forms.
 
-Symbols: d is the period and λ the wavelength; curves are drawn against λ/d. In a *Littrow mount* in order 1 the
-diffracted light returns along the incident light, sin θi = λ/(2d). An order *passes off* where it reaches the horizon.
-TE and TM are the polarisations with the electric and the magnetic field along the grooves.
+Symbols: d is the period, h the height and λ the wavelength; a *ratio* is λ/d, against which curves are drawn, and a
+*depth* is h/d. In a *Littrow mount* in order 1 the diffracted light returns along the incident light, sin θi = λ/(2d).
+An order *passes off* where it reaches the horizon. TE and TM are the polarisations with the electric and the magnetic
+field along the grooves. Metals are named as Mitsuba's `material`, `Al` or `Ag`; a perfect conductor is `None`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tests.judges.gratings.scalar import bessel
 
 from . import gratings_plots as plots
 from .gratings_curves import (
+    Relief,
     blaze_angle_deg,
     echelette,
     littrow,
@@ -30,76 +32,88 @@ from .gratings_curves import (
 )
 from .page import images, insist
 
-PAGE = "gratings"
+PART = "gratings"
 # Period of 1200 grooves a millimetre.
 PERIOD_UM = 1 / 1.2
-# Samples of the short facet and of the period, for a blaze at 17.5° and 500 nm.
-ECHELETTE = (50, 553)
-# Orders 2 and −1 of a Littrow mount in order 1 pass off at λ/d = 2/3, 3 and −2 at 2/5.
+# Numbers of samples of the echelette's short facet and of its period (`echelette`), for a blaze at 17.5° and 500 nm.
+ECHELETTE_SAMPLES = (50, 553)
+# λ/d at which orders pass off in a Littrow mount in order 1: orders 3 and −2 at 2/5, orders 2 and −1 at 2/3.
 PASSING_OFF = (2 / 5, 2 / 3)
-# Offsets in λ/d of extra points about an anomaly (Wood's anomaly, where an order passes off). Chosen.
-ANOMALY = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.018, 0.023, 0.028)
+# Offsets in λ/d of extra points about Wood's anomalies, where orders pass off and curves are steep.
+ANOMALY_OFFSETS = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.018, 0.023, 0.028)
 
 
-def ratios(first: float, last: float, count: int) -> np.ndarray:
-    """Equidistant λ/period, and extra points where orders pass off."""
-    more = [passing + apart for passing in PASSING_OFF for apart in ANOMALY]
-    return np.unique(np.round([*np.linspace(first, last, count), *more], 6))
+def ratio_grid(first: float, last: float, count: int) -> np.ndarray:
+    """Ascending λ/d: `count` equidistant values, and extra ones about the anomalies."""
+    extra = [passing_off + offset for passing_off in PASSING_OFF for offset in ANOMALY_OFFSETS]
+    return np.unique(np.round([*np.linspace(first, last, count), *extra], 6))
 
 
-# λ/period in aluminium, from 300 to 885 nm, the range of Mitsuba's data.
-ALUMINIUM = ratios(0.36, 1.06, 71)
-# λ/period in a perfect conductor.
-PERFECT = ratios(0.3, 1.9, 81)
+# λ/d of curves in aluminium: 300 to 885 nm, the range of Mitsuba's data.
+ALUMINIUM_RATIOS = ratio_grid(0.36, 1.06, 71)
+# λ/d of curves in a perfect conductor.
+PERFECT_RATIOS = ratio_grid(0.3, 1.9, 81)
 # Half width in λ/d of the fine curve about an anomaly.
-NEAR = 0.04
-# Number of points of the fine curve.
-NEAR_POINTS = 41
-# Height over period of a grating within scalar theory, of a common holographic grating, and of a deep one.
-SINUSOIDS = (0.05, 0.14, 0.3)
-# Height over period of the lamellar grating.
-LAMELLAR = 0.3
+ANOMALY_HALF_WIDTH = 0.04
+# Number of points of the fine curve about an anomaly.
+ANOMALY_POINTS = 41
+# Depths h/d of sinusoids: within scalar theory, a common holographic grating, and a deep one.
+SINUSOID_DEPTHS = (0.05, 0.14, 0.3)
+# Depth h/d of the lamellar grating.
+LAMELLAR_DEPTH = 0.3
 # Height of a lamellar grating over that of the sinusoid with the same first harmonic.
-EQUIVALENT = np.pi / 4
-# Smallest λ/d of the comparison, past the anomaly.
+EQUIVALENT_HEIGHT = np.pi / 4
+# Smallest λ/d at which both are compared, beyond the anomaly at 2/3.
 EQUIVALENT_FROM = 0.8
-# λ/d of the depth sweep: grooves are 0.625 wavelengths wide, so TE light propagates in them.
+# λ/d of the sweep over depth: grooves are 0.625 wavelengths wide, so TE light propagates in them.
 LAMELLAR_RATIO = 0.8
-# Period of the silver grating of the plasmon figure.
+# Period of the sinusoids in silver of the plasmon figure.
 PLASMON_PERIOD_UM = 0.8
-# Wavelength of the plasmon figure in nm, that of a helium-neon laser.
+# Wavelength of the plasmon figure, that of a helium-neon laser.
 PLASMON_NM = 632.8
-# Heights of the silver grating.
+# Heights of the sinusoids in silver.
 PLASMON_HEIGHTS_UM = (0.01, 0.02, 0.03, 0.04, 0.05, 0.07)
 # Heights of two shallow gratings, from whose dips the plasmon's angle at height 0 is extrapolated.
 SHALLOW_UM = (0.002, 0.004)
-# Range in degrees of the fine curve about a plasmon's angle.
-FINE_DEG = 2.0
-# Number of points of the fine curve.
-FINE_POINTS = 81
+# Half width in degrees of the fine curve about a plasmon's angle.
+DIP_HALF_WIDTH_DEG = 2.0
+# Number of points of the fine curve about a plasmon's angle.
+DIP_POINTS = 81
 
 
-def sharpest(relief, metal: str | None, ratio: float) -> float:
-    """The λ/d near `ratio` at which TM is steepest."""
-    near = ratio + np.linspace(-NEAR, NEAR, NEAR_POINTS)
+def curves_by_medium(relief: Relief) -> dict[str, dict]:
+    """Littrow curves of a relief in aluminium, `Al`, and in a perfect conductor, `perfect`."""
+    return {
+        "Al": littrow_curve(relief, ALUMINIUM_RATIOS, "Al"),
+        "perfect": littrow_curve(relief, PERFECT_RATIOS, None),
+    }
+
+
+def steepest_ratio(relief: Relief, metal: str | None, ratio: float) -> float:
+    """The λ/d near `ratio` at which TM is steepest, to the step of the fine curve."""
+    near = ratio + np.linspace(-ANOMALY_HALF_WIDTH, ANOMALY_HALF_WIDTH, ANOMALY_POINTS)
     tm = littrow_curve(relief, near, metal)["tm"]
     steepest = int(np.argmax(np.abs(np.diff(tm))))
     return float(0.5 * (near[steepest] + near[steepest + 1]))
 
 
 def blazed(folder: Path) -> dict:
-    """A right-angled echelette: curves, their peaks, and positions of TM's anomalies."""
-    relief = echelette(PERIOD_UM, ECHELETTE, folder / "echelette.npy")
-    slope_deg = blaze_angle_deg(ECHELETTE)
+    """A right-angled echelette: curves in both media, their peaks, and positions of TM's anomalies.
+
+    `passing_off` and `plasmon` are an anomaly's expected λ/d in a perfect conductor and in aluminium; `te_peak` has λ/d
+    and value of TE's maximum, and `step` is the resolution of the anomalies' λ/d. `folder` gets the heights.
+    """
+    relief = echelette(PERIOD_UM, ECHELETTE_SAMPLES, folder / "echelette.npy")
+    slope_deg = blaze_angle_deg(ECHELETTE_SAMPLES)
     blaze = 2 * np.sin(np.radians(slope_deg))
-    curves = {"Al": littrow_curve(relief, ALUMINIUM, "Al"), "perfect": littrow_curve(relief, PERFECT, None)}
+    curves = curves_by_medium(relief)
     at_blaze = {name: littrow(relief, blaze, metal) for name, metal in (("Al", "Al"), ("perfect", None))}
     anomalies = [
         {
             "passing_off": ratio,
             "plasmon": ratio * surface_plasmon(index("Al", 1e3 * PERIOD_UM * ratio)),
-            "Al": sharpest(relief, "Al", ratio),
-            "perfect": sharpest(relief, None, ratio),
+            "Al": steepest_ratio(relief, "Al", ratio),
+            "perfect": steepest_ratio(relief, None, ratio),
         }
         for ratio in PASSING_OFF
     ]
@@ -111,88 +125,101 @@ def blazed(folder: Path) -> dict:
         "at_blaze": at_blaze,
         "te_peak": {name: vertex(curve["ratio"], curve["te"]) for name, curve in curves.items()},
         "anomalies": anomalies,
-        "step": 2 * NEAR / (NEAR_POINTS - 1),
+        "step": 2 * ANOMALY_HALF_WIDTH / (ANOMALY_POINTS - 1),
     }
 
 
 def sinusoidal() -> dict:
-    """Holographic gratings of three heights; the shallowest in a perfect conductor, whose phase screen has J1²."""
-    curves = {
-        str(depth): {
-            "Al": littrow_curve(preset("sinusoidal", PERIOD_UM, depth * PERIOD_UM), ALUMINIUM, "Al"),
-            "perfect": littrow_curve(preset("sinusoidal", PERIOD_UM, depth * PERIOD_UM), PERFECT, None),
-        }
-        for depth in SINUSOIDS
-    }
-    shallow = np.round(np.linspace(0.1, 0.3, 41), 6)
-    screen = [bessel(1, 2 * np.pi * SINUSOIDS[0] / ratio * np.cos(np.arcsin(0.5 * ratio))) ** 2 for ratio in shallow]
-    found = littrow_curve(preset("sinusoidal", PERIOD_UM, SINUSOIDS[0] * PERIOD_UM), shallow, None)
+    """Holographic gratings of three depths, and the shallowest in a perfect conductor against its phase screen.
+
+    The screen's efficiency in order 1 is J1², `screen`. `rayleigh` is the largest difference from Rayleigh's expansion
+    for the second depth, whose steepest slope is `rayleigh_slope`.
+    """
+    shallow_depth, rayleigh_depth = SINUSOID_DEPTHS[:2]
+
+    def relief(depth: float) -> Relief:
+        return preset("sinusoidal", PERIOD_UM, depth * PERIOD_UM)
+
+    curves = {str(depth): curves_by_medium(relief(depth)) for depth in SINUSOID_DEPTHS}
+    ratios = np.round(np.linspace(0.1, 0.3, 41), 6)
+    # J1 of half the phase κh, where κ = 4π cosθi/λ since the light returns.
+    screen = [bessel(1, 2 * np.pi * shallow_depth / ratio * np.cos(np.arcsin(0.5 * ratio))) ** 2 for ratio in ratios]
+    shallow = littrow_curve(relief(shallow_depth), ratios, None)
     return {
-        "depths": list(SINUSOIDS),
+        "depths": list(SINUSOID_DEPTHS),
         "curves": curves,
-        "shallow": {**found, "screen": [float(value) for value in screen]},
+        "shallow": {**shallow, "screen": [float(value) for value in screen]},
         "screen_most": float(max(screen)),
-        "screen_most_ratio": float(shallow[int(np.argmax(screen))]),
-        "shallow_most": {key: max(found[key]) for key in ("te", "tm")},
-        "rayleigh": from_rayleigh(SINUSOIDS[1], curves[str(SINUSOIDS[1])]["perfect"]),
-        "rayleigh_slope": float(np.pi * SINUSOIDS[1]),
+        "screen_most_ratio": float(ratios[int(np.argmax(screen))]),
+        "shallow_most": {key: max(shallow[key]) for key in ("te", "tm")},
+        "rayleigh": from_rayleigh(rayleigh_depth, curves[str(rayleigh_depth)]["perfect"]),
+        "rayleigh_slope": float(np.pi * rayleigh_depth),
     }
 
 
 def from_rayleigh(depth: float, curve: dict) -> float:
-    """Largest difference of a perfect conductor's curve from Rayleigh's expansion."""
-    profile, apart = Sinusoid(PERIOD_UM, depth * PERIOD_UM), 0.0
+    """Largest difference of a perfectly conducting sinusoid's Littrow curve from Rayleigh's expansion."""
+    profile, largest = Sinusoid(PERIOD_UM, depth * PERIOD_UM), 0.0
     for ratio, te, tm in zip(curve["ratio"], curve["te"], curve["tm"]):
         theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
-        # This steep sinusoid needs more evanescent orders than the default.
+        # A sinusoid as steep as the second depth needs more evanescent orders than the default.
         other = sinusoid_rayleigh(profile, 1e3 * PERIOD_UM * ratio, theta_deg, evanescent=12)
         order = other.orders == 1
-        apart = max(apart, abs(other.te[order][0] - te), abs(other.tm[order][0] - tm))
-    return float(apart)
+        largest = max(largest, abs(other.te[order][0] - te), abs(other.tm[order][0] - tm))
+    return float(largest)
 
 
 def lamellar() -> dict:
-    """A lamellar grating against λ/d and depth, and against the sinusoid with the same first harmonic."""
-    relief = preset("lamellar", PERIOD_UM, LAMELLAR * PERIOD_UM)
-    curves = {"Al": littrow_curve(relief, ALUMINIUM, "Al"), "perfect": littrow_curve(relief, PERFECT, None)}
-    against = littrow_against_height("lamellar", PERIOD_UM, LAMELLAR_RATIO, (0.01, 1.2 * PERIOD_UM, 120))
-    against["height_ratio"] = [height / PERIOD_UM for height in against["height_um"]]
-    beyond = PERFECT[np.greater_equal(PERFECT, EQUIVALENT_FROM)]
-    same = littrow_curve(preset("lamellar", PERIOD_UM, SINUSOIDS[1] * EQUIVALENT * PERIOD_UM), beyond, None)
-    other = littrow_curve(preset("sinusoidal", PERIOD_UM, SINUSOIDS[1] * PERIOD_UM), beyond, None)
+    """A lamellar grating over λ/d and over depth, and against the sinusoid with the same first harmonic.
+
+    `most` has the largest efficiency over depth and its depth. Under `equivalent`, `te` and `tm` are the largest
+    differences of the lamellar grating and the sinusoid.
+    """
+    curves = curves_by_medium(preset("lamellar", PERIOD_UM, LAMELLAR_DEPTH * PERIOD_UM))
+    over_height = littrow_against_height("lamellar", PERIOD_UM, LAMELLAR_RATIO, (0.01, 1.2 * PERIOD_UM, 120))
+    over_height["height_ratio"] = [height / PERIOD_UM for height in over_height["height_um"]]
+    compared = PERFECT_RATIOS[np.greater_equal(PERFECT_RATIOS, EQUIVALENT_FROM)]
+    depth = SINUSOID_DEPTHS[1]
+    lamella = littrow_curve(preset("lamellar", PERIOD_UM, depth * EQUIVALENT_HEIGHT * PERIOD_UM), compared, None)
+    sinusoid = littrow_curve(preset("sinusoidal", PERIOD_UM, depth * PERIOD_UM), compared, None)
     return {
-        "depth": LAMELLAR,
+        "depth": LAMELLAR_DEPTH,
         "curves": curves,
-        "against_height": against,
+        "against_height": over_height,
         "ratio": LAMELLAR_RATIO,
         "most": {
-            key: [max(against[key]), against["height_ratio"][int(np.argmax(against[key]))]] for key in ("te", "tm")
+            key: [max(over_height[key]), over_height["height_ratio"][int(np.argmax(over_height[key]))]]
+            for key in ("te", "tm")
         },
         "equivalent": {
-            "depth": SINUSOIDS[1],
+            "depth": depth,
             "from": EQUIVALENT_FROM,
-            "lamellar_depth": float(SINUSOIDS[1] * EQUIVALENT),
-            **{key: float(np.abs(np.subtract(same[key], other[key])).max()) for key in ("te", "tm")},
-            "curves": {"lamellar": same, "sinusoidal": other},
+            "lamellar_depth": float(depth * EQUIVALENT_HEIGHT),
+            **{key: float(np.abs(np.subtract(lamella[key], sinusoid[key])).max()) for key in ("te", "tm")},
+            "curves": {"lamellar": lamella, "sinusoidal": sinusoid},
         },
     }
 
 
 def dip(height_um: float, near_deg: float) -> tuple[float, float]:
-    """Angle in degrees and value of the smallest TM efficiency of order 0 near an angle of incidence."""
+    """Angle of incidence in degrees and value of the smallest TM efficiency of order 0 near the angle `near_deg`."""
     relief = preset("sinusoidal", PLASMON_PERIOD_UM, height_um)
-    span = (near_deg - FINE_DEG, near_deg + FINE_DEG, FINE_POINTS)
-    curve = mirror_curve(relief, "Ag", PLASMON_NM, span)
-    angle, most = vertex(curve["theta_deg"], -np.array(curve["tm"]))
-    return angle, -most
+    span_deg = (near_deg - DIP_HALF_WIDTH_DEG, near_deg + DIP_HALF_WIDTH_DEG, DIP_POINTS)
+    curve = mirror_curve(relief, "Ag", PLASMON_NM, span_deg)
+    angle_deg, negative = vertex(curve["theta_deg"], -np.array(curve["tm"]))
+    return angle_deg, -negative
 
 
 def plasmons() -> dict:
-    """Silver's dips: curves of several depths, the first dip of each, and its limit for shallow grooves."""
+    """Dips of order 0 of sinusoids in silver: curves of several heights, the first dip of each, and its shallow limit.
+
+    `wave` is the surface plasmon's wave number on flat silver over that of light in vacuum. `expected_deg` has the
+    angles at which orders excite it, where sin θi − jλ/d is `wave` in order −1 and −`wave` in order 2, by |j|.
+    """
     n = index("Ag", PLASMON_NM)
     wave = surface_plasmon(n)
     ratio = PLASMON_NM * 1e-3 / PLASMON_PERIOD_UM
-    expected = {
+    expected_deg = {
         str(order): float(np.degrees(np.arcsin(sign * (wave - order * ratio)))) for order, sign in ((1, 1), (2, -1))
     }
     curves = {
@@ -200,51 +227,52 @@ def plasmons() -> dict:
         for height in PLASMON_HEIGHTS_UM
     }
     dips = [
-        dict(zip(("height_um", "theta_deg", "tm"), (height, *dip(height, expected["1"]))))
+        dict(zip(("height_um", "theta_deg", "tm"), (height, *dip(height, expected_deg["1"]))))
         for height in PLASMON_HEIGHTS_UM
     ]
-    # The angle of the dip is linear in the square of the height.
-    (low, _), (high, _) = (dip(height, expected["1"]) for height in SHALLOW_UM)
+    # The angle of the dip is linear in the square of the height; two shallow gratings give its value at height 0.
+    (low_deg, _), (high_deg, _) = (dip(height, expected_deg["1"]) for height in SHALLOW_UM)
     squares = np.square(SHALLOW_UM)
-    limit = low - (high - low) * squares[0] / (squares[1] - squares[0])
+    limit_deg = low_deg - (high_deg - low_deg) * squares[0] / (squares[1] - squares[0])
     return {
         "period_um": PLASMON_PERIOD_UM,
         "wavelength_nm": PLASMON_NM,
         "index": [n.real, n.imag],
         "wave": wave,
-        "expected_deg": expected,
+        "expected_deg": expected_deg,
         "curves": curves,
         "dips": dips,
-        "limit_deg": float(limit),
-        "flat_tm": fresnel_p(n, expected["1"]),
+        "limit_deg": float(limit_deg),
+        "flat_tm": fresnel_p(n, expected_deg["1"]),
     }
 
 
 def fresnel_p(n: complex, theta_deg: float) -> float:
-    """Reflectance of a flat metal for p polarised light."""
+    """Reflectance of a flat metal with the index `n` for p polarised light."""
     cos = np.cos(np.radians(theta_deg))
     inside = np.sqrt(n * n - 1 + cos * cos)
     return float(abs((n * n * cos - inside) / (n * n * cos + inside)) ** 2)
 
 
 def check(made: dict) -> None:
-    """Raises an error where a statement of the template is not true of the numbers."""
+    """Raises SetupError if the numbers contradict a statement of the template."""
     for name, curve in made["blazed"]["curves"].items():
-        long = curve["ratio"].index(1.0)
-        insist(PAGE, curve["tm"][long] > curve["te"][long], f"beyond the blaze TM stays above TE ({name})")
+        at_one = curve["ratio"].index(1.0)
+        insist(PART, curve["tm"][at_one] > curve["te"][at_one], f"beyond the blaze TM stays above TE ({name})")
+    step = made["blazed"]["step"]
     for row in made["blazed"]["anomalies"]:
-        step = made["blazed"]["step"]
-        insist(PAGE, abs(row["perfect"] - row["passing_off"]) <= step, "a perfect conductor's anomaly is Rayleigh's")
-        inside = row["passing_off"] - step <= row["Al"] <= row["plasmon"] + 3 * step
-        insist(PAGE, inside, "aluminium's anomaly lies about the plasmon")
+        insist(PART, abs(row["perfect"] - row["passing_off"]) <= step, "a perfect conductor's anomaly is Rayleigh's")
+        between = row["passing_off"] - step <= row["Al"] <= row["plasmon"] + 3 * step
+        insist(PART, between, "aluminium's anomaly lies between Rayleigh's and a little beyond the plasmon")
     dips = made["plasmons"]["dips"]
-    angles, depths = ([row[key] for row in dips] for key in ("theta_deg", "tm"))
-    insist(PAGE, angles == sorted(angles), "dips move to larger angles")
-    least = depths.index(min(depths))
-    insist(PAGE, 0 < least < len(depths) - 1 and depths[least] < 0.02, "one depth takes nearly everything")
-    apart = abs(made["plasmons"]["limit_deg"] - made["plasmons"]["expected_deg"]["1"])
-    insist(PAGE, apart < 0.01, "the dip of shallow grooves is the closed form's")
-    insist(PAGE, made["lamellar"]["most"]["tm"][0] > 0.99, "a symmetric grating sends everything back")
+    angles, efficiencies = ([row[key] for row in dips] for key in ("theta_deg", "tm"))
+    insist(PART, angles == sorted(angles), "dips of higher gratings are at larger angles")
+    deepest = efficiencies.index(min(efficiencies))
+    is_between = 0 < deepest < len(efficiencies) - 1
+    insist(PART, is_between and efficiencies[deepest] < 0.02, "at one of the heights nearly all light is absorbed")
+    off_deg = abs(made["plasmons"]["limit_deg"] - made["plasmons"]["expected_deg"]["1"])
+    insist(PART, off_deg < 0.01, "the dip of shallow grooves is the closed form's")
+    insist(PART, made["lamellar"]["most"]["tm"][0] > 0.99, "a symmetric grating sends everything back")
 
 
 def figures() -> dict:
@@ -257,7 +285,7 @@ def figures() -> dict:
             "plasmons": plasmons(),
         }
     check(made)
-    folder = images(PAGE)
+    folder = images(PART)
     plots.blazed(folder / "blazed.svg", made["blazed"], PASSING_OFF)
     plots.sinusoidal(folder / "sinusoidal.svg", made["sinusoidal"], PASSING_OFF)
     plots.lamellar(folder / "lamellar.svg", made["lamellar"], PASSING_OFF)

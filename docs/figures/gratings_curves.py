@@ -1,4 +1,7 @@
-"""Efficiencies by `sunbeam orders` for the part `gratings`: in Littrow mounts, and against angles."""
+"""Efficiencies by `sunbeam orders` for the part `gratings`: in Littrow mounts, and over the angle of incidence.
+
+Symbols and names of metals are those of gratings.py. TE and TM efficiencies are fractions of the incident power.
+"""
 
 from __future__ import annotations
 
@@ -14,64 +17,75 @@ from tests.judges.gratings.metals import index
 
 @dataclass(frozen=True)
 class Relief:
-    """A grating: arguments of the command, and the period in µm."""
+    """A grating: arguments of `sunbeam` that select it, and its period."""
 
     words: tuple
     period_um: float
 
 
 def preset(name: str, period_um: float, height_um: float) -> Relief:
+    """A preset of `sunbeam` with this period and height."""
     return Relief(("--preset", name, "--period", period_um, "--height", height_um), period_um)
 
 
 def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
-    """A sawtooth with a right angle at its ridges, whose long facet rises along +x, as a file of heights.
+    """A sawtooth with a right angle at its ridges, whose long facet rises along +x; writes its heights to `path`.
 
-    `samples` counts those of the short facet and of the period. With b the slope of the long facet the short one takes
-    sin²b of the period, so that both corners lie on samples.
+    `samples` are the numbers of samples of the short facet and of the period. They determine the slope b of the long
+    facet, since the short facet takes sin²b of the period. Both corners lie on samples.
     """
     short, count = samples
     slope = np.radians(blaze_angle_deg(samples))
-    step = period_um / count
+    step_um = period_um / count
     i = np.arange(count)
-    heights = np.where(i <= count - short, i * step * np.tan(slope), (count - i) * step / np.tan(slope))
-    np.save(path, heights[None])
-    words = ("--height-field", path, "--pixel-size", step, "--level", "none", "--tiling", "periodic")
+    heights_um = np.where(i <= count - short, i * step_um * np.tan(slope), (count - i) * step_um / np.tan(slope))
+    np.save(path, heights_um[None])
+    words = ("--height-field", path, "--pixel-size", step_um, "--level", "none", "--tiling", "periodic")
     return Relief(words, period_um)
 
 
 def blaze_angle_deg(samples: tuple[int, int]) -> float:
+    """Slope of the long facet of `echelette`."""
     return float(np.degrees(np.arcsin(np.sqrt(samples[0] / samples[1]))))
 
 
-def material(metal: str | None, wavelength_nm: float) -> tuple:
-    """Arguments of the command for a metal at one wavelength; none for a perfect conductor."""
+def material_words(metal: str | None, wavelength_nm: float) -> tuple:
+    """Arguments of `sunbeam orders` for a metal with its index at this wavelength; none for a perfect conductor."""
     if metal is None:
         return ()
     n = index(metal, wavelength_nm)
     return ("--eta", n.real, "--k", n.imag)
 
 
-def asked(relief: Relief, *words) -> dict:
-    """The output of `sunbeam orders --json`."""
+def solved(relief: Relief, *words) -> dict:
+    """The report of `sunbeam orders` by Maxwell's equations, with further arguments `words`."""
     return json.loads(sunbeam("orders", "--theory", "rigorous", "--json", *relief.words, *words))
 
 
 def littrow(relief: Relief, ratio: float, metal: str | None) -> dict:
-    """TE and TM efficiencies of the retroreflected order at λ/period = `ratio`.
+    """TE and TM efficiencies of the retroreflected order at λ/d = `ratio`, and the error of the power balance.
 
-    Light comes from −x, the side that a blaze's long facets face, at sin θ = ratio/2; the order is −1.
+    Light comes from −x, the side that the long facets of `echelette` face, at sin θi = ratio/2. The order is −1.
     """
     wavelength_nm = 1e3 * relief.period_um * ratio
+    report = solved(relief, *littrow_words(relief.period_um, ratio), *material_words(metal, wavelength_nm))
+    order = efficiencies(report, -1)
+    return {"te": order["te"], "tm": order["tm"], "balance": report["balance_error"]}
+
+
+def littrow_words(period_um: float, ratio: float) -> tuple:
+    """Arguments of `sunbeam orders` for light in the Littrow mount at λ/d = `ratio`."""
     theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
-    light = ("--theta-i", theta_deg, "--phi-i", 180, "--wavelength", wavelength_nm)
-    solved = asked(relief, *light, *material(metal, wavelength_nm))
-    order = next(order for order in solved["orders"] if order["order"] == -1)
-    return {"te": order["te"], "tm": order["tm"], "balance": solved["balance_error"]}
+    return ("--theta-i", theta_deg, "--phi-i", 180, "--wavelength", 1e3 * period_um * ratio)
+
+
+def efficiencies(report: dict, order: int) -> dict:
+    """The entry of one order in a report of `sunbeam orders`, or in one of the points of a sweep."""
+    return next(entry for entry in report["orders"] if entry["order"] == order)
 
 
 def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
-    """The curve over λ/period: lists of TE and TM, and the largest error of the power balance."""
+    """The curve over the λ/d `ratios`: lists of TE and TM, and the largest error of the power balance."""
     points = [littrow(relief, float(ratio), metal) for ratio in ratios]
     return {
         "ratio": [float(ratio) for ratio in ratios],
@@ -82,12 +96,10 @@ def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
 
 
 def littrow_against_height(name: str, period_um: float, ratio: float, heights_um: tuple[float, float, int]) -> dict:
-    """The curve of a preset in a perfect conductor over its height in µm (from, to, count)."""
-    theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
-    light = ("--theta-i", theta_deg, "--phi-i", 180, "--wavelength", 1e3 * period_um * ratio)
+    """The curve of a preset in a perfect conductor over its height; `heights_um` are first, last and their number."""
     over = ("--over", "height", "--range", ",".join(map(str, heights_um)))
-    points = asked(preset(name, period_um, heights_um[0]), *light, *over)["points"]
-    orders = [next(order for order in point["orders"] if order["order"] == -1) for point in points]
+    points = solved(preset(name, period_um, heights_um[0]), *littrow_words(period_um, ratio), *over)["points"]
+    orders = [efficiencies(point, -1) for point in points]
     return {
         "height_um": [point["at"] for point in points],
         "te": [order["te"] for order in orders],
@@ -96,18 +108,25 @@ def littrow_against_height(name: str, period_um: float, ratio: float, heights_um
 
 
 def mirror_curve(relief: Relief, metal: str, wavelength_nm: float, angles_deg: tuple[float, float, int]) -> dict:
-    """TM efficiency of order 0 over the angle of incidence in degrees (from, to, count)."""
+    """TM efficiency of order 0 over the angle of incidence; `angles_deg` are first, last and their number."""
     over = ("--over", "theta-i", "--range", ",".join(map(str, angles_deg)))
-    points = asked(relief, "--wavelength", wavelength_nm, *over, *material(metal, wavelength_nm))["points"]
-    mirrored = [next(order["tm"] for order in point["orders"] if order["order"] == 0) for point in points]
-    return {"theta_deg": [point["at"] for point in points], "tm": mirrored}
+    words = ("--wavelength", wavelength_nm, *over, *material_words(metal, wavelength_nm))
+    points = solved(relief, *words)["points"]
+    return {
+        "theta_deg": [point["at"] for point in points],
+        "tm": [efficiencies(point, 0)["tm"] for point in points],
+    }
 
 
 def vertex(x, y) -> tuple[float, float]:
-    """Position and value of the maximum of y, by a parabola through three equidistant points."""
+    """Position and value of the maximum of y over equidistant x, by a parabola through the largest three points.
+
+    Raises ValueError if the largest value is at an end.
+    """
     i = int(np.argmax(y))
     if not 0 < i < len(y) - 1:
         raise ValueError("the largest value lies at an end of the curve")
     before, at, after = y[i - 1 : i + 2]
+    # Offset from x[i] in steps of x.
     shift = 0.5 * (before - after) / (before - 2 * at + after)
     return float(x[i] + shift * (x[i + 1] - x[i])), float(at - 0.25 * (before - after) * shift)

@@ -1,4 +1,8 @@
-"""The plots of the part `gratings`."""
+"""Plots of the part `gratings`: one SVG each for the numbers of `blazed`, `sinusoidal`, `lamellar` and `plasmons`.
+
+The numbers are the argument `made`, from the function of the same name in gratings.py. `passing_off` are the λ/d of the
+anomalies, drawn as grey lines.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +13,23 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+# Key in the data, colour and label of each polarisation.
 POLARISATIONS = (("te", "tab:blue", "TE"), ("tm", "tab:red", "TM"))
+LITTROW_LABEL = "efficiency of the order that goes back"
 
+# Text stays text, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
 def save(figure, path: Path) -> None:
+    """Writes and closes a figure."""
     figure.tight_layout()
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
 
 
 def littrow(ax, curves: dict, passing_off: tuple, title: str) -> None:
-    """TE and TM of the retroreflected order: aluminium as lines, the perfect conductor dotted."""
+    """Draws TE and TM of the retroreflected order over λ/d: aluminium as lines, the perfect conductor dotted."""
     for key, colour, name in POLARISATIONS:
         ax.plot(curves["Al"]["ratio"], curves["Al"][key], color=colour, lw=1.4, label=f"{name}, aluminium")
         ax.plot(curves["perfect"]["ratio"], curves["perfect"][key], ":", color=colour, lw=1.2, label=f"{name}, perfect")
@@ -31,10 +39,11 @@ def littrow(ax, curves: dict, passing_off: tuple, title: str) -> None:
 
 
 def blazed(path: Path, made: dict, passing_off: tuple) -> None:
+    """Plots efficiencies of the echelette, and its blaze as a dashed line."""
     figure, ax = plt.subplots(figsize=(7, 3.8))
     littrow(ax, made["curves"], passing_off, f"echelette of {made['slope_deg']:.1f}°, Littrow")
     ax.axvline(made["blaze_ratio"], color="0.3", lw=0.8, ls="--", zorder=0, label="blaze, λ/d = 2 sin b")
-    ax.set_ylabel("efficiency of the order that goes back")
+    ax.set_ylabel(LITTROW_LABEL)
     ax.legend(fontsize=8, frameon=False, loc="lower right")
     save(figure, path)
 
@@ -47,9 +56,7 @@ def sinusoidal(path: Path, made: dict, passing_off: tuple) -> None:
     for key, colour, name in POLARISATIONS:
         axes[0].plot(shallow["ratio"], shallow[key], ":", color=colour, lw=1.4, label=f"{name}, perfect")
     axes[0].plot(shallow["ratio"], shallow["screen"], color="k", lw=1, label="phase screen, J₁²")
-    axes[0].set(
-        title=f"h/d = {depths[0]}", xlabel="λ/d", ylim=(0, 1.03), ylabel="efficiency of the order that goes back"
-    )
+    axes[0].set(title=f"h/d = {depths[0]}", xlabel="λ/d", ylim=(0, 1.03), ylabel=LITTROW_LABEL)
     for ax, depth in zip(axes[1:], depths):
         littrow(ax, made["curves"][str(depth)], passing_off, f"h/d = {depth}")
     for ax in axes[:2]:
@@ -61,10 +68,10 @@ def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
     """Plots efficiencies of lamellar gratings: over λ/d, over height, and beside an equivalent sinusoid."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), sharey=True)
     littrow(axes[0], made["curves"], passing_off, f"lamellar, h/d = {made['depth']}")
-    against = made["against_height"]
+    over_height = made["against_height"]
     pair = made["equivalent"]["curves"]
     for key, colour, name in POLARISATIONS:
-        axes[1].plot(against["height_ratio"], against[key], ":", color=colour, lw=1.4, label=f"{name}, perfect")
+        axes[1].plot(over_height["height_ratio"], over_height[key], ":", color=colour, lw=1.4, label=f"{name}, perfect")
         axes[2].plot(
             pair["lamellar"]["ratio"], pair["lamellar"][key], ":", color=colour, lw=1.4, label=f"{name}, lamellar"
         )
@@ -73,7 +80,7 @@ def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
         )
     axes[1].set(title=f"lamellar, λ/d = {made['ratio']}", xlabel="h/d")
     axes[2].set(title="the same first harmonic, perfect", xlabel="λ/d")
-    axes[0].set_ylabel("efficiency of the order that goes back")
+    axes[0].set_ylabel(LITTROW_LABEL)
     for ax in axes:
         ax.legend(fontsize=7, frameon=False)
     save(figure, path)

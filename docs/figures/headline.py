@@ -1,10 +1,13 @@
-"""The plugin's cost in Mitsuba: time to an error, calls, the first picture, and RGB against spectral."""
+"""The plugin's cost in Mitsuba: time to an error, calls, the first picture, and RGB against spectral.
+
+A cell is a scene in a variant of Mitsuba, in which materials are compared (time_to_error.py).
+"""
 
 from __future__ import annotations
 
 import time
 
-from mitsuba_scenes.environment import SetupError, use_variant
+from mitsuba_scenes.environment import SetupError
 
 from . import bsdf_calls, first_render, rgb_against_spectral, time_to_error
 from .benchmark_scenes import scanned_surface, scenes
@@ -12,10 +15,10 @@ from .speed_error import processor
 
 
 def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_against_spectral.BUDGET_S) -> dict:
-    """All measurements, with the seconds of each.
+    """All measurements with their settings, and under `took_s` the seconds that each took.
 
-    `cell_s` is the time for a scene in a variant, `picture_s` for each of two converged pictures, both without
-    compiling. Slow cells take longer, for a minimum of rounds.
+    `cell_s` is the time for each cell, `picture_s` that for each of two converged pictures, both in seconds without
+    compiling. Slow cells take longer, since they have a smallest number of rounds.
     """
     made = {
         **about_cells(cell_s),
@@ -43,8 +46,6 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
 
 def about_cells(cell_s: float) -> dict:
     """The settings of the cells."""
-    # Scene dictionaries contain transforms of the selected variant.
-    use_variant(time_to_error.VARIANTS[0], fall_back=False)
     return {
         "cpu": processor(),
         "aim": time_to_error.ERROR,
@@ -55,15 +56,18 @@ def about_cells(cell_s: float) -> dict:
 
 
 def of_cells(cell_s: float, names: list[str] | None = None) -> dict:
-    """The time to an error, in the named scenes or in all."""
+    """The cells of the named scenes, or of all, with their settings; the input of `lines_of_cells`."""
     return {**about_cells(cell_s), "cells": cells(cell_s, names)}
 
 
 def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
-    """The cells of the named scenes, or of all, in each variant."""
+    """The results of `time_to_error.measure` for the named scenes, or for all, in each variant.
+
+    Raises SetupError for unknown names.
+    """
     all_scenes = {scene.name: scene for scene in scenes()}
     if unknown := set(names or ()) - set(all_scenes):
-        raise SetupError(f"unknown scene {', '.join(sorted(unknown))}; there are {', '.join(all_scenes)}")
+        raise SetupError(f"unknown scene {', '.join(sorted(unknown))}; available: {', '.join(all_scenes)}")
     found = []
     for scene in [all_scenes[name] for name in names or all_scenes]:
         for variant in time_to_error.VARIANTS:
@@ -73,7 +77,7 @@ def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
 
 
 def lines_of_cells(made: dict) -> list[str]:
-    """The times to an error as text."""
+    """The cells as lines of a table: a line for each material, with ratios to `roughconductor`."""
     side = round(made["nominal_pixels"] ** 0.5)
     found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]
     heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"
@@ -90,7 +94,7 @@ def lines_of_cells(made: dict) -> list[str]:
 
 
 def lines(made: dict) -> list[str]:
-    """All figures as text."""
+    """The result of `figures` as lines of tables."""
     found = lines_of_cells(made)
     found += ["", f"{'ns per call':26}{'material':16}" + "".join(f"{call:>10}" for call in bsdf_calls.CALLS)]
     for row in made["calls"]:

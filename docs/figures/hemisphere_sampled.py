@@ -1,15 +1,16 @@
-"""A wrapper of a BSDF with the same values, but cosine-weighted or uniform samples, for comparison of samplers."""
+"""A wrapper of a BSDF that keeps its values and draws cosine-weighted or uniform samples, to compare samplers."""
 
 from __future__ import annotations
 
 import drjit as dr
 import mitsuba as mi
 
+# Distributions of the sampled directions: proportional to the cosine, and uniform in solid angle.
 KINDS = ("cosine", "uniform")
 
 
 def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
-    """`nested` with directions drawn by the cosine or uniformly (`kind`), in the selected Dr.Jit variant."""
+    """The BSDF `nested` with samples of a `kind`, one of KINDS. It works in variants of Dr.Jit, not in scalar ones."""
     warps = {
         "cosine": (mi.warp.square_to_cosine_hemisphere, mi.warp.square_to_cosine_hemisphere_pdf),
         "uniform": (mi.warp.square_to_uniform_hemisphere, mi.warp.square_to_uniform_hemisphere_pdf),
@@ -17,7 +18,7 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
     to_direction, density = warps[kind]
 
     class HemisphereSampled(mi.BSDF):
-        """Values of `nested`, with samples and densities of the warp."""
+        """Values of `nested` with the samples and densities of the warp, as one glossy component."""
 
         def __init__(self, props):
             super().__init__(props)
@@ -33,8 +34,9 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
             sample.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
             sample.sampled_component = 0
             active &= (mi.Frame3f.cos_theta(si.wi) > 0) & (sample.pdf > 0)
-            value = nested.eval(ctx, si, sample.wo, active) / sample.pdf
-            return sample, dr.select(active, value, 0)
+            # `eval` includes the cosine of the outgoing direction.
+            weight = nested.eval(ctx, si, sample.wo, active) / sample.pdf
+            return sample, dr.select(active, weight, 0)
 
         def eval(self, ctx, si, wo, active=True):
             return nested.eval(ctx, si, wo, active)

@@ -1,4 +1,8 @@
-"""Statistics of a picture's colours: mean a* and b*, hues, and dark pixels near highlights."""
+"""Statistics of a picture's colours: mean a* and b*, hues, and dark pixels near highlights.
+
+Pictures are linear sRGB with any exposure. Each is exposed by `shown`, so that statistics of different methods compare.
+Colours are CIELAB: lightness L*, and a* and b*, whose polar coordinates are hue and chroma.
+"""
 
 from __future__ import annotations
 
@@ -6,22 +10,22 @@ import numpy as np
 
 from .rgb_against_spectral import XYZ_OF_SRGB, lab
 
-# Fraction of pixels that the exposure of a picture clips.
+# Fraction of the pixels that are not black which the exposure of a picture clips.
 CLIPPED = 0.01
 # Relative luminance below which an exposed pixel counts as dark.
 DARK = 0.01
-# Smallest CIELAB chroma of a pixel that counts as coloured. Chosen.
+# CIELAB chroma above which a pixel counts as coloured; paler colours have no distinct hue.
 COLOURED = 10.0
 # Width of the bins of hues in degrees.
 BIN_DEG = 10
-# Range of blue hues in the CIELAB plane, in degrees.
+# Range of hues that count as blue, in degrees.
 BLUE_DEG = (240.0, 300.0)
-# Range of the angle between half vector and normal for pixels near a highlight, in degrees.
+# Range of the angle between half vector and normal of pixels that count as near a highlight, in degrees.
 NEAR_DEG = (3.0, 10.0)
 
 
 def exposure_stops(pixels: np.ndarray) -> float:
-    """Exposure in stops that clips 1 % of the linear pixels (..., 3) that are not black."""
+    """Exposure in stops that clips the fraction CLIPPED of the linear pixels (..., 3) that are not black."""
     peak = pixels.max(axis=-1)
     return float(-np.log2(np.quantile(peak[peak > 0], 1 - CLIPPED)))
 
@@ -32,20 +36,25 @@ def shown(pixels: np.ndarray) -> np.ndarray:
 
 
 def hue_deg(colours: np.ndarray) -> np.ndarray:
-    """Hues in [0, 360) of L*a*b* colours (..., 3)."""
+    """Hues in degrees, in [0, 360), of L*a*b* colours (..., 3)."""
     return np.degrees(np.arctan2(colours[..., 2], colours[..., 1])) % 360
 
 
 def cast(pixels: np.ndarray) -> dict:
-    """Mean a* and b* of linear pixels (count, 3) as shown."""
+    """Mean a* and b* of linear pixels (count, 3), their colour cast."""
     colours = lab(shown(pixels))
     return {"a": float(colours[:, 1].mean()), "b": float(colours[:, 2].mean())}
 
 
 def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
-    """Mean a*, b* and hue in degrees of `pixels`, over those that are blue in the reference."""
+    """Mean a* and b* of `pixels`, and the hue of that mean, over those that are coloured and blue in the reference.
+
+    Both are linear pixels (count, 3) of the same scene. `count` is the number of blue pixels.
+    """
     before, after = lab(shown(reference)), lab(shown(pixels))
-    blue = (np.hypot(before[:, 1], before[:, 2]) > COLOURED) & (np.abs(hue_deg(before) - np.mean(BLUE_DEG)) < 30)
+    hue = hue_deg(before)
+    coloured = np.hypot(before[:, 1], before[:, 2]) > COLOURED
+    blue = coloured & (hue > BLUE_DEG[0]) & (hue < BLUE_DEG[1])
     mean = after[blue].mean(axis=0)
     return {
         "count": int(blue.sum()),
@@ -56,27 +65,38 @@ def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
 
 
 def histogram(pixels: np.ndarray) -> np.ndarray:
-    """Fractions of hues in bins from 0° to 360°, of the linear pixels (count, 3) that are coloured and not dark."""
+    """Fractions of hues in bins of BIN_DEG from 0° to 360°, over those linear pixels (count, 3) that count.
+
+    Pixels that are coloured and not dark count. Without any, all fractions are 0.
+    """
     visible = shown(pixels)
     colours = lab(visible)
-    counts = (np.hypot(colours[:, 1], colours[:, 2]) > COLOURED) & (visible @ XYZ_OF_SRGB[1] > DARK)
-    found, _ = np.histogram(hue_deg(colours[counts]), bins=360 // BIN_DEG, range=(0, 360))
-    return found / max(found.sum(), 1)
+    # XYZ_OF_SRGB[1] gives the luminance.
+    counted = (np.hypot(colours[:, 1], colours[:, 2]) > COLOURED) & (visible @ XYZ_OF_SRGB[1] > DARK)
+    counts, _ = np.histogram(hue_deg(colours[counted]), bins=360 // BIN_DEG, range=(0, 360))
+    return counts / max(counts.sum(), 1)
 
 
 def effective_hues(shares: np.ndarray) -> float:
-    """Number of equally full bins with the entropy of these fractions; few for discrete hues."""
-    held = shares[shares > 0]
-    return float(np.exp(-(held * np.log(held)).sum()))
+    """Number of equally full bins with the entropy of these fractions, e to the power of it; small for few hues."""
+    filled = shares[shares > 0]
+    return float(np.exp(-(filled * np.log(filled)).sum()))
 
 
 def near_highlight(pairs: np.ndarray) -> np.ndarray:
-    """Mask of the lit pixels of `sunbeam render --pairs` whose half vector is near the normal but not along it."""
+    """Mask of the lit pixels whose half vector is near the normal but not along it, by NEAR_DEG.
+
+    `pairs` (..., 8) is the array of `sunbeam render --pairs`. It has for each pixel the directions to sun and camera in
+    the grating's frame, 1 where lit, and the cosine of the sun's direction.
+    """
     half = pairs[..., 0:3] + pairs[..., 3:6]
     tilt_deg = np.degrees(np.arctan2(np.hypot(half[..., 0], half[..., 1]), half[..., 2]))
     return (pairs[..., 6] > 0) & (tilt_deg > NEAR_DEG[0]) & (tilt_deg < NEAR_DEG[1])
 
 
 def dark_share(pixels: np.ndarray, among: np.ndarray) -> float:
-    """Fraction of dark pixels among the linear pixels (count, 3) of the mask `among`."""
+    """Fraction of dark pixels among the linear pixels (count, 3) in the mask `among` (count,).
+
+    The exposure is that of all pixels.
+    """
     return float((shown(pixels) @ XYZ_OF_SRGB[1] < DARK)[among].mean())

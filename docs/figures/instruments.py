@@ -1,7 +1,8 @@
-"""The part `instruments`: test files of the library SurfaceTopography, converted, against native readers and Gwyddion.
+"""The part `instruments`: files of instruments by `sunbeam_mitsuba.convert`, against native readers and Gwyddion.
 
-It needs the folder of these files in the environment's `SAMPLES`; docs/height-fields.md says where to get them.
-Gwyddion is compared where the program is on `PATH`.
+The converter reads with the library SurfaceTopography; a *native reader* is one of `sunbeam height-field`. The files
+are the library's test files. The environment variable `SAMPLES` names their folder; docs/height-fields.md says where to
+get them. Gwyddion is compared if the program is on `PATH`.
 """
 
 from __future__ import annotations
@@ -24,19 +25,18 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import insist
 
-PAGE = "instruments"
-# Formats of the native readers, with an extension of each.
+PART = "instruments"
+# The library's names of the formats that native readers know, with a file extension that selects the native reader.
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
-# Text formats, which the native readers may refuse, and for which Gwyddion asks for sizes.
+# Text formats. Native readers may refuse such files, and Gwyddion asks its user for their sizes.
 TEXT = ("asc", "xyz")
-# Largest difference of equal heights over peak to valley: rounding of doubles with an offset of up to 1e4 times peak to
-# valley, and of scales in text with seven digits.
+# Relative difference below which heights and pixels count as equal. Scales in text files have seven digits.
 SAME = 1e-6
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A file with its format, and the relief or the reason of its refusal."""
+    """A file, the library's name of its format, and a `convert.Reading`, or `None` and the reason of the refusal."""
 
     path: Path
     format: str
@@ -45,10 +45,14 @@ class Sample:
 
 
 def figures() -> dict | None:
-    """Converts all files; `None`, after one printed line, without `SAMPLES`."""
+    """All numbers of the part; `None`, after one printed line, without `SAMPLES`.
+
+    `maps` has a row for each file with a relief, `refused` one for each other file, `formats` one for each format of
+    the library. Raises SetupError if a reader differs from the converter.
+    """
     folder = os.environ.get("SAMPLES")
     if not folder:
-        print(f"{PAGE}: left as it is, since SAMPLES names no folder (docs/height-fields.md says which)", flush=True)
+        print(f"{PART}: left as it is, since SAMPLES names no folder (docs/height-fields.md says which)", flush=True)
         return None
     files = sorted(path for path in Path(folder).iterdir() if path.is_file())
     if not files:
@@ -59,10 +63,12 @@ def figures() -> dict | None:
     refused = [{"file": s.path.name, "format": s.format, "reason": s.refusal} for s in samples if s.reading is None]
     native = [row for row in maps if row["native"] is not None]
     gwyddion = [row for row in maps if row["gwyddion"] is not None]
-    insist(PAGE, all(row["native"]["same"] for row in native), "the native readers give the same")
-    insist(PAGE, all(row["gwyddion"]["same"] for row in gwyddion), "Gwyddion gives the same, or its mirror image")
+    insist(PART, all(row["native"]["same"] for row in native), "the native readers give the same heights")
+    insist(
+        PART, all(row["gwyddion"]["same"] for row in gwyddion), "Gwyddion gives the same heights, or their mirror image"
+    )
     mirrored = sorted({row["format"] for row in gwyddion if row["gwyddion"]["mirrored"]})
-    insist(PAGE, mirrored == ["sdf", "x3p"], "only X3P and surface data files are upside down in Gwyddion")
+    insist(PART, mirrored == ["sdf", "x3p"], "only X3P and surface data files are upside down in Gwyddion")
     formats = [format_figures(name, maps, refused) for name in readable()]
     return {
         "library": version("SurfaceTopography"),
@@ -78,7 +84,10 @@ def figures() -> dict | None:
 
 
 def untried(formats: list[dict], refused: list[dict]) -> list[str]:
-    """Names of formats that only the library reads and of which no map was available."""
+    """Names of formats that no native reader knows and of which no file with a map was available.
+
+    Files that were refused count as maps, except profiles.
+    """
     seen = {row["format"] for row in refused if "profiles" not in row["reason"]}
     extensions = converter().EXTENSIONS
     return [
@@ -89,28 +98,26 @@ def untried(formats: list[dict], refused: list[dict]) -> list[str]:
 
 
 def reasons(refused: list[dict]) -> dict[str, int]:
-    """Numbers of files refused as profiles, as bare arrays, by size, by unit, or as unreadable."""
+    """Numbers of refused files: profiles, bare arrays, without a unit, with a size above the limit, unreadable."""
+    # Phrases of the converter's messages.
     kinds = {"profiles": "profiles", "bare arrays": "arrays", "does not tell": "units", "more than the": "sizes"}
     counts = dict.fromkeys([*kinds.values(), "unreadable"], 0)
     for row in refused:
-        counts[next((kind for part, kind in kinds.items() if part in row["reason"]), "unreadable")] += 1
+        counts[next((kind for phrase, kind in kinds.items() if phrase in row["reason"]), "unreadable")] += 1
     return counts
 
 
 def read(path: Path) -> Sample:
-    """Converts a file; points without a unit are in µm."""
+    """Reads a file by the converter; lists of points, which have no unit, are in µm."""
     convert = converter()
-    known, options = "", {}
     try:
-        known = convert.library().detect_format(str(path))
+        name = convert.library().detect_format(str(path))
     except convert.library().CannotDetectFileFormat:
-        known = "unknown"
+        name = "unknown"
     try:
-        if known == "xyz":
-            options = {"unit": "µm"}
-        return Sample(path, known, convert.read(path, **options), "")
+        return Sample(path, name, convert.read(path, unit="µm" if name == "xyz" else None), "")
     except convert.SunbeamError as error:
-        return Sample(path, known, None, str(error).removeprefix(f"{path}: "))
+        return Sample(path, name, None, str(error).removeprefix(f"{path}: "))
 
 
 def converter() -> Any:
@@ -123,12 +130,15 @@ def converter() -> Any:
 
 
 def readable() -> list[str]:
-    """Names of SurfaceTopography's formats, in alphabetical order."""
+    """The library's names of its formats, in alphabetical order."""
     return sorted(reader.format() for reader in converter().library().readers)
 
 
 def compared(sample: Sample, work: Path) -> dict:
-    """Figures of a map: its size, and differences from the native reader and from Gwyddion."""
+    """A row for a file with a relief: its pixels, and differences from the native reader and from Gwyddion.
+
+    `pixels` are numbers along x and y, `holes` that of points without a height.
+    """
     relief = sample.reading.relief
     return {
         "file": sample.path.name,
@@ -141,7 +151,7 @@ def compared(sample: Sample, work: Path) -> dict:
 
 
 def beside_native(sample: Sample, work: Path) -> dict | None:
-    """Largest differences from the native reader's heights and pixels; `None` for other formats."""
+    """Differences from the native reader; `None` for formats without one, and for text that it refuses."""
     if sample.format not in NATIVE:
         return None
     copy, out = work / f"copy{NATIVE[sample.format]}", work / "native.npy"
@@ -157,7 +167,11 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
 
 
 def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
-    """Compares with Gwyddion's heights; `None` where Gwyddion cannot read the file or is not installed."""
+    """Differences from Gwyddion, and whether they are those of its mirror image along y, `mirrored`.
+
+    Of all channels of equal size in metres, the one with the smallest differences counts. `None` for text, without such
+    a channel, and without Gwyddion.
+    """
     if sample.format in TEXT or shutil.which("gwyddion") is None:
         return None
     made = work / f"{sample.path.name}.gwy"
@@ -174,22 +188,26 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
         unit = field.si_unit_z.unitstr if field.si_unit_z else None
         if unit != "m":
             continue
-        # Gwyddion's first row is the top. Both have a mask of missing points.
+        # Gwyddion's first row is the top, the relief's that of the smallest y.
         heights_um = np.array(field.data)[::-1] * 1e6
         rows, columns = heights_um.shape
         pixel_um = (field.xreal * 1e6 / columns, field.yreal * 1e6 / rows)
         for mirrored in (False, True):
-            shown = heights_um[::-1] if mirrored else heights_um
-            found.append({**differences(relief, shown, pixel_um), "mirrored": mirrored})
+            oriented_um = heights_um[::-1] if mirrored else heights_um
+            found.append({**differences(relief, oriented_um, pixel_um), "mirrored": mirrored})
     return min(found, key=lambda one: one["heights"], default=None)
 
 
 def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
-    """Largest difference of heights over peak to valley, outside missing points, and relative difference of pixels."""
+    """Largest differences of other heights and pixel edges from the relief's, and whether they are below SAME.
+
+    `heights` is relative to peak to valley, without points that the relief lacks; `pixels` is relative. `pixel_um` is
+    (x, y).
+    """
     known = np.isfinite(relief.heights_um)
-    apart = heights_um[known] - relief.heights_um[known]
-    # Gwyddion omits the offset of some surfaces, which does not affect diffraction.
-    heights = float(np.abs(apart - np.median(apart)).max() / relief.peak_to_valley_um)
+    difference_um = heights_um[known] - relief.heights_um[known]
+    # Without the offset: Gwyddion omits that of some surfaces, and it does not affect diffraction.
+    heights = float(np.abs(difference_um - np.median(difference_um)).max() / relief.peak_to_valley_um)
     pixels = float(np.abs(np.array(pixel_um) / relief.pixel_um - 1).max())
     return {"heights": heights, "pixels": pixels, "same": max(heights, pixels) < SAME}
 
@@ -202,12 +220,12 @@ def run_gwyddion(*words: str) -> str:
 
 
 def gwyddion_version() -> str:
-    """The version's number: the line is "Gwyddion 2.62 (date)"."""
+    """Gwyddion's version number, from a line such as "Gwyddion 2.62 (date)"."""
     return run_gwyddion("--version").split()[1]
 
 
 def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
-    """A format's row: extensions, number of maps, and comparisons."""
+    """A row for the format `name`: extensions, numbers of maps and of refused files, and summaries of comparisons."""
     reader = converter().library().lookup_reader_by_format[name]
     own = [row for row in maps if row["format"] == name]
     return {
@@ -216,12 +234,12 @@ def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
         "extensions": list(reader.file_extensions()),
         "maps": len(own),
         "refused": sum(row["format"] == name for row in refused),
-        **{by: summary([row[by] for row in own if row[by] is not None]) for by in ("native", "gwyddion")},
+        **{other: summary([row[other] for row in own if row[other] is not None]) for other in ("native", "gwyddion")},
     }
 
 
 def summary(rows: list[dict]) -> dict | None:
-    """Number of equal files and largest difference of heights; `None` without files."""
+    """Number of compared files, largest difference of heights, and whether any is mirrored; `None` without files."""
     if not rows:
         return None
     return {

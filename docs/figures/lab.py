@@ -1,4 +1,8 @@
-"""The part `lab`: the laboratory set-up, figure 2.19 of Single 2014, and its spots against the grating equation."""
+"""The part `lab`: the laboratory set-up, figure 2.19 of Single 2014, and its spots against the grating equation.
+
+The frame and the symbols are those of mitsuba_scenes/laboratory.py. Orders of an *ensemble* (docs/model.md#coherence)
+have Gaussian lobes, whose standard deviation in spatial frequency is 1/(2√2πs); s is a quarter of the coherence length.
+"""
 
 from __future__ import annotations
 
@@ -21,35 +25,36 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Pixels per mm of pictures for measurement, for a screen 1 mm away.
-FINE_PIXELS = 400.0
-# Height in mm of pictures for measurement, for a screen 1 mm away.
+# Pixels of a measured picture along the screen's distance.
+MEASURED_PIXELS = 400.0
+# Height of a measured picture, as a fraction of the screen's distance.
 MEASURED_HEIGHT = 0.1
-# Number of paths of a picture for measurement.
+# Number of paths of a measured picture.
 MEASURED_PATHS = 500_000
 # Number of paths of a picture for the page.
 PICTURE_PATHS = 3_000_000
 # Wavelengths of the measured spots.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
-# Colours of the marks by wavelength, sRGB bytes.
-MARKED_NM = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
-# Standard deviation of an ensemble's lobe in cycles per µm, 1/(2√2 π s), at the coherence length of 65 µm.
+# Colours of the marks by wavelength in nm, sRGB bytes.
+MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
+# Standard deviation of a lobe in cycles per µm at the plugin's default coherence length of 65 µm.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
 # Width of a scan, whose finite size widens the orders, too.
 SCAN_UM = 6.5
-# Standard deviation of a scan's lobe in cycles per µm. Chosen.
+# Standard deviation in cycles per µm of the window about a scan's spot, wide enough for the blurred order.
 SCAN_LOBE_PER_UM = 0.05
-# Fraction of the lit pixels that the exposure clips in pictures of scans. Chosen.
+# Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
 CLIPPED = 0.01
-# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. Chosen.
+# Fraction of the lit pixels that the exposure clips in pictures of sharp spots, few pixels that would appear faint.
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks, in pixels from the row of spots.
 MARKS_PIXELS = (14, 22)
 # Factor on the period of the negative control.
 WRONG_PERIOD = 1.02
-# The set-up of figure 2.19, where the mirrored beam meets the screen at a right angle. Xenopeltis sends most light to
-# orders below 0, which meet the screen when the beam comes from the other side.
+# The set-up of figure 2.19, where the mirrored beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
+# The mirror image of this set-up for Xenopeltis, which sends most light to negative orders. They meet the screen if the
+# beam comes from the left.
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
 # The wider screen for the blazed grating, whose orders lie in one row.
 LOW = Bench(height_mm=120.0)
@@ -61,8 +66,9 @@ HIGH = Bench()
 class Sample:
     """A surface on the bench.
 
-    `window` is the standard deviation of the weight of a spot's centroid, in cycles per µm. `axis` is the axis of the
-    heights whose period the rotation turns into the plane of incidence.
+    `skin` has parameters of the plugin. `orders` are measured, `marked` are marked on the picture, `clipped` determines
+    its exposure. `window` is the standard deviation of the weight of a spot's centroid, in cycles per µm. `axis` is the
+    axis of the heights whose period the skin's rotation turns into the plane of incidence.
     """
 
     name: str
@@ -77,11 +83,15 @@ class Sample:
 
     @property
     def is_scan(self) -> bool:
+        """Whether the surface is a measured height field."""
         return "filename" in self.skin
 
 
 def samples() -> list[Sample]:
-    """Scans, if present, and presets, in the set-up of figure 2.19 and before the wider screen."""
+    """All samples: skins in the set-up of figure 2.19, then skins and the blazed grating before the wider screen.
+
+    Skins are the scans, if present, and their presets.
+    """
     skins = scans()
     for name in ("Elaphe", "Xenopeltis"):
         skins.append(Sample(name.lower(), f"{name}, procedural", {"preset": name.lower()}, HIGH, (-1, 1)))
@@ -102,14 +112,17 @@ def samples() -> list[Sample]:
 
 
 def drawn(sample: Sample) -> Sample:
-    """The surface in the set-up of figure 2.19, with its brighter first order on the screen."""
+    """The skin in the set-up of figure 2.19, with its brighter first order on the screen."""
     from_left = "Xenopeltis" in sample.title
     bench, order = (DRAWN_FROM_LEFT, -1) if from_left else (DRAWN, 1)
     return replace(sample, name=f"{sample.name}-drawn", bench=bench, orders=(order,), marked=(order, 2 * order))
 
 
 def scans() -> list[Sample]:
-    """The scans, if present, turned so that the waves of a chosen period lie in the plane of incidence."""
+    """The scans, if present, turned so that the waves of one period lie in the plane of incidence.
+
+    The period is that of the fingers of Elaphe, and of the rows of fingers of Xenopeltis.
+    """
     found = []
     for name, path, axis in (("Elaphe", SCANS["elaphe"], "y"), ("Xenopeltis", SCANS["xenopeltis"], "x")):
         if not path.exists():
@@ -122,78 +135,88 @@ def scans() -> list[Sample]:
 
 
 def period(skin: dict, axis: str) -> dict:
-    """The dominant period of the heights along an axis in µm, and the direction of its waves in degrees."""
+    """The dominant period along `axis` of the unrotated heights: `period_um`, and `direction_deg` of its waves."""
     relief = {name: value for name, value in skin.items() if name != "rotation"}
     return json.loads(sunbeam("height-field", *surface_words(relief)))["periods"][axis]
 
 
-def measured(sample: Sample, bsdf: mi.BSDF, spacing: float) -> list[dict]:
-    """Spots of each order at each wavelength, with positions in mm and degrees."""
+def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
+    """A row for each order and wavelength whose spot is on the screen.
+
+    It has expected and measured positions x and angles θo; `spacing_um` is the period by the grating equation from the
+    measured angle.
+    """
     distance_mm = sample.bench.distance_mm
-    bench = replace(sample.bench, pixels_per_mm=FINE_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
+    bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
     rows = []
     for seed, wavelength_nm in enumerate(WAVELENGTHS_NM):
         picture = photograph(bsdf, bench, line(wavelength_nm), MEASURED_PATHS, seed=seed)
         for order in sample.orders:
-            found = spot_mm(bench, picture, spacing, order, wavelength_nm, sample.window)
-            if found is None:
+            found_mm = spot_mm(bench, picture, spacing_um, order, wavelength_nm, sample.window)
+            if found_mm is None:
                 continue
-            expected = bench.position_mm(spacing, order, wavelength_nm)
-            sine = math.sin(math.radians(float(bench.angle_deg(found)))) + math.sin(math.radians(bench.theta_i_deg))
+            expected_mm = bench.position_mm(spacing_um, order, wavelength_nm)
+            theta_o_deg = float(bench.angle_deg(found_mm))
+            sines = math.sin(math.radians(theta_o_deg)) + math.sin(math.radians(bench.theta_i_deg))
             rows.append(
                 {
                     "order": order,
                     "wavelength_nm": wavelength_nm,
-                    "expected_mm": expected,
-                    "expected_deg": float(bench.angle_deg(expected)),
-                    "measured_mm": found,
-                    "measured_deg": float(bench.angle_deg(found)),
-                    "spacing_um": order * wavelength_nm / 1e3 / sine,
+                    "expected_mm": expected_mm,
+                    "expected_deg": float(bench.angle_deg(expected_mm)),
+                    "measured_mm": found_mm,
+                    "measured_deg": theta_o_deg,
+                    "spacing_um": order * wavelength_nm / 1e3 / sines,
                 }
             )
     return rows
 
 
-def photographed(sample: Sample, bsdf: mi.BSDF, spacing: float, path: Path) -> None:
+def photographed(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Path) -> None:
     """Writes the screen in white light, with marks at the grating equation's positions of three wavelengths."""
     bench = sample.bench
     pixels = photograph(bsdf, bench, {"type": "d65"}, PICTURE_PATHS).astype(np.float32)
+    # The mean is set to 1 for the check, which takes small values for a black picture.
     check(pixels / pixels.mean(), sample.name)
-    stops = -np.log2(np.quantile(pixels.max(axis=-1)[pixels.max(axis=-1) > 0], 1 - sample.clipped))
+    brightest = pixels.max(axis=-1)
+    stops = -np.log2(np.quantile(brightest[brightest > 0], 1 - sample.clipped))
     image = Image.fromarray(tone_mapped(pixels, float(stops)))
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=13)
 
-    def place(x_mm, up_pixels):
+    def place(x_mm: float, up_pixels: float) -> tuple[float, float]:
+        """Pixel at the position x of the screen, `up_pixels` above its middle row."""
         return (x_mm / bench.width_mm + 0.5) * bench.size[0], 0.5 * bench.size[1] - up_pixels
 
+    start, end = MARKS_PIXELS
     for order in sample.marked:
-        seen = []
-        for wavelength_nm, colour in MARKED_NM.items():
-            x = bench.position_mm(spacing, order, wavelength_nm)
-            if x is None or abs(x) > 0.5 * bench.width_mm:
+        marked_mm = []
+        for wavelength_nm, colour in MARK_COLOURS.items():
+            x_mm = bench.position_mm(spacing_um, order, wavelength_nm)
+            if x_mm is None or abs(x_mm) > 0.5 * bench.width_mm:
                 continue
-            seen.append(x)
+            marked_mm.append(x_mm)
             for side in (1, -1):
-                draw.line([place(x, side * MARKS_PIXELS[0]), place(x, side * MARKS_PIXELS[1])], fill=colour, width=2)
-        if seen:
+                draw.line([place(x_mm, side * start), place(x_mm, side * end)], fill=colour, width=2)
+        if marked_mm:
             label = f"{order:+d}" if order else "0"
-            draw.text(place(np.mean(seen), MARKS_PIXELS[1] + 4), label, fill=(230, 230, 230), font=font, anchor="ms")
+            draw.text(place(np.mean(marked_mm), end + 4), label, fill=(230, 230, 230), font=font, anchor="ms")
     image.save(path, quality=88)
 
 
 def figures() -> dict:
-    """Positions of every spot; writes the pictures of the screens."""
-    folder, chosen = images("lab"), []
+    """The set-up's dimensions, and positions of all spots; writes the pictures of the screens."""
+    folder, summaries = images("lab"), []
     use_variant()
+    # One BSDF for all samples with the same skin, so that its tables are built once.
     bsdfs: dict[str, mi.BSDF] = {}
     for sample in samples():
         key = json.dumps(sample.skin)
         if key not in bsdfs:
             bsdfs[key] = mi.load_dict({"type": "diffraction", **sample.skin})
-        spacing = period(sample.skin, sample.axis)["period_um"]
-        photographed(sample, bsdfs[key], spacing, folder / f"{sample.name}.jpg")
-        chosen.append(summary(sample, spacing, measured(sample, bsdfs[key], spacing)))
-        print(f"{sample.name}: within {chosen[-1]['worst_mm']:.2f} mm", flush=True)
+        spacing_um = period(sample.skin, sample.axis)["period_um"]
+        photographed(sample, bsdfs[key], spacing_um, folder / f"{sample.name}.jpg")
+        summaries.append(summary(sample, spacing_um, measured(sample, bsdfs[key], spacing_um)))
+        print(f"{sample.name}: within {summaries[-1]['worst_mm']:.2f} mm", flush=True)
     return {
         "distance_mm": HIGH.distance_mm,
         "width_mm": HIGH.width_mm,
@@ -202,33 +225,38 @@ def figures() -> dict:
         "paths": MEASURED_PATHS,
         "wavelengths_nm": list(WAVELENGTHS_NM),
         "wrong_period_percent": 100 * (WRONG_PERIOD - 1),
+        # Standard deviation of the lobe on the wider screen near its middle, at 0.55 µm.
         "lobe_mm": 0.55 * LOBE_PER_UM * HIGH.distance_mm,
         "scan_um": SCAN_UM,
         "scan_window": SCAN_LOBE_PER_UM,
-        "samples": chosen,
+        "samples": summaries,
     }
 
 
-def summary(sample: Sample, spacing: float, spots: list[dict]) -> dict:
-    """The sample's spots, and their distances from the positions of the grating equation."""
+def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
+    """The sample's `spots` (rows of `measured`), and their largest and rms distances from the grating equation.
+
+    `wrong_period_mm` is the smallest distance that a period wrong by WRONG_PERIOD would cause; `by_order` has the mean
+    period from the spots of each order.
+    """
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
     wrong_mm = []
     for spot in spots:
-        moved = sample.bench.position_mm(WRONG_PERIOD * spacing, spot["order"], spot["wavelength_nm"])
-        wrong_mm.append(abs(moved - spot["expected_mm"]))
+        moved_mm = sample.bench.position_mm(WRONG_PERIOD * spacing_um, spot["order"], spot["wavelength_nm"])
+        wrong_mm.append(abs(moved_mm - spot["expected_mm"]))
     by_order = []
     for order in sorted({spot["order"] for spot in spots}):
-        found = [spot["spacing_um"] for spot in spots if spot["order"] == order]
-        by_order.append({"order": order, "spacing_um": float(np.mean(found))})
+        found_um = [spot["spacing_um"] for spot in spots if spot["order"] == order]
+        by_order.append({"order": order, "spacing_um": float(np.mean(found_um))})
     return {
         "name": sample.name,
         "title": sample.title,
         "is_scan": sample.is_scan,
         "is_drawn": sample.bench in (DRAWN, DRAWN_FROM_LEFT),
         "theta_i_deg": sample.bench.theta_i_deg,
-        "spacing_um": spacing,
+        "spacing_um": spacing_um,
         # Longest wavelength whose first order on the other side of the mirrored beam is above the horizon.
-        "horizon_nm": 1e3 * spacing * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
+        "horizon_nm": 1e3 * spacing_um * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
         "by_order": by_order,
         "spots": spots,

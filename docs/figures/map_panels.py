@@ -1,4 +1,7 @@
-"""Maps as panels of a sheet: drawn by `sunbeam`, compared with a reference map, and captioned."""
+"""BRDF maps as panels of a sheet: drawn by `sunbeam brdf-map`, compared with a reference map, and captioned.
+
+A map's pixels are direction sines (x, y) in [−1, 1]², +y up. Those with x² + y² < 1, the disc, are outgoing directions.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -16,38 +20,50 @@ from mitsuba_scenes.tool import sunbeam
 
 from .map_surfaces import Surface
 
-# Side of a panel, and of its map, in pixels.
+# Side of a panel, and of a map without an inset, in pixels.
 PANEL = 168
-# Factor on the side of a map with an inset; odd, so that each pixel of the panel is a pixel of the map.
+# Default factor on the side of a map with an inset. Such factors are odd, so that the centre of each pixel of the panel
+# is the centre of a pixel of the map.
 FINE = 3
-# Options of the reference map: the patch model by FLSS in wavelength steps of 1 nm, with a tolerance far below the
-# visible.
-REFERENCE = ("--method", "flss", "--tolerance", 1e-4, "--lambda-step", 1)
+# Options of the reference for spectra: FLSS (docs/realtime.md) with a tolerance far below the visible.
+REFERENCE_SPECTRUM = ("--method", "flss", "--tolerance", 1e-4)
+# Options of the reference map, in wavelength steps of 1 nm.
+REFERENCE = (*REFERENCE_SPECTRUM, "--lambda-step", 1)
 # Colour of the boxes of insets, sRGB bytes.
 RED = (230, 30, 30)
-# Font of the captions, which has Greek.
+# Font of the captions, which has Greek letters.
 FONT = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
+# Size of the captions in pixels.
 FONT_SIZE = 11
+
+
+class Box(NamedTuple):
+    """A rectangle of a map, in direction sines."""
+
+    x_min: float
+    x_max: float
+    y_min: float
+    y_max: float
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A map: a surface, a method with its options, and a caption.
+    """A map: a surface, the options of a method, and a caption.
 
-    An inset shows the rectangle `box` (x from, x to, y from, y to in direction sines) of a finer map. `truth` is the
-    reference's surface if it is another. The exposure is the reference's, or `exposure`; a map that is not `compared`
-    has the exposure of the reference at normal incidence.
+    With a `box` the map is `fine` times as fine, and an inset shows the box. The reference map is of the surface, or of
+    `reference_surface` if given; it determines the exposure unless `exposure`, a factor, is given. A map that is not
+    `compared` gets no errors, and its reference is at normal incidence.
     """
 
     caption: str
     surface: Surface
     method: tuple
     theta_i_deg: float = 0
-    box: tuple | None = None
+    box: Box | None = None
     fine: int = FINE
     exposure: float | None = None
     compared: bool = True
-    truth: Surface | None = None
+    reference_surface: Surface | None = None
 
     @property
     def size(self) -> int:
@@ -60,13 +76,14 @@ class Panel:
 
     def reference_words(self) -> tuple:
         """The arguments of `sunbeam brdf-map` for the reference map."""
+        surface = self.reference_surface or self.surface
         theta_i_deg = self.theta_i_deg if self.compared else 0
-        return (*(self.truth or self.surface).words, "--theta-i", theta_i_deg, "--size", self.size, *REFERENCE)
+        return (*surface.words, "--theta-i", theta_i_deg, "--size", self.size, *REFERENCE)
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A panel that is not a map."""
+    """A panel that is not a map: a finished picture, PANEL pixels wide and high."""
 
     caption: str
     picture: Image.Image
@@ -74,40 +91,43 @@ class Drawing:
 
 @dataclass
 class Sheet:
-    """A figure of Single 2014, or ours beside it."""
+    """Panels of one picture file NAME.jpg, in rows of `columns`."""
 
     name: str
     columns: int
-    panels: list = field(default_factory=list)
+    panels: list[Panel | Drawing] = field(default_factory=list)
 
 
 class Maps:
-    """Maps in a folder, each drawn once."""
+    """Draws maps into a folder, each once. A map is an EXR with linear values, and beside it a PNG as displayed."""
 
     def __init__(self, folder: Path):
         self.folder = folder
         self._drawn: dict[tuple, tuple[Path, float]] = {}
 
     def drawn(self, words: tuple, exposure: float | None = None) -> tuple[Path, float]:
-        """The map of these arguments of `sunbeam brdf-map` (.exr, with a .png beside it), and its exposure."""
+        """The EXR of the map with the arguments `words` of `sunbeam brdf-map`, and the PNG's exposure as a factor.
+
+        By default the command chooses the exposure that clips 1 % of the disc.
+        """
         key = (*words, exposure)
         if key not in self._drawn:
             exr = self.folder / f"map-{len(self._drawn)}.exr"
-            shown = () if exposure is None else ("--exposure", exposure)
-            report = json.loads(sunbeam("brdf-map", "-o", exr, "--png", exr.with_suffix(".png"), *words, *shown))
+            exposed = () if exposure is None else ("--exposure", exposure)
+            report = json.loads(sunbeam("brdf-map", "-o", exr, "--png", exr.with_suffix(".png"), *words, *exposed))
             self._drawn[key] = (exr, report["exposure"])
         return self._drawn[key]
 
     def of(self, panel: Panel) -> tuple[Path, float]:
-        """The panel's map with its own or the reference's exposure."""
+        """The EXR of the panel's map, and its exposure, the panel's own or the reference's."""
         return self.drawn(panel.words(), panel.exposure or self.reference(panel)[1])
 
     def reference(self, panel: Panel) -> tuple[Path, float]:
-        """The reference map, with 1 % of its disc clipped."""
+        """The EXR of the panel's reference map, and its exposure."""
         return self.drawn(panel.reference_words())
 
     def error(self, panel: Panel) -> dict:
-        """Errors of the map against its reference: over the disc, and where the displayed reference is not black."""
+        """Errors of the map against its reference: CIEDE2000 and FLIP over the disc, and CIEDE2000 where `lit`."""
         found = self.compared(panel, disc(panel.size))
         return {
             "delta_e_mean": found["delta_e_2000"]["mean"],
@@ -117,21 +137,26 @@ class Maps:
         }
 
     def lit(self, panel: Panel) -> np.ndarray:
-        """Mask of the pixels of the displayed reference that are not black."""
+        """Mask of the pixels where the displayed reference is not black."""
         return np.asarray(Image.open(self.reference(panel)[0].with_suffix(".png"))).max(axis=-1) > 0
 
-    def compared(self, panel: Panel, where: np.ndarray) -> dict:
-        """The report of `sunbeam compare` of reference and map in the pixels of a mask."""
+    def compared(self, panel: Panel, mask: np.ndarray) -> dict:
+        """The report of `sunbeam compare` of the map with its reference in a mask, at the reference's exposure."""
         (reference, exposure), (exr, _) = self.reference(panel), self.of(panel)
-        mask = self.folder / "mask.png"
-        Image.fromarray(np.where(where, 255, 0).astype(np.uint8)).save(mask)
-        return json.loads(sunbeam("compare", reference, exr, "--exposure", math.log2(exposure), "--mask", mask))
+        png = self.folder / "mask.png"
+        Image.fromarray(np.where(mask, 255, 0).astype(np.uint8)).save(png)
+        # `compare` takes the exposure in stops.
+        return json.loads(sunbeam("compare", reference, exr, "--exposure", math.log2(exposure), "--mask", png))
+
+
+def sines(size: int) -> np.ndarray:
+    """Direction sines x of the pixels' centres along a row of a map `size` pixels wide, in ascending order."""
+    return (np.arange(size) + 0.5) * 2 / size - 1
 
 
 def disc(size: int) -> np.ndarray:
-    """Mask of the pixels of a map that are directions."""
-    sine = (np.arange(size) + 0.5) * 2 / size - 1
-    return np.hypot(sine[:, None], sine) < 1
+    """Mask of the disc in a map `size` pixels wide and high."""
+    return np.hypot(sines(size)[:, None], sines(size)) < 1
 
 
 def short(delta_e: float) -> str:
@@ -140,31 +165,33 @@ def short(delta_e: float) -> str:
 
 
 def picture_of(panel: Panel, png: Path) -> Image.Image:
-    """The map on the sheet's paper, with its inset."""
-    fine = np.array(Image.open(png).convert("RGB"))
-    fine[~disc(len(fine))] = PAPER
-    step = len(fine) // PANEL
-    image = Image.fromarray(np.ascontiguousarray(fine[step // 2 :: step, step // 2 :: step]))
+    """The displayed map `png` at the size of a panel, with the colour of the paper outside the disc, and its inset."""
+    pixels = np.array(Image.open(png).convert("RGB"))
+    size = len(pixels)
+    pixels[~disc(size)] = PAPER
+    # Every `step`-th pixel of the map, the middle one of each block.
+    step = size // PANEL
+    image = Image.fromarray(np.ascontiguousarray(pixels[step // 2 :: step, step // 2 :: step]))
     if panel.box is None:
         return image
-    x0, x1, y0, y1 = panel.box
-    left, right = (round((x + 1) / 2 * len(fine)) for x in (x0, x1))
-    top, bottom = (round((1 - y) / 2 * len(fine)) for y in (y1, y0))
-    part = Image.fromarray(np.ascontiguousarray(fine[top:bottom, left:right]))
-    # Small enough to leave the middle of the map, with the boxes, free.
-    width = PANEL * (3 if part.width > part.height else 2) // 5
-    inset = part.resize((width, round(width * part.height / part.width)), Image.Resampling.BICUBIC)
-    draw = ImageDraw.Draw(image)
-    draw.rectangle([left // step - 1, top // step - 1, right // step, bottom // step], outline=RED)
+    # The box in pixels of the map.
+    left, right = (round((x + 1) / 2 * size) for x in (panel.box.x_min, panel.box.x_max))
+    top, bottom = (round((1 - y) / 2 * size) for y in (panel.box.y_max, panel.box.y_min))
+    boxed = Image.fromarray(np.ascontiguousarray(pixels[top:bottom, left:right]))
+    # Small enough to leave the middle of the map, where the boxes are, free.
+    width = PANEL * (3 if boxed.width > boxed.height else 2) // 5
+    inset = boxed.resize((width, round(width * boxed.height / boxed.width)), Image.Resampling.BICUBIC)
+    canvas = ImageDraw.Draw(image)
+    canvas.rectangle([left // step - 1, top // step - 1, right // step, bottom // step], outline=RED)
     corner = (PANEL - width - 2, PANEL - inset.height - 2)
     image.paste(inset, corner)
-    draw.rectangle([corner[0] - 1, corner[1] - 1, PANEL - 2, PANEL - 2], outline=RED)
+    canvas.rectangle([corner[0] - 1, corner[1] - 1, PANEL - 2, PANEL - 2], outline=RED)
     return image
 
 
 def draw(sheet: Sheet, maps: Maps, folder: Path) -> dict:
-    """Writes the sheet as JPEG and returns the errors of its panels."""
-    cells, rows = [], []
+    """Writes the sheet as JPEG into `folder`; returns the file's name and the errors of the compared panels."""
+    cells, errors = [], []
     for number, panel in enumerate(sheet.panels):
         caption = panel.caption
         if isinstance(panel, Drawing):
@@ -172,16 +199,16 @@ def draw(sheet: Sheet, maps: Maps, folder: Path) -> dict:
         else:
             picture = picture_of(panel, maps.of(panel)[0].with_suffix(".png"))
             if panel.compared:
-                rows.append({"caption": caption.replace("\n", ", "), **maps.error(panel)})
-                caption += f"\nΔE {short(rows[-1]['delta_e_mean'])}, lit {short(rows[-1]['delta_e_lit'])}"
+                errors.append({"caption": caption.replace("\n", ", "), **maps.error(panel)})
+                caption += f"\nΔE {short(errors[-1]['delta_e_mean'])}, lit {short(errors[-1]['delta_e_lit'])}"
         png = maps.folder / f"{sheet.name}-{number}.png"
         picture.save(png)
         cells.append((png, caption))
         print(f"{sheet.name}: {caption!r}", flush=True)
-    lines = [cells[i : i + sheet.columns] for i in range(0, len(cells), sheet.columns)]
+    rows = [cells[i : i + sheet.columns] for i in range(0, len(cells), sheet.columns)]
     whole = maps.folder / f"{sheet.name}.png"
-    contact_sheet(lines, whole, PANEL, ImageFont.truetype(FONT, FONT_SIZE))
-    picture = folder / f"{sheet.name}.jpg"
+    contact_sheet(rows, whole, PANEL, ImageFont.truetype(FONT, FONT_SIZE))
+    file = folder / f"{sheet.name}.jpg"
     with Image.open(whole) as drawn:
-        drawn.save(picture, quality=88)
-    return {"picture": picture.name, "panels": rows}
+        drawn.save(file, quality=88)
+    return {"picture": file.name, "panels": errors}

@@ -1,7 +1,10 @@
-"""The surfaces of the BRDF maps, oriented as in figure 2.2 of Single 2014: blazed grating, scans and presets.
+"""Surfaces of the BRDF maps, oriented as in figure 2.2 of Single 2014: blazed grating, scans and presets.
 
 Figure 2.2 has the fingers of both skins along y and the layers of Xenopeltis along x. The scans and the Xenopeltis
-preset are turned by 90°.
+preset are therefore turned by 90°.
+
+Heights are in µm, indexed [iy, ix] with y = 0 first. The coherence window is centred on pixel (0, 0); the surfaces
+repeat.
 """
 
 from __future__ import annotations
@@ -19,19 +22,19 @@ from mitsuba_scenes.crosscheck.cases import SCANS
 from mitsuba_scenes.tool import sunbeam
 
 SKINS = ("elaphe", "xenopeltis")
-# Edge of the presets' tiles.
+# Edge of the presets' tiles, and the default coherence length.
 TILE_UM = 65.0
-# Period of the blazed grating.
+# Period of the blazed grating, equal to the preset's. A tile has 26 periods.
 PERIOD_UM = 2.5
-# Height of the blazed grating.
+# Height of the blazed grating, equal to the preset's.
 HEIGHT_UM = 0.25
-# Pixels of a period in a tile of 65 µm with 26 whole periods.
+# Pixels of a period of the blazed grating.
 PIXELS_OF_PERIOD = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A surface: arguments of `sunbeam`, and heights in µm with rows along +y."""
+    """A surface: its name on the page, the arguments of `sunbeam` that select it, heights, and coherence length."""
 
     name: str
     words: tuple
@@ -41,71 +44,75 @@ class Surface:
 
     @property
     def extent_um(self) -> tuple[float, float]:
-        """Length along x and y; a relief of one row is one pixel long along y."""
+        """Lengths along x and y; a relief of one row is one pixel long along y."""
         rows, columns = self.heights_um.shape
         return columns * self.pixel_um, rows * self.pixel_um
 
     def with_coherence(self, coherence_um: float) -> Surface:
-        """A preset under a window of another coherence length."""
+        """The surface with another coherence length; for presets, since `words` of files state one already."""
         return replace(self, words=(*self.words, "--coherence-length", coherence_um), coherence_um=coherence_um)
 
 
 class Surfaces:
-    """Writes the files of the surfaces into a folder."""
+    """All surfaces of the page; those that are no preset of `sunbeam` are written as files into a folder.
+
+    `blazed` is the preset, one period that repeats. `blazed_row` is the same grating as a file, a tile of 65 µm in one
+    row of pixels.
+    """
 
     def __init__(self, folder: Path):
         self.folder = folder
-        rows = np.arange(round(TILE_UM / PERIOD_UM) * PIXELS_OF_PERIOD) % PIXELS_OF_PERIOD
-        heights = HEIGHT_UM * (rows[None, :] + 0.5) / PIXELS_OF_PERIOD
+        pixel_in_period = np.arange(round(TILE_UM / PERIOD_UM) * PIXELS_OF_PERIOD) % PIXELS_OF_PERIOD
+        heights_um = HEIGHT_UM * (pixel_in_period[None, :] + 0.5) / PIXELS_OF_PERIOD
         pixel_um = PERIOD_UM / PIXELS_OF_PERIOD
-        # Each period is the preset's, with other pixels.
-        self.blazed = Surface("blazed", ("--preset", "blazed"), pixel_um, heights)
-        self.blazed_row = self.written(Surface("blazed", (), pixel_um, heights))
+        self.blazed = Surface("blazed", ("--preset", "blazed"), pixel_um, heights_um)
+        self.blazed_row = self.written(Surface("blazed", (), pixel_um, heights_um))
         self._skins = {name: [*self._scan(name), self._preset(name)] for name in SKINS}
 
     def skin(self, name: str) -> list[Surface]:
-        """The scan where it is present, then the preset."""
+        """The surfaces of a species, one of SKINS: the scan if it is present, then the preset."""
         return self._skins[name]
 
     def _scan(self, name: str) -> list[Surface]:
-        """The scan of a species as a list of one surface; an empty list without its file."""
+        """A list of the species' scan; empty, after one printed line, without its file."""
         if not SCANS[name].exists():
             print(f"NOT SHOWN: no scan at {SCANS[name]}, so there are no maps of the measured {name}", flush=True)
             return []
-        heights, pixel_um = read_heights("--height-field", SCANS[name])
-        # The middle of the scan moves to pixel (0, 0), the centre of the coherence window. The window is negligible at
+        heights_um, pixel_um = read_heights("--height-field", SCANS[name])
+        # The middle of the scan moves to pixel (0, 0), so that the coherence window, as wide as the scan, has faded at
         # the scan's edges.
-        heights = np.rot90(heights, -1)
-        heights = np.roll(heights, [n // 2 for n in heights.shape], axis=(0, 1))
-        extent_um = len(heights) * pixel_um
-        return [self.written(Surface(f"{name.capitalize()}, scan", (), pixel_um, heights, extent_um))]
+        heights_um = np.rot90(heights_um, -1)
+        heights_um = np.roll(heights_um, [n // 2 for n in heights_um.shape], axis=(0, 1))
+        extent_um = len(heights_um) * pixel_um
+        return [self.written(Surface(f"{name.capitalize()}, scan", (), pixel_um, heights_um, extent_um))]
 
     def _preset(self, name: str) -> Surface:
-        heights, pixel_um = read_heights("--preset", name)
+        """The preset of a species; only that of Xenopeltis is turned."""
+        heights_um, pixel_um = read_heights("--preset", name)
         caption = f"{name.capitalize()}, procedural"
         if name == "elaphe":
-            return Surface(caption, ("--preset", name), pixel_um, heights)
-        return self.written(Surface(caption, (), pixel_um, np.rot90(heights, -1)))
+            return Surface(caption, ("--preset", name), pixel_um, heights_um)
+        return self.written(Surface(caption, (), pixel_um, np.rot90(heights_um, -1)))
 
     def written(self, surface: Surface) -> Surface:
-        """The surface as read from a file."""
+        """A copy whose heights are written to a new file, with `words` that read it."""
         file = self.folder / f"surface-{len(list(self.folder.glob('surface-*')))}.npy"
         np.save(file, np.ascontiguousarray(surface.heights_um))
         words = ("--height-field", file, "--pixel-size", surface.pixel_um, "--level", "none", "--tiling", "periodic")
         return replace(surface, words=(*words, "--coherence-length", surface.coherence_um))
 
     def about_the_base(self, surface: Surface) -> Surface:
-        """The surface with one pixel lowered until the lowest height is the middle of the range.
+        """The surface with one pixel lowered, so that the middle of the range is the other pixels' lowest height.
 
-        A series about the middle of the range is then one about the lowest height, as in Single 2014. The pixel is
-        where the coherence window is negligible.
+        The renderer's series about the middle of the range is then a series about the lowest height, as in Single 2014.
+        The pixel is the farthest from the centre of the coherence window, which is negligible there.
         """
-        heights = surface.heights_um - surface.heights_um.min()
-        heights[tuple(n // 2 for n in heights.shape)] = -heights.max()
-        return self.written(replace(surface, heights_um=heights))
+        heights_um = surface.heights_um - surface.heights_um.min()
+        heights_um[tuple(n // 2 for n in heights_um.shape)] = -heights_um.max()
+        return self.written(replace(surface, heights_um=heights_um))
 
     def cut(self, surface: Surface, edge_um: float) -> Surface:
-        """A square about the middle of the window, repeated, with the coherence length of 65 µm."""
+        """The square about pixel (0, 0) with this edge as a tile of its own, with a coherence length of 65 µm."""
         pixels = round(edge_um / surface.pixel_um)
         centred = np.roll(surface.heights_um, 2 * [pixels // 2], axis=(0, 1))[:pixels, :pixels]
         name = f"{surface.name}, {edge_um:g} µm"
@@ -114,7 +121,7 @@ class Surfaces:
 
 @lru_cache
 def read_heights(*words) -> tuple[np.ndarray, float]:
-    """Heights in µm and edge of a pixel in µm, by `sunbeam height-field`."""
+    """Heights and edge of a pixel in µm, by `sunbeam height-field` with the arguments `words`."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "heights.npy"
         report = json.loads(sunbeam("height-field", *words, "-o", file))
@@ -122,17 +129,20 @@ def read_heights(*words) -> tuple[np.ndarray, float]:
 
 
 def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int) -> Image.Image:
-    """The square about the middle of the window in grey, the lowest height black, +y up, with a red bar for scale."""
+    """A picture of the square about pixel (0, 0) with the edge `edge_um`, `pixels` wide and high, +y up.
+
+    Heights are grey, the lowest black. A red bar of `bar_um` for scale is in the lower right corner, unless `None`.
+    """
     count = round(edge_um / surface.pixel_um)
-    heights = surface.heights_um
-    # A relief of one row is the same along y.
-    square = np.repeat(heights, count, axis=0) if len(heights) == 1 else heights
-    part = np.roll(square, 2 * [count // 2], axis=(0, 1))[:count, :count]
-    grey = np.uint8(np.round(255 * (part - part.min()) / np.ptp(part)))
-    # Row 0 is the lowest y.
+    heights_um = surface.heights_um
+    # A relief of one row is constant along y.
+    tile = np.repeat(heights_um, count, axis=0) if len(heights_um) == 1 else heights_um
+    square = np.roll(tile, 2 * [count // 2], axis=(0, 1))[:count, :count]
+    grey = np.uint8(np.round(255 * (square - square.min()) / np.ptp(square)))
+    # Row 0 of the heights is the lowest y, that of a picture the highest.
     picture = Image.fromarray(np.ascontiguousarray(grey[::-1])).resize((pixels, pixels), Image.Resampling.BILINEAR)
     picture = picture.convert("RGB")
     if bar_um:
-        right, low = pixels - 12, pixels - 14
-        ImageDraw.Draw(picture).rectangle([right - bar_um / edge_um * pixels, low, right, low + 4], fill=(230, 30, 30))
+        right, top = pixels - 12, pixels - 14
+        ImageDraw.Draw(picture).rectangle([right - bar_um / edge_um * pixels, top, right, top + 4], fill=(230, 30, 30))
     return picture

@@ -1,4 +1,7 @@
-"""Marks on pictures: boxes, insets, a compass, the direction of the light."""
+"""Marks on pictures of the snake: boxes, insets, a compass, the direction of the light.
+
+The scene's frame is that of mitsuba_scenes/scene.py: cm, z up. In pictures x is to the right, and y down from the top.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,14 @@ from PIL import Image, ImageDraw, ImageFont
 from mitsuba_scenes.light import Light
 from mitsuba_scenes.scene import View
 
-# Colour of boxes, sRGB bytes.
+# Colour of boxes and letters, sRGB bytes.
 RED = (225, 30, 30)
-# Colour of the cone, sRGB bytes.
-GREY = (140, 140, 140)
-# Colour of the cone's outline, sRGB bytes.
-RIM = (20, 20, 20)
+# Colour of the cone's side, sRGB bytes.
+CONE_SIDE = (140, 140, 140)
+# Colour of the cone's base, sRGB bytes.
+CONE_BASE = (190, 190, 190)
+# Colour of the outline of the cone's base, sRGB bytes.
+CONE_RIM = (20, 20, 20)
 # Magnification of insets.
 ENLARGED = 3
 # Length of the cone that shows the light's direction.
@@ -23,7 +28,7 @@ CONE_RADIUS_CM = 0.35
 
 
 def project(view: View, point_cm) -> tuple[float, float]:
-    """Position of a point of the scene in the picture, in pixels from the upper left corner."""
+    """Position of a point of the scene in the picture, (x, y) in pixels from the upper left corner."""
     origin = np.array(view.origin_cm, dtype=float)
     forward = np.array(view.target_cm) - origin
     forward /= np.linalg.norm(forward)
@@ -36,7 +41,7 @@ def project(view: View, point_cm) -> tuple[float, float]:
 
 
 def box(picture: Image.Image, share: float) -> None:
-    """Draws a red box about the middle, with `share` of the picture's sides."""
+    """Draws a red box about the middle; its sides are the fraction `share` of the picture's."""
     width, height = picture.size
     half_x, half_y = 0.5 * share * width, 0.5 * share * height
     corners = [0.5 * width - half_x, 0.5 * height - half_y, 0.5 * width + half_x, 0.5 * height + half_y]
@@ -44,7 +49,7 @@ def box(picture: Image.Image, share: float) -> None:
 
 
 def inset(picture: Image.Image, centre: tuple[int, int], half: int) -> None:
-    """Draws a red box of 2·`half` pixels about `centre`, and its enlarged contents in the lower right corner."""
+    """Draws a red box of 2·`half` pixels a side about `centre`, and its enlarged contents in the lower right corner."""
     x, y = centre
     corners = (x - half, y - half, x + half, y + half)
     side = 2 * half * ENLARGED
@@ -57,7 +62,10 @@ def inset(picture: Image.Image, centre: tuple[int, int], half: int) -> None:
 
 
 def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, float]) -> None:
-    """Draws the letters of a compass at distances `reach_cm` (east, north) from a point; +x is east, +y north."""
+    """Draws the letters E, W, N and S around the point `middle_cm`; +x is east, +y north.
+
+    `reach_cm` are the distances of E and W, and of N and S, from the point.
+    """
     font = ImageFont.load_default(size=24)
     east, north = np.array([reach_cm[0], 0, 0]), np.array([0, reach_cm[1], 0])
     draw = ImageDraw.Draw(picture)
@@ -67,19 +75,17 @@ def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, 
 
 
 def light_cone(picture: Image.Image, view: View, light: Light, apex_cm) -> None:
-    """Draws a cone from a point towards the sun."""
+    """Draws a cone from the point `apex_cm` towards the sun. Its base is drawn last, as if it faced the camera."""
     to_sun = light.to_sun()
     across = np.cross(to_sun, [0, 0, 1])
     across /= np.linalg.norm(across)
     up = np.cross(to_sun, across)
     turns = np.linspace(0, 2 * np.pi, 48, endpoint=False)
-    base = [
-        np.array(apex_cm) + CONE_CM * to_sun + CONE_RADIUS_CM * (np.cos(turn) * across + np.sin(turn) * up)
-        for turn in turns
-    ]
+    centre = np.array(apex_cm) + CONE_CM * to_sun
+    base = [centre + CONE_RADIUS_CM * (np.cos(turn) * across + np.sin(turn) * up) for turn in turns]
     tip = project(view, apex_cm)
     rim = [project(view, point) for point in base]
     draw = ImageDraw.Draw(picture)
-    for a, b in zip(rim, [*rim[1:], rim[0]]):
-        draw.polygon([tip, a, b], fill=GREY)
-    draw.polygon(rim, fill=tuple(min(level + 50, 255) for level in GREY), outline=RIM)
+    for start, end in zip(rim, [*rim[1:], rim[0]]):
+        draw.polygon([tip, start, end], fill=CONE_SIDE)
+    draw.polygon(rim, fill=CONE_BASE, outline=CONE_RIM)

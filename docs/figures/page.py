@@ -1,4 +1,4 @@
-"""Generated text of the documentation: a template, its data, and the marked region of a page that they fill.
+"""Generated text of the documentation: templates, their data, and the regions of pages that they fill.
 
 A *part* is a template `templates/NAME.md.j2`, its numbers `data/NAME.json`, and a region between
 `<!-- NAME: … -->` and `<!-- /NAME -->` on one of the pages `docs/*.md`. A page may hold several parts, and text
@@ -20,7 +20,7 @@ from . import card
 from .wrap import wrapped
 
 DOCS = REPOSITORY / "docs"
-# Presets that stand in for measured skins.
+# Presets that imitate measured skins; pages mark them as procedural.
 PROCEDURAL = ("elaphe", "xenopeltis")
 
 
@@ -32,37 +32,42 @@ def images(name: str, docs: Path = DOCS) -> Path:
 
 
 def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
-    """Renders the part's template into its region and saves the figures as `data/NAME.json`; returns the page.
+    """Fills the region of a part from its template, and saves the figures as `data/NAME.json`; returns the page.
 
-    The page is read from the documentation and written to `docs`. Templates also see `card`, the measurements on a
-    graphics card. A variable that the figures lack is an error, as is a number that JSON does not know.
+    Template and page are read from the repository's documentation; page and data are written to the folder `docs`.
+    Raises ValueError for numbers that JSON lacks (NaN and infinity), and SetupError without a region for the part.
     """
     data = docs / "data" / f"{name}.json"
     data.parent.mkdir(parents=True, exist_ok=True)
-    data.write_text(json.dumps(figures, indent=1, allow_nan=False) + "\n")
+    data.write_text(json.dumps(figures, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     page, text, region = find_region(name)
     written = docs / page.name
-    written.write_text(f"{text[: region.start(1)]}{render(name, figures)}{text[region.end(1) :]}")
+    filled = f"{text[: region.start(1)]}{render(name, figures)}{text[region.end(1) :]}"
+    written.write_text(filled, encoding="utf-8")
     return written
 
 
 def render(name: str, figures: dict) -> str:
-    """The part's Markdown with filled paragraphs, no blank lines at its ends and one line break after it."""
-    templates = Environment(
+    """The part's Markdown with filled paragraphs, no blank lines at its ends and one line break after it.
+
+    Templates see the figures as variables, and `card`, the measurements on a graphics card. A variable that is missing
+    raises jinja2's UndefinedError.
+    """
+    environment = Environment(
         loader=FileSystemLoader(DOCS / "templates"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         autoescape=False,
     )
-    templates.filters.update(named=named, scans_first=scans_first, measured=card.measured)
-    templates.globals["card"] = card.read()
-    text = templates.get_template(f"{name}.md.j2").render(figures).strip()
+    environment.filters.update(named=named, scans_first=scans_first, measured=card.measured)
+    environment.globals["card"] = card.read()
+    text = environment.get_template(f"{name}.md.j2").render(figures).strip()
     return wrapped(re.sub(r"\n{3,}", "\n\n", text)) + "\n"
 
 
 def find_region(name: str) -> tuple[Path, str, re.Match]:
-    """The page that holds the part's region, its text, and the match whose group 1 is the region's contents."""
+    """The page with the part's region, the page's text, and the match whose group 1 is the region's contents."""
     marks = re.compile(rf"<!-- {name}: [^\n]* -->\n(.*?)<!-- /{name} -->\n", re.S)
     for page in sorted(DOCS.glob("*.md")):
         text = page.read_text(encoding="utf-8")
@@ -72,16 +77,16 @@ def find_region(name: str) -> tuple[Path, str, re.Match]:
 
 
 def named(surface: str) -> str:
-    """The name of a surface on pages: skins that were not measured are marked as procedural."""
+    """The name of a surface on pages, with "(procedural)" after each of PROCEDURAL; names of scans are unchanged."""
     if "scan" in surface:
         return surface
     return re.sub(rf"\b({'|'.join(PROCEDURAL)})\b", r"\1 (procedural)", surface)
 
 
 def scans_first(rows: Iterable, key: str | None = None) -> list:
-    """Rows with scans before all others, in stable order.
+    """The rows with scans first and otherwise in their order; a scan has "scan" in its name.
 
-    A row's name is its value under `key`; without `key`, the row itself or its first item.
+    A row's name is its value under `key`; without `key` it is the row itself if it is a string, else its first item.
     """
 
     def name(row) -> str:
@@ -93,6 +98,6 @@ def scans_first(rows: Iterable, key: str | None = None) -> list:
 
 
 def insist(part: str, holds: bool, statement: str) -> None:
-    """Raises an error where the numbers contradict a statement of the template."""
+    """Raises SetupError unless `statement`, which the part's template makes, `holds` for the measured numbers."""
     if not holds:
-        raise SetupError(f"the numbers do not carry it that {statement}: change docs/templates/{part}.md.j2")
+        raise SetupError(f"the numbers contradict that {statement}; change docs/templates/{part}.md.j2")

@@ -1,8 +1,9 @@
 """The part `periodicity`: spacings from peak angles, table 1.1 and figures 1.8 to 1.10 of Single 2014.
 
-At each wavelength λ the brightest angle θr of the first order gives a spacing λ/(sin θi + sin θr) (spacing.py). The
-page lists mean and variance of the spacing over the wavelengths, for presets by the methods FLSS, NMM and PQ
-(docs/realtime.md), and for scans by the direct sum. A *ridge* is a range of wavelengths whose spacings agree.
+The peak angle at each wavelength gives a spacing (spacing.py). The page lists mean and variance of the spacing over the
+wavelengths, for presets by the methods FLSS, NMM and PQ (docs/realtime.md), and for scans by the direct sum. A *ridge*
+is a range of wavelengths whose spacings agree. Rows of the data with `inside` tell whether Single 2014's value,
+`theirs`, is in the range of ours.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from .spacing import (
     SCAN_WAVELENGTH_STEP_NM,
     THETA_I_DEG,
     WAVELENGTH_STEP_NM,
-    Found,
+    Evaluation,
     Relief,
     draw,
     evaluate,
@@ -32,8 +33,8 @@ from .spacing import (
     rounding_nm2,
 )
 
-PAGE = "periodicity"
-# Mean in nm and variance in nm² of the spacing, by grating and method: Single 2014's table 1.1.
+PART = "periodicity"
+# Single 2014's table 1.1: mean in nm and variance in nm² of the spacing, by grating and method.
 THEIRS = {
     ("blazed", "flss"): (2499.997, 0.377),
     ("blazed", "nmm"): (2499.997, 0.377),
@@ -43,37 +44,40 @@ THEIRS = {
     ("elaphe", "pq"): (1052.308, 49.678),
     ("xenopeltis", "flss"): (1552.27, 0.45),
 }
-# Angles of view in degrees that contain the first order; Single 2014 gives none.
+# Ranges of angles of view in degrees that contain the first order; Single 2014 gives none.
 ANGLES_DEG = {"blazed": (-55, -40), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
-# Angles of view for the scans, whose orders are wider.
+# Ranges of angles of view in degrees for the scans, whose orders are wider.
 SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
-# Search range in nm for scans, which excludes side lobes of order 0.
+# Searched ranges in nm of the spacings of scans, which exclude side lobes of order 0.
 SCAN_BETWEEN_NM = {"elaphe": (900, 1450), "xenopeltis": (1250, 1950)}
-# Period of the preset `blazed` in nm.
+# Period of the preset `blazed`.
 BLAZED_NM = 2500
 # Pixels of one period of the preset `blazed`.
 BLAZED_PIXELS = 1024
-# Height of the preset `blazed` in µm.
+# Height of the preset `blazed`.
 BLAZED_HEIGHT_UM = 0.25
 # Number of periods in Single 2014's blazed tile, 65 µm / 2.5 µm.
 BLAZED_PERIODS = 26
+# Edge of the tile of the preset `elaphe`: 57 periods.
+ELAPHE_TILE_UM = 57 * 1.14426
 # Numbers of tiles for PQ, by grating.
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
-# Size of the sub-regions of `xenopeltis` in µm; two fit along each axis of the tile.
+# Size of the sub-regions of `xenopeltis`; two fit along each axis of the tile.
 REGION_SIZE_UM = 33
 # Relative spread of the sub-regions' periods. Chosen so that each of two ridges is brighter at some wavelength.
 REGION_SPREAD = 0.038
 # Names of the properties of reliefs in the page's text.
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
-# Smallest distance of two ridges in nm; it also bounds the width of each. Chosen.
+# Smallest distance of two separate ridges, and largest range of spacings within a ridge: about a third of the distance
+# that REGION_SPREAD makes.
 APART_NM = 40
 
 
 def figures() -> dict:
     """All numbers of the part; writes its pictures."""
-    folder = images(PAGE)
-    with TemporaryDirectory() as name:
-        scratch = Path(name)
+    folder = images(PART)
+    with TemporaryDirectory() as temporary:
+        scratch = Path(temporary)
         measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}
         reliefs = {skin: Relief(skin, ("--preset", skin), ANGLES_DEG[skin]) for skin in SKINS}
         reliefs["blazed"] = Relief("blazed", blazed_words(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
@@ -93,7 +97,7 @@ def figures() -> dict:
             "scans": [scan_row(skin, measured[skin]) for skin in SKINS if measured],
             "ratio": ratio(measured) if measured else None,
             "rows": [preset_row(grating, method, found[grating, method]) for grating, method in THEIRS],
-            "repeated": {method: one.row() for method, one in repeated.items()},
+            "repeated": {method: evaluation.row() for method, evaluation in repeated.items()},
             "rounding_nm2": rounding_nm2(found["blazed", "flss"]),
             "repeats": {grating: repeats(reliefs[grating], counts) for grating, counts in REPEATS.items()},
             "regions": regions,
@@ -102,7 +106,7 @@ def figures() -> dict:
 
 
 def blazed_words(folder: Path) -> tuple:
-    """Arguments of the preset's sawtooth repeated to Single 2014's tile of 65 µm."""
+    """Arguments of `sunbeam` for the preset `blazed` as Single 2014's tile of 65 µm, which is written to `folder`."""
     tooth = (np.arange(BLAZED_PIXELS) + 0.5) / BLAZED_PIXELS * BLAZED_HEIGHT_UM
     pixel_um = BLAZED_NM / 1000 / BLAZED_PIXELS
     words = words_of(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")
@@ -111,13 +115,16 @@ def blazed_words(folder: Path) -> tuple:
 
 @dataclass(frozen=True)
 class Measured:
-    """Spacings of a scan and of its strips, as they are and turned by 180°, which lights them from the other side."""
+    """Evaluations of a scan and of its strips, and of both turned by 180°, which lights them from the other side.
+
+    `relief` is the scan as a file, for other methods.
+    """
 
     relief: Relief
-    whole: Found
-    strips: list[Found]
-    turned: Found
-    turned_strips: list[Found]
+    whole: Evaluation
+    strips: list[Evaluation]
+    turned: Evaluation
+    turned_strips: list[Evaluation]
 
     @property
     def strips_nm(self) -> list[float]:
@@ -126,32 +133,38 @@ class Measured:
 
 
 def measured_skin(skin: str, folder: Path) -> Measured:
-    """Measures the spacings of a scan."""
+    """Evaluates a scan and its strips; heights are written to `folder`."""
     heights_um, pixel_um = scan(skin, folder)
 
-    def relief(name: str, part: np.ndarray) -> Relief:
-        words = words_of(part, pixel_um, folder / f"{skin}-{name}.npy")
+    def relief(name: str, part_um: np.ndarray) -> Relief:
+        words = words_of(part_um, pixel_um, folder / f"{skin}-{name}.npy")
         return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
 
-    found = []
-    for oriented in (heights_um, heights_um[::-1, ::-1]):
-        parts = [evaluate_scan(relief("part", part)) for part in strips(oriented)]
-        found += [evaluate_scan(relief("part", oriented)), parts]
-    measured = Measured(relief("scan", heights_um), *found)
+    def evaluated(part_um: np.ndarray) -> Evaluation:
+        return evaluate_scan(relief("part", part_um))
+
+    turned_um = heights_um[::-1, ::-1]
+    measured = Measured(
+        relief("scan", heights_um),
+        whole=evaluated(heights_um),
+        strips=[evaluated(strip) for strip in strips(heights_um)],
+        turned=evaluated(turned_um),
+        turned_strips=[evaluated(strip) for strip in strips(turned_um)],
+    )
     print(f"scan of {skin}: {measured.whole.row()}, turned {measured.turned.row()}", flush=True)
     return measured
 
 
-def repeated_scan(measured: dict, folder: Path) -> dict[str, Found]:
-    """Spacings by NMM and PQ of the scan of *Elaphe*, repeated as a tile."""
+def repeated_scan(measured: dict, folder: Path) -> dict[str, Evaluation]:
+    """Evaluations by NMM and PQ of the scan of *Elaphe*, repeated as a tile; empty without scans."""
     if not measured:
         return {}
     return {method: evaluate(measured["elaphe"].relief, "--method", method) for method in ("nmm", "pq")}
 
 
 def scan_row(skin: str, measured: Measured) -> dict:
-    """The scan's spacing in nm from either side, and the smallest and largest mean of its strips."""
-    means = measured.strips_nm
+    """The scan's spacing from either side, the means of its strips, and their smallest and largest."""
+    means_nm = measured.strips_nm
     theirs_nm = THEIRS[skin, "flss"][0]
     return {
         "skin": skin,
@@ -159,16 +172,19 @@ def scan_row(skin: str, measured: Measured) -> dict:
         "between_nm": measured.relief.between_nm,
         **measured.whole.row(),
         "turned_nm": measured.turned.report["mean_nm"],
-        "strips_nm": means,
-        "low_nm": min(means),
-        "high_nm": max(means),
+        "strips_nm": means_nm,
+        "low_nm": min(means_nm),
+        "high_nm": max(means_nm),
         "theirs_nm": theirs_nm,
-        "inside": min(means) <= theirs_nm <= max(means),
+        "inside": min(means_nm) <= theirs_nm <= max(means_nm),
     }
 
 
 def ratio(measured: dict) -> dict:
-    """The period of *Xenopeltis* over that of *Elaphe*: scans, their strips at the extremes, Single 2014."""
+    """The period of *Xenopeltis* over that of *Elaphe*: of the scans from either side, and in Single 2014.
+
+    `low` and `high` are the extremes of the ratio of strips.
+    """
     xenopeltis, elaphe = measured["xenopeltis"], measured["elaphe"]
     theirs = THEIRS["xenopeltis", "flss"][0] / THEIRS["elaphe", "flss"][0]
     low = min(xenopeltis.strips_nm) / max(elaphe.strips_nm)
@@ -183,8 +199,8 @@ def ratio(measured: dict) -> dict:
     }
 
 
-def preset_row(grating: str, method: str, found: Found) -> dict:
-    """A row of table 1.1: our and Single 2014's numbers."""
+def preset_row(grating: str, method: str, found: Evaluation) -> dict:
+    """A row of table 1.1: our numbers, and Single 2014's under `theirs`."""
     mean_nm, variance_nm2 = THEIRS[grating, method]
     theirs = {"mean_nm": mean_nm, "variance_nm2": variance_nm2}
     return {
@@ -197,10 +213,15 @@ def preset_row(grating: str, method: str, found: Found) -> dict:
 
 
 def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
-    """Spacings by PQ for several repeats of the tile; the blazed tile is one period here."""
+    """Spacings by PQ of the presets `blazed`, whose tile is one period, and `elaphe`, for several repeats of the tile.
+
+    A row's `order` is the tile's length over the mean spacing, which is whole for a peak on an order of the tile.
+    `nearest` is the number of repeats whose variance is nearest to Single 2014's. Raises SetupError unless one tile of
+    `elaphe` peaks midway between orders, as the page says.
+    """
     blazed = relief.name == "blazed"
     tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)
-    extent_um = BLAZED_NM / 1000 if blazed else 57 * 1.14426
+    extent_um = BLAZED_NM / 1000 if blazed else ELAPHE_TILE_UM
     rows = []
     for count in counts:
         found = evaluate(tile, "--method", "pq", "--repeats", f"{count},1")
@@ -213,32 +234,38 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
 
 
 def relief_sizes(folder: Path) -> dict:
-    """Sizes of scans and of equally large crops of their presets, the largest relative difference, and outliers.
+    """The rows of `size_rows`, and for rms heights and slopes the largest relative difference and the outliers' names.
 
-    Raises SetupError if a scan is smoother than the crops, since the page's text says the opposite.
+    An outlier is a scan beyond the quantiles of the crops. Raises SetupError if one is below them, since the page says
+    that such scans are rougher than the presets.
     """
     rows = size_rows(folder)
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
-    missed = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
-    if any(row["scan"] < row["high"] for row in missed):
-        raise SetupError(f"a scan is smoother than the crops of its preset, which the page does not say: {missed}")
+    outliers = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
+    if any(row["scan"] < row["low"] for row in outliers):
+        raise SetupError(f"a scan is smoother than the crops of its preset, which the page does not say: {outliers}")
     return {
         "sizes": rows,
         "worst_size": max(abs(row["crops"] / row["scan"] - 1) for row in compared),
-        "outside": [f"the {NAMES[row['what']]} of *{row['skin'].capitalize()}*" for row in missed],
+        "outside": [f"the {NAMES[row['what']]} of *{row['skin'].capitalize()}*" for row in outliers],
     }
 
 
 def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found: dict) -> None:
-    """Figures 1.8, 1.9 and 1.10."""
-    first, second = [("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])], [None]
+    """Writes figures 1.8, 1.9 and 1.10.
+
+    `measured` are the scans, `repeated` the scan of *Elaphe* as a tile; `found` are the evaluations of `reliefs`.
+    """
+    blazed = ("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])
+    scanned, procedural = [], []
     for letter, skin in zip("bc", SKINS):
+        name = f"({letter}) {skin.capitalize()}"
         if measured:
-            first.append(
-                (f"({letter}) {skin.capitalize()}, scan, direct sum", measured[skin].relief, measured[skin].whole)
-            )
-        second.append((f"({letter}) {skin.capitalize()}, procedural, FLSS", reliefs[skin], found[skin, "flss"]))
-    draw(folder / "figure-1.8.png", [first, second] if measured else [first + second[1:]])
+            scanned.append((f"{name}, scan, direct sum", measured[skin].relief, measured[skin].whole))
+        procedural.append((f"{name}, procedural, FLSS", reliefs[skin], found[skin, "flss"]))
+    # The presets are below their scans, with nothing below the blazed grating.
+    rows = [[blazed, *scanned], [None, *procedural]] if measured else [[blazed, *procedural]]
+    draw(folder / "figure-1.8.png", rows)
     for number, method in (("1.9", "nmm"), ("1.10", "pq")):
         name = method.upper()
         row = [(f"(a) blazed, {name}", reliefs["blazed"], found["blazed", method])]
@@ -248,41 +275,55 @@ def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found:
         draw(folder / f"figure-{number}.png", [row])
 
 
-def sub_regions(folder: Path, measured: dict, plain: Found) -> dict:
-    """The ridges of *Xenopeltis* with sub-regions; draws them beside strips of the scan."""
+def sub_regions(folder: Path, measured: dict, plain: Evaluation) -> dict:
+    """The two ridges of *Xenopeltis* with sub-regions; draws its spacings beside those of strips of the scan.
+
+    `plain` is the evaluation without sub-regions. `lower_nm` and `upper_nm` are the ridges' mean spacings, and
+    `share_lower` is the fraction of the wavelengths on the lower one. `toggles` counts changes of the ridge along the
+    wavelengths. Raises SetupError if there are no two separate ridges.
+    """
     words = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
-    with_regions = Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"])
-    found = evaluate(with_regions, "--method", "flss")
-    spacings = found.spacings_nm
-    middle = (spacings.min() + spacings.max()) / 2
-    lower, upper = spacings[spacings < middle], spacings[spacings >= middle]
-    if upper.min() - lower.max() < APART_NM or max(np.ptp(lower), np.ptp(upper)) > APART_NM:
-        raise SetupError(f"the sub-regions make no two ridges: spacings from {spacings.min()} to {spacings.max()} nm")
+    found = evaluate(Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"]), "--method", "flss")
+    spacings_nm = found.spacings_nm
+    middle_nm = (spacings_nm.min() + spacings_nm.max()) / 2
+    lower_nm, upper_nm = spacings_nm[spacings_nm < middle_nm], spacings_nm[spacings_nm >= middle_nm]
+    if upper_nm.min() - lower_nm.max() < APART_NM or max(np.ptp(lower_nm), np.ptp(upper_nm)) > APART_NM:
+        low_nm, high_nm = spacings_nm.min(), spacings_nm.max()
+        raise SetupError(f"the sub-regions make no two ridges: spacings from {low_nm} to {high_nm} nm")
+    draw_ridges(folder / "ridges.png", measured, plain, found)
+    return {
+        "size_um": REGION_SIZE_UM,
+        "spread": REGION_SPREAD,
+        "lower_nm": float(lower_nm.mean()),
+        "upper_nm": float(upper_nm.mean()),
+        "share_lower": float(len(lower_nm) / len(spacings_nm)),
+        "toggles": int(np.count_nonzero(np.diff(spacings_nm < middle_nm))),
+        "strips": STRIPS,
+        **found.row(),
+    }
+
+
+def draw_ridges(path: Path, measured: dict, plain: Evaluation, with_regions: Evaluation) -> None:
+    """Draws spacings of *Xenopeltis* over the wavelength: of the scan and its strips, and of the preset."""
     figure = Figure(figsize=(11, 3.6), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
+
+    def plot(ax, evaluation: Evaluation, *style, **options) -> None:
+        ax.plot(evaluation.report["wavelengths_nm"], evaluation.spacings_nm, *style, **options)
+
     if measured:
         scanned = measured["xenopeltis"]
         for number, strip in enumerate(scanned.strips):
-            axes[0].plot(strip.report["wavelengths_nm"], strip.spacings_nm, linewidth=1, label=f"strip {number + 1}")
-        for one, style, label in ((scanned.whole, "-", "all of it"), (scanned.turned, "--", "the same, turned")):
-            axes[0].plot(one.report["wavelengths_nm"], one.spacings_nm, "k" + style, linewidth=2, label=label)
+            plot(axes[0], strip, linewidth=1, label=f"strip {number + 1}")
+        plot(axes[0], scanned.whole, "k-", linewidth=2, label="all of it")
+        plot(axes[0], scanned.turned, "k--", linewidth=2, label="the same, turned")
         axes[0].legend(fontsize="x-small", ncols=3)
     axes[0].set_title("scan" if measured else "scan (not present)")
-    for one, label in ((plain, "no sub-regions"), (found, f"sub-regions, {100 * REGION_SPREAD:g} % either way")):
-        axes[1].plot(one.report["wavelengths_nm"], one.spacings_nm, linewidth=1.5, label=label)
+    plot(axes[1], plain, linewidth=1.5, label="no sub-regions")
+    plot(axes[1], with_regions, linewidth=1.5, label=f"sub-regions, {100 * REGION_SPREAD:g} % either way")
     axes[1].legend(fontsize="x-small")
     axes[1].set_title("procedural")
     for ax in axes:
         ax.set_xlabel("wavelength / nm")
     axes[0].set_ylabel("spacing from the peak angle / nm")
-    figure.savefig(folder / "ridges.png", dpi=80)
-    return {
-        "size_um": REGION_SIZE_UM,
-        "spread": REGION_SPREAD,
-        "lower_nm": float(lower.mean()),
-        "upper_nm": float(upper.mean()),
-        "share_lower": float(len(lower) / len(spacings)),
-        "toggles": int(np.count_nonzero(np.diff(spacings < middle))),
-        "strips": STRIPS,
-        **found.row(),
-    }
+    figure.savefig(path, dpi=80)

@@ -1,4 +1,7 @@
-"""The part `published-figures`: for each figure of Single 2014 the number that was checked, from other parts' data."""
+"""The part `published-figures`: for each figure of Single 2014 the numbers that were checked, from other parts' data.
+
+Keys of dictionaries are the numbers of the figures and tables. Values are text for the column *checked* of the page.
+"""
 
 from __future__ import annotations
 
@@ -11,129 +14,137 @@ from .page import DOCS
 
 
 def figures() -> dict:
-    """The checked numbers as text, by the number of the figure."""
+    """The checked numbers of all figures, under `checked`."""
     return {"checked": {**gratings(), **spacings(), **maps(), **renderings(), **other_methods()}}
 
 
 @cache
-def data(page: str) -> dict:
-    """The data of another part."""
-    file = DOCS / "data" / f"{page}.json"
+def data(part: str) -> dict:
+    """The data of another part; raises SetupError if its file is missing."""
+    file = DOCS / "data" / f"{part}.json"
     if not file.exists():
-        raise SetupError(f"{file} is missing: run `make figures PAGES={page}`")
+        raise SetupError(f"{file} is missing: run `make figures PAGES={part}`")
     return json.loads(file.read_text(encoding="utf-8"))
 
 
 def named(rows: list[dict], **wanted) -> dict:
-    """The first row with these values."""
+    """The first row whose keys `wanted` have these values."""
     return next(row for row in rows if all(row[key] == value for key, value in wanted.items()))
 
 
 def gratings() -> dict[str, str]:
-    """Figures 1.4 and 1.5: N slits. The drawings of the others have no data."""
-    made = data("slits")
-    fifty = named(made["rows"], count=50)
+    """Figures 1.4 and 1.5: N slits. Figures 1.2, 1.3, 1.6 and 1.7 are drawings without data."""
+    slits = data("slits")
+    fifty = named(slits["rows"], count=50)
     return {
-        "1.4": f"width of a peak ∝ N^{made['exponent']:.3f} from {made['fitted_from']} slits on",
-        "1.5": f"{fifty['width_in_zeros']:.4f} λ/(Nd) wide for 50 slits, the limit being {made['limit']:.4f}",
+        "1.4": f"width of a peak ∝ N^{slits['exponent']:.3f} from {slits['fitted_from']} slits on",
+        "1.5": f"{fifty['width_in_zeros']:.4f} λ/(Nd) wide for 50 slits, the limit being {slits['limit']:.4f}",
     }
 
 
 def spacings() -> dict[str, str]:
-    """Figures 1.8 to 1.10 and table 1.1: spacings in nm, and the thesis'."""
-    made = data("periodicity")
+    """Figures 1.8 to 1.10 and table 1.1: our mean and variance of the spacing in nm and nm², and the thesis'."""
+    periodicity = data("periodicity")
 
-    def beside(grating: str, method: str) -> str:
-        row = named(made["rows"], grating=grating, method=method)
+    def compared(grating: str, method: str) -> str:
+        row = named(periodicity["rows"], grating=grating, method=method)
         theirs = row["theirs"]
         return (
             f"{grating} {row['mean_nm']:.1f} ({row['variance_nm2']:.2g}) against {theirs['mean_nm']} "
             f"({theirs['variance_nm2']})"
         )
 
-    def line(method: str, *gratings: str) -> str:
-        return "; ".join(beside(grating, method) for grating in gratings)
+    def line(method: str, *names: str) -> str:
+        return "; ".join(compared(grating, method) for grating in names)
 
     found = {
         "1.8": line("flss", "blazed", "elaphe", "xenopeltis"),
         "1.9": line("nmm", "blazed", "elaphe"),
         "1.10": line("pq", "blazed", "elaphe"),
     }
-    ratio = made["ratio"]
+    # `None` without scans.
+    ratio = periodicity["ratio"]
     if ratio:
         found["table 1.1"] = (
             f"*Xenopeltis* over *Elaphe* in the scans {ratio['scans']:.3f} ({ratio['turned']:.3f} lit from the other "
             f"side), in the thesis {ratio['theirs']:.3f}"
         )
     else:
-        found["table 1.1"] = "the scans were not there"
+        found["table 1.1"] = "the scans were missing"
     return found
 
 
 def maps() -> dict[str, str]:
     """Figures 2.3 to 2.13: BRDF maps."""
-    made = data("brdf-maps")
-    sheets, spot, spread = made["sheets"], made["white_spot"], made["spread"]
-    seen = {name: f"{step['first_seen']} nm" for name, step in made["steps"].items()}
-    elaphe = " and ".join(f"{seen[skin['key']]} ({skin['name']})" for skin in made["skins"]["elaphe"])
+    data_of_maps = data("brdf-maps")
+    sheets, spot, spread = data_of_maps["sheets"], data_of_maps["white_spot"], data_of_maps["spread"]
+    first_seen = {name: f"{step['first_seen']} nm" for name, step in data_of_maps["steps"].items()}
+    elaphe = " and ".join(f"{first_seen[skin['key']]} ({skin['name']})" for skin in data_of_maps["skins"]["elaphe"])
 
-    def pq(sheet: str) -> str:
+    def pq_errors(sheet: str) -> str:
         panels = [panel for panel in sheets[sheet]["panels"] if "PQ" in panel["caption"]]
         return "ΔE of PQ where it is lit: " + ", ".join(f"{panel['delta_e_lit']:.1f}" for panel in panels)
 
     def terms(*surfaces: str) -> str:
         return "; ".join(
             f"{name}: {counts['base']} about the base, {counts['middle']} about the middle"
-            for name, counts in made["terms_seen"].items()
+            for name, counts in data_of_maps["terms_seen"].items()
             if name.startswith(surfaces)
         )
 
-    blobs = made["valleys"][0]
-    shares = {
-        name: " ".join(f"{100 * row['share']:.0f}" for row in side["rows"]) for name, side in made["right_side"].items()
+    # The smallest σs, at which orders overlap.
+    blobs = data_of_maps["valleys"][0]
+    # Percentages by skin, one for each angle of incidence.
+    right = {
+        name: " ".join(f"{100 * row['share']:.0f}" for row in side["rows"])
+        for name, side in data_of_maps["right_side"].items()
     }
     return {
         "2.3": "ΔE where it is lit at most "
         f"{max(panel['delta_e_lit'] for panel in sheets['gratings']['panels']):.2f} against the direct sum's spectra",
         "2.4": f"mean chroma of the spot {spot['nmm']:.1f} by NMM, {spot['flss']:.1f} by FLSS; PQ puts "
         f"{100 * spread['pq']:.1f} % of the first order beyond 3σ, FLSS {100 * spread['flss']:.1f} %",
-        "2.5": f"ΔE reaches 1 from steps of {seen['blazed']} on",
+        "2.5": f"ΔE reaches 1 from steps of {first_seen['blazed']} on",
         "2.6": f"ΔE reaches 1 from {elaphe} on",
-        "2.7": pq("pq-blazed"),
-        "2.8": pq("pq-elaphe"),
-        "2.9": pq("pq-xenopeltis"),
+        "2.7": pq_errors("pq-blazed"),
+        "2.8": pq_errors("pq-elaphe"),
+        "2.9": pq_errors("pq-xenopeltis"),
         "2.10": f"between orders {100 * blobs['window']:.0f} % of the peak is left at {blobs['sigma_um']} µm",
         "2.11": terms("blazed", "xenopeltis"),
         "2.12": terms("elaphe"),
-        "2.13": "; ".join(f"{name}: {share} % right of the middle" for name, share in shares.items()),
+        "2.13": "; ".join(f"{name}: {percentages} % right of the middle" for name, percentages in right.items()),
     }
 
 
 def renderings() -> dict[str, str]:
     """Figures 2.14 to 2.18: the snake by FLSS."""
-    made = data("renderings")
-    chroma = [f"{row['label']} {row['flss']:.1f}" for row in made["gratings"]["chroma"].values()]
-    colour = {name: row["delta_e_dark"] for name, row in made["elaphe"]["colour"].items()}
-    steps = [step["delta_e_flss_per_deg"] for step in made["moving_sun"]["steps"]]
+    pictures = data("renderings")
+    chroma = [f"{row['label']} {row['flss']:.1f}" for row in pictures["gratings"]["chroma"].values()]
+    zooms = [f"{zoom['chroma']:.0f}" for zoom in pictures["closer"]["zooms"]]
+    # Difference of the picture from one with grey diffraction, by species.
+    without_colour = {name: row["delta_e_dark"] for name, row in pictures["elaphe"]["colour"].items()}
+    steps = [step["delta_e_flss_per_deg"] for step in pictures["moving_sun"]["steps"]]
     return {
         "2.14": f"mean chroma: {', '.join(chroma)}",
-        "2.15": f"without its colour the picture moves by ΔE {colour['elaphe']:.1f}, that of *Xenopeltis* by "
-        f"{colour['xenopeltis']:.1f}",
-        "2.17": f"mean chroma {', '.join(format(zoom['chroma'], '.0f') for zoom in made['closer']['zooms'])}",
+        "2.15": f"without its colour the picture moves by ΔE {without_colour['elaphe']:.1f}, that of *Xenopeltis* by "
+        f"{without_colour['xenopeltis']:.1f}",
+        "2.17": f"mean chroma {', '.join(zooms)}",
         "2.18": f"ΔE of {min(steps):.1f} to {max(steps):.1f} per degree that the light moves",
     }
 
 
 def other_methods() -> dict[str, str]:
     """Figures 2.19 to 2.22 and B.1, table 2.1: the laboratory, Stam's model, NMM."""
-    made, lab = data("renderings-methods"), data("lab")
-    wander = {row["title"]: row["wander_nm"] for row in made["cut_outs"]}
-    gems = made["disc"]["gems"]
-    blazed = named(made["symmetry"], title="Blazed")
+    methods, lab = data("renderings-methods"), data("lab")
+    wander = {row["title"]: row["wander_nm"] for row in methods["cut_outs"]}
+    # GPU Gems' form at three spacings: the first is the tracks' own, the last is fitted.
+    gems = methods["disc"]["gems"]
+    blazed = named(methods["symmetry"], title="Blazed")
     # The first row of either method, that of the scan if present.
-    flss, stam = (next(row for row in made["xenopeltis"] if method in row["caption"]) for method in ("FLSS", "Stam"))
-    hues = [row["of_blue"]["hue_deg"] for row in made["nmm"][:3]]
-    slowest, fastest = (pick(row["fps"] for row in made["frames"]) for pick in (min, max))
+    flss, stam = (next(row for row in methods["xenopeltis"] if method in row["caption"]) for method in ("FLSS", "Stam"))
+    # FLSS, NMM and weighted NMM on the scan if present.
+    hues = [row["of_blue"]["hue_deg"] for row in methods["nmm"][:3]]
+    slowest, fastest = (pick(row["fps"] for row in methods["frames"]) for pick in (min, max))
     spots = [
         f"{sample['title']} {sample['measured_spacing_um']:.3f} µm ({sample['spacing_um']:.3f} µm in the heights)"
         for sample in lab["samples"]
@@ -148,5 +159,5 @@ def other_methods() -> dict[str, str]:
         "2.22": f"dark near highlights {100 * stam['dark_near']:.0f} % by Stam, {100 * flss['dark_near']:.0f} % by "
         f"FLSS; {stam['hues']:.0f} and {flss['hues']:.0f} effective hues of 36",
         "B.1": f"hue of what is blue: {hues[0]:.1f}° by FLSS, {hues[1]:.1f}° by NMM, {hues[2]:.1f}° with weights",
-        "table 2.1": f"{slowest:.2g} to {fastest:.2g} frames a second on {made['adapter']}",
+        "table 2.1": f"{slowest:.2g} to {fastest:.2g} frames a second on {methods['adapter']}",
     }

@@ -1,4 +1,4 @@
-"""The part `realtime`: shading time of each method, and the stages of a frame."""
+"""The part `realtime`: shading times of the realtime renderer's methods, and the stages of a frame."""
 
 from __future__ import annotations
 
@@ -11,30 +11,42 @@ from mitsuba_scenes.tool import sunbeam
 
 from .speed_error import processor
 
+# Measured presets, besides the scans.
 PRESETS = ("blazed", "elaphe", "xenopeltis")
+# Measured methods (docs/realtime.md).
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Size of the pictures for shading times.
+# Methods fast enough for the median of REPEATS pictures.
+FAST_METHODS = ("stam", "table")
+# Size of the pictures for shading times, in pixels.
 SHADED = "192x128"
-# Size of a frame as in a window.
+# Size of a frame as in a window, in pixels.
 FRAME = "512x512"
-# Number of pictures of a slow method, whose median is reported.
+# Number of pictures by a slow method, whose median is reported.
 SLOW_REPEATS = 3
-# Number of pictures of a fast method, whose median is reported.
+# Number of pictures by a fast method, whose median is reported.
 REPEATS = 25
-# Shading time of the frame in ms by variants of `table`'s reads, measured together; only the first shader was kept.
+# Factor on the cells of the snake's default mesh along each direction, for the finer mesh.
+FINE_RESOLUTION = 4
+# Shading times in ms of one frame by the method `table` and by three experimental shaders, which are not in the
+# repository. They are constants from a single session and show that reads of the table dominate. The experiments
+# replaced the reads by constants, read from a texture, or read four words at a time.
 TRIED_MS = {"as it is": 9.1, "constants": 3.5, "texture": 10.6, "four words at a time": 11.5}
 
 
 def figures() -> dict:
-    """Measures all numbers of the part by `sunbeam render`."""
-    with TemporaryDirectory() as name:
-        folder = Path(name)
+    """All numbers of the part: measured by `sunbeam render`, except for TRIED_MS.
+
+    `shading` has the results of `shaded` by surface and method, on the default mesh. `flss_over_table` are ratios of
+    shading times. `frames` has the results of `frame` on the default and on the finer mesh.
+    """
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch)
         coarse, fine = folder / "coarse.ply", folder / "fine.ply"
         sunbeam("snake", "-o", coarse)
-        sunbeam("snake", "-o", fine, "--resolution", "4")
+        sunbeam("snake", "-o", fine, "--resolution", FINE_RESOLUTION)
         shading = {
-            name: {method: shaded(folder, coarse, surface, method) for method in METHODS}
-            for name, surface in surfaces().items()
+            name: {method: shaded(folder, coarse, words, method) for method in METHODS}
+            for name, words in surfaces().items()
         }
         frames = [frame(folder, mesh) for mesh in (coarse, fine)]
     return {
@@ -42,7 +54,9 @@ def figures() -> dict:
         "adapter": frames[0]["adapter"],
         "size": SHADED.split("x"),
         "shading": shading,
-        "times_flss": {name: by["flss"]["us"] / by["table"]["us"] for name, by in shading.items()},
+        "flss_over_table": {
+            name: by_method["flss"]["us"] / by_method["table"]["us"] for name, by_method in shading.items()
+        },
         "frame_size": FRAME.split("x"),
         "frames": frames,
         "tried_ms": TRIED_MS,
@@ -50,8 +64,8 @@ def figures() -> dict:
 
 
 def surfaces() -> dict[str, tuple]:
-    """The scans that are present and the presets, as arguments of `sunbeam render`."""
-    # Repeated, since all methods but `table` need a tile.
+    """Arguments of `sunbeam render` for the scans that are present and for the presets, by name."""
+    # Scans are repeated, since all methods but `table` need a tile.
     scans = {
         f"scan of {species}": ("--height-field", path, "--tiling", "periodic")
         for species, path in SCANS.items()
@@ -61,29 +75,29 @@ def surfaces() -> dict[str, tuple]:
 
 
 def render(folder: Path, *words) -> dict:
+    """The report of `sunbeam render` with the arguments `words`; the picture goes into `folder`."""
     return json.loads(sunbeam("render", "-o", folder / "picture.exr", *words))
 
 
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
-    """Microseconds of shading a lit pixel, and megabytes and build seconds of the method's data."""
-    repeats = REPEATS if method in ("stam", "table") else SLOW_REPEATS
-    made = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
+    """Microseconds of shading per lit pixel, the number of lit pixels, and megabytes and build seconds of its data."""
+    repeats = REPEATS if method in FAST_METHODS else SLOW_REPEATS
+    report = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
     return {
-        "us": 1e3 * made["gpu_stages_ms"]["shade"] / made["answered"],
-        "answered": made["answered"],
-        "mb": made["method_bytes"] / 1e6,
-        "build_s": made["build_seconds"],
+        "us": 1e3 * report["gpu_stages_ms"]["shade"] / report["answered"],
+        "lit_pixels": report["answered"],
+        "mb": report["method_bytes"] / 1e6,
+        "build_s": report["build_seconds"],
     }
 
 
 def frame(folder: Path, mesh: Path) -> dict:
-    """Stages of a frame of the snake in milliseconds."""
-    made = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
-    stages = made["gpu_stages_ms"]
+    """Milliseconds of a frame and of its stages, with the snake wearing `xenopeltis` by the default method, `table`."""
+    report = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
     return {
-        "adapter": made["adapter"],
-        "triangles": made["triangles"],
-        "answered": made["answered"],
-        "ms": made["gpu_ms"],
-        "stages_ms": stages,
+        "adapter": report["adapter"],
+        "triangles": report["triangles"],
+        "lit_pixels": report["answered"],
+        "ms": report["gpu_ms"],
+        "stages_ms": report["gpu_stages_ms"],
     }

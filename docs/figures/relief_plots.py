@@ -1,4 +1,4 @@
-"""Pictures of a height field and of the terms of its phase screen's Taylor expansion, with axes."""
+"""Plots of a relief and of the terms of its phase screen's Taylor series (docs/model.md#the-two-expansions)."""
 
 from __future__ import annotations
 
@@ -18,68 +18,69 @@ from mitsuba_scenes.tool import sunbeam
 
 # Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm.
 REACH_PER_UM = 5.3
-# Range of a term's grey scale in powers of ten.
+# Range of a term's colour scale in powers of ten.
 DECADES = 5
-# Side in µm of the part shown of larger fields, the extent of the scans.
-CUT_UM = 6.5
+# Largest side of the part of a relief that is shown, equal to the extent of the scans.
+SHOWN_UM = 6.5
 
 
 @dataclass(frozen=True)
 class Relief:
-    """Heights in µm, rows upwards, and the extent of the field in µm along x and y."""
+    """Heights, indexed [iy, ix] with y = 0 first, and the extent along x and y."""
 
     heights_um: np.ndarray
     extent_um: tuple[float, float]
 
 
 def relief(skin: dict) -> Relief:
-    """The heights of a surface as methods read them: levelled, not turned."""
+    """The heights of a surface with the plugin's parameters `skin`, levelled and not rotated."""
     with TemporaryDirectory() as folder:
         npy = Path(folder) / "heights.npy"
-        report = json.loads(sunbeam("height-field", "-o", npy, *surface_words(_unturned(skin))))
+        report = json.loads(sunbeam("height-field", "-o", npy, *surface_words(_heights_alone(skin))))
         return Relief(np.load(npy), tuple(report["extent_um"]))
 
 
 def term(skin: dict, n: int) -> np.ndarray:
-    """|DFT((h/H)ⁿ)| of a surface, rows upwards, order 0 at half the sides."""
+    """|DFT((h/H)ⁿ)| of a surface, with h about the middle of its range and H half the range.
+
+    Rows are orders along y and columns orders along x, in ascending order; order 0 has the index size//2.
+    """
     with TemporaryDirectory() as folder:
         npy = Path(folder) / "term.npy"
-        sunbeam("height-field", "--term", n, "-o", npy, *surface_words(_unturned(skin)))
+        sunbeam("height-field", "--term", n, "-o", npy, *surface_words(_heights_alone(skin)))
         return np.load(npy)
 
 
 def show_relief(axes: plt.Axes, shown: Relief, title: str) -> None:
-    """Draws (a part of) the heights in grey, with axes in µm."""
+    """Draws the heights in grey, above the lowest point shown; of a large relief the corner at x = y = 0."""
     rows, columns = shown.heights_um.shape
-    width_um, height_um = (min(extent, CUT_UM) for extent in shown.extent_um)
-    part = shown.heights_um[: round(rows * height_um / shown.extent_um[1]), :][
-        :, : round(columns * width_um / shown.extent_um[0])
-    ]
+    x_um, y_um = (min(extent_um, SHOWN_UM) for extent_um in shown.extent_um)
+    part = shown.heights_um[: round(rows * y_um / shown.extent_um[1]), : round(columns * x_um / shown.extent_um[0])]
     part = part - part.min()
-    image = axes.imshow(part, cmap="gray", origin="lower", extent=(0, width_um, 0, height_um))
+    image = axes.imshow(part, cmap="gray", origin="lower", extent=(0, x_um, 0, y_um))
     axes.set(title=title, xlabel="x (µm)", ylabel="y (µm)")
     plt.colorbar(image, ax=axes, label="height (µm)", shrink=0.8)
 
 
 def show_term(axes: plt.Axes, skin: dict, n: int, title: str) -> None:
-    """Draws the logarithm of a term over the frequencies up to REACH_PER_UM."""
+    """Draws the logarithm of a term over spatial frequencies up to REACH_PER_UM."""
     magnitudes = term(skin, n)
-    extent_um = relief(skin).extent_um
-    # Order j lies at j/extent; a pixel is centred on its order.
+    # The picture's edges in cycles per µm, (left, right, lower, upper). Order j is at the frequency j/extent, and a
+    # pixel is centred on its order.
     edges = []
-    for count, length_um in zip(magnitudes.shape[::-1], extent_um):
-        edges += [(-(count // 2) - 0.5) / length_um, (count - count // 2 - 0.5) / length_um]
+    for count, extent_um in zip(magnitudes.shape[::-1], relief(skin).extent_um):
+        edges += [(-(count // 2) - 0.5) / extent_um, (count - count // 2 - 0.5) / extent_um]
     with np.errstate(divide="ignore"):
         decades = np.log10(magnitudes / magnitudes.max())
     image = axes.imshow(
         decades, cmap="magma", origin="lower", extent=edges, vmin=-DECADES, vmax=0, interpolation="nearest"
     )
-    reach = [min(REACH_PER_UM, edges[1]), min(REACH_PER_UM, edges[3])]
+    x_reach, y_reach = min(REACH_PER_UM, edges[1]), min(REACH_PER_UM, edges[3])
     axes.set(title=title, xlabel="cycles per µm along x", ylabel="along y")
-    axes.set(xlim=(-reach[0], reach[0]), ylim=(-reach[1], reach[1]))
+    axes.set(xlim=(-x_reach, x_reach), ylim=(-y_reach, y_reach))
     plt.colorbar(image, ax=axes, label="decades below the largest", shrink=0.8)
 
 
-def _unturned(skin: dict) -> dict:
-    """The parameters of the heights alone, without rotation and optics."""
+def _heights_alone(skin: dict) -> dict:
+    """The parameters that define the heights, without those of orientation and coherence."""
     return {name: value for name, value in skin.items() if name not in ("rotation", "coherence_length", "tiling")}

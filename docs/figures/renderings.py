@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import matplotlib
 
@@ -31,18 +32,19 @@ from .page import images
 from .relief_plots import relief, show_relief, show_term
 from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
 
-PAGE = "renderings"
+PART = "renderings"
 # Rays along each side of a pixel on the GPU; one, as in a fragment shader.
 SUPERSAMPLE = 1
 # View of the snake.
 VIEW = View(300, 200)
-# Width of the pictures on the sheets.
-SHOWN = VIEW.width
-# FLSS needs a scan that repeats; a window as wide as the scan suppresses interference between repeats.
+# Resolution of the default mesh, of which the page counts the faces.
+DEFAULT_RESOLUTION = 4.0
+# Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
+# suppresses interference between repeats.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
-# Figure 2.15: factor on the pigment's reflectance. Chosen: it turns the near black into brown.
+# Figure 2.15: factor on the pigment's reflectance, which turns its near black into brown.
 PIGMENT_BRIGHTER = 10
-# Figure 2.17: the widest field of view in degrees.
+# Figure 2.17: the widest field of view.
 WIDEST_DEG = 30.0
 # Figure 2.17: the magnification from picture to picture.
 CLOSER = 5
@@ -60,44 +62,67 @@ INSET_AT = (190, 85)
 INSET_HALF = 15
 
 
-def skins() -> dict[str, tuple[str, dict]]:
-    """Surfaces by name, with their captions: the scans, if present, and the presets."""
-    found = {}
+class Skin(NamedTuple):
+    """A surface: its name on the page, and parameters of the plugin."""
+
+    label: str
+    parameters: dict
+
+
+def all_skins() -> dict[str, Skin]:
+    """The surfaces: `SPECIES-scan`, if the scan is present, `SPECIES-preset` for both species, and `blazed`."""
+    skins = {}
     for species, path in SCANS.items():
         if path.exists():
-            # The fingers of both scans lie along x, as the body does.
-            found[f"{species}-scan"] = (f"{species.capitalize()}, scan", {**scanned_skin(path), **SCAN_WINDOW})
+            # The fingers of both scans lie along x, as the body does, so no rotation is needed.
+            skins[f"{species}-scan"] = Skin(f"{species.capitalize()}, scan", {**scanned_skin(path), **SCAN_WINDOW})
         else:
-            print(f"NOT DRAWN: no scan at {path}, so the procedural skin alone stands for {species}", flush=True)
-        found[f"{species}-preset"] = (f"{species.capitalize()}, procedural", preset_skin(species))
-    found["blazed"] = ("Blazed", preset_skin("blazed"))
-    return found
+            print(f"NOT DRAWN: no scan at {path}, so {species} is drawn with the procedural skin alone", flush=True)
+        skins[f"{species}-preset"] = Skin(f"{species.capitalize()}, procedural", preset_skin(species))
+    skins["blazed"] = Skin("Blazed", preset_skin("blazed"))
+    return skins
 
 
-def measured(skins: dict, species: str) -> str:
-    """The name of the species' scan, or without it of its preset."""
-    return f"{species}-scan" if f"{species}-scan" in skins else f"{species}-preset"
+def measured(skins: dict[str, Skin], species: str) -> Skin:
+    """The scan of a species, or its preset without the scan."""
+    return skins.get(f"{species}-scan") or skins[f"{species}-preset"]
 
 
-def bare(skin: dict, caption: str, **how) -> Shot:
-    """A shot of the diffraction alone, by FLSS."""
-    return Shot(caption, skin, "flss", view=how.pop("view", VIEW), pigment=False, **how)
+def bare(skin: Skin, caption: str, view: View = VIEW, **options) -> Shot:
+    """A shot of the diffraction alone, by FLSS, with further fields of `Shot` as `options`."""
+    return Shot(caption, skin.parameters, "flss", view=view, pigment=False, **options)
 
 
-def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.14: the snake with each surface, and its mean chroma."""
+def linear(studio: Studio, shot: Shot) -> np.ndarray:
+    """The picture of a shot in linear sRGB, (rows, columns, 3)."""
+    return read_exr(studio.shoot(shot).exr)
+
+
+def by_renderer(shot: Shot) -> dict[str, Shot]:
+    """The shot by FLSS and path-traced, by the key in the data."""
+    return {"flss": replace(shot, method="flss"), "path_traced": replace(shot, method=None)}
+
+
+def gratings(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
+    """Figure 2.14: the snake with each surface, and its mean chroma.
+
+    `rankings` orders the surfaces by chroma with FLSS, once with the scans and once with the presets. `as_ranked` tells
+    for each whether the order is Single 2014's.
+    """
     panels = {"blazed": "(a)", "elaphe": "(b)", "xenopeltis": "(c)"}
-    ordered = sorted(skins, key=lambda name: ("preset" in name, panels[name.split("-")[0]]))
-    shots = [bare(skins[name][1], f"{panels[name.split('-')[0]]} {skins[name][0]}") for name in ordered]
-    sheet = draw(Sheet("gratings", "Diffraction of three surfaces", "2.14", "", both(shots)), studio, folder, SHOWN)
+
+    def panel(name: str) -> str:
+        return panels[name.split("-")[0]]
+
+    # Scans and the blazed grating come first.
+    ordered = sorted(skins, key=lambda name: ("preset" in name, panel(name)))
+    shots = [bare(skins[name], f"{panel(name)} {skins[name].label}") for name in ordered]
+    sheet = draw(Sheet("gratings", "Diffraction of three surfaces", "2.14", both(shots)), studio, folder, VIEW.width)
     chroma = {}
     for name, shot in zip(ordered, shots):
         mask = studio.mask(shot)
-        found = {
-            by: mean_chroma(read_exr(studio.shoot(replace(shot, method=method))[0]), mask)
-            for by, method in (("flss", "flss"), ("path_traced", None))
-        }
-        chroma[name] = {"label": skins[name][0], **found}
+        means = {key: mean_chroma(linear(studio, each), mask) for key, each in by_renderer(shot).items()}
+        chroma[name] = {"label": skins[name].label, **means}
     rankings = {}
     for kind in ("scan", "preset"):
         compared = ["blazed", *(f"{species}-{kind}" for species in SCANS)]
@@ -107,10 +132,11 @@ def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
     return {"sheet": sheet, "chroma": chroma, "rankings": rankings, "as_ranked": agrees}
 
 
-def over(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
-    """Effect of the diffraction's colour over the pigment and over a brighter one; pictures in linear sRGB.
+def effect_of_colour(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
+    """Effect of the diffraction's colour over the pigment (`dark`) and over a brighter one (`bright`).
 
-    `delta_e` is the difference from the picture with grey diffraction of equal luminance; `chroma` is the mean chroma.
+    The arguments are pictures in linear sRGB, (rows, columns, 3). `delta_e_…` is the difference from the picture with
+    grey diffraction of equal luminance, `chroma_…` the mean chroma, both where `mask` is white.
     """
     found = {"chroma_alone": mean_chroma(diffraction, mask)}
     for name, factor in (("dark", 1.0), ("bright", PIGMENT_BRIGHTER)):
@@ -124,63 +150,63 @@ def over(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
     return found
 
 
-def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.15: Elaphe without and with its pigment, and the effect of the diffraction's colour."""
-    name = measured(skins, "elaphe")
-    alone = bare(skins[name][1], "(a) diffraction alone")
+def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
+    """Figure 2.15: Elaphe without and with its pigment, and the effect of the diffraction's colour by species."""
+    skin = measured(skins, "elaphe")
+    alone = bare(skin, "(a) diffraction alone")
     final = replace(alone, caption="(b) over the pigment", pigment=True)
-    sheet = draw(Sheet("elaphe", "Elaphe", "2.15", "", both([alone, final])), studio, folder, SHOWN)
+    sheet = draw(Sheet("elaphe", "Elaphe", "2.15", both([alone, final])), studio, folder, VIEW.width)
     mask = studio.mask(alone)
     # Light adds up, so the difference is the light from the pigment.
-    pigment = read_exr(studio.shoot(final)[0]) - read_exr(studio.shoot(alone)[0])
-    colour = {
-        species: {
-            "label": skins[measured(skins, species)][0],
-            **over(pigment, read_exr(studio.shoot(bare(skins[measured(skins, species)][1], ""))[0]), mask),
-        }
-        for species in SCANS
-    }
+    pigment = linear(studio, final) - linear(studio, alone)
+    colour = {}
+    for species in SCANS:
+        of_species = measured(skins, species)
+        diffraction = linear(studio, bare(of_species, ""))
+        colour[species] = {"label": of_species.label, **effect_of_colour(pigment, diffraction, mask)}
     cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
     light_cone(cone, VIEW, SUN, VIEW.target_cm)
     figure, axes = plt.subplots(1, 4, figsize=(15, 3.6), width_ratios=(1.5, 1, 1, 1), layout="constrained")
     axes[0].imshow(np.array(cone))
     axes[0].set(title="(c) pigment, and where light comes from")
     axes[0].set_axis_off()
-    show_relief(axes[1], relief(skins[name][1]), f"(d) {skins[name][0]}")
-    show_term(axes[2], skins[name][1], 1, "(e) |DFT(h)|")
-    show_term(axes[3], skins[name][1], 8, "(e) |DFT(h⁸)|")
+    show_relief(axes[1], relief(skin.parameters), f"(d) {skin.label}")
+    show_term(axes[2], skin.parameters, 1, "(e) |DFT(h)|")
+    show_term(axes[3], skin.parameters, 8, "(e) |DFT(h⁸)|")
     figure.savefig(folder / "elaphe-relief.png", dpi=80)
     plt.close(figure)
     reflectance = float(np.array(pigment_texture(studio.snake.pigment)["bitmap"]).mean())
     return {
         "sheet": sheet,
-        "label": skins[name][0],
+        "label": skin.label,
         "colour": colour,
         "pigment_reflectance": reflectance,
         "brighter": PIGMENT_BRIGHTER,
     }
 
 
-def xenopeltis(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.16: Xenopeltis with its nanostructure and the third term."""
-    names = [name for name in skins if name.startswith("xenopeltis")]
-    shot = bare(skins[names[0]][1], f"(a) {skins[names[0]][0]}, flss")
+def xenopeltis(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
+    """Figure 2.16: Xenopeltis, with the scan if present; nanostructure and third term of the scan and the preset."""
+    reliefs = [skin for name, skin in skins.items() if name.startswith("xenopeltis")]
+    shot = bare(reliefs[0], f"(a) {reliefs[0].label}, flss")
     row = [shot, replace(shot, caption="(a) Mitsuba, path-traced", method=None)]
-    sheet = draw(Sheet("xenopeltis", "Xenopeltis", "2.16", "", [row]), studio, folder, SHOWN)
-    figure, axes = plt.subplots(1, 2 * len(names), figsize=(3.8 * 2 * len(names), 3.6), layout="constrained")
-    for name, (left, right) in zip(names, axes.reshape(-1, 2)):
-        show_relief(left, relief(skins[name][1]), f"(b) {skins[name][0]}")
-        show_term(right, skins[name][1], 3, f"(c) |DFT(h³)|, {skins[name][0].split(', ')[1]}")
+    sheet = draw(Sheet("xenopeltis", "Xenopeltis", "2.16", [row]), studio, folder, VIEW.width)
+    columns = 2 * len(reliefs)
+    figure, axes = plt.subplots(1, columns, figsize=(3.8 * columns, 3.6), layout="constrained")
+    for skin, (left, right) in zip(reliefs, axes.reshape(-1, 2)):
+        show_relief(left, relief(skin.parameters), f"(b) {skin.label}")
+        show_term(right, skin.parameters, 3, f"(c) |DFT(h³)|, {skin.label.split(', ')[1]}")
     figure.savefig(folder / "xenopeltis-relief.png", dpi=80)
     plt.close(figure)
-    return {"sheet": sheet, "label": skins[names[0]][0]}
+    return {"sheet": sheet, "label": reliefs[0].label}
 
 
-def closer(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.17: Elaphe, each picture five times closer than the previous."""
-    label, skin = skins[measured(skins, "elaphe")]
-    half = math.tan(math.radians(WIDEST_DEG / 2))
-    angles_deg = [2 * math.degrees(math.atan(half / CLOSER**k)) for k in range(ZOOMS)]
+def closer(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
+    """Figure 2.17: Elaphe, each picture five times closer than the previous, with its field of view and mean chroma."""
+    skin = measured(skins, "elaphe")
+    half_width = math.tan(math.radians(WIDEST_DEG / 2))
+    angles_deg = [2 * math.degrees(math.atan(half_width / CLOSER**k)) for k in range(ZOOMS)]
+    # A red box on each picture but the last shows the next.
     shots = [
         bare(
             skin,
@@ -190,69 +216,76 @@ def closer(studio: Studio, skins: dict, folder: Path) -> dict:
         )
         for deg in angles_deg
     ]
-    sheet = draw(Sheet("closer", "Closer", "2.17", "", both(shots)), studio, folder, SHOWN)
+    sheet = draw(Sheet("closer", "Closer", "2.17", both(shots)), studio, folder, VIEW.width)
     zooms = [
-        {"fov_deg": deg, "chroma": mean_chroma(read_exr(studio.shoot(shot)[0]), studio.mask(shot))}
+        {"fov_deg": deg, "chroma": mean_chroma(linear(studio, shot), studio.mask(shot))}
         for deg, shot in zip(angles_deg, shots)
     ]
-    return {"sheet": sheet, "label": label, "zooms": zooms}
+    return {"sheet": sheet, "label": skin.label, "zooms": zooms}
 
 
 def sun_of(travels: tuple[float, float, float]) -> Light:
-    """The sun for a direction of figure 2.18, whose x axis is taken as north and y axis as east."""
+    """The sun of light that travels along this direction of figure 2.18, whose axes are taken as north, east and up.
+
+    In the scene east is +x and north +y.
+    """
     north, east, up = (-component for component in travels)
     elevation_deg = math.degrees(math.atan2(up, math.hypot(north, east)))
     return Light(math.degrees(math.atan2(north, east)), elevation_deg, "directional", 0)
 
 
-def moving_sun(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.18: Elaphe under a moving sun, and the change of the picture per degree."""
-    label, skin = skins[measured(skins, "elaphe")]
+def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
+    """Figure 2.18: Elaphe under two paths of the sun, and the change of the picture along each step.
+
+    A row of `steps` has the angle between both suns and the mean CIEDE2000 between both pictures, in total and per
+    degree. `suns` has the direction of the sun in each panel.
+    """
+    skin = measured(skins, "elaphe")
     enlarge = partial(inset, centre=INSET_AT, half=INSET_HALF)
 
-    def first(picture: Image.Image) -> None:
-        enlarge(picture)
-        compass(picture, VIEW, VIEW.target_cm, (2.6, 1.6))
+    def enlarge_with_compass(image: Image.Image) -> None:
+        enlarge(image)
+        compass(image, VIEW, VIEW.target_cm, (2.6, 1.6))
 
-    columns = {"S to N": SOUTH_TO_NORTH, "SE to W": SOUTHEAST_TO_WEST}
+    paths = {"S to N": SOUTH_TO_NORTH, "SE to W": SOUTHEAST_TO_WEST}
     shots = {
-        way: [
-            bare(skin, f"{way}, {k + 1}", light=sun_of(travels), mark=first if (way, k) == ("S to N", 0) else enlarge)
-            for k, travels in enumerate(directions)
-        ]
-        for way, directions in columns.items()
+        way: [bare(skin, f"{way}, {k + 1}", light=sun_of(travels), mark=enlarge) for k, travels in enumerate(path)]
+        for way, path in paths.items()
     }
+    shots["S to N"][0] = replace(shots["S to N"][0], mark=enlarge_with_compass)
     traced = {"caption": "Mitsuba, path-traced", "method": None, "mark": enlarge}
-    rows = [[view for shot in row for view in (shot, replace(shot, **traced))] for row in zip(*shots.values())]
-    sheet = draw(Sheet("moving-sun", "The sun moves", "2.18", "", rows), studio, folder, SHOWN)
-    steps = []
+    # A row has one step of each path, by FLSS and path-traced.
+    rows = [[each for shot in row for each in (shot, replace(shot, **traced))] for row in zip(*shots.values())]
+    sheet = draw(Sheet("moving-sun", "The sun moves", "2.18", rows), studio, folder, VIEW.width)
+    steps, suns = [], []
     for way, column in shots.items():
-        for k, (a, b) in enumerate(zip(column, column[1:])):
-            degrees = math.degrees(math.acos(float(np.clip(a.light.to_sun() @ b.light.to_sun(), -1, 1))))
+        for k, shot in enumerate(column):
+            light = shot.light
+            azimuth_deg, elevation_deg = light.azimuth_deg, light.elevation_deg
+            suns.append({"way": way, "panel": k + 1, "azimuth_deg": azimuth_deg, "elevation_deg": elevation_deg})
+        for k, (before, after) in enumerate(zip(column, column[1:])):
+            cosine = float(np.clip(before.light.to_sun() @ after.light.to_sun(), -1, 1))
+            sun_deg = math.degrees(math.acos(cosine))
+            mask, ends = studio.mask(before), by_renderer(after)
             changes = {
-                by: mean_delta_e(*(studio.shoot(replace(shot, method=method))[0] for shot in (a, b)), studio.mask(a))
-                for by, method in (("flss", "flss"), ("path_traced", None))
+                key: mean_delta_e(studio.shoot(start).exr, studio.shoot(ends[key]).exr, mask)
+                for key, start in by_renderer(before).items()
             }
             steps.append(
                 {
                     "way": way,
                     "from": k + 1,
                     "to": k + 2,
-                    "sun_deg": degrees,
-                    **{f"delta_e_{by}": value for by, value in changes.items()},
-                    **{f"delta_e_{by}_per_deg": value / degrees for by, value in changes.items()},
+                    "sun_deg": sun_deg,
+                    **{f"delta_e_{key}": value for key, value in changes.items()},
+                    **{f"delta_e_{key}_per_deg": value / sun_deg for key, value in changes.items()},
                 }
             )
-    suns = [
-        {"way": way, "panel": k + 1, "azimuth_deg": shot.light.azimuth_deg, "elevation_deg": shot.light.elevation_deg}
-        for way, column in shots.items()
-        for k, shot in enumerate(column)
-    ]
-    return {"sheet": sheet, "label": label, "steps": steps, "suns": suns}
+    return {"sheet": sheet, "label": skin.label, "steps": steps, "suns": suns}
 
 
 def mesh_counts(resolution: float) -> dict:
-    """Numbers of vertices and faces of the snake, from the header of its file."""
+    """Numbers of vertices and faces of the snake's mesh at a resolution, from the header of its PLY file."""
     header = snake_files(resolution).mesh.read_bytes()[:1000].decode("ascii", "ignore")
     return {
         name: int(header.split(f"element {element} ")[1].split()[0])
@@ -261,22 +294,26 @@ def mesh_counts(resolution: float) -> dict:
 
 
 def figures() -> dict:
-    """Draws all sheets; returns the numbers of the part."""
+    """All numbers of the part: a dictionary for each figure, and the settings; draws the sheets."""
     use_variant()
-    folder, worn = images(PAGE), skins()
+    folder, skins = images(PART), all_skins()
     with TemporaryDirectory() as scratch:
         studio = Studio(Path(scratch), RESOLUTION, SUPERSAMPLE)
-        made = {
-            make.__name__: make(studio, worn, folder) for make in (gratings, elaphe, xenopeltis, closer, moving_sun)
+        by_figure = {
+            "gratings": gratings(studio, skins, folder),
+            "elaphe": elaphe(studio, skins, folder),
+            "xenopeltis": xenopeltis(studio, skins, folder),
+            "closer": closer(studio, skins, folder),
+            "moving_sun": moving_sun(studio, skins, folder),
         }
         return {
             "spp": SPP,
             "rays": SUPERSAMPLE**2,
             "adapter": studio.adapter,
-            "has_scans": any(name.endswith("scan") for name in worn),
+            "has_scans": any(name.endswith("scan") for name in skins),
             "sun": {"azimuth_deg": SUN.azimuth_deg, "elevation_deg": SUN.elevation_deg},
             "mesh": mesh_counts(RESOLUTION),
-            "default_mesh": mesh_counts(4.0),
+            "default_mesh": mesh_counts(DEFAULT_RESOLUTION),
             "window_um": SCAN_WINDOW["coherence_length"],
-            **made,
+            **by_figure,
         }

@@ -1,4 +1,8 @@
-"""The part `renderings-methods`: figures 2.20 to 2.22 and B.1 of Single 2014, and its table 2.1."""
+"""The part `renderings-methods`: figures 2.20 to 2.22 and B.1 of Single 2014, and its table 2.1.
+
+*GPU Gems' form* is Stam's shader as published in GPU Gems, chapter 8. It and the methods FLSS and NMM are options of
+the realtime renderer (docs/realtime.md).
+"""
 
 from __future__ import annotations
 
@@ -31,34 +35,34 @@ from .renderings import SCAN_WINDOW
 from .speed_error import processor
 from .studio import SPP, SUPERSAMPLE, Shot, Studio
 
-PAGE = "renderings-methods"
-# Files of the scans by species.
-SPECIES = {species.capitalize(): path for species, path in SCANS.items()}
-# The disc from above.
-DISC = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
+PART = "renderings-methods"
+# Files of the scans by capitalised species.
+SCAN_FILES = {species.capitalize(): path for species, path in SCANS.items()}
+# Camera above the disc.
+DISC_VIEW = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
 # The light of the disc.
 DISC_LIGHT = Light(180, 70, "directional", 0)
-# Spacing of a compact disc's tracks in µm.
+# Spacing of a compact disc's tracks.
 CD_UM = 1.6
-# Spacing of the demonstration's disc in µm.
+# Spacing in a public demonstration of the shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
 DEMO_UM = 10.0
-# Options of GPU Gems' form of Stam's shader (docs/realtime.md).
+# Options of the method `stam` for GPU Gems' form.
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
 # Number of repeats of a timed frame.
 REPEATS = 2
-# Largest deviation from 1 of the luminance of the right half over the left half of a symmetric map.
+# Largest accepted deviation from 1 of a symmetric map's luminance on the right over that on the left.
 SYMMETRIC = 1e-3
-# Smallest luminance of the right half over the left half of a one-sided map.
+# Smallest accepted luminance of a one-sided map's brighter half over that of the other.
 ONE_SIDED = 2.0
-# Largest difference of peak angles that count as equal, in degrees.
+# Largest difference of peak angles that count as equal.
 ALIKE_DEG = 1.0
 
 
 @dataclass
 class Drawn:
-    """A picture in linear sRGB, (rows, columns, 3), and as shown."""
+    """The picture of a shot in linear sRGB, (rows, columns, 3), and as a displayed PNG."""
 
     shot: Shot
     pixels: np.ndarray
@@ -66,12 +70,12 @@ class Drawn:
 
 
 def figures() -> dict:
-    """Draws all figures; returns the numbers of the part."""
+    """All numbers of the part: an entry for each figure or table, and the settings; draws the figures."""
     use_variant()
-    folder = images(PAGE)
+    folder = images(PART)
     with TemporaryDirectory() as scratch:
         studio = Studio(Path(scratch))
-        made = {
+        by_figure = {
             "cut_outs": cut_outs(folder / "cut-outs.png"),
             "disc": disc(studio, folder),
             "symmetry": symmetry(studio.folder),
@@ -81,11 +85,11 @@ def figures() -> dict:
             "frame_size": FRAME.replace("x", " × "),
         }
         return {
-            **made,
+            **by_figure,
             "adapter": studio.adapter,
             "processor": processor(),
             "cores": os.cpu_count(),
-            "has_scans": all(path.exists() for path in SPECIES.values()),
+            "has_scans": all(path.exists() for path in SCAN_FILES.values()),
             "spp": SPP,
             "rays": SUPERSAMPLE**2,
             "limits": {
@@ -100,14 +104,14 @@ def figures() -> dict:
 
 
 def surfaces(species: str) -> dict[str, dict]:
-    """Parameters of the measured skin, if present, and of the procedural one, by title."""
-    path, found = SPECIES[species], {}
+    """Parameters of the plugin by title: "SPECIES, scan", if the scan is present, and "SPECIES, procedural"."""
+    path, skins = SCAN_FILES[species], {}
     if path.exists():
-        found[f"{species}, scan"] = scanned_skin(path)
+        skins[f"{species}, scan"] = scanned_skin(path)
     else:
         print(f"NOT DRAWN: no scan at {path}, so there is no measured {species}", flush=True)
-    found[f"{species}, procedural"] = preset_skin(species.lower())
-    return found
+    skins[f"{species}, procedural"] = preset_skin(species.lower())
+    return skins
 
 
 def of_one_window(skin: dict) -> dict:
@@ -116,50 +120,55 @@ def of_one_window(skin: dict) -> dict:
 
 
 def cut_outs(file: Path) -> list[dict]:
-    """Figure 2.20: draws the cut-outs; returns the deviations of their lines of constant phase."""
-    elaphe, rows_of_fingers = surfaces("Elaphe"), surfaces("Xenopeltis")
-    chosen = {title: alignment.cut_out(skin, "y") for title, skin in elaphe.items() if "filename" in skin}
+    """Figure 2.20: draws cut-outs; returns the period of each, and the wander of its lines of constant phase."""
+    # The axis is that of the strongest period: across the fingers or along their rows.
+    skins = surfaces("Elaphe")
+    chosen = {title: alignment.cut_out(skin, "y") for title, skin in skins.items() if "filename" in skin}
     chosen["CD"] = alignment.cut_out({"preset": "cd"}, "x")
-    for title, skin in rows_of_fingers.items():
+    for title, skin in surfaces("Xenopeltis").items():
         if "filename" in skin:
             chosen[title] = alignment.cut_out(skin, "x")
+    # Without the preset's rotation on the snake its fingers lie along y.
     chosen["Elaphe, procedural"] = alignment.cut_out({"preset": "elaphe"}, "x")
     alignment.draw(chosen, file)
-    found = [
+    rows = [
         {"title": title, "period_um": cut.period_um, "wander_nm": 1e3 * cut.wander_um} for title, cut in chosen.items()
     ]
-    disc = next(row["wander_nm"] for row in found if row["title"] == "CD")
-    insist(PAGE, all(disc < row["wander_nm"] for row in found if row["title"] != "CD"), "the disc is the most regular")
-    return found
+    least = min(rows, key=lambda row: row["wander_nm"])
+    insist(PART, least["title"] == "CD", "the disc is the most regular")
+    return rows
 
 
 def draw(studio: Studio, shots: list[Shot]) -> tuple[list[Drawn], np.ndarray]:
-    """Draws shots of one surface with separate exposures; returns them and the directions at their pixels."""
-    pairs = seen(studio, shots[0])
+    """Draws shots that share object, rotation, light and view, each with its own exposure.
+
+    Also returns the array of `pairs_of`, the directions at their pixels.
+    """
+    pairs = pairs_of(studio, shots[0])
     return [exposed(studio, shot, pairs[..., 6] > 0) for shot in shots], pairs
 
 
 def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
-    """Draws a shot and exposes it by its lit pixels."""
-    exr, _, _ = studio.shoot(shot)
+    """Draws a shot and exposes it by the pixels of the mask `lit`."""
+    exr = studio.shoot(shot).exr
     pixels, png = read_exr(exr), exr.with_name(f"{exr.stem}-exposed.png")
     Image.fromarray(tone_mapped(pixels, hues.exposure_stops(pixels[lit]))).save(png)
     print(shot.caption, flush=True)
     return Drawn(shot, pixels, png)
 
 
-def seen(studio: Studio, shot: Shot) -> np.ndarray:
-    """Directions in the grating's frame at the centre of each pixel, by `sunbeam render --pairs`."""
+def pairs_of(studio: Studio, shot: Shot) -> np.ndarray:
+    """Directions at the pixels' centres, the array (rows, columns, 8) that `hues.near_highlight` describes."""
     npy, exr = studio.folder / "pairs.npy", studio.folder / "pairs.exr"
     mesh = (studio.disc if shot.disc else studio.snake).mesh
-    turned = {name: value for name, value in shot.skin.items() if name == "rotation"}
-    # The fastest surface, since the directions depend on its rotation alone.
-    realtime.render(exr, "stam", mesh, {"preset": "blazed", **turned}, shot.light, shot.view, pairs=npy)
+    rotation = {name: value for name, value in shot.skin.items() if name == "rotation"}
+    # The fastest method and surface: of the surface, the directions depend on the rotation alone.
+    realtime.render(exr, "stam", mesh, {"preset": "blazed", **rotation}, shot.light, shot.view, pairs=npy)
     return np.load(npy)
 
 
 def sheet(rows: list[list[Drawn]], studio: Studio, file: Path) -> None:
-    """Writes the rows as one picture with captions."""
+    """Writes rows of pictures with captions as one JPEG."""
     png = studio.folder / "sheet.png"
     contact_sheet([[(drawn.png, drawn.shot.caption) for drawn in row] for row in rows], png, rows[0][0].shot.view.width)
     with Image.open(png) as made:
@@ -167,46 +176,49 @@ def sheet(rows: list[list[Drawn]], studio: Studio, file: Path) -> None:
 
 
 def disc(studio: Studio, folder: Path) -> dict:
-    """Figure 2.21: the disc by FLSS and by GPU Gems' shader, and their angles of peaks."""
-    flss = Shot("FLSS", {"preset": "cd"}, "flss", DISC_LIGHT, view=DISC, pigment=False, disc=True)
-    row = [flss]
+    """Figure 2.21: draws a disc by FLSS, by GPU Gems' form and path-traced; returns `stam_maps.disc_peaks`."""
+    flss = Shot("FLSS", {"preset": "cd"}, "flss", DISC_LIGHT, view=DISC_VIEW, pigment=False, disc=True)
+    shots = [flss]
     for um in (CD_UM, DEMO_UM):
-        row.append(
+        shots.append(
             replace(flss, caption=f"Stam, GPU Gems, {um:g} um", method="stam", options={**GEMS, "period_um": um})
         )
-    row.append(replace(flss, caption="path-traced (Mitsuba 3)", method=None))
-    drawn, _ = draw(studio, row)
+    shots.append(replace(flss, caption="path-traced (Mitsuba 3)", method=None))
+    drawn, _ = draw(studio, shots)
     sheet([drawn], studio, folder / "disc.jpg")
     found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
-    own, _, fitted = (row["largest_off_deg"] for row in found["gems"])
-    insist(
-        PAGE, fitted < ALIKE_DEG < own, "GPU Gems' form agrees with FLSS on the disc where its spacing is fitted alone"
-    )
+    own_deg, _, fitted_deg = (row["largest_off_deg"] for row in found["gems"])
+    holds = fitted_deg < ALIKE_DEG < own_deg
+    insist(PART, holds, "GPU Gems' form agrees with FLSS on the disc only if its spacing is fitted")
     return found
 
 
 def symmetry(folder: Path) -> list[dict]:
-    """Luminance of the right half over the left half of BRDF maps at normal incidence."""
+    """The rows of `stam_maps.symmetry` for both gratings, and for Xenopeltis without its rotation on the snake."""
     skins = {"Blazed": {"preset": "blazed"}, "CD": {"preset": "cd"}}
     for title, skin in surfaces("Xenopeltis").items():
         skins[title] = of_one_window({name: value for name, value in skin.items() if name != "rotation"})
     found = stam_maps.symmetry(folder, skins)
-    insist(PAGE, all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
+    insist(PART, all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
     blazed = found[0]["flss"]
-    insist(PAGE, max(blazed, 1 / blazed) > ONE_SIDED, "the blazed grating sends its light to one side")
+    insist(PART, max(blazed, 1 / blazed) > ONE_SIDED, "the blazed grating sends its light to one side")
     return found
 
 
 def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
-    """Figure 2.22: Xenopeltis by FLSS, by GPU Gems' shader and path-traced."""
+    """Figure 2.22: draws Xenopeltis by FLSS, by GPU Gems' form and path-traced; returns a row for each picture.
+
+    It has fractions of dark pixels, near highlights and of all, the effective number of hues, and the fraction of the
+    coloured pixels in the three fullest bins of hues.
+    """
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():
-        one = of_one_window(skin)
-        spacing_um = period(skin, "x")["period_um"]
+        repeated = of_one_window(skin)
+        gems = {**GEMS, "period_um": period(skin, "x")["period_um"]}
         kind = title.split(", ")[1]
         shots = [
-            Shot(f"{kind}, FLSS", one, "flss", pigment=False),
-            Shot(f"{kind}, Stam (GPU Gems)", one, "stam", pigment=False, options={**GEMS, "period_um": spacing_um}),
+            Shot(f"{kind}, FLSS", repeated, "flss", pigment=False),
+            Shot(f"{kind}, Stam (GPU Gems)", repeated, "stam", pigment=False, options=gems),
             Shot(f"{kind}, path-traced", skin, None, pigment=False),
         ]
         row, pairs = draw(studio, shots)
@@ -214,36 +226,35 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
         lit, near = pairs[..., 6] > 0, hues.near_highlight(pairs)
         for drawn in row:
             pixels = drawn.pixels[lit]
-            shares = hues.histogram(pixels)
-            plotted[drawn.shot.caption] = shares
+            fractions = hues.histogram(pixels)
+            plotted[drawn.shot.caption] = fractions
             found.append(
                 {
                     "caption": drawn.shot.caption,
                     "dark_near": hues.dark_share(pixels, near[lit]),
                     "dark": hues.dark_share(pixels, np.ones(len(pixels), dtype=bool)),
-                    "hues": hues.effective_hues(shares),
-                    "three_bins": float(np.sort(shares)[-3:].sum()),
+                    "hues": hues.effective_hues(fractions),
+                    "three_bins": float(np.sort(fractions)[-3:].sum()),
                 }
             )
         flss, stam, _ = found[-3:]
-        insist(
-            PAGE, stam["dark_near"] > 2 * flss["dark_near"], f"colours are missing near highlights on {title} in Stam's"
-        )
-        insist(PAGE, stam["hues"] < flss["hues"], f"colours on {title} are more discrete in Stam's")
+        more_dark = stam["dark_near"] > 2 * flss["dark_near"]
+        insist(PART, more_dark, f"GPU Gems' form lacks colours near highlights on {title}")
+        insist(PART, stam["hues"] < flss["hues"], f"GPU Gems' form has more discrete colours on {title}")
     sheet(rows, studio, folder / "xenopeltis.jpg")
     plot_hues(plotted, folder / "hues.svg")
     return found
 
 
-def plot_hues(shares: dict[str, np.ndarray], file: Path) -> None:
-    """Draws fractions of hues by picture, one plot for each surface."""
-    titles = list(dict.fromkeys(caption.rsplit(", ", 1)[0] for caption in shares))
+def plot_hues(histograms: dict[str, np.ndarray], file: Path) -> None:
+    """Draws histograms of hues by caption, "SURFACE, METHOD", in one plot for each surface."""
+    titles = list(dict.fromkeys(caption.rsplit(", ", 1)[0] for caption in histograms))
     figure = Figure(figsize=(4.2 * len(titles), 2.8), layout="constrained")
     for axes, title in zip(np.atleast_1d(figure.subplots(1, len(titles), sharey=True)), titles):
-        for caption, share in shares.items():
+        for caption, fractions in histograms.items():
             if caption.startswith(title):
-                edges = np.linspace(0, 360, len(share) + 1)
-                axes.stairs(100 * share, edges, label=caption.removeprefix(f"{title}, "), linewidth=1.3)
+                edges = np.linspace(0, 360, len(fractions) + 1)
+                axes.stairs(100 * fractions, edges, label=caption.removeprefix(f"{title}, "), linewidth=1.3)
         axes.set(title=title, xlabel="hue / degrees", xlim=(0, 360), xticks=range(0, 361, 60))
         axes.legend(fontsize="small", frameon=False)
     figure.axes[0].set_ylabel("share of coloured pixels / %")
@@ -252,7 +263,10 @@ def plot_hues(shares: dict[str, np.ndarray], file: Path) -> None:
 
 
 def nmm(studio: Studio, folder: Path) -> list[dict]:
-    """Figure B.1: Elaphe by FLSS and by NMM, without weights as in Single 2014 and with weights."""
+    """Figure B.1: draws Elaphe by FLSS, by NMM as in Single 2014, and by NMM with quadrature weights.
+
+    Returns three rows for each surface in this order: mean a* and b*, and those of the pixels that are blue by FLSS.
+    """
     rows, found = [], []
     for title, skin in surfaces("Elaphe").items():
         kind = title.split(", ")[1]
@@ -272,15 +286,15 @@ def nmm(studio: Studio, folder: Path) -> list[dict]:
 
 
 def frames(studio: Studio) -> list[dict]:
-    """Table 2.1: milliseconds of a frame and frames a second by FLSS and NMM."""
+    """Table 2.1: milliseconds of a frame and frames per second of each skin by FLSS and NMM."""
     found = []
-    for species in SPECIES:
+    for species in SCAN_FILES:
         for title, skin in surfaces(species).items():
             for method in ("flss", "nmm"):
                 words = ["--mesh", studio.snake.mesh, "--method", method, "--size", FRAME, "--repeat", REPEATS]
                 words += realtime.surface_words(of_one_window(skin))
-                made = json.loads(sunbeam("render", "-o", studio.folder / "frame.exr", *words))
-                ms = made["gpu_ms"]
-                found.append({"title": title, "method": method, "ms": ms, "fps": 1e3 / ms, "faces": made["triangles"]})
+                report = json.loads(sunbeam("render", "-o", studio.folder / "frame.exr", *words))
+                ms, faces = report["gpu_ms"], report["triangles"]
+                found.append({"title": title, "method": method, "ms": ms, "fps": 1e3 / ms, "faces": faces})
                 print(f"{title}, {method}: {ms:.0f} ms", flush=True)
     return found

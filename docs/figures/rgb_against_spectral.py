@@ -1,4 +1,8 @@
-"""Colour differences between RGB and spectral variants, in converged pictures of one scene."""
+"""Colour differences between pictures of RGB and of spectral variants, and conversion to CIELAB.
+
+Pictures are linear sRGB. A converged picture is two independent halves, (2, rows, columns, 3), whose difference gives
+the noise.
+"""
 
 from __future__ import annotations
 
@@ -10,26 +14,28 @@ import numpy as np
 
 from mitsuba_scenes.environment import use_variant
 
-from .benchmark_scenes import SKIN, scanned_surface, scenes
+from .benchmark_scenes import SKIN, BenchmarkScene, scanned_surface, scenes
 from .time_to_error import render
 
 # The compared RGB variant of Mitsuba.
 RGB = "llvm_ad_rgb"
 # The compared spectral variant.
 SPECTRAL = "llvm_ad_spectral"
-GOLD = {"material": "Au"}
-OPTICS = {"keratin": SKIN, "gold": GOLD}
+# Media by name, as parameters of the plugin.
+OPTICS = {"keratin": SKIN, "gold": {"material": "Au"}}
+# Width and height of the pictures in pixels.
 SIZE = (24, 16)
 # Default seconds of each of the two pictures, without building tables and compiling.
 BUDGET_S = 4.0
-# Smallest number of averaged renders. The number is even, since its halves give the noise.
+# Smallest number of averaged renders; even, for two halves.
 RENDERS_MIN = 2
 # Largest number of averaged renders.
 RENDERS_MAX = 256
-# Mean luminance of the spectral picture at the exposure of the comparison, middle grey; white is 1.
+# Mean luminance of the spectral picture at the exposure of the comparison: middle grey, white being 1.
 GREY = 0.18
 
-# Linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1.
+# Matrix from linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1. Row 1 gives the
+# luminance Y.
 XYZ_OF_SRGB = np.array(
     [[0.4123908, 0.3575843, 0.1804808], [0.2126390, 0.7151687, 0.0721923], [0.0193308, 0.1191948, 0.9505322]]
 )
@@ -38,23 +44,24 @@ WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 
 def figures(budget_s: float = BUDGET_S) -> list[dict]:
-    """Rows of each scene with the scan, in keratin and in gold."""
+    """Rows of {scene, material} and the figures of `difference`, for each scene with the scan in each medium."""
     surface, _ = scanned_surface()
     rows = []
     for scene in scenes():
         for name, optics in OPTICS.items():
-            worn = scene.worn({"scan": surface}, optics)
-            found = colour_difference(
-                lambda worn=worn: worn.load(mi.load_dict(worn.diffraction(worn.surfaces["scan"])), SIZE), budget_s
-            )
-            rows.append({"scene": scene.name, "material": name, **found})
+            changed = scene.with_materials({"scan": surface}, optics)
+
+            def loaded(changed: BenchmarkScene = changed) -> mi.Scene:
+                return changed.load(mi.load_dict(changed.diffraction(surface)), SIZE)
+
+            rows.append({"scene": scene.name, "material": name, **colour_difference(loaded, budget_s)})
     return rows
 
 
 def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDGET_S) -> dict:
-    """ΔE76 of the RGB variant's picture from the spectral one's, and the ratio of their energies.
+    """The figures of `difference` for converged pictures of a scene in both variants.
 
-    `make_scene` makes the scene in the selected variant. `difference` describes the result.
+    `make_scene` makes the scene in the selected variant.
     """
     halves = {}
     for variant in (RGB, SPECTRAL):
@@ -64,7 +71,7 @@ def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDG
 
 
 def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
-    """Linear sRGB, (2, rows, columns, 3): the means of two halves of the renders within the budget."""
+    """The means of two halves of the renders that `budget_s` seconds allow, (2, rows, columns, 3)."""
     # The first render compiles kernels.
     render(scene, seed=1)
     sums, count, start = [0, 0], 0, time.perf_counter()
@@ -76,11 +83,12 @@ def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
 
 
 def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
-    """Figures of two converged pictures, each given as two halves (2, rows, columns, 3) of linear sRGB.
+    """Differences of two converged pictures.
 
-    `delta_e_mean` and `delta_e_p95` are over pixels, after one exposure for both. `noise_delta_e_mean` estimates the
-    mean by noise alone: halves of a picture differ twice as much as the picture from its limit. `energy_ratio` is the
-    ratio of sums over pixels and channels, `channel_ratios` of sums over pixels, RGB over spectral.
+    `delta_e_mean` and `delta_e_p95` are mean and 95th percentile of ΔE76 over pixels, after one exposure for both.
+    `noise_delta_e_mean` estimates the mean that noise alone would cause: the halves of a picture differ twice as much
+    as their mean from its limit. `energy_ratio` is the ratio of sums over pixels and channels, `channel_ratios` those
+    of sums over pixels, RGB over spectral.
     """
     exposure = GREY / (spectral.mean(axis=0) @ XYZ_OF_SRGB[1]).mean()
     rgb, spectral = rgb * exposure, spectral * exposure
@@ -97,14 +105,16 @@ def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
 
 
 def delta_e76(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance in CIE 1976 L*a*b* under D65 of linear sRGB colours (..., 3)."""
+    """Distance of linear sRGB colours (..., 3) in CIE 1976 L*a*b* under D65."""
     return np.linalg.norm(lab(a) - lab(b), axis=-1)
 
 
 def lab(linear: np.ndarray) -> np.ndarray:
-    """CIE 1976 L*a*b* of linear sRGB; negative XYZ, from noise alone, counts as zero."""
+    """CIE 1976 L*a*b* of linear sRGB (..., 3), by CIE 15:2004, 8.2.1.
+
+    Negative XYZ, which noise alone causes, counts as zero.
+    """
     relative = np.maximum(linear @ XYZ_OF_SRGB.T / WHITE, 0)
-    # CIE 15:2004, 8.2.1.
     low = (6 / 29) ** 3
     f = np.where(relative > low, np.cbrt(relative), relative / (3 * (6 / 29) ** 2) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)

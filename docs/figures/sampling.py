@@ -1,13 +1,12 @@
-"""The part `sampling`: variance of the sampling weight, errors of pictures in equal time, and the BSDF's cost.
+"""The part `sampling`: statistics of the sampling weight, errors of pictures by sampler, and the BSDF's cost.
 
-Errors of pictures are relative to a reference with many more samples, drawn by the sampler under test, since no other
-converges within hours. A bias of the sampler would cancel in its own error; tests of the density exclude one.
+Errors of pictures are relative to a reference with many more samples. It is drawn by the plugin's own sampler, since no
+other converges within hours. A bias of this sampler would cancel in its own error; tests of the density exclude one.
 """
 
 from __future__ import annotations
 
 import json
-import time
 
 import mitsuba as mi
 import numpy as np
@@ -24,30 +23,35 @@ from .cost import REFERENCES, VARIANTS, measure, ratios
 from .hemisphere_sampled import KINDS, hemisphere_sampled
 from .page import images
 from .speed_error import processor
-from .time_to_error import ERROR, FLOOR, relative_error, seconds_to_error
+from .time_to_error import ERROR, FLOOR, relative_error, render, seconds_to_error
 from .time_to_error_plot import draw
 
-PAGE = "sampling"
-
-# Surfaces and lights of the pictures.
+PART = "sampling"
+# Presets of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
+# Lights of the pictures; under "sky" the sun is left out.
 LIGHTS = {"sky": Light(sky=1.0), "sun and sky": Light()}
 VIEW = View(48, 32)
-# Samples a pixel of the pictures under test.
+# Samples per pixel of the pictures under test.
 SPP = 64
-# Number of pictures under test.
+# Number of pictures under test, and of timed renders.
 REPETITIONS = 5
-# Samples a pixel of the reference. With the sun most of the light is in few samples, so more of them are needed.
+# Samples per pixel of the reference, by light. With the sun most of the light is in few samples, so more are needed.
 REFERENCE_SPP = {"sky": 4096, "sun and sky": 65_536}
 
 
 def figures(
     *words: str, spp: int = SPP, reference_spp: dict[str, int] = REFERENCE_SPP, repetitions: int = REPETITIONS
 ) -> dict:
-    """Measures sampling weights, errors of pictures, and times."""
+    """All numbers of the part; draws the times to an error.
+
+    `words` are further arguments of `sunbeam bench`. `rows` and `weights` are statistics of the sampling weight: all,
+    and the worst by angle. `pictures` has a row of `picture` for each surface in each light. `headline` and `costs` are
+    times in Mitsuba.
+    """
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     costs = headline.figures()
-    draw(costs["cells"], costs["aim"], round(costs["nominal_pixels"] ** 0.5), images(PAGE) / "time-to-error.svg")
+    draw(costs["cells"], costs["aim"], round(costs["nominal_pixels"] ** 0.5), images(PART) / "time-to-error.svg")
     use_variant("llvm_ad_spectral", fall_back=False)
     pictures = [
         picture(surface, light, spp, reference_spp[light], repetitions) for surface in SURFACES for light in LIGHTS
@@ -56,7 +60,8 @@ def figures(
         "cpu": processor(),
         "samples": report["samples"],
         "weights": [
-            {"name": s["name"], "mb": s["bytes"] / 1e6, "angles": by_angle(s["rows"])} for s in report["surfaces"]
+            {"name": surface["name"], "mb": surface["bytes"] / 1e6, "angles": by_angle(surface["rows"])}
+            for surface in report["surfaces"]
         ],
         "rows": report["surfaces"],
         "spp": spp,
@@ -72,7 +77,7 @@ def figures(
 
 
 def by_angle(rows: list[dict]) -> list[dict]:
-    """The worst values over azimuths and wavelengths at each angle of incidence."""
+    """A row for each angle of incidence, with the largest of each statistic over azimuths and wavelengths."""
     found = []
     for theta in sorted({row["theta_deg"] for row in rows}):
         here = [row for row in rows if row["theta_deg"] == theta]
@@ -82,28 +87,32 @@ def by_angle(rows: list[dict]) -> list[dict]:
 
 
 def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions: int) -> dict:
-    """Errors and times of pictures of one surface in one light, with each way to draw directions."""
-    files = snake_files()
-    made = mi.load_dict({"type": "diffraction", "eta": KERATIN, "obliquity": "stam", **preset_skin(surface)})
+    """Errors and times of pictures of one surface in one light, under `ways` for each sampler.
 
-    def scene(bsdf: mi.BSDF) -> mi.Scene:
-        parts = snake_scene(bsdf, files, LIGHTS[light], VIEW, spp, max_depth=2)
+    The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py.
+    """
+    files = snake_files()
+    bsdf = mi.load_dict({"type": "diffraction", "eta": KERATIN, "obliquity": "stam", **preset_skin(surface)})
+
+    def scene(material: mi.BSDF) -> mi.Scene:
+        parts = snake_scene(material, files, LIGHTS[light], VIEW, spp, max_depth=2)
         if light == "sky":
             del parts["sun"]
         return mi.load_dict(parts)
 
-    scenes = {"importance": scene(made)} | {kind: scene(hemisphere_sampled(made, kind)) for kind in KINDS}
-    truth = np.mean([render(scenes["importance"], spp, 1000 + i)[0] for i in range(reference_spp // spp)], axis=0)
+    scenes = {"importance": scene(bsdf)} | {kind: scene(hemisphere_sampled(bsdf, kind)) for kind in KINDS}
+    # Seeds from 1000 on are those of the reference, so it contains none of the pictures under test.
+    truth = np.mean([render(scenes["importance"], 1000 + i).image for i in range(reference_spp // spp)], axis=0)
     judged = truth.sum(axis=2) > 0
     ways = []
-    for name, each in scenes.items():
+    for name, sampled in scenes.items():
         for seed in (0, 1):
             # Kernels are compiled for the first render, and again when the seed first changes.
-            render(each, spp, seed)
-        runs = [render(each, spp, 2 + i) for i in range(repetitions)]
-        errors = [relative_error(image, truth, judged) for image, _ in runs]
-        error, seconds = float(np.mean(errors)), float(np.median([seconds for _, seconds in runs]))
-        mean = np.mean([image for image, _ in runs], axis=0)
+            render(sampled, seed)
+        renders = [render(sampled, 2 + i) for i in range(repetitions)]
+        error = float(np.mean([relative_error(each.image, truth, judged) for each in renders]))
+        seconds = float(np.median([each.seconds for each in renders]))
+        mean = np.mean([each.image for each in renders], axis=0)
         ways.append(
             {
                 "name": name,
@@ -117,25 +126,18 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
     return {"surface": surface, "light": light, "ways": ways}
 
 
-def render(scene: mi.Scene, spp: int, seed: int) -> tuple[np.ndarray, float]:
-    """Linear sRGB, (rows, columns, 3), and seconds."""
-    start = time.perf_counter()
-    image = np.array(mi.render(scene, spp=spp, seed=seed), dtype=np.float64)[:, :, :3]
-    return image, time.perf_counter() - start
-
-
 def cost(variant: str, repetitions: int) -> dict:
-    """Times of the diffraction BSDFs and of Mitsuba's, and their ratios."""
+    """Render times of the diffraction BSDFs and of Mitsuba's in a variant, and their ratios to each of REFERENCES."""
     use_variant(variant, fall_back=False)
     result = measure(repetitions, View(128, 128), spp=16, max_depth=6)
-    against = {reference: ratios(result, reference) for reference in REFERENCES}
+    relative = {reference: ratios(result, reference) for reference in REFERENCES}
     rows = [
         {
             "name": name,
             "tables_s": times["tables_s"],
             "first_render_s": times["first_render_s"],
             "seconds": float(np.median(times["renders_s"])),
-            "ratios": {reference: against[reference][name] for reference in REFERENCES},
+            "ratios": {reference: relative[reference][name] for reference in REFERENCES},
         }
         for name, times in result.items()
     ]

@@ -1,4 +1,7 @@
-"""The atomic-force scans of two skins: strips of them, and the sizes of their relief against the presets'."""
+"""The atomic-force scans of two skins: their strips, and the sizes of their relief against the presets'.
+
+Heights are in µm, indexed [iy, ix] with y = 0 first. A *skin* is named by its species.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from mitsuba_scenes.crosscheck.cases import SCANS
 from mitsuba_scenes.tool import sunbeam
 
 SKINS = ("xenopeltis", "elaphe")
-# Edge of a crop of a preset, that of the scans.
+# Edge of a crop of a preset, equal to that of the scans.
 CROP_UM = 6.5
 # Number of strips into which a scan is cut.
 STRIPS = 5
@@ -22,7 +25,7 @@ SEED = 20140
 
 
 def scans_present() -> bool:
-    """Whether both scans are present; prints a line if not."""
+    """Whether the scans of both skins are present; prints a line if not."""
     missing = [skin for skin in SKINS if not SCANS[skin].exists()]
     if missing:
         folder = SCANS[missing[0]].parent
@@ -31,31 +34,37 @@ def scans_present() -> bool:
 
 
 def read(words: tuple, folder: Path) -> tuple[np.ndarray, float]:
-    """Heights in µm, `[iy, ix]`, without levelling, and the pixel's edge in µm."""
+    """Heights without levelling, and the edge of a pixel in µm, of the surface with these arguments of `sunbeam`."""
     npy = folder / "heights.npy"
     report = json.loads(sunbeam("height-field", *words, "--level", "none", "-o", npy))
     return np.load(npy), report["pixel_um"][0]
 
 
 def scan(skin: str, folder: Path) -> tuple[np.ndarray, float]:
-    """A scan with the period of Single 2014's table along x: *Elaphe*, whose fingers lie along x, is transposed."""
+    """Heights and edge of a pixel of a skin's scan, with the period of Single 2014's table 1.1 along x.
+
+    The scan of *Elaphe*, whose fingers lie along x, is transposed.
+    """
     heights_um, pixel_um = read(("--height-field", SCANS[skin]), folder)
     return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
 
 
 def words_of(heights_um: np.ndarray, pixel_um: float, path: Path) -> tuple:
-    """Writes heights and returns the command's arguments for them."""
+    """Writes heights to `path` and returns the arguments of `sunbeam` that read them."""
     np.save(path, np.ascontiguousarray(heights_um))
     return ("--height-field", path, "--pixel-size", pixel_um)
 
 
 def strips(heights_um: np.ndarray) -> list[np.ndarray]:
-    """STRIPS equal strips, each as long as the scan along x."""
+    """The scan cut into STRIPS parts along y, each as long as the scan along x."""
     return np.array_split(heights_um, STRIPS, axis=0)
 
 
 def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
-    """Peak to valley in µm, and after subtracting a plane the rms height in µm and the rms slopes along x and y."""
+    """Peak to valley in µm, and after subtracting a plane the rms height in µm and the rms slopes along x and y.
+
+    A slope is the difference of neighbouring pixels over their distance.
+    """
     iy, ix = np.indices(heights_um.shape)
     basis = np.stack([np.ones(heights_um.size), ix.ravel(), iy.ravel()], axis=1)
     fitted = basis @ np.linalg.lstsq(basis, heights_um.ravel(), rcond=None)[0]
@@ -69,10 +78,15 @@ def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
 
 
 def size_rows(folder: Path) -> list[dict]:
-    """For each skin the sizes of the scan and of random crops of the preset of equal size (mean, 5 and 95 %)."""
+    """A row for each skin and each of its `sizes`: that of the scan, and those of random crops of the preset.
+
+    Of the crops, which are as large as the scan, a row has the mean, `crops`, and the 5 % and 95 % quantiles, `low` and
+    `high`. `tile` is the peak to valley of the whole preset, `None` for other sizes.
+    """
     rows = []
     for skin in SKINS:
         heights_um, pixel_um = read(("--preset", skin), folder)
+        # Edge of a crop in pixels.
         edge = round(CROP_UM / pixel_um)
         random = np.random.default_rng(SEED)
         corners = random.integers(0, heights_um.shape[0], size=(CROPS, 2))

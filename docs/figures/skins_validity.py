@@ -1,8 +1,9 @@
 """The part `skins-validity`: the model on measured skins against Maxwell's equations.
 
-A crop of a scan, repeated as a tile, is solved by the independent solver of tests/judges/crossed (the *judge*). A
-*form* is the model with one choice of obliquity factor, energy conservation and shadowing (docs/model.md). *Misplaced*
-power is the fraction of the power in wrong orders.
+The relief is a crop of a scan, repeated as a tile. An independent solver, the *judge* (tests/judges/crossed), gives the
+true powers of its orders; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
+conservation and shadowing (docs/model.md). *Misplaced* power is the fraction of the reflected power in wrong orders. It
+is summarised over *near* lights, up to REACH_DEG of incidence, and over *grazing* ones beyond.
 """
 
 from __future__ import annotations
@@ -40,32 +41,46 @@ from .bsdf_calls import CALLS, RELIEFS, VARIANTS, call_ns
 from .page import images, insist
 from .skin_scans import SKINS, scans_present
 
-PAGE = "skins-validity"
-# Largest angle of incidence that is not counted as grazing.
+PART = "skins-validity"
+# Largest angle of incidence of near lights.
 REACH_DEG = 60.0
-plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
-# Largest accepted ratio of the time of a call with `small_slope` to one with `stam`.
+# Largest accepted mean ratio of the time of a call with `small_slope` to one with `stam`.
 COST_MAX = 1.15
+# Colours of the forms in the plot.
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
 
 
-def found(relief: Relief, case: Case, form: Form, judge: list[Answer]) -> list[float]:
-    """Misplaced power of a form of the model for each light of the judge's answers."""
+# Text stays text, and equal numbers give identical files.
+plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
+
+
+def misplaced_by_light(relief: Relief, case: Case, form: Form, judge: list[Answer]) -> list[float]:
+    """Misplaced power of a form for each light of the judge's answers."""
     lights = [(answer.light, answer.jx, answer.jy) for answer in judge]
     powers = efficiencies(relief, complex(case.eta), form, lights)
     return [misplaced(power, answer.unpolarised) for power, answer in zip(powers, judge)]
 
 
-def spread(values: list[float], judge: list[Answer], near: bool) -> dict:
-    """Mean and largest value over the lights up to REACH_DEG, or beyond it."""
-    chosen = [v for v, answer in zip(values, judge) if (answer.light.theta_deg <= REACH_DEG) == near]
+def is_near(answer: Answer) -> bool:
+    """Whether the answer's light is a near one."""
+    return answer.light.theta_deg <= REACH_DEG
+
+
+def summary(values: list[float], judge: list[Answer], near: bool) -> dict:
+    """Mean and largest of the values by light over the near lights, or over the grazing ones."""
+    chosen = [value for value, answer in zip(values, judge) if is_near(answer) == near]
     return {"mean": float(np.mean(chosen)), "worst": float(max(chosen))}
 
 
 def row(case: Case, relief: Relief, judge: list[Answer], forms: tuple[Form, ...]) -> dict:
-    """A crop's properties, and the errors of each form of the model on it."""
-    by_form = {form.name: found(relief, case, form, judge) for form in forms}
-    flat = [fresnel(case.eta, answer.light.theta_deg) for answer in judge]
+    """A crop's properties, the misplaced power of each form on it, and the judge's accuracy.
+
+    `of_flat` is the reflected power relative to a flat surface, a mean over near lights. `by_light` has the misplaced
+    power in the order of the judge's answers.
+    """
+    by_form = {form.name: misplaced_by_light(relief, case, form, judge) for form in forms}
+    near = [answer for answer in judge if is_near(answer)]
+    of_flat = [answer.unpolarised.sum() / fresnel(case.eta, answer.light.theta_deg) for answer in near]
     return {
         "skin": case.crop.skin,
         "crop": case.crop.name,
@@ -76,14 +91,12 @@ def row(case: Case, relief: Relief, judge: list[Answer], forms: tuple[Form, ...]
         "rms_slopes": list(relief.rms_slopes()),
         "peak_to_valley_um": float(np.ptp(relief.sampled(201, 201).heights)),
         "lights": len(judge),
-        "near": {name: spread(values, judge, True) for name, values in by_form.items()},
-        "grazing": {name: spread(values, judge, False) for name, values in by_form.items()},
-        "of_flat": float(
-            np.mean([a.unpolarised.sum() / r for a, r in zip(judge, flat) if a.light.theta_deg <= REACH_DEG])
-        ),
+        "near": {name: summary(values, judge, near=True) for name, values in by_form.items()},
+        "grazing": {name: summary(values, judge, near=False) for name, values in by_form.items()},
+        "of_flat": float(np.mean(of_flat)),
         "balance": max(answer.balance for answer in judge),
         "residual": max(answer.residual for answer in judge),
-        "by_light": {name: [float(v) for v in values] for name, values in by_form.items()},
+        "by_light": {name: [float(value) for value in values] for name, values in by_form.items()},
     }
 
 
@@ -95,43 +108,54 @@ def fresnel(eta: float, theta_deg: float) -> float:
     return float(0.5 * (s**2 + p**2))
 
 
-def over(rows: list[dict], judged: dict, skin: str, form: Form, key) -> dict:
-    """Mean misplaced power over a skin's crops, grouped by `key` of the light."""
-    groups: dict = {}
-    for made in rows:
-        if made["skin"] == skin:
-            for answer, value in zip(judged[made["key"]], made["by_light"][form.name]):
-                groups.setdefault(key(answer.light), []).append(value)
-    return {float(at): float(np.mean(values)) for at, values in sorted(groups.items())}
+def means_by(quantity: str, rows: list[dict], judged: dict, skin: str, form: Form) -> dict[float, float]:
+    """Mean misplaced power of a form over a skin's crops and lights, by the field `quantity` of the light."""
+    groups: dict[float, list[float]] = {}
+    for of_crop in rows:
+        if of_crop["skin"] == skin:
+            for answer, value in zip(judged[of_crop["key"]], of_crop["by_light"][form.name]):
+                groups.setdefault(float(getattr(answer.light, quantity)), []).append(value)
+    return {at: float(np.mean(values)) for at, values in sorted(groups.items())}
 
 
 def checks() -> dict:
-    """Largest differences of an order's power between the solver and independent results."""
-    # A relief along x alone, against the boundary integral of `sunbeam orders`.
-    x = np.arange(33) / 33
-    wave = Relief(0.1 * (1 + np.sin(2 * np.pi * x))[None], (1.3, 0.3))
-    apart = 0.0
-    for theta, phi in ((20.0, 0.0), (60.0, 35.0)):
-        own = solve(wave, 550.0, theta, phi, KERATIN, Resolution(9.0, 12))
-        words = ("--preset", "sinusoidal", "--period", 1.3, "--height", 0.2, "--eta", KERATIN, "--theory", "rigorous")
-        told = json.loads(sunbeam("orders", *words, "--theta-i", theta, "--phi-i", phi, "--json"))
-        other = {order["order"]: order["mean"] for order in told["orders"]}
-        apart = max(apart, *(abs(v - other[j]) for j, v in zip(own.jx, own.unpolarised)))
-    # Reciprocity: light returned along its strongest other order.
+    """Largest differences of an order's power between the judge and independent results."""
+    return {"one_dimension": one_dimension(), "reciprocity": reciprocity()}
+
+
+def one_dimension() -> float:
+    """The difference from the boundary integral of `sunbeam orders`, on a sinusoid along x alone."""
+    period_um, height_um, samples = 1.3, 0.2, 33
+    x = np.arange(samples) / samples
+    # The judge needs a period along y; its relief is constant there.
+    wave = Relief(0.5 * height_um * (1 + np.sin(2 * np.pi * x))[None], (period_um, 0.3))
+    words = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
+    largest = 0.0
+    for theta_deg, phi_deg in ((20.0, 0.0), (60.0, 35.0)):
+        own = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(9.0, 12))
+        light = ("--theta-i", theta_deg, "--phi-i", phi_deg)
+        report = json.loads(sunbeam("orders", *words, "--theory", "rigorous", *light, "--json"))
+        other = {order["order"]: order["mean"] for order in report["orders"]}
+        largest = max(largest, *(abs(power - other[order]) for order, power in zip(own.jx, own.unpolarised)))
+    return float(largest)
+
+
+def reciprocity() -> float:
+    """The difference of an order's power when light returns along it, for the strongest order but the mirror's."""
     relief, light = synthetic(), Light(550.0, 40.0, 35.0)
-    there = solve(relief, 550.0, light.theta_deg, light.phi_deg, KERATIN)
+    there = solve(relief, light.wavelength_nm, light.theta_deg, light.phi_deg, KERATIN)
     strongest = int(np.argmax(there.unpolarised * ((there.jx != 0) | (there.jy != 0))))
     order = np.array([there.jx[strongest], there.jy[strongest]])
-    wo = 0.55 * order / np.array(relief.period) - light.wi[:2]
-    theta, phi = np.degrees([np.arcsin(np.hypot(*wo)), np.arctan2(wo[1], wo[0])])
-    back = solve(relief, 550.0, float(theta), float(phi), KERATIN)
-    again = (back.jx == order[0]) & (back.jy == order[1])
-    returned = abs(back.unpolarised[again][0] - there.unpolarised[strongest])
-    return {"one_dimension": float(apart), "reciprocity": float(returned)}
+    # x and y of the order's direction, by the grating equation.
+    wo = light.wavelength_nm * 1e-3 * order / np.array(relief.period) - light.wi[:2]
+    theta_deg, phi_deg = np.degrees([np.arcsin(np.hypot(*wo)), np.arctan2(wo[1], wo[0])])
+    back = solve(relief, light.wavelength_nm, float(theta_deg), float(phi_deg), KERATIN)
+    returned = (back.jx == order[0]) & (back.jy == order[1])
+    return float(abs(back.unpolarised[returned][0] - there.unpolarised[strongest]))
 
 
 def cost() -> list[dict]:
-    """Time of BSDF calls with `small_slope` relative to `stam`, in keratin."""
+    """Time of BSDF calls with `small_slope` relative to `stam`, in keratin: a row for each variant and relief."""
     rows = []
     for variant in VARIANTS:
         use_variant(variant, fall_back=False)
@@ -141,50 +165,41 @@ def cost() -> list[dict]:
             ns = {call: call_ns(bsdfs, call) for call in CALLS}
             ratios = {call: float(ns[call]["small_slope"] / ns[call]["stam"]) for call in CALLS}
             rows.append({"variant": variant, "relief": relief, "ratios": ratios})
-    # The mean, since single ratios are noisy.
-    insist(PAGE, np.mean([list(row["ratios"].values()) for row in rows]) <= COST_MAX, "small_slope costs about as much")
+    # The mean over all, since single ratios are noisy.
+    mean = np.mean([list(of_relief["ratios"].values()) for of_relief in rows])
+    insist(PART, mean <= COST_MAX, "small_slope costs about as much")
     return rows
 
 
 def figures() -> dict | None:
-    """All numbers of the part, or `None` without the scans; writes its plot."""
+    """All numbers of the part, or `None` without the scans; writes its plot.
+
+    `rows` has the crops, `varied` crops with another smoothing, height or index, and `skins` means over the crops of a
+    skin. Raises SetupError if the numbers contradict the page.
+    """
     if not scans_present():
         return None
     judged = answers("skins")
     scans = {skin: scanned(skin) for skin in SKINS}
-    rows, varied = [], []
     for case in BASE:
         if case.crop.name == "A":
-            bare, limited = (
-                found(relief_of(case, scans), case, form, judged[case.key])
-                for form in (SMALL_SLOPE, SMALL_SLOPE_LIMITED)
+            relief = relief_of(case, scans)
+            free, limited = (
+                misplaced_by_light(relief, case, form, judged[case.key]) for form in (SMALL_SLOPE, SMALL_SLOPE_LIMITED)
             )
-            insist(PAGE, np.allclose(bare, limited, rtol=1e-6), "limiting small_slope changes nothing")
-        rows.append({"key": case.key, **row(case, relief_of(case, scans), judged[case.key], FORMS)})
-    for case in VARIED:
-        varied.append(row(case, relief_of(case, scans), judged[case.key], (SMALL_SLOPE, STAM)))
-    skins = []
-    for skin in SKINS:
-        mine = [made for made in rows if made["skin"] == skin]
-        near, grazing = (
-            {
-                form.name: {
-                    "mean": float(np.mean([made[reach][form.name]["mean"] for made in mine])),
-                    "worst": max(made[reach][form.name]["worst"] for made in mine),
-                }
-                for form in FORMS
-            }
-            for reach in ("near", "grazing")
-        )
-        by_angle = {form.name: over(rows, judged, skin, form, lambda light: light.theta_deg) for form in FORMS}
-        by_nm = {form.name: over(rows, judged, skin, form, lambda light: light.wavelength_nm) for form in FORMS}
-        skins.append({"skin": skin, "near": near, "grazing": grazing, "by_angle": by_angle, "by_wavelength": by_nm})
-        insist(PAGE, near[SMALL_SLOPE.name]["mean"] < near[STAM.name]["mean"], f"small_slope is the better on {skin}")
-    gains = {made["skin"]: made["near"][STAM.name]["mean"] / made["near"][SMALL_SLOPE.name]["mean"] for made in skins}
-    insist(PAGE, gains["elaphe"] > 2 > 1.2 > gains["xenopeltis"], "the gain is on the gentler skin")
-    draw(images(PAGE) / "angles.svg", skins)
-    for made in (*rows, *varied):
-        del made["by_light"]
+            insist(PART, np.allclose(free, limited, rtol=1e-6), "limiting small_slope changes nothing")
+    rows = [{"key": case.key, **row(case, relief_of(case, scans), judged[case.key], FORMS)} for case in BASE]
+    varied = [row(case, relief_of(case, scans), judged[case.key], (SMALL_SLOPE, STAM)) for case in VARIED]
+    skins = [skin_figures(skin, rows, judged) for skin in SKINS]
+    gains = {}
+    for of_skin in skins:
+        stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
+        insist(PART, small_slope < stam, f"small_slope is the better on {of_skin['skin']}")
+        gains[of_skin["skin"]] = stam / small_slope
+    insist(PART, gains["elaphe"] > 2 > 1.2 > gains["xenopeltis"], "the gain is on the gentler skin")
+    draw(images(PART) / "angles.svg", skins)
+    for of_crop in (*rows, *varied):
+        del of_crop["by_light"]
     return {
         "forms": [form.name for form in FORMS],
         "wavelengths_nm": list(WAVELENGTHS_NM),
@@ -201,15 +216,36 @@ def figures() -> dict | None:
     }
 
 
+def skin_figures(skin: str, rows: list[dict], judged: dict) -> dict:
+    """Misplaced power of each form over the crops of a skin: summaries, and means by angle and by wavelength."""
+    crops = [of_crop for of_crop in rows if of_crop["skin"] == skin]
+    summaries = {
+        reach: {
+            form.name: {
+                "mean": float(np.mean([of_crop[reach][form.name]["mean"] for of_crop in crops])),
+                "worst": max(of_crop[reach][form.name]["worst"] for of_crop in crops),
+            }
+            for form in FORMS
+        }
+        for reach in ("near", "grazing")
+    }
+    return {
+        "skin": skin,
+        **summaries,
+        "by_angle": {form.name: means_by("theta_deg", rows, judged, skin, form) for form in FORMS},
+        "by_wavelength": {form.name: means_by("wavelength_nm", rows, judged, skin, form) for form in FORMS},
+    }
+
+
 def draw(path, skins: list[dict]) -> None:
-    """Draws misplaced power against the angle of incidence, means over crops, wavelengths and azimuths."""
+    """Draws `by_angle` of each skin: misplaced power of the forms against the angle of incidence."""
     figure, axes = plt.subplots(1, len(skins), figsize=(9, 3.6), sharey=True)
-    for ax, made in zip(axes, skins):
+    for ax, of_skin in zip(axes, skins):
         for name, colour in COLOURS.items():
-            values = made["by_angle"][name]
-            at = [float(angle) for angle in values]
-            ax.plot(at, [100 * value for value in values.values()], marker="o", ms=3, lw=1.3, label=name, color=colour)
-        ax.set(title=f"scan of {made['skin']}", xlabel="θi in degrees", xticks=(0, 30, 60, 75), ylim=(0, None))
+            by_angle = of_skin["by_angle"][name]
+            percent = [100 * value for value in by_angle.values()]
+            ax.plot(list(by_angle), percent, marker="o", ms=3, lw=1.3, label=name, color=colour)
+        ax.set(title=f"scan of {of_skin['skin']}", xlabel="θi in degrees", xticks=(0, 30, 60, 75), ylim=(0, None))
     axes[0].set_ylabel("misplaced power in %")
     axes[0].legend(fontsize=8, frameon=False)
     figure.tight_layout()

@@ -1,12 +1,14 @@
 """The part `slits`: intensity and colours behind N equal slits, figures 1.4 and 1.5 of Single 2014.
 
-Symbols: N slits of width a, d apart, in light of wavelength λ; `sine` is the sine of the angle to the grating's normal.
-Relative intensity in the far field, 1 where all waves are in phase:
+Symbols: N slits of width a, with centres d apart, in light of wavelength λ; `sine` is the sine of the angle to the
+grating's normal. The relative intensity in the far field, 1 where all waves are in phase, is
 
     I = (sin Nx / (N sin x))² · (sin β / β)²,   x = π d·sine/λ,   β = π a·sine/λ.
 
-The drawings of figures 1.2, 1.3, 1.6, 1.7 and 2.1 in docs/images/slits are kept as files; `tests/test_slits.py` checks
-their angles.
+The first factor is the array factor; order 0 has its first zero at sine = λ/(Nd).
+
+The drawings of figures 1.2, 1.3, 1.6, 1.7 and 2.1 in docs/images/slits are not generated here; tests/test_slits.py
+checks their angles.
 """
 
 from __future__ import annotations
@@ -23,16 +25,16 @@ from matplotlib.ticker import MultipleLocator
 
 from .page import images, insist
 
-PAGE = "slits"
+PART = "slits"
 # Numbers of slits in figure 1.5.
 THEIRS = (1, 2, 3)
-# Numbers of slits shown here.
+# Numbers of slits of this page.
 COUNTS = (1, 2, 3, 5, 7, 10, 50)
 # Distance of the screen, given with figure 1.5.
 DISTANCE_MM = 500.0
 # Wavelength of figure 1.5.
 PLOTTED_NM = 500.0
-# Wavelength of the green strips of figure 1.4. Chosen; the source gives none.
+# Wavelength of the green strips of figure 1.4; the source gives none.
 COLOURED_NM = 550.0
 # Half width of the screen in the colour strips.
 COLOURED_MM = 6.5
@@ -40,11 +42,11 @@ COLOURED_MM = 6.5
 WIDE_MM = 30.0
 # Half width of the screen in the close graph.
 CLOSE_MM = 2.0
-# Columns of a colour strip. Chosen: a peak of 50 slits is three columns wide.
+# Pixels of a colour strip along the screen. With this number a peak of 50 slits is three pixels wide.
 COLUMNS = 1300
-# Number of sine values that are averaged in a column.
+# Number of positions whose intensities are averaged in a pixel.
 PER_COLUMN = 4
-# Wavelength step of the colour sums. Chosen below the 4 nm that order 3 of 50 slits is wide.
+# Wavelength step of the sum over the visible spectrum, smaller than the 4 nm that order 3 of 50 slits is wide.
 COLOUR_STEP_NM = 1.0
 # Smallest number of slits in the fit of width ∝ N^exponent.
 FITTED_FROM = 5
@@ -54,7 +56,7 @@ EXPONENT_TOLERANCE = 0.02
 
 @dataclass(frozen=True)
 class Slits:
-    """A number of slits of one width, their centres `spacing_um` apart; figure 1.5 gives the defaults."""
+    """N = `count` slits of width a, with centres d = `spacing_um` apart; figure 1.5 gives the defaults."""
 
     count: int
     width_um: float = 30.0
@@ -62,34 +64,37 @@ class Slits:
 
     @property
     def extent_um(self) -> float:
-        """N d, or the width of a single slit."""
+        """Nd; for a single slit its width."""
         return self.count * self.spacing_um if self.count > 1 else self.width_um
 
 
 def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
-    """I of the module's formula; arguments broadcast."""
-    turns = slits.spacing_um * np.asarray(sine) / (np.asarray(wavelength_nm) / 1e3)
-    # The array factor repeats with every order, so x is reduced to the nearest order for the sake of its digits.
-    x = np.pi * (turns - np.round(turns))
-    array = np.ones_like(x)
-    off_order = np.abs(x) > 1e-9
-    array[off_order] = np.sin(slits.count * x[off_order]) / (slits.count * np.sin(x[off_order]))
-    return (array * np.sinc(turns * slits.width_um / slits.spacing_um)) ** 2
+    """I of the module's formula; `sine` and `wavelength_nm` broadcast."""
+    # d·sine/λ, a whole number at orders.
+    order = slits.spacing_um * np.asarray(sine) / (np.asarray(wavelength_nm) / 1e3)
+    # The square of the array factor has the period 1 in `order`. Its x is reduced to the nearest order, which keeps
+    # digits.
+    x = np.pi * (order - np.round(order))
+    array_factor = np.ones_like(x)
+    beside = np.abs(x) > 1e-9
+    array_factor[beside] = np.sin(slits.count * x[beside]) / (slits.count * np.sin(x[beside]))
+    # NumPy's sinc(t) is sin πt / πt.
+    return (array_factor * np.sinc(order * slits.width_um / slits.spacing_um)) ** 2
 
 
 def full_width(slits: Slits, wavelength_nm: float) -> float:
-    """Full width at half maximum of order 0, in units of λ/(N d) (of λ/a for one slit)."""
-    unit = wavelength_nm / 1e3 / slits.extent_um
-    return width_at_half(lambda t: float(relative_intensity(slits, np.array([t * unit]), wavelength_nm)[0]))
+    """Full width at half maximum of order 0 in sine, in units of λ/(Nd), or of λ/a for one slit."""
+    first_zero = wavelength_nm / 1e3 / slits.extent_um
+    return width_at_half(lambda t: float(relative_intensity(slits, np.array([t * first_zero]), wavelength_nm)[0]))
 
 
 def limit_of_width() -> float:
-    """Full width at half maximum of (sin πt / πt)²: the limit of `full_width` for many slits."""
+    """Full width at half maximum of (sin πt / πt)², to which `full_width` tends for many slits."""
     return width_at_half(lambda t: float(np.sinc(t)) ** 2)
 
 
 def width_at_half(peak: Callable[[float], float]) -> float:
-    """Full width at half maximum of an even function that falls from 1 at 0 to 0 at 1, by bisection."""
+    """Full width at half maximum of an even function that falls monotonically from 1 at 0 to 0 at 1, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(50):
         middle = (low + high) / 2
@@ -98,7 +103,11 @@ def width_at_half(peak: Callable[[float], float]) -> float:
 
 
 def colour_weights() -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths in nm, (W,), and weights (W, 3) from relative intensities of D65 to linear sRGB; columns sum to 1."""
+    """Wavelengths in nm, (W,), and weights, (W, 3).
+
+    The weights turn relative intensities of D65 into linear sRGB; their columns sum to 1.
+    """
+    # The colour functions need a variant; the selected one is restored.
     before = mi.variant()
     mi.set_variant("scalar_rgb")
     try:
@@ -114,10 +123,10 @@ def colour_weights() -> tuple[np.ndarray, np.ndarray]:
 
 
 def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Linear sRGB of D65 behind the slits, (len(sine), 3).
+    """Linear sRGB of D65 behind the slits, (len(sine), 3), with the `weights` of `colour_weights`.
 
-    The slits pass the same power at all wavelengths and spread it over widths ∝ λ, so intensities carry a factor 1/λ,
-    which is 1 at 550 nm here.
+    The slits pass the same power at all wavelengths and spread it over widths ∝ λ, so intensities have a factor 1/λ. It
+    is normalised to 1 at COLOURED_NM.
     """
     wavelengths_nm, rgb = weights
     intensity = relative_intensity(slits, np.asarray(sine)[:, None], wavelengths_nm)
@@ -125,16 +134,18 @@ def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> n
 
 
 def figures() -> dict:
-    """Draws both figures; returns sizes, widths by number of slits, and the colour of white light's centre."""
-    folder = images(PAGE)
+    """Draws both figures; returns sizes, a row for each number of slits, and white light's colour in the centre.
+
+    `exponent` is that of a fit of the width of order 0 ∝ N^exponent, `limit` the limit of the width in λ/(Nd).
+    """
+    folder = images(PART)
     draw_intensity(folder / "intensity.svg")
     centre = draw_colours(folder / "patterns.png")
-    widths = [full_width(Slits(count), PLOTTED_NM) for count in COUNTS]
-    rows = [row(Slits(count), width) for count, width in zip(COUNTS, widths)]
+    rows = [figures_of(Slits(count)) for count in COUNTS]
     fitted = [row for row in rows if row["count"] >= FITTED_FROM]
-    logs = (np.log([row[key] for row in fitted]) for key in ("count", "width_mm"))
-    exponent = float(np.polyfit(*logs, 1)[0])
-    insist(PAGE, abs(exponent + 1) < EXPONENT_TOLERANCE, "widths go as 1/N")
+    log_count, log_width = (np.log([row[key] for row in fitted]) for key in ("count", "width_mm"))
+    exponent = float(np.polyfit(log_count, log_width, 1)[0])
+    insist(PART, abs(exponent + 1) < EXPONENT_TOLERANCE, "widths go as 1/N")
     return {
         "width_um": Slits(1).width_um,
         "spacing_um": Slits(1).spacing_um,
@@ -149,14 +160,20 @@ def figures() -> dict:
     }
 
 
-def row(slits: Slits, width: float) -> dict:
-    """A row of the table: lengths on the screen, and (N d)²/λ, the distance that a far field needs many times over."""
+def figures_of(slits: Slits) -> dict:
+    """A row of the table, at PLOTTED_NM.
+
+    `zero_mm` is the first zero of order 0 on the screen. The width of order 0 is in mm on the screen, and in units of
+    its first zero. The far field is at distances large against `far_field_mm`, (Nd)²/λ.
+    """
+    width = full_width(slits, PLOTTED_NM)
     zero = PLOTTED_NM / 1e3 / slits.extent_um
     return {
         "count": slits.count,
         "zero_mm": DISTANCE_MM * zero / np.sqrt(1 - zero**2),
         "width_mm": DISTANCE_MM * width * zero,
         "width_in_zeros": width,
+        # µm²/nm is mm.
         "far_field_mm": slits.extent_um**2 / PLOTTED_NM,
     }
 
@@ -167,35 +184,41 @@ def sine_of(x_mm) -> np.ndarray:
 
 
 def draw_intensity(path: Path) -> None:
-    """Figure 1.5: relative intensity against position, three counts over a wide range and all of them about order 0."""
+    """Figure 1.5: relative intensity against position, for THEIRS over a wide range and for COUNTS about order 0."""
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     wide, close = figure.subplots(2, 1)
     colours = ("0.4", "tab:blue", "tab:green", "tab:olive", "tab:orange", "tab:red", "black")
     for ax, counts, half_mm in ((wide, THEIRS, WIDE_MM), (close, COUNTS, CLOSE_MM)):
         x_mm = np.linspace(-half_mm, half_mm, 2401)
         for count, colour in zip(counts, colours):
-            seen = relative_intensity(Slits(count), sine_of(x_mm), PLOTTED_NM)
-            ax.plot(x_mm, seen, label=f"N = {count}", color=colour, lw=1.1, ls="--" if count == 1 else "-")
+            intensity = relative_intensity(Slits(count), sine_of(x_mm), PLOTTED_NM)
+            ax.plot(x_mm, intensity, label=f"N = {count}", color=colour, lw=1.1, ls="--" if count == 1 else "-")
         ax.set(xlim=(-half_mm, half_mm), ylim=(0, 1.03), ylabel="relative intensity")
         ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     wide.xaxis.set_major_locator(MultipleLocator(5))
     close.set_xlabel(f"position on the screen / mm, {DISTANCE_MM:g} mm away")
-    # Text as outlines, and identical files from identical figures.
+    # Text becomes outlines, and equal numbers give identical files.
     with matplotlib.rc_context({"svg.fonttype": "path", "svg.hashsalt": "sunbeam"}):
         figure.savefig(path, metadata={"Date": None})
 
 
 def draw_colours(path: Path) -> list[float]:
-    """Figure 1.4: strips of green (above) and white light (below) for each count; returns white's centre."""
-    weights = wavelengths_nm, rgb = colour_weights()
-    line = np.maximum(rgb[np.abs(wavelengths_nm - COLOURED_NM).argmin()], 0)
-    count = COLUMNS * PER_COLUMN
-    sine = sine_of(((np.arange(count) + 0.5) / count * 2 - 1) * COLOURED_MM).reshape(COLUMNS, PER_COLUMN)
+    """Figure 1.4: strips of green (above) and white light (below) for each count.
+
+    Returns linear sRGB of white light behind one slit in the centre of the screen.
+    """
+    wavelengths_nm, rgb = weights = colour_weights()
+    green_rgb = np.maximum(rgb[np.abs(wavelengths_nm - COLOURED_NM).argmin()], 0)
+    samples = COLUMNS * PER_COLUMN
+    x_mm = ((np.arange(samples) + 0.5) / samples * 2 - 1) * COLOURED_MM
+    sine = sine_of(x_mm).reshape(COLUMNS, PER_COLUMN)
     centre = white_light(Slits(1), [0.0], weights)[0]
     figure = Figure(figsize=(10, 8.4), layout="constrained")
     panels = figure.subplots(len(COUNTS), 1, sharex=True)
     for ax, count in zip(panels, COUNTS):
-        green = relative_intensity(Slits(count), sine, COLOURED_NM).mean(axis=1)[:, None] * line / line.max()
+        # Both strips are (COLUMNS, 3), with a brightest channel of 1.
+        intensity = relative_intensity(Slits(count), sine, COLOURED_NM).mean(axis=1)
+        green = intensity[:, None] * green_rgb / green_rgb.max()
         white = np.mean([white_light(Slits(count), part, weights) for part in sine.T], axis=0) / centre.max()
         for strip, (low, high) in ((green, (0.04, 1)), (white, (-1, -0.04))):
             extent = (-COLOURED_MM, COLOURED_MM, low, high)
@@ -208,6 +231,6 @@ def draw_colours(path: Path) -> list[float]:
 
 
 def srgb(linear: np.ndarray) -> np.ndarray:
-    """Linear sRGB encoded for the screen, clipped to 0 … 1."""
+    """Linear sRGB clipped to [0, 1] and gamma-encoded, in [0, 1]."""
     linear = np.clip(linear, 0, 1)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

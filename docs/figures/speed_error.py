@@ -1,4 +1,8 @@
-"""The part `speed-error`: time and error of every method by `sunbeam bench`, on presets and a scan."""
+"""The part `speed-error`: time and error of every method by `sunbeam bench`, on presets and a scan.
+
+An *entry* is a method with its options, measured on a surface. Its errors are CIEDE2000 over directions. It is *on the
+front* if no other entry is both faster and more accurate.
+"""
 
 from __future__ import annotations
 
@@ -11,19 +15,22 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-PAGE = "speed-error"
-# Limits of ΔE2000 for which the fastest settings are listed; an eye just notices 1.
+PART = "speed-error"
+# Limits of ΔE2000 for which the fastest entries are listed; an eye just notices 1.
 DELTA_E_LIMITS = (10.0, 3.0, 1.0, 0.5, 0.1, 0.01)
 
 
 def figures(scan: Path = SCAN, *words: str) -> dict:
-    """Runs the benchmark on the presets, and on the scan if present."""
-    folder = images(PAGE)
+    """Runs the benchmark on the presets, and on the scan if present; `words` are further arguments of `sunbeam bench`.
+
+    Draws a plot of the presets and one of the scan.
+    """
+    folder = images(PART)
     report = measured("--plot", folder / "presets.svg", *words)
     surfaces = report["surfaces"]
     if scan.exists():
-        beside = measured("--plot", folder / "scan.svg", "--height-field", scan, *words)
-        surfaces += [{**surface, "name": f"scan of {surface['name']}"} for surface in beside["surfaces"]]
+        of_scan = measured("--plot", folder / "scan.svg", "--height-field", scan, *words)
+        surfaces += [{**surface, "name": f"scan of {surface['name']}"} for surface in of_scan["surfaces"]]
     return {
         "cpu": processor(),
         "adapter": report.get("adapter"),
@@ -37,6 +44,7 @@ def figures(scan: Path = SCAN, *words: str) -> dict:
 
 
 def measured(*words) -> dict:
+    """The report of `sunbeam bench` with the arguments `words`."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "bench.json"
         sunbeam("bench", "--json", file, *words)
@@ -44,8 +52,15 @@ def measured(*words) -> dict:
 
 
 def surface_figures(surface: dict) -> dict:
-    """The entries of one surface, with labels, selections and fastest settings."""
+    """A surface's properties, and selections of its entries for the page's tables.
+
+    `choices` has for each limit the fastest entry of any method and of FLSS. `steps`, `taylor` and `orders` are entries
+    of FLSS: the default with all wavelength steps, those with Taylor's series, and those with Chebyshev's in steps of
+    5 nm.
+    """
     entries = [entry_figures(entry) for entry in surface["entries"]]
+    flss = of_method(entries, "flss")
+    default_group = next(entry["group"] for entry in flss if entry["is_default"])
     return {
         "name": surface["name"],
         "pixels": surface["pixels"],
@@ -55,22 +70,26 @@ def surface_figures(surface: dict) -> dict:
         "defaults": [entry for entry in entries if entry["is_default"]],
         "off_front": [entry["label"] for entry in entries if entry["is_default"] and not entry["on_front_of_method"]],
         "choices": [
-            {"delta_e": limit, "any": fastest(entries, limit), "flss": fastest(of(entries, "flss"), limit)}
-            for limit in DELTA_E_LIMITS
+            {"delta_e": limit, "any": fastest(entries, limit), "flss": fastest(flss, limit)} for limit in DELTA_E_LIMITS
         ],
-        "steps": [e for e in of(entries, "flss") if e["group"] == default_group(entries, "flss")],
-        "taylor": [e for e in of(entries, "flss") if e["parameters"]["series"] == "taylor"],
+        "steps": [entry for entry in flss if entry["group"] == default_group],
+        "taylor": [entry for entry in flss if entry["parameters"]["series"] == "taylor"],
         "orders": [
-            e for e in of(entries, "flss") if e["parameters"]["lambda_step_nm"] == 5 and "chebyshev" in e["group"]
+            entry
+            for entry in flss
+            if entry["parameters"]["lambda_step_nm"] == 5 and entry["parameters"]["series"] == "chebyshev"
         ],
         "others": [entry for entry in entries if entry["method"] in ("nmm", "pq", "stam")],
-        "tables": of(entries, "colour-table"),
-        "spectral": of(entries, "spectral-table"),
+        "tables": of_method(entries, "colour-table"),
+        "spectral": of_method(entries, "spectral-table"),
     }
 
 
 def entry_figures(entry: dict) -> dict:
-    """The page's figures of one measured method with its options; times are per evaluation."""
+    """The page's figures of one entry; times are per evaluation.
+
+    `group` identifies all options but the wavelength step. `gpu_…` are `None` without an adapter.
+    """
     gpu = entry.get("gpu")
     parameters = entry["parameters"]
     return {
@@ -78,7 +97,6 @@ def entry_figures(entry: dict) -> dict:
         "model": entry["model"],
         "parameters": parameters,
         "label": label(entry),
-        # Equal for entries that differ in the wavelength step alone.
         "group": [str(value) for name, value in sorted(parameters.items()) if name != "lambda_step_nm"],
         "is_default": entry["is_default"],
         "mb": rounded(entry["bytes"] / 1e6),
@@ -94,7 +112,7 @@ def entry_figures(entry: dict) -> dict:
 
 
 def label(entry: dict) -> str:
-    """The method and its parameters as text."""
+    """The method and its parameters as text, such as "flss: 5 nm, 1×1 orders, Chebyshev, 12 terms"."""
     words = []
     for name, value in entry["parameters"].items():
         if name == "lambda_step_nm":
@@ -118,25 +136,23 @@ def label(entry: dict) -> str:
 
 
 def rounded(value: float | None) -> float | None:
+    """The value with three significant digits; `None` stays."""
     return None if value is None else float(f"{value:.3g}")
 
 
-def of(entries: list[dict], method: str) -> list[dict]:
+def of_method(entries: list[dict], method: str) -> list[dict]:
+    """The entries of one method."""
     return [entry for entry in entries if entry["method"] == method]
 
 
-def default_group(entries: list[dict], method: str) -> list[str]:
-    return next(entry["group"] for entry in of(entries, method) if entry["is_default"])
-
-
 def fastest(entries: list[dict], limit: float) -> dict | None:
-    """The fastest entry on the CPU that keeps 99 % of the directions within the limit."""
-    good = [entry for entry in entries if entry["delta_e_p99"] <= limit]
-    return min(good, key=lambda entry: entry["cpu_us"], default=None)
+    """The fastest entry on the CPU with a ΔE2000 of at most `limit` in 99 % of the directions, or `None`."""
+    accurate = [entry for entry in entries if entry["delta_e_p99"] <= limit]
+    return min(accurate, key=lambda entry: entry["cpu_us"], default=None)
 
 
 def processor() -> str:
-    """The model of the CPU, as far as the system names it."""
+    """The CPU's model from /proc/cpuinfo, or "unknown CPU"."""
     file = Path("/proc/cpuinfo")
     lines = file.read_text().splitlines() if file.exists() else []
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")

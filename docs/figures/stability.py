@@ -1,4 +1,8 @@
-"""The part `stability`: errors for deep reliefs and grazing directions, and random evaluations."""
+"""The part `stability`: errors for deep reliefs and grazing directions, and random evaluations.
+
+Symbols: κ is the wave number along the normal and H half the range of heights, so κH is the largest phase. S is the
+power density of the tables (docs/tables.md).
+"""
 
 from __future__ import annotations
 
@@ -15,14 +19,14 @@ from mitsuba_scenes.tool import sunbeam
 from .page import images
 from .questions import questions
 
-PAGE = "stability"
-# Numbers of random evaluations and of surfaces in Mitsuba.
+PART = "stability"
+# Numbers of random evaluations in Mitsuba and of their surfaces.
 QUESTIONS = (10_000_000, 100)
-# The numbers of a quick run.
+# Both numbers in a quick run, `--quick`.
 QUICK_QUESTIONS = (20_000, 2)
-# Error at which larger errors and overflows are drawn; amplitudes are at most 1.
+# Value at which larger errors and overflows are drawn; amplitudes are at most 1.
 LOST = 10.0
-# Curves over κH: key, label, colour and line style.
+# Curves over κH: key in the report, label, colour and line style. "99 %" is the 99th percentile of the error.
 SERIES = (
     ("taylor_f32", "Taylor, single precision", "tab:red", "-"),
     ("taylor_f64", "Taylor, double precision", "tab:red", "--"),
@@ -35,9 +39,14 @@ SERIES = (
 
 
 def figures(*words: str) -> dict:
-    """Runs the sweeps and draws them."""
+    """All numbers of the part; draws the sweeps. `words` are further arguments of `sunbeam bench`.
+
+    Besides the command's report: `in_mitsuba` has the results of `questions`. `visible`, `dead_f32` and `dead_f64` are
+    the first points at which Taylor's series is off by 1e-3, and by 1 in single and in double precision. `worst` and
+    `flss_worst` are largest errors, and `refused` is the first κH at which FLSS refuses Taylor's series.
+    """
     report = json.loads(sunbeam("bench", "--what", "stability", *words))
-    folder = images(PAGE)
+    folder = images(PART)
     draw_deep(report["deep_relief"], folder / "deep-relief.svg")
     draw_grazing(report["grazing"], folder / "grazing.svg")
     deep = report["deep_relief"]
@@ -56,17 +65,21 @@ def figures(*words: str) -> dict:
 
 
 def first_above(points: list[dict], key: str, limit: float) -> dict | None:
-    """The first κH at which an error exceeds the limit; numbers that overflow are `None` in JSON."""
+    """The first point at which the error `key` exceeds the limit, or `None`.
+
+    An error that overflows is `None` in the report.
+    """
     return next((point for point in points if point[key] is None or point[key] > limit), None)
 
 
 def draw_deep(points: list[dict], file: Path) -> None:
     """Draws the errors of deep reliefs against the phase range κH."""
     figure, axes = plt.subplots(figsize=(7.5, 4.6))
-    for key, words, colour, dashes in SERIES:
-        shown = [p for p in points if not (key.startswith("flss") and p[key] is None)]
-        values = [LOST if p[key] is None else min(max(p[key], 1e-17), LOST) for p in shown]
-        axes.plot([p["kappa_h"] for p in shown], values, dashes, color=colour, marker=".", label=words)
+    for key, label, colour, line in SERIES:
+        # `None` is a refusal for FLSS, which is not drawn, and an overflow otherwise.
+        drawn = [point for point in points if not (key.startswith("flss") and point[key] is None)]
+        errors = [LOST if point[key] is None else min(max(point[key], 1e-17), LOST) for point in drawn]
+        axes.plot([point["kappa_h"] for point in drawn], errors, line, color=colour, marker=".", label=label)
     axes.set(xscale="log", yscale="log", xlabel="κH", ylabel="error")
     axes.axhline(1, color="grey", linewidth=0.6)
     axes.grid(alpha=0.3)
@@ -75,16 +88,19 @@ def draw_deep(points: list[dict], file: Path) -> None:
 
 
 def draw_grazing(surfaces: list[dict], file: Path) -> None:
-    """Draws errors and albedos at grazing incidence."""
+    """Draws errors of S and albedos of each surface against the angle from the horizon, on a logarithmic axis.
+
+    Solid albedos conserve energy; dashed ones do not.
+    """
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
     for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):
         points = surface["points"]
-        # Angle from the horizon, on a logarithmic axis.
-        angles = [90 - point["theta_deg"] for point in points]
+        angles_deg = [90 - point["theta_deg"] for point in points]
         errors = [max(point["error_p99"], 1e-12) for point in points]
-        axes[0].plot(angles, errors, color=colour, marker=".", label=surface["name"])
-        axes[1].plot(angles, [p["albedo"] for p in points], color=colour, marker=".", label=surface["name"])
-        axes[1].plot(angles, [p["albedo_unscaled"] for p in points], "--", color=colour)
+        scaled, unscaled = ([point[key] for point in points] for key in ("albedo", "albedo_unscaled"))
+        axes[0].plot(angles_deg, errors, color=colour, marker=".", label=surface["name"])
+        axes[1].plot(angles_deg, scaled, color=colour, marker=".", label=surface["name"])
+        axes[1].plot(angles_deg, unscaled, "--", color=colour)
     axes[0].axhline(surfaces[0]["tolerance"], color="grey", linewidth=0.6)
     axes[1].axhline(1, color="grey", linewidth=0.6)
     axes[0].set(yscale="log", ylabel="error of S, 99 %")

@@ -1,4 +1,4 @@
-"""Pictures by the realtime renderer or path-traced, on sheets with captions."""
+"""Pictures of the snake or of a disc by the realtime renderer or path-traced, on sheets with captions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image
@@ -24,13 +25,15 @@ from .disc import write_disc
 
 # View of the snake in most shots.
 SNAKE = View(240, 160)
-# Rays along each side of a pixel on the GPU.
+# Default number of rays along each side of a pixel on the GPU.
 SUPERSAMPLE = 2
-# Samples a pixel in Mitsuba: two passes of 36, since a pass needs a square number.
+# Number of Mitsuba's passes. The first includes the compilation of kernels, so the second is timed.
+PASSES = 2
+# Samples per pixel in Mitsuba: 36 in each pass, which needs a square number.
 SPP = 72
 # The demo's sun without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky=0)
-# Resolution of the snake's mesh: 1 has about as many faces as Single 2014's.
+# Factor on the cells of the snake's mesh in each direction; with 1 it has about as many faces as Single 2014's.
 RESOLUTION = 1.0
 # Refractive index η + ik of aluminium in the visible, one value for all wavelengths.
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
@@ -38,9 +41,10 @@ ALUMINIUM = {"eta": 1.0, "k": 6.9}
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture: on the GPU by a method with its `options`, or path-traced (`method` None).
+    """A picture: on the GPU by a realtime `method` with its `options`, or path-traced (`method` None).
 
-    `mark` draws onto the picture of the sheet; comparisons use the picture without it.
+    `skin` has parameters of the plugin. The object is the snake, with or without its `pigment`, or the `disc`. `mark`
+    draws onto the picture of the sheet; comparisons use the picture without it.
     """
 
     caption: str
@@ -54,19 +58,26 @@ class Shot:
     mark: Callable[[Image.Image], None] | None = None
 
     def scene(self, method: str | None = None) -> str:
-        """A key that is equal for equal pictures, without caption and mark, by this method."""
+        """A key of the picture by `method`, equal for shots that differ in caption, mark and own method alone."""
         return repr(replace(self, caption="", method=method, mark=None))
+
+
+class Taken(NamedTuple):
+    """Files of a picture, linear and as displayed, and its seconds without the building of tables."""
+
+    exr: Path
+    png: Path
+    seconds: float
 
 
 @dataclass
 class Sheet:
-    """Rows of shots for one picture file."""
+    """Rows of shots for one picture file NAME.jpg; `title` and `figure` (its number in Single 2014) go to the data."""
 
     name: str
     title: str
     figure: str
-    text: str
-    rows: list[list[Shot]] = field(default_factory=list)
+    rows: list[list[Shot]]
 
 
 def both(shots: list[Shot]) -> list[list[Shot]]:
@@ -75,30 +86,32 @@ def both(shots: list[Shot]) -> list[list[Shot]]:
 
 
 class Studio:
-    """Draws shots into a folder, each once. `adapter` is the GPU's name after the first picture on it.
+    """Takes shots into a folder, each once.
 
-    `supersample` is the number of rays along each side of a pixel on the GPU.
+    `resolution` is that of the snake's mesh, `supersample` the number of rays along each side of a pixel on the GPU.
+    `adapter` is the GPU's name after the first picture on it, before that an empty string.
     """
 
     def __init__(self, folder: Path, resolution: float = RESOLUTION, supersample: int = SUPERSAMPLE):
         self.folder = folder
         self.supersample = supersample
         self.snake = snake_files(resolution)
+        # The disc gets the snake's pigment only because a pigment is required; its shots do not show it.
         self.disc = SnakeFiles(write_disc(folder / "disc.ply"), self.snake.pigment)
         self.adapter = ""
-        self._taken: dict[str, tuple[Path, Path, float]] = {}
+        self._taken: dict[str, Taken] = {}
         self._masks: dict[str, Path] = {}
 
-    def shoot(self, shot: Shot) -> tuple[Path, Path, float]:
-        """The picture as EXR and as PNG, and its seconds without the building of tables."""
+    def shoot(self, shot: Shot) -> Taken:
+        """The picture of a shot, taken at the first call."""
         key = shot.scene(shot.method)
         if key not in self._taken:
             exr = self.folder / f"{len(self._taken)}.exr"
-            # Stam's obliquity factor, as in Single 2014.
+            # Stam's obliquity factor, as in Single 2014; for a metal it is the default.
             optics = ALUMINIUM if shot.disc else {"eta": KERATIN, "obliquity": "stam"}
             take = self._trace if shot.method is None else self._draw
             seconds = take(shot, self._files(shot), optics, exr)
-            self._taken[key] = (exr, exr.with_suffix(".png"), seconds)
+            self._taken[key] = Taken(exr, exr.with_suffix(".png"), seconds)
         return self._taken[key]
 
     def mask(self, shot: Shot) -> Path:
@@ -106,37 +119,44 @@ class Studio:
         key = repr((shot.view, shot.disc))
         if key not in self._masks:
             npy = self.folder / f"mask-{len(self._masks)}.npy"
+            # The fastest surface and method, since the directions of `--pairs` depend on neither.
             words = ["--method", "stam", "--preset", "flat", "--period-um", 1, "--mesh", self._files(shot).mesh]
             sunbeam("render", "-o", npy.with_suffix(".exr"), "--pairs", npy, *words, *view_words(shot.view))
+            # Zero where the pixel's centre does not see the mesh.
             to_camera = np.load(npy)[..., 3:6]
             Image.fromarray(np.uint8(255 * to_camera.any(axis=-1))).save(npy.with_suffix(".png"))
             self._masks[key] = npy.with_suffix(".png")
         return self._masks[key]
 
     def _files(self, shot: Shot) -> SnakeFiles:
+        """Mesh and pigment of the shot's object."""
         return self.disc if shot.disc else self.snake
 
     def _trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        """Path-traces a shot without energy conservation, which the realtime methods lack; returns seconds."""
+        """Path-traces a shot into `exr` and a PNG beside it; returns seconds of rendering, without compilation.
+
+        Energy conservation is off, since the published realtime methods lack it.
+        """
         skin = {**shot.skin, **optics, "conserve_energy": False}
         bsdf = skin_bsdf(skin, files.pigment) if shot.pigment else {"type": "diffraction", **skin}
-        result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=2)
+        result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=PASSES)
         picture.check(result.pixels, shot.caption)
         picture.write(result.pixels, exr, EXPOSURE_STOPS)
-        return result.seconds["later_pass"] * 2
+        return result.seconds["later_pass"] * PASSES
 
     def _draw(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        """Draws a shot by the realtime renderer; returns seconds on the GPU."""
+        """Draws a shot by the realtime renderer into `exr` and a PNG beside it; returns seconds on the GPU."""
         light = shot.light
         words = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
         words += ["--method", shot.method, "--mesh", files.mesh, "--supersample", self.supersample]
         words += view_words(shot.view)
         words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
         words += [] if shot.pigment else ["--blend", "none"]
-        asked = {**shot.skin, **optics, **shot.options}
+        surface = {**shot.skin, **optics, **shot.options}
         if shot.options.get("stam_form") == "gems":
-            asked.pop("obliquity", None)  # An obliquity factor has no effect on this form and is refused.
-        report = json.loads(sunbeam(*words, *realtime.surface_words(asked)))
+            # The obliquity factor has no effect on this form, and the command refuses it.
+            surface.pop("obliquity", None)
+        report = json.loads(sunbeam(*words, *realtime.surface_words(surface)))
         # The adapter's name without the driver's version.
         self.adapter = report["adapter"].split(" (")[0]
         return report["gpu_ms"] / 1e3
@@ -145,22 +165,25 @@ class Studio:
 def view_words(view: View) -> list:
     """The arguments of `sunbeam render` for size and camera."""
     words = ["--size", f"{view.width}x{view.height}", "--fov", view.fov_deg]
-    for name, place in (("origin", view.origin_cm), ("target", view.target_cm)):
-        words += [f"--camera-{name}", ",".join(map(str, place))]
+    for name, position_cm in (("origin", view.origin_cm), ("target", view.target_cm)):
+        words += [f"--camera-{name}", ",".join(map(str, position_cm))]
     return words
 
 
-def told(seconds: float) -> str:
-    """Seconds with two significant digits, and all digits before the point."""
+def seconds_text(seconds: float) -> str:
+    """Seconds as text with two significant digits, or as a whole number from 10 on."""
     return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
 
 
 def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -> dict:
-    """Writes the sheet with pictures `width` pixels wide; returns the figures of its pictures.
+    """Writes the sheet into `folder` with pictures `width` pixels wide; returns the figures of its pictures.
 
-    A path-traced picture is the reference of the GPU's earlier pictures of its scene on the sheet.
+    A path-traced picture is the reference of the earlier GPU pictures of the same scene on the sheet. `compared` lists
+    these, with mean CIEDE2000 and FLIP. In `pictures`, which lists all, both are `None` for other pictures.
     """
-    cells, rows, drawn = [], [], []
+    cells: list[list[tuple[Path, str]]] = []
+    # Shot, figures and linear picture of everything drawn so far.
+    drawn: list[tuple[Shot, dict, Path]] = []
     for row in sheet.rows:
         cells.append([])
         for shot in row:
@@ -168,42 +191,41 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
             figures = {
                 "caption": shot.caption,
                 "seconds": seconds,
-                "time": told(seconds),
+                "time": seconds_text(seconds),
                 "delta_e_mean": None,
                 "flip": None,
             }
             if shot.method is None:
-                for other, held, other_exr in drawn:
+                for other, others_figures, others_exr in drawn:
                     if other.method is not None and other.scene() == shot.scene():
-                        found = realtime.compare(exr, other_exr, exposure=EXPOSURE_STOPS)
-                        held["delta_e_mean"], held["flip"] = found["delta_e_2000"]["mean"], found["flip"]["mean"]
+                        report = realtime.compare(exr, others_exr, exposure=EXPOSURE_STOPS)
+                        others_figures["delta_e_mean"] = report["delta_e_2000"]["mean"]
+                        others_figures["flip"] = report["flip"]["mean"]
             drawn.append((shot, figures, exr))
-            rows.append(figures)
-            cells[-1].append((_marked(shot, png), f"{shot.caption}, {told(seconds)}"))
-            print(f"{sheet.name}: {cells[-1][-1][1]}", flush=True)
-    png = studio.folder / f"{sheet.name}.png"
-    contact_sheet(cells, png, width)
-    with Image.open(png) as made:
+            caption = f"{shot.caption}, {seconds_text(seconds)}"
+            cells[-1].append((_marked(shot, png), caption))
+            print(f"{sheet.name}: {caption}", flush=True)
+    whole = studio.folder / f"{sheet.name}.png"
+    contact_sheet(cells, whole, width)
+    with Image.open(whole) as made:
         made.save(folder / f"{sheet.name}.jpg", quality=88)
-    held = [row for row in rows if row["delta_e_mean"] is not None]
+    pictures = [figures for _, figures, _ in drawn]
     return {
         "name": sheet.name,
         "title": sheet.title,
         "figure": sheet.figure,
-        "text": sheet.text,
-        "pictures": rows,
-        "largest_delta_e": max((row["delta_e_mean"] for row in held), default=None),
-        "held": held,
+        "pictures": pictures,
+        "compared": [figures for figures in pictures if figures["delta_e_mean"] is not None],
     }
 
 
 def _marked(shot: Shot, png: Path) -> Path:
-    """A copy of the picture with the shot's mark."""
+    """A copy of the picture with the shot's mark; the picture itself without a mark."""
     if shot.mark is None:
         return png
     marked = png.with_name(f"{png.stem}-marked.png")
     with Image.open(png) as plain:
-        picture = plain.convert("RGB")
-    shot.mark(picture)
-    picture.save(marked)
+        image = plain.convert("RGB")
+    shot.mark(image)
+    image.save(marked)
     return marked

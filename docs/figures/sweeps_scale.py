@@ -1,15 +1,18 @@
-"""The part `sweeps-scale`: overhead of sweeps, and a simulation of many workers by the measured costs."""
+"""The part `sweeps-scale`: overhead of sweeps (docs/sweeps.md), and a simulation of many workers by the measured costs.
+
+A *case* is a surface in one setting, here an angle of incidence. The driver sends cases to workers in batches.
+"""
 
 from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
@@ -17,22 +20,26 @@ from .page import insist
 from .speed_error import processor
 from .sweeps_simulation import Costs, Storage, simulate
 
-PAGE = "sweeps-scale"
+PART = "sweeps-scale"
 # Folder of the Python package.
 PACKAGE = REPOSITORY / "python"
 # Number of cases that take a second each.
 CASES = 60
-# Number of cases that compute almost nothing.
+# Number of cases without computation, for the memory of the scheduler.
 TRIVIAL = 100_000
 # Number of cases of a finished sweep that runs again.
 FINISHED = 10_000
-# Number of cases in batches of one each, from which the cost of a batch follows.
+# Number of cases without computation in batches of one, from which the cost of a batch follows.
 BATCHES = 1000
+# Number of cases by which the costs of results without pictures are measured.
+SMALL_CASES = 500
 # Numbers of workers in the simulation.
 WORKERS = (10, 100, 1000)
-# Number of surfaces in the simulation.
+# Number of cases in the simulation, each with its own surface.
 SURFACES = 100_000
-# Assumed shared file systems, with round numbers for fast and slow ones.
+# Assumed time of a worker for a case of the simulation, with its tables.
+CASE_SECONDS = 5.0
+# Assumed shared file systems, fast and slow.
 STORAGES = (
     Storage("2000 files/s", 2000.0),
     Storage("200 files/s", 200.0),
@@ -46,7 +53,7 @@ SPEED_UP_MIN = 1.8
 MEMORY_MAX_GB = 2.0
 # Largest accepted time of the second run of a finished sweep.
 RESUME_MAX_SECONDS = 10.0
-# Specification of the sweeps.
+# Specification of the sweeps, for `str.format`.
 SPEC = """
 output = "out"
 [[surface]]
@@ -56,18 +63,33 @@ coherence_length = 10
 conserve_energy = false
 tolerance = 0.01
 obliquity = "stam"
-theta_i_deg = {{ from = 0, to = 80, count = {count} }}
+theta_i_deg = {theta_i_deg}
 [want.{want}]
 {options}
 """
-# A map that takes about a second on one core.
+# Fields of SPEC for a map, which takes about a second on one core.
 MAP = {"want": "map", "options": "size = 256\nlambda_step_nm = 2.5"}
-# A figure that takes almost no time.
-NOTHING = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
-# Script for a separate process: the costs of the parts of a case, in seconds and bytes.
-PARTS = """
+# Fields of SPEC for a colour, which takes almost no time.
+COLOUR = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
+# Main program of a measured sweep, for `str.format`: prints the process's largest memory in KiB after the sweep.
+# Spawned workers import the main program, so it is a file and does nothing when imported.
+PROGRAM = """
+if __name__ == "__main__":
+    import resource
+    import sys
+
+    import sunbeam_mitsuba.sweep.drive as drive
+    from sunbeam_mitsuba.sweep.command_line import main
+
+    drive.BATCH_CASES_MAX = {batch_cases} or drive.BATCH_CASES_MAX
+    sys.argv[0] = "sweep"
+    code = main()
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    sys.exit(code)
+"""
+# Script that runs a specification's cases in a plain loop; prints the costs of a case's steps in seconds and bytes.
+CASE_COSTS = """
 import json, pickle, sys, time
-from pathlib import Path
 from sunbeam_mitsuba.sweep.spec import read_spec
 from sunbeam_mitsuba.sweep.store import read_result, write_result
 from sunbeam_mitsuba.sweep.tables import HeldSurfaces
@@ -75,11 +97,12 @@ from sunbeam_mitsuba.sweep.work import Done, Job, compute, version
 
 spec = read_spec(sys.argv[1])
 job, cases, held = Job(spec.output, spec.folder, spec.wants, version()), list(spec.cases(version())), HeldSurfaces(0.0)
+# The first case builds the tables.
 compute(job, cases[0], held)
 start = time.perf_counter()
-made = [compute(job, case, held) for case in cases]
+results = [compute(job, case, held) for case in cases]
 computed = time.perf_counter()
-for record, pictures in made:
+for record, pictures in results:
     write_result(spec.output, record, pictures)
 written = time.perf_counter()
 for case in cases:
@@ -97,7 +120,8 @@ print(json.dumps({
     "answer_bytes": len(pickle.dumps(Done({case.identity: False for case in cases}, 1.0))) / len(cases),
 }))
 """
-TABLES = """
+# Script that gets the tables of reliefs twice; prints the seconds to build them and to read them from the disk cache.
+TABLE_COSTS = """
 import json, sys, time
 from sunbeam_mitsuba.sweep.tables import HeldSurfaces
 rows = []
@@ -106,11 +130,12 @@ for name, parameters in json.loads(sys.argv[1]):
     for _ in range(2):
         held = HeldSurfaces(0.0)
         start = time.perf_counter()
-        made = held.get(parameters)
+        surface = held.get(parameters)
         seconds.append(time.perf_counter() - start)
-    rows.append({"name": name, "build_seconds": seconds[0], "cache_seconds": seconds[1], "bytes": made.table_bytes})
+    rows.append({"name": name, "build_seconds": seconds[0], "cache_seconds": seconds[1], "bytes": surface.table_bytes})
 print(json.dumps(rows))
 """
+# Names and parameters of the reliefs of TABLE_COSTS.
 RELIEFS = [
     ["blazed, conserving energy", {"preset": "blazed", "eta": 1.56}],
     ["xenopeltis (procedural), 20 µm", {"preset": "xenopeltis", "eta": 1.56, "coherence_length": 20.0}],
@@ -118,26 +143,34 @@ RELIEFS = [
 
 
 def figures() -> dict:
-    """All measured costs, and the simulation."""
-    with TemporaryDirectory() as name:
-        folder = Path(name)
+    """All measured costs, and the simulation. Raises SetupError if a bound is exceeded.
+
+    Times are in seconds. `waiting` and `maps` compare sweeps with plain loops, `parts` and `small` are the costs of
+    cases with and without pictures, and `finished` and `trivial` are large sweeps that run twice.
+    """
+    with TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         load_before = os.getloadavg()[0]
-        waited = {workers: sweep(folder / f"wait{workers}", CASES, NOTHING, workers, 1.0) for workers in (1, 2)}
-        nearly = sweep(folder / "one", 1, NOTHING, 1, 0.0)
-        finished = sweep(folder / "finished", FINISHED, NOTHING, 2, 0.0)
-        resumed = sweep(folder / "finished", FINISHED, NOTHING, 2, 0.0)
-        trivial = sweep(folder / "trivial", TRIVIAL, NOTHING, 2, 0.0)
-        trivial_again = sweep(folder / "trivial", TRIVIAL, NOTHING, 2, 0.0)
-        empty = sweep(folder / "empty", BATCHES, NOTHING, 1, 0.0, batch=1)
-        parts = asked(PARTS, write_spec(folder / "parts", CASES, MAP), env=environment())
-        mapped = {workers: sweep(folder / f"map{workers}", CASES, MAP, workers) for workers in (1, 2)}
-        small = asked(PARTS, write_spec(folder / "small", 500, NOTHING), env=environment())
+        waiting = {
+            workers: sweep(folder / f"wait{workers}", CASES, COLOUR, workers, wait_seconds=1.0) for workers in (1, 2)
+        }
+        single = sweep(folder / "one", 1, COLOUR, 1, wait_seconds=0.0)
+        finished, trivial = (
+            # The second run of a sweep in the same folder finds all results.
+            [sweep(folder / name, count, COLOUR, 2, wait_seconds=0.0) for _ in range(2)]
+            for name, count in (("finished", FINISHED), ("trivial", TRIVIAL))
+        )
+        batches = sweep(folder / "empty", BATCHES, COLOUR, 1, wait_seconds=0.0, batch_cases=1)
+        parts = run_script(CASE_COSTS, write_spec(folder / "parts", CASES, MAP), env=environment())
+        maps = {workers: sweep(folder / f"map{workers}", CASES, MAP, workers) for workers in (1, 2)}
+        small = run_script(CASE_COSTS, write_spec(folder / "small", SMALL_CASES, COLOUR), env=environment())
         cache = environment(SUNBEAM_CACHE_DIR=str(folder / "cache"))
-        tables = asked(TABLES, json.dumps(RELIEFS), env=cache)
-    batch_seconds = (empty["seconds"] - nearly["seconds"]) / BATCHES
+        tables = run_script(TABLE_COSTS, json.dumps(RELIEFS), env=cache)
+    # The sweep of a single case has the fixed cost of a sweep alone.
+    batch_seconds = (batches["seconds"] - single["seconds"]) / BATCHES
     costs = Costs(
         batch_seconds=batch_seconds,
-        case_seconds=5.0,
+        case_seconds=CASE_SECONDS,
         write_seconds=small["write_seconds"],
         result_bytes=small["case_bytes"],
         table_bytes=tables[1]["bytes"],
@@ -147,15 +180,15 @@ def figures() -> dict:
         "load_before": load_before,
         "load_after": os.getloadavg()[0],
         "cases": CASES,
-        "waiting": [row(workers, run, float(CASES), waited[1]) for workers, run in waited.items()],
-        "maps": [row(workers, run, parts["loop_seconds"], mapped[1]) for workers, run in mapped.items()],
-        "start_seconds": nearly["seconds"],
+        "waiting": [row(workers, run, float(CASES), waiting[1]) for workers, run in waiting.items()],
+        "maps": [row(workers, run, parts["loop_seconds"], maps[1]) for workers, run in maps.items()],
+        "start_seconds": single["seconds"],
         "parts": parts,
         "small": small,
         "batch_seconds": batch_seconds,
         "tables": tables,
-        "finished": {"cases": FINISHED, "first": finished, "again": resumed},
-        "trivial": {"cases": TRIVIAL, "first": trivial, "again": trivial_again},
+        "finished": {"cases": FINISHED, "first": finished[0], "again": finished[1]},
+        "trivial": {"cases": TRIVIAL, "first": trivial[0], "again": trivial[1]},
         "surfaces": SURFACES,
         "simulated": [simulate(costs, SURFACES, workers, storage) for workers in WORKERS for storage in STORAGES],
         "case_seconds": costs.case_seconds,
@@ -165,7 +198,10 @@ def figures() -> dict:
 
 
 def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
-    """A row: a sweep against the plain loop over its cases."""
+    """A sweep's `run` against the plain loop over its cases, and against the run with `one` worker.
+
+    `overhead` is the total time of the workers over the loop's, minus 1.
+    """
     return {
         "workers": workers,
         **run,
@@ -176,43 +212,55 @@ def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
 
 
 def check(made: dict) -> None:
-    """Raises an error where a bound is exceeded; bounds of computing need an idle machine."""
+    """Raises SetupError if a bound is exceeded. Bounds on times need an idle machine."""
     one, two = made["waiting"]
-    insist(PAGE, one["overhead"] <= OVERHEAD_MAX, "a sweep takes at most 5 % more than a plain loop")
-    insist(PAGE, two["speed_up"] >= SPEED_UP_MIN, "two workers are 1.8 times as fast")
+    insist(PART, one["overhead"] <= OVERHEAD_MAX, "a sweep takes at most 5 % more than a plain loop")
+    insist(PART, two["speed_up"] >= SPEED_UP_MIN, "two workers are 1.8 times as fast")
     for run in (made["trivial"]["first"], made["trivial"]["again"]):
-        insist(PAGE, run["memory_gb"] < MEMORY_MAX_GB, "the scheduler keeps to 2 GB")
+        insist(PART, run["memory_gb"] < MEMORY_MAX_GB, "the scheduler keeps to 2 GB")
     again = made["finished"]["again"]["seconds"]
-    insist(PAGE, again <= RESUME_MAX_SECONDS, "a finished sweep of ten thousand ends within 10 s")
+    insist(PART, again <= RESUME_MAX_SECONDS, "a finished sweep of ten thousand ends within 10 s")
 
 
 def environment(**more: str) -> dict[str, str]:
-    """The environment of a process with one thread, like a worker."""
+    """Environment variables of a process that computes with one thread, like a worker, and the variables `more`."""
     return {**os.environ, "PYTHONPATH": f"{PACKAGE}{os.pathsep}{REPOSITORY}", "RAYON_NUM_THREADS": "1", **more}
 
 
 def write_spec(folder: Path, count: int, want: dict) -> Path:
-    """Writes the specification of a sweep with `count` cases."""
+    """Writes the specification of a sweep with `count` cases of MAP or COLOUR into `folder`, which may exist."""
     folder.mkdir(exist_ok=True)
     path = folder / "spec.toml"
-    path.write_text(SPEC.format(count=max(count, 2), **want))
-    if count == 1:
-        path.write_text(re.sub(r"theta_i_deg = .*", "theta_i_deg = 0", path.read_text()))
+    theta_i_deg = "0" if count == 1 else f"{{ from = 0, to = 80, count = {count} }}"
+    path.write_text(SPEC.format(theta_i_deg=theta_i_deg, **want))
     return path
 
 
-def asked(script: str, *words: object, env: dict[str, str]) -> dict:
-    """The JSON output of a script."""
+def run_script(script: str, *words: object, env: dict[str, str]) -> Any:
+    """The JSON output of a Python script with the arguments `words`."""
     done = subprocess.run([sys.executable, "-c", script, *map(str, words)], env=env, capture_output=True, text=True)
     if done.returncode != 0:
-        raise SetupError(f"a measurement of sweeps failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
+        raise SetupError(f"a measurement of sweeps failed: {last_line(done.stderr)}")
     return json.loads(done.stdout)
 
 
+def last_line(stderr: str) -> str:
+    """The last line of a process's error output, or "?" without output."""
+    return (stderr.strip().splitlines() or ["?"])[-1]
+
+
 def sweep(
-    folder: Path, count: int, want: dict, workers: int, wait_seconds: float | None = None, batch: int | None = None
+    folder: Path,
+    count: int,
+    want: dict,
+    workers: int,
+    wait_seconds: float | None = None,
+    batch_cases: int | None = None,
 ) -> dict:
-    """Runs a sweep; returns its seconds and the largest memory of the process with driver and scheduler."""
+    """Runs a sweep in `folder`; returns its seconds and the largest memory of the process with driver and scheduler.
+
+    With `wait_seconds` cases wait instead of computing (sweeps_waiting.py). `batch_cases` limits the cases of a batch.
+    """
     spec = write_spec(folder, count, want)
     variables = {}
     if wait_seconds is not None:
@@ -221,20 +269,14 @@ def sweep(
             "DASK_DISTRIBUTED__WORKER__PRELOAD": json.dumps([str(preload)]),
             "SUNBEAM_SWEEP_WAIT_SECONDS": str(wait_seconds),
         }
-    limit = f"import sunbeam_mitsuba.sweep.drive as d; d.BATCH_CASES_MAX = {batch or 'd.BATCH_CASES_MAX'}; "
-    code = (
-        limit
-        + "import sys; from sunbeam_mitsuba.sweep.command_line import main; sys.argv[0] = 'sweep'; code = main(); "
-        + "import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss); sys.exit(code)"
-    )
-    # Spawned workers import the main module, so it must be a file.
     program = folder / "program.py"
-    program.write_text(f'if __name__ == "__main__":\n    exec({code!r})\n')
+    program.write_text(PROGRAM.format(batch_cases=batch_cases))
     start = time.perf_counter()
     words = [sys.executable, str(program), str(spec), "--workers", str(workers)]
     done = subprocess.run(words, env=environment(**variables), capture_output=True, text=True)
     seconds = time.perf_counter() - start
     if done.returncode != 0:
-        raise SetupError(f"a measured sweep failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
+        raise SetupError(f"a measured sweep failed: {last_line(done.stderr)}")
     print(f"{folder.name}: {count} cases, {workers} workers, {seconds:.1f} s", flush=True)
-    return {"seconds": seconds, "memory_gb": int(done.stdout.splitlines()[-1]) * 1024 / 1e9}
+    memory_kib = int(done.stdout.splitlines()[-1])
+    return {"seconds": seconds, "memory_gb": memory_kib * 1024 / 1e9}

@@ -1,6 +1,7 @@
-"""A module for the workers of a measured sweep, in which cases wait instead of computing.
+"""Preloaded by the workers of a measured sweep: cases wait instead of computing.
 
-The overhead of the sweep is then independent of other programs on the machine.
+Importing this module replaces `work.compute`. Cases take SUNBEAM_SWEEP_WAIT_SECONDS each, an environment variable, so
+the overhead of the sweep is independent of other programs on the machine.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from sunbeam_mitsuba.sweep import work
 
 
 def waiting(job, case, held):
-    """A record like that of a successful case, after waiting."""
+    """Waits; returns, as `work.compute` does, the record of a successful case and its pictures, here none."""
     start = time.perf_counter()
     time.sleep(float(os.environ["SUNBEAM_SWEEP_WAIT_SECONDS"]))
     record = work.record_of(job, case, "")

@@ -1,4 +1,4 @@
-"""The part `tables`: size, build time, measured error and mean albedo of the tables of scans and presets."""
+"""The part `tables`: size, build time, measured error and mean albedo of the plugin's tables, by surface."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from mitsuba_scenes.tool import sunbeam
 
 from .speed_error import processor
 
+# Measured presets, besides the scans.
 PRESETS = ("blazed", "sinusoidal", "lamellar", "cd", "elaphe", "xenopeltis")
 
 
 def figures() -> dict:
-    """Builds each surface twice, with and without the albedo's table."""
+    """The processor, and the numbers of each scan that is present and of each preset, by name."""
     sources = {f"scan of {species}": ("--height-field", path) for species, path in SCANS.items() if path.exists()}
     sources |= {preset: ("--preset", preset) for preset in PRESETS}
     with cache_off():
@@ -23,15 +24,20 @@ def figures() -> dict:
 
 
 def surface_figures(*source) -> dict:
-    """The numbers of one surface, a preset or a file as words of the command line."""
-    made, bare = (
-        json.loads(sunbeam("height-field", *source, "--tables", "--conserve-energy", kept))
-        for kept in ("true", "false")
+    """The numbers of one surface, given by the command's arguments `source`.
+
+    It is built twice. `build_s` includes the albedo's table, which conserving energy needs, and `bare_s` does not.
+    `error` is relative. `taps` are the nodes that a look-up reads along each axis. `albedo` and `albedo_kept` are means
+    without and with energy conservation.
+    """
+    report, bare = (
+        json.loads(sunbeam("height-field", *source, "--tables", "--conserve-energy", conserves))
+        for conserves in ("true", "false")
     )
-    tables = made["tables"]
+    tables = report["tables"]
     return {
-        "pixels": made["pixels"],
-        "extent_um": made["extent_um"],
+        "pixels": report["pixels"],
+        "extent_um": report["extent_um"],
         "mb": tables["bytes"] / 1e6,
         "build_s": tables["build_seconds"],
         "bare_s": bare["tables"]["build_seconds"],

@@ -1,7 +1,9 @@
-"""Terms of the phase screen's Taylor series in double precision: its bound, its sum, and four partial sums.
+"""Taylor series of a phase screen in double precision: its bound, its sum, and four partial sums.
 
-`P = Σ_n (iκ)ⁿ/n! · F{hⁿ}` with the heights h above the lowest height (docs/model.md), at 380 nm and normal incidence,
-over the map's directions: the series of Single 2014 without the rounding of single precision. The parts are by iⁿ.
+The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md). Here h is the height above the lowest point,
+κ = 2π(1 + cosθo)/λ at normal incidence, and F the Fourier transform under the coherence window. The series is that of
+Single 2014 without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 … 3. Amplitudes
+are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py.
 """
 
 from __future__ import annotations
@@ -15,8 +17,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
 
+from .map_panels import sines
 from .map_surfaces import Surface
 
+# Wavelength of the amplitudes, the shortest visible, which needs the most terms.
 WAVELENGTH_UM = 0.38
 # Side of the map in pixels.
 SIZE = 100
@@ -24,21 +28,25 @@ SIZE = 100
 REACH = 3
 # Error of a converged amplitude, relative to the rms of the amplitudes over the map.
 CONVERGED = 1e-2
+# Range of the pictures' logarithmic grey scale in powers of ten.
 DECADES = 6
 
 
 @dataclass
 class Sums:
-    """Partial sums of a surface's series and their errors."""
+    """Sums of a surface's series at the SIZE² pixels of the map, and their errors.
+
+    An error is the rms over the map of the difference from the converged sum, relative to the rms of the whole sum.
+    """
 
     name: str
-    # Largest argument κh.
+    # Largest argument x = κh.
     argument: float
-    # Error of the sum of the first n terms, by n.
+    # (N,): error of the sum of the first n terms, by n.
     whole: np.ndarray
-    # Error of the sum of the first n terms, by n, for the four parts of the series.
+    # (4, N): error of the sum of a part's terms among the first n, by n.
     parts: np.ndarray
-    # The four parts and the whole over the map, complex, NaN outside the disc.
+    # (5, SIZE²): converged sums of the four parts and of the whole, complex, NaN outside the disc.
     limits: np.ndarray
 
     def bound(self, terms: int) -> float:
@@ -50,9 +58,13 @@ class Sums:
         return float(np.exp(min(self.argument, 300.0))) * self.bound(terms)
 
     def figures(self) -> dict:
-        """The number of terms at which each sum has converged."""
+        """Name, largest argument, and numbers of terms: of each sum, and at which each bound is below CONVERGED.
+
+        `part_over_whole` is the rms of the first part over that of the whole, the size of what cancels.
+        """
 
         def least(error) -> int:
+            """The number of terms from which on `error(n)` is at most CONVERGED."""
             return next(n for n in range(len(self.whole) - 1, -1, -1) if error(n) > CONVERGED) + 1
 
         return {
@@ -63,76 +75,86 @@ class Sums:
             "whole": least(lambda n: self.whole[n]),
             "parts": [least(lambda n, part=part: part[n]) for part in self.parts],
             "part_over_whole": float(
-                np.sqrt(np.nanmean(abs(self.limits[0]) ** 2) / np.nanmean(abs(self.limits[4]) ** 2))
+                np.sqrt(np.nanmean(abs(self.limits[0]) ** 2) / np.nanmean(abs(self.limits[-1]) ** 2))
             ),
         }
 
 
 def sums(surface: Surface) -> Sums:
     """The sums over the map of a surface."""
-    heights = surface.heights_um - surface.heights_um.min()
-    top_um = heights.max()
+    heights_um = surface.heights_um - surface.heights_um.min()
+    top_um = heights_um.max()
     argument = float(4 * pi * top_um / WAVELENGTH_UM)
     # The number of terms beyond which each is below 1e-12.
     count = ceil(argument)
     while count * log(argument) - lgamma(count + 1) > log(1e-12):
         count += 1
-    place = (np.arange(SIZE) + 0.5) * 2 / SIZE - 1
-    x, y = (axis.ravel() for axis in np.meshgrid(place, -place))
+    x, y = (axis.ravel() for axis in np.meshgrid(sines(SIZE), -sines(SIZE)))
     inside = np.hypot(x, y) < 1
     x, y = x[inside], y[inside]
+    # κh of the highest point in each direction.
     kappa_top = 2 * pi * (1 + np.sqrt(1 - x * x - y * y)) / WAVELENGTH_UM * top_um
     bins, window = neighbours(surface, x, y)
-    added, power = np.zeros((count, len(x)), complex), np.ones_like(heights)
-    coefficient = np.ones(len(x), complex)
+    # Term n is coefficient · F{power} with coefficient = (i kappa_top)ⁿ/n! and power = (h/top)ⁿ.
+    terms = np.zeros((count, len(x)), complex)
+    coefficient, power = np.ones(len(x), complex), np.ones_like(heights_um)
     for n in range(count):
-        # `ifft` has the sign of the exponent and takes the mean.
-        terms = np.fft.ifft2(power)
-        added[n] = coefficient * (terms[bins] * window).sum(axis=0)
+        # `ifft2` has the model's sign of the exponent and divides by the number of pixels.
+        transform = np.fft.ifft2(power)
+        terms[n] = coefficient * (transform[bins] * window).sum(axis=0)
         coefficient *= 1j * kappa_top / (n + 1)
-        power *= heights / top_um
-    parts = [np.where(np.arange(count)[:, None] % 4 == part, added, 0) for part in range(4)]
+        power *= heights_um / top_um
+    parts = [np.where(np.arange(count)[:, None] % 4 == part, terms, 0) for part in range(4)]
     limits = np.full((5, SIZE * SIZE), np.nan, complex)
-    limits[:, inside] = [each.sum(axis=0) for each in (*parts, added)]
-    scale = np.sqrt(np.nanmean(abs(limits[4]) ** 2))
+    limits[:, inside] = [each.sum(axis=0) for each in (*parts, terms)]
+    scale = np.sqrt(np.nanmean(abs(limits[-1]) ** 2))
 
-    def errors(terms: np.ndarray) -> np.ndarray:
-        left = np.cumsum(terms[::-1], axis=0)[::-1]
-        return np.sqrt((abs(left) ** 2).mean(axis=1)) / scale
+    def errors(summed: np.ndarray) -> np.ndarray:
+        """Errors by n of the sum of the first n rows: the rms of the remaining rows' sum."""
+        remainder = np.cumsum(summed[::-1], axis=0)[::-1]
+        return np.sqrt((abs(remainder) ** 2).mean(axis=1)) / scale
 
-    return Sums(surface.name, argument, errors(added), np.array([errors(part) for part in parts]), limits)
+    return Sums(surface.name, argument, errors(terms), np.array([errors(part) for part in parts]), limits)
 
 
 def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, np.ndarray]:
-    """Bins of the orders about each direction, and the coherence window's weights."""
+    """The orders about each direction, and the weights of the coherence window's transform, exp(−2π²s²|f − f_j|²).
+
+    `x` and `y` are direction sines. Orders are indices (iy, ix) into the discrete Fourier transform of the heights;
+    both indices and the weights are (orders, directions).
+    """
     s_um = surface.coherence_um / 4
-    found = []
-    for direction, extent_um, pixels in zip((x, y), surface.extent_um, surface.heights_um.shape[::-1]):
+    along = []
+    for sine, extent_um, pixels in zip((x, y), surface.extent_um, surface.heights_um.shape[::-1]):
+        # A relief of one pixel along an axis has order 0 alone there.
         reach = REACH if pixels > 1 else 0
-        at = direction * extent_um / WAVELENGTH_UM
-        order = (np.rint(at) if pixels > 1 else np.zeros_like(at)) + np.arange(-reach, reach + 1)[:, None]
-        weight = np.exp(-2 * (pi * s_um * (at - order) / extent_um) ** 2)
+        position = sine * extent_um / WAVELENGTH_UM
+        nearest = np.rint(position) if pixels > 1 else np.zeros_like(position)
+        order = nearest + np.arange(-reach, reach + 1)[:, None]
+        weight = np.exp(-2 * (pi * s_um * (position - order) / extent_um) ** 2)
         # Orders beyond the Nyquist limit have no weight.
-        found.append((order.astype(int) % pixels, np.where(abs(order) <= pixels / 2, weight, 0)))
-    (jx, gx), (jy, gy) = found
+        along.append((order.astype(int) % pixels, np.where(abs(order) <= pixels / 2, weight, 0)))
+    (jx, gx), (jy, gy) = along
     jx, jy = np.broadcast_arrays(jx[None], jy[:, None])
     return (jy.reshape(-1, x.size), jx.reshape(-1, x.size)), (gx[None] * gy[:, None]).reshape(-1, x.size)
 
 
 def pictures(found: Sums) -> list[tuple[str, Image.Image]]:
-    """Pictures of the power of the four parts and of the whole, each on a separate logarithmic scale, with captions."""
-    parts = found.figures()["parts"]
-    captions = [f"n = {r}, {r + 4}, {r + 8} …\nfrom {parts[r]} terms on" for r in range(4)]
-    made = []
-    for caption, amplitude in zip([*captions, f"all n\nfrom {found.figures()['whole']} terms on"], found.limits):
+    """Captions and pictures of the power of the four parts and of the whole, each on its own logarithmic scale."""
+    figures = found.figures()
+    captions = [f"n = {r}, {r + 4}, {r + 8} …\nfrom {figures['parts'][r]} terms on" for r in range(4)]
+    captions.append(f"all n\nfrom {figures['whole']} terms on")
+    drawn = []
+    for caption, amplitude in zip(captions, found.limits):
         power = abs(amplitude.reshape(SIZE, SIZE)) ** 2
         grey = 1 + np.log10(np.maximum(power / np.nanmax(power), 10.0**-DECADES)) / DECADES
-        made.append((caption, Image.fromarray(np.uint8(np.round(255 * np.nan_to_num(grey, nan=0.1)))).convert("RGB")))
-    return made
+        # Pixels outside the disc are dark grey.
+        drawn.append((caption, Image.fromarray(np.uint8(np.round(255 * np.nan_to_num(grey, nan=0.1)))).convert("RGB")))
+    return drawn
 
 
 def plot(found: list[Sums], file: Path) -> None:
-    """Draws the error of the sum and its parts over the number of terms, and the bound."""
+    """Draws for each surface the errors of the whole and its parts over the number of terms, and the bound."""
     with matplotlib.rc_context({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": file.stem}):
         figure, axes = plt.subplots(1, len(found), figsize=(3.1 * len(found), 3.2), sharey=True, squeeze=False)
         for each, axis in zip(found, axes[0]):

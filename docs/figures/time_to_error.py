@@ -1,7 +1,8 @@
-"""Time of a picture to a given error, and its ratio to Mitsuba's material.
+"""Time of a picture to a given error, and its ratio to that with Mitsuba's material.
 
-A cell is a scene in a variant. Its pictures are rendered in turn, one of each material a round, until the cell's time
-is over. Ratios are those of one round, so that other programs on the machine affect both times.
+A *cell* is a scene in a variant. Its pictures are rendered in rounds, one picture of each material per round, until the
+cell's time is over. Ratios compare times of the same round, so that other programs on the machine affect both alike.
+Pictures are linear sRGB, (rows, columns, 3).
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ from .cost import ratios
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "scalar_rgb", "scalar_spectral")
 # Relative rms error at which times are stated.
 ERROR = 0.05
-# Fraction of the mean brightness that replaces darker pixels as the unit of relative errors.
+# Fraction of the mean brightness that is the unit of relative errors for darker pixels.
 FLOOR = 0.1
-# Picture sizes. A material takes the largest of which it can render enough, so that the fixed cost of a render, some
-# hundredths of a second with Dr.Jit, is small. Times are scaled to NOMINAL_PIXELS. Errors are measured at the smallest
-# size, since larger pixels are noisier.
+# Picture sizes (width, height). Each material gets the largest at which ROUNDS_AIM rounds fit into the cell's time. The
+# fixed cost of a render, some hundredths of a second with Dr.Jit, is then small. Errors of all materials are measured
+# at the smallest size, since the noise of a pixel depends on the size.
 SIZES = ((24, 16), (48, 32), (96, 64), (192, 128))
-# Number of pixels to which times are scaled.
+# Number of pixels to which times are scaled, so that they compare.
 NOMINAL_PIXELS = 256 * 256
 # Smallest number of rounds of a cell; three give a median.
 ROUNDS_MIN = 3
@@ -45,7 +46,10 @@ BUDGET_S = 6.0
 
 
 def relative_deviation(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> np.ndarray:
-    """Relative deviations, (judged pixels, channels); pixels below FLOOR of the mean are relative to that."""
+    """Relative deviations of `image` from `truth` at the pixels of the mask `judged`, (judged pixels, channels).
+
+    Values below FLOOR of the mean are relative to that fraction of the mean.
+    """
     floor = FLOOR * truth[judged].mean()
     return (image - truth)[judged] / np.maximum(np.abs(truth[judged]), floor)
 
@@ -56,55 +60,58 @@ def relative_error(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> 
 
 
 def noise(images: np.ndarray) -> dict:
-    """Relative error of one of n > 1 independent pictures of a scene, (n, rows, columns, 3).
+    """Relative rms error of one of n > 1 independent pictures of a scene, (n, rows, columns, 3).
 
     The reference is their mean. It contains each picture, so deviations from it are too small by √(1 − 1/n), which is
-    corrected. `error_std` is the standard error of the result,
-    `channel_errors` are those of red, green and blue.
+    corrected. `error_std` is the standard error of `error`; `channel_errors` are the errors of red, green and blue.
     """
     n = len(images)
     truth = images.mean(axis=0)
     judged = truth.sum(axis=2) > 0
+    # Mean squares, (n, channels) and (n,).
     of_channels = [np.mean(relative_deviation(image, truth, judged) ** 2, axis=0) for image in images]
     of_channels = np.array(of_channels) * n / (n - 1)
-    squares = of_channels.mean(axis=1)
-    error = float(np.sqrt(squares.mean()))
-    spread = float(np.std(squares, ddof=1) / math.sqrt(n) / (2 * error)) if error > 0 else 0.0
-    channels = np.sqrt(of_channels.mean(axis=0)).tolist()
-    return {"error": error, "error_std": spread, "channel_errors": channels}
+    of_pictures = of_channels.mean(axis=1)
+    error = float(np.sqrt(of_pictures.mean()))
+    # The standard error of a root is that of the square over twice the root.
+    error_std = float(np.std(of_pictures, ddof=1) / math.sqrt(n) / (2 * error)) if error > 0 else 0.0
+    channel_errors = np.sqrt(of_channels.mean(axis=0)).tolist()
+    return {"error": error, "error_std": error_std, "channel_errors": channel_errors}
 
 
 def seconds_to_error(seconds: float, error: float, aim: float = ERROR) -> float:
-    """Seconds to the error `aim` for a picture with `error` after `seconds`; error falls with the root of time."""
+    """Seconds to the error `aim` for a picture with `error` after `seconds`; the error falls as 1/√time."""
     return seconds * (error / aim) ** 2
 
 
 def settled(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
-    """The largest size within the time limit, found in steps from the smallest.
+    """The largest of the ascending `sizes` whose render takes at most `limit_s`; the smallest if none does.
 
-    A step is taken if it fits even when all time is proportional to pixels. A fixed cost thus leads to more steps and
+    `seconds_of` renders a size and returns its time. The search goes up from the smallest size. It predicts times of
+    larger sizes as proportional to pixels. A fixed cost makes the prediction too large, which leads to more steps but
     never to too large a picture.
     """
-    place = 0
+    index = 0
     while True:
-        seconds = seconds_of(sizes[place])
+        seconds_per_pixel = seconds_of(sizes[index]) / pixel_count(sizes[index])
         fitting = [
-            further
-            for further in range(place + 1, len(sizes))
-            if seconds * pixels(sizes[further]) / pixels(sizes[place]) <= limit_s
+            larger
+            for larger in range(index + 1, len(sizes))
+            if seconds_per_pixel * pixel_count(sizes[larger]) <= limit_s
         ]
         if not fitting:
-            return sizes[place]
-        place = max(fitting)
+            return sizes[index]
+        index = max(fitting)
 
 
-def pixels(size: tuple[int, int]) -> int:
+def pixel_count(size: tuple[int, int]) -> int:
+    """Number of pixels of a picture of this width and height."""
     return size[0] * size[1]
 
 
 @dataclass(frozen=True)
 class Render:
-    """A picture in linear sRGB, (rows, columns, 3), with wall-clock seconds and CPU seconds of all threads."""
+    """A picture, with wall-clock seconds and CPU seconds of all threads."""
 
     image: np.ndarray
     seconds: float
@@ -112,14 +119,14 @@ class Render:
 
 
 def render(scene: mi.Scene, seed: int) -> Render:
-    """Renders one picture; the first one compiles the kernel."""
+    """Renders one picture of the scene's own size and samples per pixel; the first one compiles the kernel."""
     start, cpu = time.perf_counter(), time.process_time()
     image = np.array(mi.render(scene, seed=seed), dtype=np.float64)[:, :, :3]
     return Render(image, time.perf_counter() - start, time.process_time() - cpu)
 
 
 def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
-    """Sets another picture size; loading the scene anew would compile all kernels again."""
+    """Sets another picture size (width, height); loading the scene again would compile all kernels again."""
     parameters = mi.traverse(scene)
     parameters["sensor.film.size"] = list(size)
     parameters["sensor.film.crop_size"] = list(size)
@@ -127,12 +134,13 @@ def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
 
 
 def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> dict:
-    """Times, errors and ratios of a cell."""
+    """Measures a cell in about `budget_s` seconds; the figures of each material are those of `ways`."""
     use_variant(variant, fall_back=False)
     bsdfs = {name: mi.load_dict(bsdf) for name, bsdf in scene.bsdfs().items()}
     scenes = {name: scene.load(bsdf, SIZES[0]) for name, bsdf in bsdfs.items()}
 
     def seconds(name: str, size: tuple[int, int]) -> float:
+        """Seconds of a render of this size, which the material's scene keeps."""
         resize(scenes[name], size)
         if not variant.startswith("scalar"):
             # The first render compiles the kernel of this size.
@@ -145,12 +153,14 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
     sizes = {name: settled(lambda size, name=name: seconds(name, size), limit_s) for name in scenes}
     runs: dict[str, list[Render]] = {name: [] for name in scenes}
     start = time.perf_counter()
+    # Another round is begun if it is expected to end within the budget.
     while (rounds := len(runs[REFERENCE])) < ROUNDS_MAX and (
         rounds < ROUNDS_MIN or (time.perf_counter() - start) * (rounds + 1) / rounds < budget_s
     ):
         for name in scenes:
             runs[name].append(render(scenes[name], seed=3 + rounds))
-    pictures = {name: [each.image for each in made] for name, made in runs.items()}
+    pictures = {name: [run.image for run in of_material] for name, of_material in runs.items()}
+    # Materials with larger pictures are rendered again at the smallest size, for their errors.
     for name, size in sizes.items():
         if size != SIZES[0]:
             resize(scenes[name], SIZES[0])
@@ -170,34 +180,34 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
 
 
 def ways(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
-    """Figures of each material from its renders and pictures, relative to REFERENCE.
+    """Figures of each material from its timed renders and its pictures of the smallest size, relative to REFERENCE.
 
-    Times are scaled to NOMINAL_PIXELS. `time_ratio` is at equal samples a pixel, within a round. `cpu_ratio` is that of
-    CPU seconds, which other programs hardly affect. `error_time_ratio` is that of times to equal relative error, each
-    against its own converged picture.
+    `rendered_s` is the median time of a render. `seconds` and all other times are scaled to NOMINAL_PIXELS.
+    `time_ratio` is at equal samples per pixel, within a round. `cpu_ratio` is that of CPU seconds, which other programs
+    hardly affect. `error_time_ratio` is that of times to equal relative error, each against its own converged picture.
     """
-    times, cpu, found = {}, {}, []
-    for name, made in runs.items():
-        height, width = made[0].image.shape[:2]
+    wall, cpu, found = {}, {}, []
+    for name, of_material in runs.items():
+        height, width = of_material[0].image.shape[:2]
         scale = NOMINAL_PIXELS / (width * height)
-        times[name] = {"renders_s": [each.seconds * scale for each in made]}
-        cpu[name] = {"renders_s": [each.cpu_s * scale for each in made]}
-        seconds = float(np.median(times[name]["renders_s"]))
-        judged = noise(np.array(pictures[name]))
+        wall[name] = {"renders_s": [run.seconds * scale for run in of_material]}
+        cpu[name] = {"renders_s": [run.cpu_s * scale for run in of_material]}
+        seconds = float(np.median(wall[name]["renders_s"]))
+        errors = noise(np.array(pictures[name]))
         found.append(
             {
                 "name": name,
                 "size": [width, height],
                 "rendered_s": seconds / scale,
                 "seconds": seconds,
-                **judged,
+                **errors,
                 "mean": float(np.mean(pictures[name])),
-                "seconds_to_error": seconds_to_error(seconds, judged["error"]),
+                "seconds_to_error": seconds_to_error(seconds, errors["error"]),
             }
         )
-    of_times, of_cpu = ratios(times, REFERENCE), ratios(cpu, REFERENCE)
+    wall_ratios, cpu_ratios = ratios(wall, REFERENCE), ratios(cpu, REFERENCE)
     base = next(way for way in found if way["name"] == REFERENCE)
     for way in found:
-        way["time_ratio"], way["cpu_ratio"] = of_times[way["name"]], of_cpu[way["name"]]
+        way["time_ratio"], way["cpu_ratio"] = wall_ratios[way["name"]], cpu_ratios[way["name"]]
         way["error_time_ratio"] = way["seconds_to_error"] / base["seconds_to_error"]
     return found

@@ -1,4 +1,4 @@
-"""The plot of times to a given error."""
+"""The plot of times to a given error, from the cells of time_to_error.py."""
 
 from __future__ import annotations
 
@@ -12,25 +12,31 @@ import matplotlib.pyplot as plt
 from .benchmark_scenes import REFERENCE
 from .time_to_error import VARIANTS
 
+# Colours by variant.
 COLOURS = dict(zip(VARIANTS, ("tab:blue", "tab:orange", "tab:cyan", "tab:red")))
 
+# Text stays text, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
 def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
-    """Draws seconds to the error on a logarithmic axis, with a row for each scene and relief.
+    """Draws seconds to the relative error `aim` on a logarithmic axis, with a row for each scene and relief.
 
-    Filled marks are the diffraction, hollow ones Mitsuba's material; each variant has a colour.
+    Filled marks are the diffraction, hollow ones Mitsuba's material; each variant has a colour. Times are those of
+    pictures of `side` × `side` pixels.
     """
-    rows = list(dict.fromkeys((c["scene"], w["name"]) for c in cells for w in c["ways"] if w["name"] != REFERENCE))
+    pairs = [(cell["scene"], way["name"]) for cell in cells for way in cell["ways"] if way["name"] != REFERENCE]
+    rows = list(dict.fromkeys(pairs))
     figure, ax = plt.subplots(figsize=(8, 0.7 * len(rows) + 1.4))
     for cell in cells:
         by_name = {way["name"]: way["seconds_to_error"] for way in cell["ways"]}
-        colour, place = COLOURS[cell["variant"]], 0.18 * (VARIANTS.index(cell["variant"]) - 1.5)
+        # The variants' lines lie side by side about the middle of the row.
+        variant = VARIANTS.index(cell["variant"])
+        colour, offset = COLOURS[cell["variant"]], 0.18 * (variant - 0.5 * (len(VARIANTS) - 1))
         for name, seconds in by_name.items():
             if name == REFERENCE:
                 continue
-            y = rows.index((cell["scene"], name)) + place
+            y = rows.index((cell["scene"], name)) + offset
             ax.plot([by_name[REFERENCE], seconds], [y, y], color=colour, lw=1, alpha=0.5)
             ax.plot(by_name[REFERENCE], y, "o", color=colour, markerfacecolor="white", ms=5)
             ax.plot(seconds, y, "o", color=colour, ms=5)

@@ -1,19 +1,21 @@
 """A relief imaged by the tip of an atomic-force microscope: dilation by a sphere.
 
-The tip is a sphere of radius R on a shaft no wider. Its apex stops above x where the tip first touches the relief h, so
-the image is s(x) = max over |u| ≤ R of h(x + u) + √(R² − |u|²) − R.
+The tip is a sphere of radius R on a shaft that is not wider. Its apex, the lowest point, is lowered above x until the
+tip touches the relief h somewhere. The image is therefore s(x) = max over |u| ≤ R of h(x + u) + √(R² − |u|²) − R.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-# Number of offsets u along a radius. Half a step of R/10 from the apex, the sphere is lower by R/800.
+# Number of offsets u along a radius, R/10 apart, for tiles. Half a step beside the apex the sphere's underside is only
+# R/800 higher, so finer offsets would hardly matter.
 STEPS = 10
 
 
 def seen_profile(heights_um: np.ndarray, step_um: float, radius_um: float) -> np.ndarray:
-    """The image of one period of a grating that is constant along its grooves, with samples `step_um` apart."""
+    """The image of one period of a grating, (samples,), at the samples of its profile, which are `step_um` apart."""
+    # Offsets are whole steps, up to this number.
     reach = int(radius_um / step_um)
     # Offset 0 is included, so the image is never below the relief.
     offsets = np.arange(-reach, reach + 1)
@@ -21,25 +23,28 @@ def seen_profile(heights_um: np.ndarray, step_um: float, radius_um: float) -> np
 
 
 def seen_tile(heights_um: np.ndarray, pixel_um: float, radius_um: float) -> np.ndarray:
-    """The image of a tile `[iy, ix]` that repeats, at its pixels.
+    """The image at its pixels of a tile [iy, ix] that repeats.
 
-    Between pixels the relief is band-limited and evaluated by shifts of its spectrum, so the tip may be smaller than
-    a pixel.
+    Between pixels the relief is interpolated as a band-limited function, by shifts of its spectrum. The tip may
+    therefore be smaller than a pixel.
     """
     spectrum = np.fft.rfft2(heights_um)
     rows, columns = heights_um.shape
+    # Spatial frequencies in cycles per µm.
     ky = np.fft.fftfreq(rows)[:, None] / pixel_um
     kx = np.fft.rfftfreq(columns) / pixel_um
     seen = heights_um.copy()
-    steps = np.arange(-STEPS, STEPS + 1) * (radius_um / STEPS)
-    for y in steps:
-        for x in steps:
-            if 0 < np.hypot(x, y) <= radius_um:
-                shifted = np.fft.irfft2(spectrum * np.exp(2j * np.pi * (kx * x + ky * y)), s=heights_um.shape)
-                np.maximum(seen, shifted + cap_um(np.hypot(x, y), radius_um), out=seen)
+    offsets_um = np.arange(-STEPS, STEPS + 1) * (radius_um / STEPS)
+    for y_um in offsets_um:
+        for x_um in offsets_um:
+            distance_um = np.hypot(x_um, y_um)
+            if 0 < distance_um <= radius_um:
+                phase = 2 * np.pi * (kx * x_um + ky * y_um)
+                shifted_um = np.fft.irfft2(spectrum * np.exp(1j * phase), s=heights_um.shape)
+                np.maximum(seen, shifted_um + cap_um(distance_um, radius_um), out=seen)
     return seen
 
 
 def cap_um(distance_um: float, radius_um: float) -> float:
-    """√(R² − d²) − R: the apex's height minus the height of the sphere's underside at distance d from the axis."""
+    """√(R² − d²) − R: height of the apex minus that of the sphere's underside at the distance d ≤ R from the axis."""
     return float(np.sqrt(max(radius_um**2 - distance_um**2, 0.0)) - radius_um)

@@ -1,8 +1,12 @@
-"""The part `tour-scan`: effect of an atomic-force microscope's tip on gratings and skins, and on their colours."""
+"""The part `tour-scan`: effect of an atomic-force microscope's tip on gratings and skins, and on their colours.
+
+Reliefs repeat, and heights are indexed [iy, ix] with y = 0 first.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,8 +21,8 @@ from .page import insist
 from .rgb_against_spectral import XYZ_OF_SRGB
 from .tip import seen_profile, seen_tile
 
-PAGE = "tour-scan"
-# Radii of the tips.
+PART = "tour-scan"
+# Radii of the tips, in ascending order.
 RADII_NM = (5, 10, 30)
 # Presets that are gratings.
 GRATINGS = ("blazed", "lamellar")
@@ -28,51 +32,57 @@ SKINS = ("elaphe", "xenopeltis")
 PERIOD_UM = 2.5
 # Heights of the gratings.
 HEIGHT_UM = {"blazed": 0.25, "lamellar": 0.125}
-# Distance of a grating's samples, a tenth of the smallest tip; 5000 make a period.
+# Distance of a grating's samples, a tenth of the smallest tip's radius; 5000 make a period.
 STEP_UM = 0.0005
+# Number of equal rows of a grating's height field; a field of one row is refused.
+ROWS = 4
 # Wavelength of the efficiencies.
 WAVELENGTH_NM = 550
-# Angle of incidence.
+# Angle of incidence of the maps.
 THETA_I_DEG = 30
 # Side of a map in pixels.
 SIZE = 128
-# Fraction of white above which a pixel counts as lit. Chosen.
+# Coherence length of the maps, with which orders are pixels wide.
+COHERENCE_UM = 10
+# Quantile of the luminance of the directions that are not black which counts as white.
+WHITE = 0.99
+# Fraction of white above which a pixel of a map counts as lit. A smaller one counts colours too dark to be noticed.
 LIT = 0.01
-# Relative half width of the window of spatial frequencies that counts as a skin's first order.
+# Half width of the window of spatial frequencies that counts as an order of a skin, relative to the first order's.
 WINDOW = 0.25
 
 
 @dataclass(frozen=True)
 class Tile:
-    """A relief that repeats: heights `[iy, ix]` in µm, and the edges of its pixels."""
+    """A relief: the name of its preset, heights, and the edge of a pixel."""
 
     name: str
     heights_um: np.ndarray
     pixel_um: float
 
-    def seen(self, radius_um: float) -> Tile:
-        """The relief imaged by a tip."""
+    def imaged(self, radius_um: float) -> Tile:
+        """The relief as imaged by a tip of this radius."""
         if self.name in GRATINGS:
             profile = seen_profile(self.heights_um[0], self.pixel_um, radius_um)
             return Tile(self.name, np.tile(profile, (len(self.heights_um), 1)), self.pixel_um)
         return Tile(self.name, seen_tile(self.heights_um, self.pixel_um, radius_um), self.pixel_um)
 
     def write(self, folder: Path) -> tuple:
-        """Writes the relief; returns the command's arguments for it."""
+        """Writes the relief; returns the arguments of `sunbeam` that read it."""
         file = folder / f"{self.name}.npy"
         np.save(file, self.heights_um)
         return ("--height-field", file, "--pixel-size", self.pixel_um, "--level", "none", "--tiling", "periodic")
 
 
 def figures() -> dict:
-    """The numbers of all surfaces under all tips."""
+    """All numbers of the part. Raises SetupError if they contradict the page."""
     with TemporaryDirectory() as folder:
-        surfaces = {name: surface_figures(tile, Path(folder)) for name, tile in tiles(Path(folder))}
+        surfaces = {tile.name: surface_figures(tile, Path(folder)) for tile in tiles(Path(folder))}
     for name, surface in surfaces.items():
         for tip in surface["tips"]:
-            insist(PAGE, abs(tip["period_um"] / surface["period_um"] - 1) < 0.01, f"tips leave the period of {name}")
+            insist(PART, abs(tip["period_um"] / surface["period_um"] - 1) < 0.01, f"tips leave the period of {name}")
         changes = [tip["delta_e"] for tip in surface["tips"]]
-        insist(PAGE, changes == sorted(changes), f"a blunter tip changes the colours of {name} more")
+        insist(PART, changes == sorted(changes), f"a blunter tip changes the colours of {name} more")
     return {
         "radii_nm": list(RADII_NM),
         "wavelength_nm": WAVELENGTH_NM,
@@ -84,34 +94,41 @@ def figures() -> dict:
 
 
 def worst(surfaces: dict) -> dict:
-    """The largest changes of colour on any surface, by the bluntest tip and by the finer ones."""
+    """The largest changes of colour on any surface, ΔE₂₀₀₀.
+
+    `mean_…` and `p99_…` are the largest mean and 99th percentile over a map; `…_blunt` is of the bluntest tip, `…_fine`
+    of all others.
+    """
     finer = [tip for surface in surfaces.values() for tip in surface["tips"][:-1]]
     bluntest = [surface["tips"][-1] for surface in surfaces.values()]
-    keys = {"mean": "delta_e", "p99": "delta_e_p99"}
-    kinds = {"fine": finer, "blunt": bluntest}
-    found = {
-        f"{name}_{kind}": max(tip[key] for tip in tips) for name, key in keys.items() for kind, tips in kinds.items()
-    }
+    found = {}
+    for kind, tips in (("fine", finer), ("blunt", bluntest)):
+        found[f"mean_{kind}"] = max(tip["delta_e"] for tip in tips)
+        found[f"p99_{kind}"] = max(tip["delta_e_p99"] for tip in tips)
     # An eye just notices a ΔE of 1.
-    insist(PAGE, found["mean_fine"] < 1, "what the finer tips change is not noticeable in the mean")
+    insist(PART, found["mean_fine"] < 1, "the change by the finer tips is not noticeable in the mean")
     return found
 
 
-def tiles(folder: Path):
-    """Names and reliefs."""
+def tiles(folder: Path) -> Iterator[Tile]:
+    """The reliefs of all surfaces; files in between are written to `folder`."""
     for name in GRATINGS:
-        at = (np.arange(round(PERIOD_UM / STEP_UM)) + 0.5) * STEP_UM / PERIOD_UM
-        profile = HEIGHT_UM[name] * (at if name == "blazed" else at < 0.5)
-        # Four rows, since a single row is refused.
-        yield name, Tile(name, np.tile(profile, (4, 1)), STEP_UM)
+        # Position in the period, in [0, 1).
+        position = (np.arange(round(PERIOD_UM / STEP_UM)) + 0.5) * STEP_UM / PERIOD_UM
+        profile = HEIGHT_UM[name] * (position if name == "blazed" else position < 0.5)
+        yield Tile(name, np.tile(profile, (ROWS, 1)), STEP_UM)
     for name in SKINS:
         file = folder / "preset.npy"
         report = json.loads(sunbeam("height-field", "--preset", name, "-o", file))
-        yield name, Tile(name, np.load(file), report["pixel_um"][0])
+        yield Tile(name, np.load(file), report["pixel_um"][0])
 
 
 def surface_figures(tile: Tile, folder: Path) -> dict:
-    """Orders, period and colours of the relief itself, and imaged by each tip."""
+    """Orders, period and rms height of a relief itself, and under `tips` as imaged by each tip.
+
+    The orders are the two strongest of the relief itself; `share` is an order's fraction of the light. `rise_nm` is the
+    mean by which the image is higher. `delta_e` and `delta_e_p99` are mean and 99th percentile of the change of colour.
+    """
     words = tile.write(folder)
     period_um = period_of(words)
     reference = folder / "reference.exr"
@@ -121,17 +138,18 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
     strongest = two_strongest(orders)
     tips = []
     for radius_nm in RADII_NM:
-        seen = tile.seen(radius_nm * 1e-3)
-        words = seen.write(folder)
-        draw(words, folder / "seen.exr")
-        compared = json.loads(sunbeam("compare", reference, folder / "seen.exr", "--mask", mask))
-        here = orders_of(seen, words, period_um)
+        image = tile.imaged(radius_nm * 1e-3)
+        # The image replaces the relief's file, which is not read again.
+        words = image.write(folder)
+        draw(words, folder / "imaged.exr")
+        compared = json.loads(sunbeam("compare", reference, folder / "imaged.exr", "--mask", mask))
+        imaged_orders = orders_of(image, words, period_um)
         tips.append(
             {
                 "radius_nm": radius_nm,
-                "rise_nm": float((seen.heights_um - tile.heights_um).mean() * 1e3),
-                "rms_um": float(seen.heights_um.std()),
-                "orders": [{"order": order, "share": here[order]} for order in strongest],
+                "rise_nm": float((image.heights_um - tile.heights_um).mean() * 1e3),
+                "rms_um": float(image.heights_um.std()),
+                "orders": [{"order": order, "share": imaged_orders[order]} for order in strongest],
                 "period_um": period_of(words),
                 "delta_e": compared["delta_e_2000"]["mean"],
                 "delta_e_p99": compared["delta_e_2000"]["p99"],
@@ -147,7 +165,7 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
 
 
 def two_strongest(orders: dict[int, float]) -> list[int]:
-    """The two strongest orders; of two mirrored orders with equal power, one."""
+    """The two strongest of the orders, given with their power; of orders with equal power, such as ±1, only one."""
     found: list[int] = []
     for order in sorted(orders, key=orders.get, reverse=True):
         if not any(np.isclose(orders[order], orders[other], rtol=1e-6) for other in found):
@@ -161,29 +179,31 @@ def period_of(words: tuple) -> float:
 
 
 def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
-    """Fractions of the light at normal incidence in each order along x.
+    """Fractions of the light at normal incidence and WAVELENGTH_NM in orders along x, by scalar diffraction.
 
-    Those of a grating are by `sunbeam orders`; an order of a skin is a window about its spatial frequency.
+    Those of a grating are by `sunbeam orders`. Those of a skin, orders ±1 alone, are the power of its phase screen in a
+    window about the order's spatial frequency, with WINDOW relative to that of `period_um`.
     """
     if tile.name in GRATINGS:
-        told = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))
-        return {order["order"]: order["mean"] for order in told["orders"]}
+        report = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))
+        return {order["order"]: order["mean"] for order in report["orders"]}
     screen = np.exp(4j * np.pi / (WAVELENGTH_NM * 1e-3) * tile.heights_um)
     power = np.abs(np.fft.fft2(screen) / screen.size) ** 2
+    # Spatial frequencies in units of the first order's.
     fx, fy = (np.fft.fftfreq(count, tile.pixel_um) * period_um for count in power.shape[::-1])
-    within = {order: np.abs(fx - order) < WINDOW for order in (-1, 1)}
-    return {order: float(power[np.abs(fy) < WINDOW][:, at].sum()) for order, at in within.items()}
+    rows = power[np.abs(fy) < WINDOW]
+    return {order: float(rows[:, np.abs(fx - order) < WINDOW].sum()) for order in (-1, 1)}
 
 
 def draw(words: tuple, file: Path) -> None:
-    """Draws a map lit from `THETA_I_DEG`, with a coherence length of 10 µm, so that orders are pixels wide."""
-    light = ("--theta-i", THETA_I_DEG, "--size", SIZE, "--coherence-length", 10)
+    """Writes a map of the surface with these arguments of `sunbeam`, lit from THETA_I_DEG."""
+    light = ("--theta-i", THETA_I_DEG, "--size", SIZE, "--coherence-length", COHERENCE_UM)
     sunbeam("brdf-map", "-o", file, *words, *light)
 
 
 def lit(reference: Path, file: Path) -> Path:
-    """A mask of the pixels that are lit, where 1 % of the map is white."""
+    """Writes a mask of the lit pixels of a map, white where its luminance is above LIT of white, to the PNG `file`."""
     luminance = read_exr(reference) @ XYZ_OF_SRGB[1]
-    white = np.quantile(luminance[luminance > 0], 0.99)
+    white = np.quantile(luminance[luminance > 0], WHITE)
     Image.fromarray(((luminance > LIT * white) * 255).astype(np.uint8)).save(file)
     return file

@@ -2,13 +2,15 @@
 
 Theories (tests/judges/gratings/theories.py): SCALAR, the phase screen times Fresnel's reflectance; FRESNEL, a perfect
 conductor by Maxwell's equations times Fresnel's reflectance; EXACT, Maxwell's equations with the metal's index.
-Independent solvers (*judges*, tests/judges/gratings) give the true powers of the orders for random settings.
-*Misplaced* power is the fraction of the power that a theory puts into wrong orders (`misplaced`).
+Independent solvers, the *judges* (tests/judges/gratings), give the true powers of the orders for random settings. A
+*setting* is a grating in a medium, and a light. *Misplaced* power is the fraction of the power that a theory puts into
+wrong orders (`misplaced`). Media are named as Mitsuba's `material`; "none" is a perfect conductor.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib
 import mitsuba as mi
@@ -36,60 +38,72 @@ from tests.judges.gratings.theories import (
 from . import validity_sweeps as sweeps
 from .bsdf_calls import call_ns
 from .page import insist
-from .validity_sweeps import compared, sawtooth, sides, sinusoid
+from .validity_sweeps import angles_of, compared, sawtooth, sinusoid
 
-# Names of the media in the page; "none" is a perfect conductor.
+PART = "validity"
+# Names of the media on the page.
 NAMES = {"none": "perfect conductor", "Al": "aluminium", "Ag": "silver", "Au": "gold"}
-# Independent solver by medium or shape.
-JUDGES = {"none": "boundary integral", "sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
+# The judge of perfect conductors, and those of metals by shape; sawteeth in metals have none.
+PERFECT_JUDGE = "boundary integral"
+METAL_JUDGES = {"sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
+# Theories in the order of the page.
 THEORIES = (SCALAR, FRESNEL, EXACT)
-# Largest accepted ratio of the time of a call with `theory = rigorous` to one with `scalar`. Chosen.
+# Largest accepted ratio of the time of a call with `theory = rigorous` to one with `scalar`; the page states it.
 COST_MAX = 1.5
-# Period and height of the timed sinusoid in µm.
+# Period and height in µm of the timed sinusoid.
 TIMED_UM = (0.8, 0.12)
-# Wavelength in nm at which a metal's index is taken for all wavelengths.
+# Wavelength whose index of the metal is taken at all wavelengths, since the command takes one index.
 INDEX_NM = 550.0
-# Number of random lights for the comparison of a table of efficiencies with the solver.
+# Number of random lights at which a grating's table of efficiencies is compared with the solver.
 TABLED_LIGHTS = 30
 # Seed of the random lights.
 SEED = 5
-# Largest accepted rms and 99th percentile of a table's errors by medium; silver has sharp plasmon anomalies.
-TABLE_MAX = {"Ag": (0.008, 0.03)}
-# Largest accepted rms and 99th percentile of a table's errors for the media not in TABLE_MAX.
-TABLE_MAX_ELSE = (0.004, 0.015)
-# Periods in µm of the swept gratings.
+# Largest accepted rms and 99th percentile of a table's errors in silver, which has sharp plasmon anomalies.
+TABLE_MAX_SILVER = (0.008, 0.03)
+# Largest accepted rms and 99th percentile of a table's errors in the other media.
+TABLE_MAX = (0.004, 0.015)
+# Periods of the swept gratings.
 PERIODS_UM = (1.25, 2.5, 5.0)
-# Gratings by period in µm, by family.
+# Period of the plotted gratings.
+PLOTTED_UM = 2.5
+# Functions from the period in µm to a grating, by kind.
 FAMILIES = {
     "sinusoid": lambda period: sinusoid(period, sweeps.SWEPT_SLOPE_DEG),
     "sawtooth": lambda period: sawtooth(period, sweeps.SWEPT_FACET_DEG),
     "lamellar": lambda period: Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM),
 }
-# The media with a finite index.
+# The metals with a finite index.
 REAL = tuple(metal for metal in METALS if metal != "none")
-# Colours of the media in plots.
-COLOURS = {"none": "k", "Al": "tab:blue", "Ag": "tab:green", "Au": "tab:orange"}
+# Colours of the metals in the plot.
+COLOURS = {"Al": "tab:blue", "Ag": "tab:green", "Au": "tab:orange"}
 
 
-def spread(errors: np.ndarray) -> dict:
-    """Rms, 99th percentile and largest magnitude of errors of efficiencies."""
+def summary(errors: np.ndarray) -> dict:
+    """Rms, 99th percentile and largest magnitude of errors."""
     size = np.abs(errors)
     return {"rms": float(np.sqrt(np.mean(size**2))), "p99": float(np.quantile(size, 0.99)), "worst": float(size.max())}
 
 
-def beside_judges(answers: list[Judged], found: list[dict]) -> list[dict]:
-    """A row for each metal and shape: errors of each theory, in `found` by answer, against the solver."""
-    groups: dict[tuple, list[int]] = {}
-    for i, answer in enumerate(answers):
-        groups.setdefault((answer.setting.metal, answer.setting.shape), []).append(i)
+def errors_of(theory: str, group: list[tuple[Judged, dict]]) -> np.ndarray:
+    """Errors of a theory in all orders of some answers, which are paired with their `powers`."""
+    return np.concatenate([found[theory] - answer.power for answer, found in group])
+
+
+def by_shape(judged: list[tuple[Judged, dict]]) -> list[dict]:
+    """A row for each medium and shape: errors and misplaced power of each theory against the judge.
+
+    `judged` pairs answers with their `powers`. `unsettled` is the judge's own largest error.
+    """
+    groups: dict[tuple[str, str], list[tuple[Judged, dict]]] = {}
+    for answer, found in judged:
+        groups.setdefault((answer.setting.metal, answer.setting.shape), []).append((answer, found))
     rows = []
     for (metal, shape), group in groups.items():
         theories = {}
         for name in THEORIES:
-            fractions = [misplaced(found[i][name], answers[i].power) for i in group]
-            errors = np.concatenate([found[i][name] - answers[i].power for i in group])
+            fractions = [misplaced(found[name], answer.power) for answer, found in group]
             theories[name] = {
-                **spread(errors),
+                **summary(errors_of(name, group)),
                 "misplaced": float(np.mean(fractions)),
                 "misplaced_worst": max(fractions),
             }
@@ -97,47 +111,52 @@ def beside_judges(answers: list[Judged], found: list[dict]) -> list[dict]:
             {
                 "metal": metal,
                 "shape": shape,
-                "judge": JUDGES["none"] if metal == "none" else JUDGES[shape],
+                "judge": PERFECT_JUDGE if metal == "none" else METAL_JUDGES[shape],
                 "settings": len(group),
-                "orders": int(sum(len(answers[i].orders) for i in group)),
-                "unsettled": max(answers[i].unsettled for i in group),
+                "orders": sum(len(answer.orders) for answer, _ in group),
+                "unsettled": max(answer.unsettled for answer, _ in group),
                 "theories": theories,
             }
         )
     return rows
 
 
-def by_metal(answers: list[Judged], found: list[dict]) -> dict:
-    """Errors over all shapes of a metal, by theory."""
-    made = {}
+def by_metal(judged: list[tuple[Judged, dict]]) -> dict:
+    """Errors of each theory in each medium, over all shapes."""
+    found = {}
     for metal in METALS:
-        group = [i for i, answer in enumerate(answers) if answer.setting.metal == metal]
-        made[metal] = {
-            name: spread(np.concatenate([found[i][name] - answers[i].power for i in group])) for name in THEORIES
-        }
-    return made
+        group = [pair for pair in judged if pair[0].setting.metal == metal]
+        found[metal] = {theory: summary(errors_of(theory, group)) for theory in THEORIES}
+    return found
 
 
 def tabled() -> list[Setting]:
-    """The first random grating of each shape in each medium; a medium without a shape gets the perfect conductor's."""
-    first: dict[tuple, Setting] = {}
+    """The first random grating of each shape in each medium, with the index at INDEX_NM.
+
+    A shape that a medium lacks is that of the perfect conductor.
+    """
+    first: dict[tuple[str, str], Setting] = {}
     for setting in settings():
         first.setdefault((setting.metal, setting.shape), setting)
-    gratings = [first.get((metal, shape), first["none", shape]) for metal in METALS for shape in SHAPES]
-    metals = [metal for metal in METALS for _ in SHAPES]
-    # The command takes one index for all wavelengths.
-    return [replace(grating, metal=metal, index_nm=INDEX_NM) for grating, metal in zip(gratings, metals)]
+    return [
+        replace(first.get((metal, shape), first["none", shape]), metal=metal, index_nm=INDEX_NM)
+        for metal in METALS
+        for shape in SHAPES
+    ]
 
 
 def tables() -> dict:
-    """Errors of tables against the solver at random lights, by grating and by metal."""
+    """Errors of tables of efficiencies against the solver at random lights, by grating (`rows`) and by medium.
+
+    Raises SetupError if the errors in a medium exceed their bounds.
+    """
     rng = np.random.default_rng(SEED)
     rows: list[dict] = []
-    by: dict[str, list[np.ndarray]] = {}
-    for first in tabled():
+    errors_by_metal: dict[str, list[np.ndarray]] = {}
+    for grating in tabled():
         lights = [
             replace(
-                first,
+                grating,
                 wavelength_nm=round(float(rng.uniform(400, 700)), 2),
                 theta_deg=round(float(rng.uniform(0, 75)), 2),
                 phi_deg=round(float(rng.uniform(0, 360)), 2),
@@ -146,79 +165,95 @@ def tables() -> dict:
         ]
         read, solved = tabulated(lights)
         errors = np.concatenate(read) - np.concatenate(solved)
-        by.setdefault(first.metal, []).append(errors)
-        about = {"metal": first.metal, "shape": first.shape, "period_um": first.period_um, "height_um": first.height_um}
-        rows.append({**about, **spread(errors)})
-    made = {"rows": rows, "by_metal": {metal: spread(np.concatenate(errors)) for metal, errors in by.items()}}
-    for metal, row in made["by_metal"].items():
-        rms, p99 = TABLE_MAX.get(metal, TABLE_MAX_ELSE)
-        insist("validity", row["rms"] <= rms and row["p99"] <= p99, f"tables keep their bounds in {metal}")
-    return made
+        errors_by_metal.setdefault(grating.metal, []).append(errors)
+        size = {"period_um": grating.period_um, "height_um": grating.height_um}
+        rows.append({"metal": grating.metal, "shape": grating.shape, **size, **summary(errors)})
+    by_medium = {metal: summary(np.concatenate(errors)) for metal, errors in errors_by_metal.items()}
+    for metal, found in by_medium.items():
+        rms, p99 = TABLE_MAX_SILVER if metal == "Ag" else TABLE_MAX
+        insist(PART, found["rms"] <= rms and found["p99"] <= p99, f"tables keep their bounds in {metal}")
+    return {"rows": rows, "by_metal": by_medium}
 
 
 def truth(grating: Grating, metal: str, light: Light) -> np.ndarray:
-    """Powers of the propagating orders, by the solver."""
-    theta, phi = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
-    setting = Setting(metal, grating.preset, grating.period, grating.height, light.wavelength_nm, theta, phi)
-    by = orders(setting, "--theory", "rigorous", *optics(setting))
-    return np.array([by[order]["mean"] for order in propagating(grating.period, light)[0].tolist()])
+    """Powers of the propagating orders of a grating in a metal, by Maxwell's equations."""
+    theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
+    setting = Setting(metal, grating.preset, grating.period, grating.height, light.wavelength_nm, theta_deg, phi_deg)
+    by_order = orders(setting, "--theory", "rigorous", *optics(setting))
+    return np.array([by_order[order]["mean"] for order in propagating(grating.period, light)[0].tolist()])
 
 
 def swept() -> dict:
-    """Misplaced power over period and angle by metal, of the phase screen and of a perfect conductor times Fresnel."""
-    made: dict = {}
-    for kind, family in FAMILIES.items():
-        for period in PERIODS_UM:
-            grating = family(period)
-            for c in compared(grating, sides(grating)):
-                _, towards = propagating(period, c.light)
-                sine = np.sin(np.radians(c.light.theta_i_deg))
-                wi = np.array([sine, 0, np.sqrt(1 - sine**2)])
-                wo = np.stack([towards, 0 * towards, np.sqrt(1 - towards**2)], axis=-1)
-                for metal in REAL:
-                    setting = Setting(metal, grating.preset, period, grating.height, c.light.wavelength_nm, 0.0, 0.0)
-                    mirrored = fresnel(setting.index, wi, wo)
-                    expected = truth(grating, metal, c.light)
-                    at = made.setdefault(kind, {}).setdefault(metal, {}).setdefault(str(period), {})
-                    row = at.setdefault(str(c.light.theta_i_deg), {SCALAR: [], FRESNEL: []})
-                    row[SCALAR].append(misplaced(c.scalar[STAM_LIMITED.name] * mirrored, expected))
-                    row[FRESNEL].append(misplaced(c.rigorous.unpolarised * mirrored, expected))
-    for kinds in made.values():
-        for periods in kinds.values():
-            for angles in periods.values():
-                for angle, row in angles.items():
-                    angles[angle] = {name: float(np.mean(values)) for name, values in row.items()}
-    return made
+    """Misplaced power of SCALAR and FRESNEL against EXACT: [kind][metal][period in µm][angle in degrees][theory].
+
+    The phase screen conserves energy here, `stam, limited`. Periods and angles are text, as JSON requires of keys.
+    """
+    return {
+        kind: {
+            metal: {str(period_um): misplaced_by_angle(family(period_um), metal) for period_um in PERIODS_UM}
+            for metal in REAL
+        }
+        for kind, family in FAMILIES.items()
+    }
 
 
-def first_within(swept_metal: dict, theory: str, reach_deg: float, bound: float) -> float | None:
-    """The smallest period from which a theory is within the bound at all angles up to the reach, or `None`."""
-    found = None
-    for period in sorted(map(float, swept_metal), reverse=True):
-        angles = swept_metal[str(period)]
-        if max(row[theory] for angle, row in angles.items() if abs(float(angle)) <= reach_deg) > bound:
+def misplaced_by_angle(grating: Grating, metal: str) -> dict[str, dict[str, float]]:
+    """Misplaced power of both theories by angle of incidence, mean over the wavelengths."""
+    by_angle: dict[str, dict[str, list[float]]] = {}
+    for each in compared(grating, angles_of(grating)):
+        light = each.light
+        _, sines = propagating(grating.period, light)
+        sine = np.sin(np.radians(light.theta_i_deg))
+        wi = np.array([sine, 0, np.sqrt(1 - sine**2)])
+        wo = np.stack([sines, 0 * sines, np.sqrt(1 - sines**2)], axis=-1)
+        reflectance = fresnel(index(metal, light.wavelength_nm), wi, wo)
+        expected = truth(grating, metal, light)
+        found = by_angle.setdefault(str(light.theta_i_deg), {SCALAR: [], FRESNEL: []})
+        found[SCALAR].append(misplaced(each.scalar[STAM_LIMITED.name] * reflectance, expected))
+        found[FRESNEL].append(misplaced(each.rigorous.unpolarised * reflectance, expected))
+    return {
+        angle: {theory: float(np.mean(values)) for theory, values in found.items()} for angle, found in by_angle.items()
+    }
+
+
+def smallest_period_um(by_period: dict, theory: str, reach_deg: float, bound: float) -> float | None:
+    """The smallest of PERIODS_UM from which a theory is within the bound at all angles up to `reach_deg`, or `None`.
+
+    `by_period` is `swept` of one kind and metal.
+    """
+    smallest = None
+    for period_um in sorted(PERIODS_UM, reverse=True):
+        by_angle = by_period[str(period_um)]
+        if max(found[theory] for angle, found in by_angle.items() if abs(float(angle)) <= reach_deg) > bound:
             break
-        found = period
-    return found
+        smallest = period_um
+    return smallest
 
 
 def cost() -> dict:
-    """Time of BSDF calls with `rigorous` relative to `scalar`, in aluminium."""
+    """Time of BSDF calls with `rigorous` relative to `scalar`, in aluminium, by call.
+
+    Raises SetupError if a ratio exceeds COST_MAX.
+    """
     use_variant("llvm_ad_spectral", fall_back=False)
     n = index("Al", INDEX_NM)
-    relief = {"type": "diffraction", "preset": "sinusoidal", "period": TIMED_UM[0], "height": TIMED_UM[1]}
-    relief = {**relief, "eta": n.real, "k": n.imag}
-    bsdfs = {theory: mi.load_dict({**relief, "theory": theory}) for theory in ("scalar", "rigorous")}
-    calls = {call: call_ns(bsdfs, call) for call in ("eval", "sample")}
-    ratios = {call: float(ns["rigorous"] / ns["scalar"]) for call, ns in calls.items()}
-    insist("validity", max(ratios.values()) <= COST_MAX, "rigorous costs about as much as scalar")
+    period_um, height_um = TIMED_UM
+    relief = {"preset": "sinusoidal", "period": period_um, "height": height_um}
+    grating = {"type": "diffraction", **relief, "eta": n.real, "k": n.imag}
+    bsdfs = {theory: mi.load_dict({**grating, "theory": theory}) for theory in ("scalar", "rigorous")}
+    ns = {call: call_ns(bsdfs, call) for call in ("eval", "sample")}
+    ratios = {call: float(by_theory["rigorous"] / by_theory["scalar"]) for call, by_theory in ns.items()}
+    insist(PART, max(ratios.values()) <= COST_MAX, "rigorous costs about as much as scalar")
     return ratios
 
 
-def figures(path, bound: float, reaches_deg: tuple) -> dict:
-    """All numbers on metals; writes the plot to `path`."""
+def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
+    """All numbers on metals; writes the plot to `path`.
+
+    `limits` has the result of `smallest_period_um` for each kind, metal and theory, by `reaches_deg`.
+    """
     answers = load()
-    found = [powers(answer) for answer in answers]
+    judged = [(answer, powers(answer)) for answer in answers]
     muellers = np.concatenate([mueller_errors(answer) for answer in answers if answer.jones is not None])
     sweep = swept()
     limits = [
@@ -226,15 +261,15 @@ def figures(path, bound: float, reaches_deg: tuple) -> dict:
             "kind": kind,
             "metal": metal,
             "theory": theory,
-            "periods_um": [first_within(sweep[kind][metal], theory, reach, bound) for reach in reaches_deg],
+            "periods_um": [smallest_period_um(sweep[kind][metal], theory, reach, bound) for reach in reaches_deg],
         }
         for kind in FAMILIES
         for metal in REAL
         for theory in (SCALAR, FRESNEL)
     ]
-    together = by_metal(answers, found)
+    together = by_metal(judged)
     for metal, theories in together.items():
-        insist("validity", theories[EXACT]["rms"] < 0.1 * theories[SCALAR]["rms"], f"exact is right in {metal}")
+        insist(PART, theories[EXACT]["rms"] < 0.1 * theories[SCALAR]["rms"], f"exact is right in {metal}")
     draw(path, sweep)
     missing = left_out()
     return {
@@ -243,9 +278,9 @@ def figures(path, bound: float, reaches_deg: tuple) -> dict:
         "settled": SETTLED,
         "drawn": len(answers) + len(missing),
         "left_out": len(missing),
-        "rows": beside_judges(answers, found),
+        "rows": by_shape(judged),
         "by_metal": together,
-        "mueller": spread(muellers),
+        "mueller": summary(muellers),
         "tables": tables(),
         "timed_um": list(TIMED_UM),
         "tabled_lights": TABLED_LIGHTS,
@@ -256,26 +291,19 @@ def figures(path, bound: float, reaches_deg: tuple) -> dict:
     }
 
 
-def draw(path, sweep: dict) -> None:
-    """Draws misplaced power against the angle of incidence at one period."""
+def draw(path: Path, sweep: dict) -> None:
+    """Draws misplaced power against the angle of incidence at the period PLOTTED_UM, from the result of `swept`."""
     figure, axes = plt.subplots(1, len(sweep), figsize=(11, 3.6), sharey=True)
     for ax, (kind, metals) in zip(axes, sweep.items()):
-        for metal, periods in metals.items():
-            rows = sorted(((float(angle), row) for angle, row in periods[str(2.5)].items()), key=lambda at: at[0])
-            for theory, style in ((SCALAR, "-"), (FRESNEL, "--")):
-                at = [angle for angle, _ in rows]
-                values = [100 * row[theory] for _, row in rows]
-                ax.plot(
-                    at,
-                    values,
-                    style,
-                    color=COLOURS[metal],
-                    marker="o",
-                    ms=2.5,
-                    lw=1.2,
-                    label=f"{NAMES[metal]}, {theory}",
-                )
-        ax.set(title=f"{kind}, 2.5 µm", xlabel="θi in degrees", yscale="log", ylim=(0.05, 100))
+        for metal, by_period in metals.items():
+            by_angle = by_period[str(PLOTTED_UM)]
+            angles = sorted(by_angle, key=float)
+            theta_i_deg = [float(angle) for angle in angles]
+            for theory, line in ((SCALAR, "-"), (FRESNEL, "--")):
+                percent = [100 * by_angle[angle][theory] for angle in angles]
+                label = f"{NAMES[metal]}, {theory}"
+                ax.plot(theta_i_deg, percent, line, color=COLOURS[metal], marker="o", ms=2.5, lw=1.2, label=label)
+        ax.set(title=f"{kind}, {PLOTTED_UM:g} µm", xlabel="θi in degrees", yscale="log", ylim=(0.05, 100))
     axes[0].set_ylabel("misplaced power in %")
     axes[0].legend(fontsize=7, frameon=False)
     figure.tight_layout()

@@ -1,4 +1,7 @@
-"""The plots of the part `validity`."""
+"""The plots of the part `validity`, as SVG. validity_sweeps.py defines models and misplaced power.
+
+Arguments that are sweeps are results of `validity.sweep`.
+"""
 
 from __future__ import annotations
 
@@ -14,24 +17,30 @@ from tests.judges.gratings.scalar import MODELS, STAM, STAM_LIMITED, UNIT
 
 from .validity_sweeps import Grating, compared, sawtooth, sinusoid
 
+# Line styles of the models.
 STYLES = {STAM_LIMITED.name: "-", STAM.name: "--", UNIT.name: ":"}
+# Colours of the angles of incidence, or of the orders.
 COLOURS = ("tab:blue", "tab:green", "tab:orange", "tab:red")
-# Angles in steps of 3°, shifted so that no order is at the horizon.
+# Angles of `angles` in steps of 3°, shifted so that no order is at the horizon.
 FINE_ANGLES_DEG = tuple(float(angle) for angle in np.arange(-83.3, 84, 3))
+# Orders of `angles`.
 SHOWN_ORDERS = (0, -1, -2)
+# Wavelength of `angles`.
 SHOWN_NM = 550.0
 
+# Text stays text, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
 def save(figure, path: Path) -> None:
+    """Writes and closes a figure."""
     figure.tight_layout()
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
 
 
 def angles(path: Path) -> None:
-    """Draws efficiencies of some orders against the angle of incidence, rigorous and by both obliquity factors."""
+    """Draws efficiencies of orders against the angle of incidence: rigorous, `stam, limited` and `stam`."""
     cases = (
         ("sinusoid 2.5 µm, steepest slope 10°", sinusoid(2.5, 10.0)),
         ("sawtooth 2.5 µm, facets 5.7°", sawtooth(2.5, 5.71)),
@@ -41,12 +50,21 @@ def angles(path: Path) -> None:
     for ax, (title, grating) in zip(axes, cases):
         found = compared(grating, FINE_ANGLES_DEG, (SHOWN_NM,))
         for order, colour in zip(SHOWN_ORDERS, COLOURS):
-            at = [(c, np.flatnonzero(c.rigorous.orders == order)) for c in found]
-            at = [(c, index[0]) for c, index in at if len(index)]
-            x = [c.light.theta_i_deg for c, _ in at]
-            ax.plot(x, [c.rigorous.unpolarised[i] for c, i in at], color=colour, lw=1.8, alpha=0.45)
-            ax.plot(x, [c.scalar[STAM_LIMITED.name][i] for c, i in at], color=colour, lw=1)
-            ax.plot(x, [c.scalar[STAM.name][i] for c, i in at], color=colour, lw=1, ls="--")
+            # Angle and the three efficiencies, at the angles where the order propagates.
+            points = [
+                (
+                    each.light.theta_i_deg,
+                    each.rigorous.unpolarised[i],
+                    each.scalar[STAM_LIMITED.name][i],
+                    each.scalar[STAM.name][i],
+                )
+                for each in found
+                for i in np.flatnonzero(each.rigorous.orders == order)
+            ]
+            theta_i_deg, rigorous, limited, stam = zip(*points)
+            ax.plot(theta_i_deg, rigorous, color=colour, lw=1.8, alpha=0.45)
+            ax.plot(theta_i_deg, limited, color=colour, lw=1)
+            ax.plot(theta_i_deg, stam, color=colour, lw=1, ls="--")
         ax.set(title=title, xlabel="θi in degrees", ylim=(0, 1.1), xlim=(-90, 90), xticks=range(-90, 91, 30))
     axes[0].set_ylabel(f"efficiency at {SHOWN_NM:.0f} nm, unpolarised")
     for order, colour in zip(SHOWN_ORDERS, COLOURS):
@@ -59,25 +77,27 @@ def angles(path: Path) -> None:
     save(figure, path)
 
 
-def curves(ax, swept: dict, x, bound: float, **text) -> None:
-    """Draws misplaced power of each model (line style) at each angle (colour)."""
+def curves(ax, swept: dict, x, bound: float, **options) -> None:
+    """Draws misplaced power of each model (line style) at each angle (colour) over `x`, and the bound."""
     for model in MODELS:
         for errors, angle, colour in zip(swept["misplaced"][model.name], swept["angles_deg"], COLOURS):
             label = f"θi = {angle:.0f}°" if model is STAM_LIMITED else None
             ax.plot(x, 100 * np.array(errors), STYLES[model.name], color=colour, lw=1.2, label=label)
     ax.axhline(100 * bound, color="0.6", lw=0.8)
-    ax.set(yscale="log", ylim=(0.05, 100), **text)
+    ax.set(yscale="log", ylim=(0.05, 100), **options)
     ax.legend(fontsize=7, frameon=False, loc="lower right")
 
 
 def models_legend(figure) -> None:
+    """Adds a legend of the line styles above the plots."""
     lines = [plt.Line2D([], [], color="k", lw=1.2, ls=STYLES[model.name], label=model.name) for model in MODELS]
     figure.legend(handles=lines, loc="upper center", ncols=3, frameon=False, bbox_to_anchor=(0.5, 1.0))
+    # An empty title keeps space for the legend.
     figure.suptitle(" ")
 
 
 def slopes(path: Path, sinusoids: dict, away: dict, facing: dict, bound: float) -> None:
-    """Draws misplaced power against the steepest slope."""
+    """Draws misplaced power against the steepest slope, from the sweeps of each kind of grating."""
     figure, axes = plt.subplots(1, 3, figsize=(11, 4), sharey=True)
     panels = (
         (sinusoids, "sinusoid", "steepest slope in degrees"),
@@ -92,7 +112,7 @@ def slopes(path: Path, sinusoids: dict, away: dict, facing: dict, bound: float) 
 
 
 def periods(path: Path, by_period: dict, mean_nm: float, bound: float) -> None:
-    """Draws misplaced power against the period in mean wavelengths."""
+    """Draws misplaced power against the period in mean wavelengths, from the sweeps `by_period` of each kind."""
     figure, axes = plt.subplots(1, 3, figsize=(11, 4), sharey=True)
     for ax, (kind, swept) in zip(axes, by_period.items()):
         x = np.array(swept["values"]) * 1e3 / mean_nm

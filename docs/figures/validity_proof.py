@@ -1,4 +1,7 @@
-"""Checks of the rigorous solver of the part `validity`."""
+"""Checks of the rigorous solver of the part `validity`, the boundary integral for perfect conductors.
+
+Lengths of gratings are in µm. Results are largest differences of an order's efficiency in either polarisation.
+"""
 
 from __future__ import annotations
 
@@ -7,85 +10,101 @@ import numpy as np
 from tests.judges.gratings.boundary_integral import Efficiencies, Resolution, solve
 from tests.judges.gratings.coupled_waves import lamellar as coupled_waves
 from tests.judges.gratings.independent import lamellar_modes, sinusoid_rayleigh
-from tests.judges.gratings.profile import Sinusoid, blazed, echelette, lamellar
+from tests.judges.gratings.profile import Polygon, Sinusoid, blazed, echelette, lamellar
 
+# Wavelengths of the checks.
 WAVELENGTHS_NM = (450.0, 650.0)
+# Angles of incidence of the checks.
 ANGLES_DEG = (0.0, -60.0, 75.0)
+# Profiles of the checks of resolution and reciprocity.
 PROFILES = (Sinusoid(2.5, 0.25), Sinusoid(2.5, 0.8), blazed(2.5, 0.25), blazed(2.5, 0.7), lamellar(2.5, 0.25))
 # Period and height in µm of lamellar gratings.
 LAMELLAR_UM = ((1.25, 0.3), (2.5, 0.125), (2.5, 0.25), (5.0, 0.125))
 # Period and height in µm of sinusoids within the convergence of Rayleigh's expansion.
 SHALLOW_UM = ((1.25, 0.1), (2.5, 0.14), (2.5, 0.3), (5.0, 0.25))
-# Slope of the facets of the echelette in the Littrow check.
+# Slope of the long facet of the echelette in the Littrow check.
 LITTROW_SLOPE_DEG = 20.0
-# Extinction of the metal and harmonics of the coupled waves, refined together.
+# Extinction of the metal and number of harmonics to either side in coupled-wave analysis, refined together.
 METALS = ((100.0, 80), (300.0, 160))
+# Lamellar gratings and lights for coupled-wave analysis: period and height in µm, wavelength in nm, angle in degrees.
 COUPLED_CASES = ((2.5, 0.125, 550.0, 30.0), (1.25, 0.3, 550.0, 60.0))
 
 
-def lights():
+def lights() -> list[tuple[float, float]]:
+    """Wavelength in nm and angle of incidence in degrees of each light of the checks."""
     return [(wavelength, angle) for wavelength in WAVELENGTHS_NM for angle in ANGLES_DEG]
 
 
 def difference(a: Efficiencies, b: Efficiencies) -> float:
-    """Largest difference of an order in either polarisation."""
+    """Largest difference of two solutions with the same orders."""
     return float(max(np.abs(a.te - b.te).max(), np.abs(a.tm - b.tm).max()))
 
 
 def littrow(order: int) -> Efficiencies:
-    """An echelette lit along the normal of its facets, at the wavelength whose −order is retroreflected.
+    """Efficiencies of an echelette lit along the normal of its long facets, with the order −`order` retroreflected.
 
-    In TM all light goes into that order (theorem of Maréchal and Stroke, 1959): the standing wave before the facets
-    also satisfies the boundary condition on the walls between them.
+    In TM all light goes into this order (theorem of Maréchal and Stroke, 1959): the standing wave before the long
+    facets also satisfies the boundary condition on the short ones.
     """
     profile = echelette(2.5, LITTROW_SLOPE_DEG)
     wavelength_nm = 2e3 * profile.period * np.sin(np.radians(LITTROW_SLOPE_DEG)) / order
     return solve(profile, wavelength_nm, -LITTROW_SLOPE_DEG)
 
 
-def reciprocity(profile) -> float:
-    """Largest difference of an order's power when light returns along it."""
-    worst = 0.0
-    for wavelength_nm, angle in lights():
-        there = solve(profile, wavelength_nm, angle)
-        towards = there.orders * wavelength_nm / 1e3 / profile.period - np.sin(np.radians(angle))
-        order = int(np.argmax(there.unpolarised * (there.orders != 0)))
-        back = solve(profile, wavelength_nm, float(np.degrees(np.arcsin(towards[order]))))
-        again = back.orders == there.orders[order]
-        worst = max(worst, abs(back.te[again][0] - there.te[order]), abs(back.tm[again][0] - there.tm[order]))
-    return float(worst)
+def reciprocity(profile: Sinusoid | Polygon) -> float:
+    """Largest change of an order's efficiency when light returns along it, for the strongest order but order 0."""
+    largest = 0.0
+    for wavelength_nm, theta_i_deg in lights():
+        there = solve(profile, wavelength_nm, theta_i_deg)
+        sines = there.orders * wavelength_nm / 1e3 / profile.period - np.sin(np.radians(theta_i_deg))
+        i = int(np.argmax(there.unpolarised * (there.orders != 0)))
+        back = solve(profile, wavelength_nm, float(np.degrees(np.arcsin(sines[i]))))
+        returned = back.orders == there.orders[i]
+        differences = [abs(getattr(back, state)[returned][0] - getattr(there, state)[i]) for state in ("te", "tm")]
+        largest = max(largest, *differences)
+    return float(largest)
 
 
-def coupled(period: float, height: float, wavelength_nm: float, angle: float, metal: tuple) -> dict:
-    """Largest difference of an order from coupled-wave analysis, for TE and TM."""
-    own = solve(lamellar(period, height), wavelength_nm, angle)
-    te, tm = coupled_waves(period, height, wavelength_nm, angle, *metal)
-    at = metal[1] + own.orders
+def coupled(period: float, height: float, wavelength_nm: float, theta_i_deg: float, metal: tuple[float, int]) -> dict:
+    """Largest differences of a lamellar grating from coupled-wave analysis with one of METALS, in TE and TM."""
+    extinction, harmonics = metal
+    own = solve(lamellar(period, height), wavelength_nm, theta_i_deg)
+    te, tm = coupled_waves(period, height, wavelength_nm, theta_i_deg, extinction, harmonics)
+    # Coupled-wave analysis returns the orders from −harmonics on.
+    propagating = harmonics + own.orders
     return {
         "period_um": period,
         "height_um": height,
-        "theta_i_deg": angle,
-        "extinction": metal[0],
-        "harmonics": metal[1],
-        "te": float(np.abs(te[at] - own.te).max()),
-        "tm": float(np.abs(tm[at] - own.tm).max()),
+        "theta_i_deg": theta_i_deg,
+        "extinction": extinction,
+        "harmonics": harmonics,
+        "te": float(np.abs(te[propagating] - own.te).max()),
+        "tm": float(np.abs(tm[propagating] - own.tm).max()),
     }
 
 
 def proof() -> dict:
-    """Largest differences of an efficiency, by check."""
+    """Largest differences by check.
+
+    `refined`: twice the nodes and evanescent orders. `modal`: the modal method. `rayleigh`: Rayleigh's expansion, up to
+    the slope `rayleigh_slope_deg`. `littrow`: the missing power of `littrow`. `coupled`: rows of `coupled`.
+    """
     finer = Resolution().finer(2)
     return {
-        "refined": max(difference(solve(p, *at), solve(p, *at, finer)) for p in PROFILES for at in lights()),
+        "refined": max(
+            difference(solve(profile, *light), solve(profile, *light, finer))
+            for profile in PROFILES
+            for light in lights()
+        ),
         "modal": max(
-            difference(solve(lamellar(*size), *at), lamellar_modes(*size, *at, evanescent=200))
+            difference(solve(lamellar(*size), *light), lamellar_modes(*size, *light, evanescent=200))
             for size in LAMELLAR_UM
-            for at in lights()
+            for light in lights()
         ),
         "rayleigh": max(
-            difference(solve(Sinusoid(*size), *at), sinusoid_rayleigh(Sinusoid(*size), *at))
+            difference(solve(Sinusoid(*size), *light), sinusoid_rayleigh(Sinusoid(*size), *light))
             for size in SHALLOW_UM
-            for at in lights()
+            for light in lights()
         ),
         "rayleigh_slope_deg": max(Sinusoid(*size).slope_deg for size in SHALLOW_UM),
         "littrow": max(abs(1 - float(littrow(order).tm.max())) for order in (1, 2, 3)),

@@ -1,4 +1,9 @@
-"""Gratings and lights of the part `validity`, and the model's errors on them."""
+"""Gratings and lights of the part `validity`, and the model's errors on them.
+
+Gratings are in a perfect conductor, with lengths in µm. A *model* is the scalar one with an obliquity factor, with or
+without energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the fraction of the light that a
+model puts into wrong orders. Light comes across the grooves; a negative angle of incidence is on the side of −x.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +25,17 @@ from tests.judges.gratings.scalar import (
     propagating,
 )
 
+# Wavelengths over which errors are averaged.
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
+# Angles of incidence on one side.
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
+# Period of the gratings whose slopes are swept.
 PERIOD_UM = 2.5
 # Steepest slopes of the swept sinusoids.
 SLOPES_DEG = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 45.0)
 # Slopes of the swept sawteeth's facets.
 FACETS_DEG = (1.0, 2.0, 3.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
+# Swept periods.
 PERIODS_UM = (0.8, 1.25, 1.75, 2.5, 3.5, 5.0, 10.0)
 # Sweep over periods: steepest slope of the sinusoid.
 SWEPT_SLOPE_DEG = 10.0
@@ -36,14 +45,14 @@ SWEPT_FACET_DEG = 5.71
 SWEPT_HEIGHT_UM = 0.125
 
 
-def sinusoid(period: float, slope_deg: float) -> Grating:
+def sinusoid(period_um: float, slope_deg: float) -> Grating:
     """The sinusoid with this steepest slope."""
-    return Grating("sinusoidal", period, period * np.tan(np.radians(slope_deg)) / np.pi)
+    return Grating("sinusoidal", period_um, period_um * np.tan(np.radians(slope_deg)) / np.pi)
 
 
-def sawtooth(period: float, facet_deg: float) -> Grating:
-    """The sawtooth with facets of this slope."""
-    return Grating("blazed", period, period * np.tan(np.radians(facet_deg)))
+def sawtooth(period_um: float, facet_deg: float) -> Grating:
+    """The sawtooth with facets of this slope, which rise along +x."""
+    return Grating("blazed", period_um, period_um * np.tan(np.radians(facet_deg)))
 
 
 def profile(grating: Grating) -> Sinusoid | Polygon:
@@ -54,19 +63,23 @@ def profile(grating: Grating) -> Sinusoid | Polygon:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Efficiencies of a grating under one light: rigorous, and by each model."""
+    """Efficiencies of a grating's propagating orders under one light: rigorous, and by the name of each model."""
 
     light: Light
     rigorous: Efficiencies
     scalar: dict[str, np.ndarray]
 
     def misplaced(self, model: Model, polarisation: str = "unpolarised") -> float:
+        """Misplaced power of a model in a polarisation: "unpolarised", "te" or "tm"."""
         return misplaced(self.scalar[model.name], getattr(self.rigorous, polarisation))
 
 
 @cache
 def compared(grating: Grating, angles_deg: tuple, wavelengths_nm: tuple = WAVELENGTHS_NM) -> list[Comparison]:
-    """Comparisons at all angles and wavelengths, angle by angle; the command computes models without a closed form."""
+    """Comparisons at all angles and wavelengths, angle by angle.
+
+    Models with energy conservation, which have no closed form, are computed by `sunbeam eval`.
+    """
     lights = [Light(wavelength, angle) for angle in angles_deg for wavelength in wavelengths_nm]
     scalar = {
         model.name: efficiencies(grating, model, lights)
@@ -82,33 +95,41 @@ def compared(grating: Grating, angles_deg: tuple, wavelengths_nm: tuple = WAVELE
     return found
 
 
-def sides(grating: Grating) -> tuple:
-    """Angles of incidence; for a sawtooth on both sides, first with its facets turned away from the light."""
+def angles_of(grating: Grating) -> tuple:
+    """ANGLES_DEG; for a sawtooth on both sides, first with its facets turned away from the light."""
     return ANGLES_DEG + (tuple(-angle for angle in ANGLES_DEG[1:]) if grating.preset == "blazed" else ())
 
 
-def mean_error(grating: Grating, model: Model, angle: float, polarisation: str = "unpolarised") -> float:
-    """Misplaced power, mean over the wavelengths."""
-    at = [c for c in compared(grating, sides(grating)) if c.light.theta_i_deg == angle]
-    return float(np.mean([c.misplaced(model, polarisation) for c in at]))
+def at_angle(grating: Grating, angle_deg: float) -> list[Comparison]:
+    """Comparisons at all wavelengths and one of the angles of `angles_of`."""
+    return [each for each in compared(grating, angles_of(grating)) if each.light.theta_i_deg == angle_deg]
 
 
-def mean_sum(grating: Grating, model: Model, angle: float) -> float:
-    """Sum over the orders, mean over the wavelengths."""
-    at = [c for c in compared(grating, sides(grating)) if c.light.theta_i_deg == angle]
-    return float(np.mean([c.scalar[model.name].sum() for c in at]))
+def mean_error(grating: Grating, model: Model, angle_deg: float, polarisation: str = "unpolarised") -> float:
+    """Misplaced power at an angle of `angles_of`, mean over the wavelengths."""
+    return float(np.mean([each.misplaced(model, polarisation) for each in at_angle(grating, angle_deg)]))
+
+
+def mean_sum(grating: Grating, model: Model, angle_deg: float) -> float:
+    """The model's sum over the orders at an angle of `angles_of`, mean over the wavelengths."""
+    return float(np.mean([each.scalar[model.name].sum() for each in at_angle(grating, angle_deg)]))
 
 
 def rms_per_order(gratings: list[Grating], model: Model, polarisation: str = "unpolarised") -> float:
-    """Rms error over all orders of all lights."""
-    errors = [c.scalar[model.name] - getattr(c.rigorous, polarisation) for g in gratings for c in compared(g, sides(g))]
+    """Rms error of an order's efficiency over all orders, lights and gratings."""
+    errors = [
+        each.scalar[model.name] - getattr(each.rigorous, polarisation)
+        for grating in gratings
+        for each in compared(grating, angles_of(grating))
+    ]
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
-def reaches(x: tuple, errors: list[float], bound: float, falling: bool = False) -> float | None:
-    """The x up to which (`falling`: from which) the error is at most `bound`, linearly interpolated.
+def crossing(x: list[float], errors: list[float], bound: float, falling: bool = False) -> float | None:
+    """The x at which the error first exceeds `bound`, linearly interpolated, as x grows from its smallest value.
 
-    None if it never is; the end of x if it always is.
+    With `falling` x falls from its largest value instead. `None` if the first error exceeds the bound; the last x if no
+    error does.
     """
     x, errors = (list(reversed(values)) if falling else list(values) for values in (x, errors))
     for i, error in enumerate(errors):

@@ -1,41 +1,47 @@
-"""Paragraphs of Markdown filled to the column limit, so that templates need not count columns."""
+"""Fills paragraphs of Markdown to the column limit, so that templates need not count columns."""
 
 from __future__ import annotations
 
 import re
 import textwrap
 
+# Largest length of a filled line in characters.
 COLUMNS = 120
-# The first line of a list item: its marker sets the indent of the lines that follow.
+# Marker of a list item, whose length is the indent of the item's further lines.
 ITEM = re.compile(r"(?:- |\d+\. )")
-# Tables, headings, comments and pictures, which a line break would destroy.
+# Beginnings of tables, headings, comments and pictures, which a line break would destroy.
 WHOLE_LINE = ("|", "#", "<!--", "![")
-# A marker at the start of a line would begin a list, a quotation or a heading there.
-MARKER = re.compile(r" (?=(?:[-+*>#=]+|\d+\.) )")
-# A number and its unit.
-QUANTITY = re.compile(r"(?<=\d) (?=(?:[µnmk]?m|[µmn]?s|[kMG]B|%)(?!\w))")
-JOINT = "\0"
+# Space before a marker that would begin a list, a quotation or a heading at the start of a line.
+BEFORE_MARKER = re.compile(r" (?=(?:[-+*>#=]+|\d+\.) )")
+# Space between a number and its unit.
+BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µnmk]?m|[µmn]?s|[kMG]B|%)(?!\w))")
+# Stands for a space at which no line may be broken.
+NO_BREAK = "\0"
 
 
 def wrapped(markdown: str) -> str:
-    """The text with its paragraphs and list items filled up to `COLUMNS`.
+    """The text with its paragraphs and list items filled up to COLUMNS.
 
-    Tables, headings, comments, pictures, formulas and code stay as they are.
+    Tables, headings, comments, pictures, formulas and code keep their lines.
     """
     lines: list[str] = []
+    # Lines of the paragraph or list item that is being read.
     paragraph: list[str] = []
+    # Marks of the open block of code or formula, empty outside of one.
     fence = ""
+    # An empty line at the end completes the last paragraph; it is removed again.
     for line in [*markdown.split("\n"), ""]:
         opens = "" if fence else next((marks for marks in ("```", "$$") if line.startswith(marks)), "")
-        code = line.startswith("    ") and not paragraph
-        breaks = fence or opens or code or not line or line.startswith(WHOLE_LINE)
-        if paragraph and (breaks or ITEM.match(line)):
+        is_code = line.startswith("    ") and not paragraph
+        is_kept = fence or opens or is_code or not line or line.startswith(WHOLE_LINE)
+        if paragraph and (is_kept or ITEM.match(line)):
             lines += filled(paragraph)
             paragraph = []
-        if not breaks:
+        if not is_kept:
             paragraph.append(line)
             continue
         lines.append(line)
+        # A block that also ends in its first line, such as a formula, stays closed.
         if opens and line.count(opens) == 1:
             fence = opens
         elif fence and line.rstrip().endswith(fence):
@@ -46,14 +52,13 @@ def wrapped(markdown: str) -> str:
 def filled(paragraph: list[str]) -> list[str]:
     """The lines of one paragraph or list item, filled."""
     marker = ITEM.match(paragraph[0])
-    indent = " " * len(marker[0]) if marker else ""
-    words = " ".join(line.strip() for line in paragraph)
-    first, rest = (marker[0], words[len(indent) :]) if marker else ("", words)
-    found = textwrap.wrap(
-        first + QUANTITY.sub(JOINT, MARKER.sub(JOINT, rest)),
+    first = marker[0] if marker else ""
+    rest = " ".join(line.strip() for line in paragraph)[len(first) :]
+    lines = textwrap.wrap(
+        first + BEFORE_UNIT.sub(NO_BREAK, BEFORE_MARKER.sub(NO_BREAK, rest)),
         COLUMNS,
-        subsequent_indent=indent,
+        subsequent_indent=" " * len(first),
         break_long_words=False,
         break_on_hyphens=False,
     )
-    return [line.replace(JOINT, " ") for line in found]
+    return [line.replace(NO_BREAK, " ") for line in lines]
