@@ -26,6 +26,8 @@
  * level                 string           none, mean, plane, quadratic, lines: form subtracted from the heights (plane
  *                                        for files, none for presets)
  * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
+ * scale, depth          float            size of the pattern, and of its heights, relative to the relief given; in
+ *                                        [1e-3, 1] (1)
  * theory                string           scalar, or rigorous: Maxwell's equations, for reliefs that vary only along x
  *                                        (scalar)
  * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;

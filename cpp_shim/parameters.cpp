@@ -20,15 +20,16 @@ namespace sunbeam {
 namespace {
 
 // Parameters that go to Rust, by type: strings, numbers and booleans. src/config/ decides which values are accepted.
-constexpr const char *CHOICES[]  = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
-constexpr const char *NUMBERS[]  = { "period",     "height",           "region_size", "region_spread", "pixel_size",
-                                     "max_height", "coherence_length", "tolerance",   "build_limit" };
+constexpr const char *CHOICES[] = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
+constexpr const char *NUMBERS[] = { "period", "height", "region_size",      "region_spread", "pixel_size", "max_height",
+                                    "scale",  "depth",  "coherence_length", "tolerance",     "build_limit" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
 // All parameters of the plugin, for messages. Those up to build_limit go to Rust.
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
-    "tiling, theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, build_limit, "
+    "tiling, scale, depth, theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, "
+    "build_limit, "
     "material, eta, k, specular_reflectance, diffuse_reflectance, rotation";
 
 /// JSON string literal of a text in UTF-8.

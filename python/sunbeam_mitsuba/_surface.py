@@ -135,8 +135,9 @@ class Surface:
 
     Heights that are NaN, infinite or masked are holes, and refused unless ``fill`` is ``laplace`` or ``mean``.
 
-    The other parameters are ``level``, ``tiling``, ``theory``, ``coherence_length``, ``model``, ``obliquity``,
-    ``conserve_energy``, ``shadowing``, ``tolerance``, ``build_limit``, and the numbers ``eta`` and ``k``.
+    The other parameters are ``level``, ``tiling``, ``scale``, ``depth``, ``theory``, ``coherence_length``, ``model``,
+    ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``, ``build_limit``, and the numbers ``eta``, ``k``
+    and ``cover_eta``.
 
     Directions are in the surface's frame: z is the normal and x the direction of the relief's rows. ``wi`` and ``wo``
     both point away from the surface and have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.

@@ -12,6 +12,10 @@
 //!
 //! Every build reads its tables from the [`Cache`] if they are there. The [`Origin`] in the result tells whether they
 //! were. Functions with an argument `index` ignore the configuration's `eta` and `k`; `None` reflects everything.
+//!
+//! Under a cover, tables are those of the relief inside: magnified by the cover's index, with the window and with
+//! indices relative to it ([`Cover`](crate::scattering::Cover)). Shared surfaces take directions inside the cover.
+//! Their callers apply [`SurfaceConfig::cover`], as [`BuiltSurface`] does.
 
 use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory, contradiction};
 use crate::cache::{Cache, CacheError, Origin};
@@ -24,7 +28,7 @@ use crate::height_field::{
 };
 use crate::lobe::{ColourSurface, Surface};
 use crate::methods::MethodError;
-use crate::scattering::{Obliquity, Options, SpectralIndex};
+use crate::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
@@ -73,7 +77,7 @@ impl SurfaceConfig {
     /// The errors of [`SurfaceConfig::height_field`].
     pub fn raw_height_field_of(&self, contents: Option<&[u8]>) -> Result<FileField, BuildError> {
         self.validate()?;
-        let read = match self.source() {
+        let mut read = match self.source() {
             Source::Preset(preset) => {
                 // A valid configuration has both parameters of regions or none.
                 let field = match (self.region_size, self.region_spread) {
@@ -93,6 +97,7 @@ impl SurfaceConfig {
             }
         };
         read.field.check_size(MAX_LENGTH_UM)?;
+        read.field = self.resized(read.field);
         if let Source::File(path) = self.source() {
             for doubt in &read.doubts {
                 log::warn!("{}: {doubt}", path.display());
@@ -101,8 +106,41 @@ impl SurfaceConfig {
         Ok(read)
     }
 
-    /// Options of the scalar model with the configuration's index. Defaults that depend on source, model and index are
-    /// resolved.
+    /// The height field as tables are built from it: magnified by the index of the cover, if there is one.
+    ///
+    /// # Errors
+    /// The errors of [`SurfaceConfig::height_field`].
+    pub fn height_field_inside(&self) -> Result<HeightField, BuildError> {
+        Ok(self.inside(self.height_field()?))
+    }
+
+    /// A relief magnified by the index of the cover.
+    fn inside(&self, field: HeightField) -> HeightField {
+        self.cover_eta.map_or(field.clone(), |eta| field.resized(eta, eta))
+    }
+
+    /// Coherence length in µm that goes with [`SurfaceConfig::height_field_inside`].
+    pub fn coherence_length_inside(&self) -> f64 {
+        self.coherence_length * self.cover_eta.unwrap_or(1.0)
+    }
+
+    /// The configuration's index relative to that of the cover; `None` for a surface that reflects everything.
+    pub fn index_inside(&self) -> Option<ComplexIndex> {
+        self.index().map(|index| index.relative_to(self.cover_eta.unwrap_or(1.0)))
+    }
+
+    /// An index relative to that of the cover.
+    fn relative(&self, index: Option<&SpectralIndex>) -> Option<SpectralIndex> {
+        index.map(|index| index.relative_to(self.cover_eta.unwrap_or(1.0)))
+    }
+
+    /// The relief with `scale` and `depth` applied.
+    fn resized(&self, field: HeightField) -> HeightField {
+        if self.scale == 1.0 && self.depth == 1.0 { field } else { field.resized(self.scale, self.depth) }
+    }
+
+    /// Options of the scalar model with the configuration's index, for the relief inside the cover. Defaults that depend
+    /// on source, model and index are resolved.
     pub fn options(&self) -> Options {
         self.options_for(self.index().map(SpectralIndex::Constant).as_ref())
     }
@@ -111,23 +149,24 @@ impl SurfaceConfig {
     pub fn options_for(&self, index: Option<&SpectralIndex>) -> Options {
         let obliquity = self.obliquity.resolved(index);
         Options {
-            coherence_length_um: self.coherence_length,
+            coherence_length_um: self.coherence_length_inside(),
             model: self.model,
             tiling: self.tiling(),
             obliquity,
             // Only the small-slope factor reads it. Without it, surfaces of different indices share their tables.
-            index: index.filter(|_| obliquity == Obliquity::SmallSlope).cloned(),
+            index: self.relative(index.filter(|_| obliquity == Obliquity::SmallSlope)),
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,
+            reach: 1.0 / self.cover_eta.unwrap_or(1.0),
             tolerance: self.tolerance,
             build_limit: self.build_limit,
         }
     }
 
-    /// The surface at wavelengths by scalar theory, whatever `theory` says.
+    /// The bare surface at wavelengths by scalar theory, whatever `theory` says.
     ///
     /// # Errors
-    /// The errors of [`SurfaceConfig::height_field`], and tables beyond the build limit.
+    /// The errors of [`SurfaceConfig::height_field`], a cover, and tables beyond the build limit.
     pub fn build(&self, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
         self.build_watched(cache, &Progress::none())
     }
@@ -137,6 +176,7 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
     pub fn build_watched(&self, cache: &Cache, progress: &Progress) -> Result<(Surface, Origin), BuildError> {
+        self.refuse_cover("the functions build and build_watched")?;
         Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 
@@ -151,7 +191,7 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(Surface, Origin)>, BuildError> {
-        Ok(cache.shared_surface(&self.height_field()?, &self.options_for(index), progress)?)
+        Ok(cache.shared_surface(&self.height_field_inside()?, &self.options_for(index), progress)?)
     }
 
     /// [`SurfaceConfig::build_shared`] in linear sRGB. The colours include the interface's factor of the index
@@ -166,7 +206,9 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
-        Ok(cache.shared_colours(&self.height_field()?, &self.options_for(index), fresnel, progress)?)
+        let fresnel = self.relative(fresnel);
+        let options = self.options_for(index);
+        Ok(cache.shared_colours(&self.height_field_inside()?, &options, fresnel.as_ref(), progress)?)
     }
 
     /// The profile of a grating, from a preset or a file.
@@ -174,14 +216,30 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`], and a relief that varies along y or has an unsupported profile.
     pub fn profile(&self) -> Result<Profile, BuildError> {
+        self.magnified_profile(1.0)
+    }
+
+    /// The profile that goes with [`SurfaceConfig::coherence_length_inside`]: magnified by the index of the cover.
+    ///
+    /// # Errors
+    /// The errors of [`SurfaceConfig::profile`].
+    pub fn profile_inside(&self) -> Result<Profile, BuildError> {
+        self.magnified_profile(self.cover_eta.unwrap_or(1.0))
+    }
+
+    fn magnified_profile(&self, factor: f64) -> Result<Profile, BuildError> {
         self.validate()?;
         // Presets of gratings have an exact profile. Other levels than these change its shape.
         if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
-            if let Some(profile) = preset_profile(preset, self.period, self.height)? {
-                return Ok(profile);
+            if let Some((period, height)) = preset.defaults_um() {
+                let [period, height] = [self.period.unwrap_or(period), self.height.unwrap_or(height)];
+                let (period, height) = (period * self.scale * factor, height * self.depth * factor);
+                if let Some(profile) = preset_profile(preset, Some(period), Some(height))? {
+                    return Ok(profile);
+                }
             }
         }
-        Ok(profile_of(&self.height_field()?, self.tolerance)?)
+        Ok(profile_of(&self.height_field()?.resized(factor, factor), self.tolerance)?)
     }
 
     /// The grating at wavelengths by Maxwell's equations, whatever `theory` says. Equal gratings of this process are
@@ -195,7 +253,8 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
-        Ok(cache.shared_grating(&self.profile()?, index, self.coherence_length, self.build_limit, progress)?)
+        let (index, coherence_um) = (self.relative(index), self.coherence_length_inside());
+        Ok(cache.shared_grating(&self.profile_inside()?, index.as_ref(), coherence_um, self.build_limit, progress)?)
     }
 
     /// [`SurfaceConfig::build_shared_grating`] in linear sRGB.
@@ -208,7 +267,9 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingColourSurface, Origin)>, BuildError> {
-        Ok(cache.shared_grating_colours(&self.profile()?, index, self.coherence_length, self.build_limit, progress)?)
+        let (profile, index) = (self.profile_inside()?, self.relative(index));
+        let coherence_um = self.coherence_length_inside();
+        Ok(cache.shared_grating_colours(&profile, index.as_ref(), coherence_um, self.build_limit, progress)?)
     }
 
     /// Jones matrices of the orders of [`SurfaceConfig::build_shared_grating`].
@@ -221,7 +282,8 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(JonesTable, Origin)>, BuildError> {
-        Ok(cache.shared_jones(&self.profile()?, index, self.build_limit, progress)?)
+        let index = self.relative(index);
+        Ok(cache.shared_jones(&self.profile_inside()?, index.as_ref(), self.build_limit, progress)?)
     }
 
     /// The surface at wavelengths by the configuration's theory and index.
@@ -231,24 +293,25 @@ impl SurfaceConfig {
     pub fn build_by_theory(&self, cache: &Cache, progress: &Progress) -> Result<(BuiltSurface, Origin), BuildError> {
         match self.theory {
             Theory::Scalar => {
-                let (surface, origin) = self.build_watched(cache, progress)?;
-                Ok((BuiltSurface::scalar(surface, self.index()), origin))
+                let (surface, origin) = cache.surface(&self.height_field_inside()?, &self.options(), progress)?;
+                Ok((BuiltSurface::scalar(surface, self.index_inside(), self.cover()), origin))
             }
-            Theory::Rigorous => self.build_profile(&self.profile()?, cache, progress),
+            Theory::Rigorous => self.build_profile(&self.profile_inside()?, cache, progress),
         }
     }
 
-    /// The grating of a profile by Maxwell's equations, with the configuration's own index.
+    /// The grating of a profile inside the cover by Maxwell's equations, with the configuration's own index.
     fn build_profile(
         &self,
         profile: &Profile,
         cache: &Cache,
         progress: &Progress,
     ) -> Result<(BuiltSurface, Origin), BuildError> {
-        let index = self.index().map(SpectralIndex::Constant);
-        let built = cache.shared_grating(profile, index.as_ref(), self.coherence_length, self.build_limit, progress)?;
+        let index = self.index_inside().map(SpectralIndex::Constant);
+        let coherence_um = self.coherence_length_inside();
+        let built = cache.shared_grating(profile, index.as_ref(), coherence_um, self.build_limit, progress)?;
         let origin = built.1.clone();
-        Ok((BuiltSurface::Rigorous(built), origin))
+        Ok((BuiltSurface::rigorous(built, self.cover()), origin))
     }
 
     /// [`SurfaceConfig::build_by_theory`] with heights from an array instead of a preset or a file.
@@ -266,12 +329,12 @@ impl SurfaceConfig {
             contradiction(parameter, "heights from an array", "it is about presets and files")?;
         }
         heights.check_size(MAX_LENGTH_UM)?;
-        let levelled = heights.levelled(self.level.unwrap_or(Level::Plane));
+        let levelled = self.inside(self.resized(heights.levelled(self.level.unwrap_or(Level::Plane))));
         match self.theory {
             Theory::Scalar => {
                 let options = Options { tiling: self.tiling.unwrap_or(Tiling::Aperiodic), ..self.options() };
                 let (surface, origin) = cache.surface(&levelled, &options, &Progress::none())?;
-                Ok((BuiltSurface::scalar(surface, self.index()), origin))
+                Ok((BuiltSurface::scalar(surface, self.index_inside(), self.cover()), origin))
             }
             Theory::Rigorous => self.build_profile(&profile_of(&levelled, self.tolerance)?, cache, &Progress::none()),
         }

@@ -3,7 +3,7 @@
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
 use crate::lobe::{Answer, Surface, SurfaceReport};
-use crate::scattering::{ComplexIndex, Pair, Vec3};
+use crate::scattering::{ComplexIndex, Cover, Inside, Pair, Vec3};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -20,9 +20,16 @@ use std::sync::Arc;
 /// surface.eval(normal, normal, &[450.0, 650.0], |_, f| assert!(f > 0.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub enum BuiltSurface {
-    /// A phase screen, whose values leave the interface's factor out, and the index of the material for that factor.
-    /// `None` reflects everything.
+pub struct BuiltSurface {
+    tables: Tables,
+    /// The cover; tables take directions inside it. `None` for a bare surface.
+    cover: Option<Cover>,
+}
+
+/// Tables of a surface by one of the theories.
+enum Tables {
+    /// A phase screen, whose values leave the interface's factor out, and the index of the material for that factor,
+    /// relative to the cover's. `None` reflects everything.
     Scalar(Box<Surface>, Option<ComplexIndex>),
     /// A grating by Maxwell's equations, whose values include the material. This process shares it among its users.
     Rigorous(Arc<(GratingSurface, Origin)>),
@@ -38,27 +45,32 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
-    /// [`BuiltSurface::Scalar`] of an unboxed surface.
-    pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>) -> Self {
-        Self::Scalar(Box::new(surface), index)
+    /// The surface of a phase screen. `index` is relative to the cover's.
+    pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>, cover: Option<Cover>) -> Self {
+        Self { tables: Tables::Scalar(Box::new(surface), index), cover }
+    }
+
+    /// The surface of a grating by Maxwell's equations.
+    pub(super) fn rigorous(grating: Arc<(GratingSurface, Origin)>, cover: Option<Cover>) -> Self {
+        Self { tables: Tables::Rigorous(grating), cover }
     }
 
     /// Build time, memory and measured error.
     pub fn report(&self) -> BuiltReport<'_> {
-        match self {
-            Self::Scalar(surface, _) => BuiltReport::Scalar(surface.report()),
-            Self::Rigorous(built) => BuiltReport::Rigorous(built.0.report()),
+        match &self.tables {
+            Tables::Scalar(surface, _) => BuiltReport::Scalar(surface.report()),
+            Tables::Rigorous(built) => BuiltReport::Rigorous(built.0.report()),
         }
     }
 
-    /// The interface's factor between two directions ([`Pair::interface`]); 0 unless both lie above the surface. For
-    /// gratings, whose values include the material, it is always 1.
+    /// The interface's factor between two directions inside the cover ([`Pair::interface`]). For gratings, whose values
+    /// include the material, it is always 1.
     fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
-        match self {
-            Self::Scalar(surface, index) => {
+        match &self.tables {
+            Tables::Scalar(surface, index) => {
                 Pair::new(wi, wo).map_or(0.0, |pair| pair.interface(*index, surface.options().obliquity))
             }
-            Self::Rigorous(_) => 1.0,
+            Tables::Rigorous(_) => 1.0,
         }
     }
 
@@ -66,38 +78,49 @@ impl BuiltSurface {
     /// leaves out the cosine. `f_r` is 0 unless both directions lie above the surface and the wavelength within the
     /// tables' range.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
-        let interface = self.interface(wi, wo);
+        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else {
+            (0..wavelengths_nm.len()).for_each(|k| each(k, 0.0));
+            return;
+        };
+        let factor = factor * self.interface(wi, wo);
         for (k, &nm) in wavelengths_nm.iter().enumerate() {
-            let f = match self {
-                Self::Scalar(surface, _) => surface.eval(wi, wo, nm),
-                Self::Rigorous(built) => built.0.eval(wi, wo, nm),
+            let f = match &self.tables {
+                Tables::Scalar(surface, _) => surface.eval(wi, wo, nm),
+                Tables::Rigorous(built) => built.0.eval(wi, wo, nm),
             };
-            each(k, interface * f);
+            each(k, factor * f);
         }
     }
 
     /// [`BuiltSurface::eval`]; also returns the density of [`BuiltSurface::sample_direction`] in 1/sr, the mean over
     /// the wavelengths.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) -> f64 {
-        let interface = self.interface(wi, wo);
-        let mut density = 0.0;
+        let Some(Inside { wi, wo, factor, density }) = Inside::new(self.cover, wi, wo) else {
+            (0..wavelengths_nm.len()).for_each(|k| each(k, 0.0));
+            return 0.0;
+        };
+        let factor = factor * self.interface(wi, wo);
+        let mut sum = 0.0;
         for (k, &nm) in wavelengths_nm.iter().enumerate() {
-            let Answer { f, pdf } = match self {
-                Self::Scalar(surface, _) => surface.eval_pdf(wi, wo, nm),
-                Self::Rigorous(built) => built.0.eval_pdf(wi, wo, nm),
+            let Answer { f, pdf } = match &self.tables {
+                Tables::Scalar(surface, _) => surface.eval_pdf(wi, wo, nm),
+                Tables::Rigorous(built) => built.0.eval_pdf(wi, wo, nm),
             };
-            density += pdf;
-            each(k, interface * f);
+            sum += pdf;
+            each(k, factor * f);
         }
-        density / wavelengths_nm.len().max(1) as f64
+        density * sum / wavelengths_nm.len().max(1) as f64
     }
 
     /// Draws a unit vector for the wavelengths carried from three random numbers in [0, 1). `None` where `wi` or the
-    /// drawn direction lies below the horizon, and without a wavelength.
+    /// drawn direction lies below the horizon, where the cover reflects the drawn direction totally, and without a
+    /// wavelength.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
-        match self {
-            Self::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),
-            Self::Rigorous(built) => built.0.sample_direction(wi, wavelengths_nm, u),
-        }
+        let wi = Inside::new(self.cover, wi, [0.0, 0.0, 1.0])?.wi;
+        let wo = match &self.tables {
+            Tables::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),
+            Tables::Rigorous(built) => built.0.sample_direction(wi, wavelengths_nm, u),
+        }?;
+        self.cover.map_or(Some(wo), |cover| cover.outside(wo))
     }
 }

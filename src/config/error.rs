@@ -1,6 +1,6 @@
 //! The error of a configuration, and the accepted values that its messages name.
 
-use super::{ETA, K};
+use super::{COVER_ETA, ETA, K, RELATIVE_SIZE};
 use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 use std::fmt;
@@ -45,10 +45,14 @@ pub enum Accepted {
     Eta,
     /// The imaginary part of an index, [`K`].
     K,
+    /// The index of a cover, [`COVER_ETA`].
+    CoverEta,
     /// A relative error of tables, [`TOLERANCE`].
     Tolerance,
     /// A factor on the memory and time of a build, [`BUILD_LIMIT`].
     BuildLimit,
+    /// A size relative to the relief given, [`RELATIVE_SIZE`].
+    RelativeSize,
     /// The edge of a sub-region of a skin in µm, [`REGION_SIZE_UM`].
     RegionSize,
     /// The relative spread of the period between sub-regions, [`REGION_SPREAD`].
@@ -62,8 +66,10 @@ impl fmt::Display for Accepted {
             Self::CoherenceLength => ("a length in µm", COHERENCE_LENGTH_UM),
             Self::Eta => ("the real part of a refractive index", ETA),
             Self::K => ("the imaginary part of a refractive index", K),
+            Self::CoverEta => ("the index of a clear layer", COVER_ETA),
             Self::Tolerance => ("a relative error", TOLERANCE),
             Self::BuildLimit => ("a factor", BUILD_LIMIT),
+            Self::RelativeSize => ("a size relative to the relief given", RELATIVE_SIZE),
             Self::RegionSize => ("a length in µm", REGION_SIZE_UM),
             Self::RegionSpread => ("a relative spread", REGION_SPREAD),
         };

@@ -48,6 +48,7 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Box<dyn Method>, BuildError> {
+        self.refuse_cover("the realtime methods")?;
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
                 let (field, surface) = (self.height_field()?, self.options_for(index));

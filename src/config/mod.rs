@@ -35,7 +35,7 @@ pub use relief_source::ReliefSource;
 pub use theory::Theory;
 
 use crate::height_field::{Fill, Level, MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
-use crate::scattering::{ComplexIndex, Options};
+use crate::scattering::{ComplexIndex, Cover, Options};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -46,6 +46,12 @@ use std::path::PathBuf;
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
 /// Accepted imaginary parts of a refractive index. The upper bound is that of [`ETA`].
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
+
+/// Accepted index of a cover. Chosen: the largest is that of diamond and titania.
+pub const COVER_ETA: RangeInclusive<f64> = 1.0..=2.6;
+/// Accepted sizes of the pattern and of its heights relative to the relief given. Larger reliefs are given as such: a
+/// map of sizes then covers its whole range with one table. Smaller ones are flat mirrors.
+pub const RELATIVE_SIZE: RangeInclusive<f64> = 1e-3..=1.0;
 
 /// The source of the heights: a preset or a file.
 ///
@@ -106,6 +112,12 @@ pub struct SurfaceConfig {
     /// Continuation beyond the tile (default: `aperiodic` for files, `periodic` for presets).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiling: Option<Tiling>,
+    /// Size of the pattern along x and y relative to the relief given (default: 1). The coherence length stays.
+    #[serde(skip_serializing_if = "is_one")]
+    pub scale: f64,
+    /// Heights relative to the relief given (default: 1).
+    #[serde(skip_serializing_if = "is_one")]
+    pub depth: f64,
     /// Theory of diffraction (default: `scalar`).
     #[serde(skip_serializing_if = "is_scalar")]
     pub theory: Theory,
@@ -127,6 +139,9 @@ pub struct SurfaceConfig {
     /// Imaginary part of the refractive index; needs `eta` (default: 0).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub k: Option<f64>,
+    /// Index of a flat clear layer over the relief, such as a disc's polycarbonate or a foil's lacquer (default: none).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cover_eta: Option<f64>,
     /// Relative error of the tables (default: 1e-3).
     pub tolerance: f64,
     /// Factor on the limits of a build, 8 GB and two minutes on two cores (default: 1).
@@ -134,9 +149,9 @@ pub struct SurfaceConfig {
     pub build_limit: f64,
 }
 
-/// Whether `build_limit` has its default, which is not serialised.
-fn is_one(limit: &f64) -> bool {
-    *limit == 1.0
+/// Whether a factor has its default, which is not serialised.
+fn is_one(factor: &f64) -> bool {
+    *factor == 1.0
 }
 
 /// Whether `theory` has its default, which is not serialised.
@@ -161,6 +176,8 @@ impl Default for SurfaceConfig {
             fill: None,
             level: None,
             tiling: None,
+            scale: 1.0,
+            depth: 1.0,
             theory: Theory::default(),
             coherence_length: options.coherence_length_um,
             model: options.model,
@@ -169,6 +186,7 @@ impl Default for SurfaceConfig {
             shadowing: options.shadowing,
             eta: None,
             k: None,
+            cover_eta: None,
             tolerance: options.tolerance,
             build_limit: options.build_limit,
         }
@@ -199,6 +217,17 @@ impl SurfaceConfig {
         let config = Self::parse(json)?;
         config.validate_for_array()?;
         Ok(config)
+    }
+
+    /// Refuses a cover on behalf of `user`, which shows bare reliefs only.
+    ///
+    /// # Errors
+    /// [`ConfigError::Contradiction`] if the configuration has a cover.
+    pub fn refuse_cover(&self, user: &str) -> Result<(), ConfigError> {
+        match self.cover_eta {
+            Some(_) => contradiction("cover_eta", user, "they are for bare reliefs; leave it out"),
+            None => Ok(()),
+        }
     }
 
     /// Reads a JSON object. Checks names and types of the parameters, but neither ranges nor combinations.
@@ -254,8 +283,11 @@ impl SurfaceConfig {
             ("coherence_length", Some(self.coherence_length), COHERENCE_LENGTH_UM, Accepted::CoherenceLength),
             ("eta", self.eta, ETA, Accepted::Eta),
             ("k", self.k, K, Accepted::K),
+            ("cover_eta", self.cover_eta, COVER_ETA, Accepted::CoverEta),
             ("tolerance", Some(self.tolerance), TOLERANCE, Accepted::Tolerance),
             ("build_limit", Some(self.build_limit), BUILD_LIMIT, Accepted::BuildLimit),
+            ("scale", Some(self.scale), RELATIVE_SIZE, Accepted::RelativeSize),
+            ("depth", Some(self.depth), RELATIVE_SIZE, Accepted::RelativeSize),
             ("region_size", self.region_size, REGION_SIZE_UM, Accepted::RegionSize),
             ("region_spread", self.region_spread, REGION_SPREAD, Accepted::RegionSpread),
         ];
@@ -344,6 +376,11 @@ impl SurfaceConfig {
     pub fn tiling(&self) -> Tiling {
         let is_scan = self.filename.is_some() && self.theory == Theory::Scalar;
         self.tiling.unwrap_or(if is_scan { Tiling::Aperiodic } else { Tiling::Periodic })
+    }
+
+    /// The cover over the relief; `None` for a bare one.
+    pub fn cover(&self) -> Option<Cover> {
+        self.cover_eta.map(Cover::new)
     }
 
     /// The refractive index, `None` for a surface that reflects everything.

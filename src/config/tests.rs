@@ -16,9 +16,9 @@ fn defaults_follow_the_source_and_the_model() {
 
 #[test]
 fn json_round_trip_keeps_every_field() {
-    let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
+    let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic","scale":0.5,"depth":0.25,
         "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
-        "eta":0.2,"k":3.0,"tolerance":1e-5,"build_limit":3.5}"#;
+        "eta":0.2,"k":3.0,"cover_eta":1.5,"tolerance":1e-5,"build_limit":3.5}"#;
     let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
     let regions = r#"{"preset":"xenopeltis","region_size":20.0,"region_spread":0.05}"#;
     for json in [json, file, regions] {
@@ -39,6 +39,9 @@ fn errors_of_numbers_name_parameter_and_range() {
         ("eta", r#"{"eta":0}"#, "[1e-3, 1e3]"),
         ("k", r#"{"eta":1.5,"k":-1}"#, "[0e0, 1e3]"),
         ("tolerance", r#"{"tolerance":1e-7}"#, "[1e-6, 1e-1]"),
+        ("cover_eta", r#"{"cover_eta":0.9}"#, "[1e0, 2.6e0]"),
+        ("scale", r#"{"scale":0}"#, "[1e-3, 1e0]"),
+        ("depth", r#"{"depth":1.5}"#, "[1e-3, 1e0]"),
         ("build_limit", r#"{"build_limit":0.5}"#, "[1e0, 1e6]"),
         ("region_size", r#"{"region_size":2,"region_spread":0.05}"#, "[3e0, 3.3e1]"),
         ("region_spread", r#"{"region_size":20,"region_spread":0.2}"#, "[0e0, 1e-1]"),
@@ -48,6 +51,7 @@ fn errors_of_numbers_name_parameter_and_range() {
         assert!(message.contains(&format!("{parameter:?}")) && message.contains(accepted), "{message}");
     }
     assert!(SurfaceConfig { tolerance: f64::NAN, ..Default::default() }.validate().is_err());
+    assert!(SurfaceConfig { scale: f64::NAN, ..Default::default() }.validate().is_err());
     assert!(SurfaceConfig { coherence_length: f64::NAN, ..Default::default() }.validate().is_err());
 }
 

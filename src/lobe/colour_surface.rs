@@ -138,7 +138,7 @@ impl ColourSurface {
         let view = table.view::<f32>();
         let is_stam = options.sampling_obliquity() == Obliquity::Stam;
         // Directions are sampled in proportion to R0·F, times G (src/sampling/colour.rs) for Stam's obliquity factor.
-        let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
+        let sampler = ColourSampler::new(table.report().order_sigma_per_um, options.reach, |[u, v, w]| {
             let length_squared = u * u + v * v + w * w;
             let r0 = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
             let factor = if is_stam { r0 * (length_squared / w).powi(2) } else { r0 };

@@ -6,11 +6,11 @@
 //! G = (u² + v² + w²)²/w²                4 O cosθi cosθo for Stam's obliquity factor O; 1 for other factors
 //! M_b(u, v) = Σ_channels max(F·G, 0)    mass of a node, summed over quadrature points in slice b of w; BANDS slices
 //! M(u, v)                               mix of the M_b of two neighbouring slices, about a typical w of the incidence
-//! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the square wi_xy ± 1
+//! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the square wi_xy ± reach
 //! ```
 //!
 //! Both F and G depend on `wi + wo` only, so nothing is tabulated over `wi`. Masses are interpolated bilinearly: every
-//! node is a tent. The hemisphere of `wo` lies in the square `wi_xy ± 1` of `(u, v)`, whose mass is an exact sum
+//! node is a tent. Directions `wo` that leave lie in the square `wi_xy ± reach` of `(u, v)`, whose mass is an exact sum
 //! ([`SummedArea`]). Samples in the square's corners are lost.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
@@ -48,6 +48,8 @@ pub struct ColourSamplerLayout {
     pub per_unit: f32,
     /// Index of the middle node along either axis, which lies at u = 0 or v = 0.
     pub middle: u32,
+    /// Largest direction cosine of outgoing light along the surface ([`Options::reach`](crate::Options::reach)).
+    pub reach: f32,
 }
 
 /// A sampler of directions by reflected colour.
@@ -57,7 +59,7 @@ pub struct ColourSamplerLayout {
 ///
 /// // A colour that falls off from the mirror direction, u = v = 0.
 /// let grey = |[u, v, _]: [f32; 3]| [(-8.0 * (u * u + v * v)).exp(); 3];
-/// let sampler = ColourSampler::new(0.1, grey);
+/// let sampler = ColourSampler::new(0.1, 1.0, grey);
 ///
 /// let wi = [0.0, 0.0, 1.0];
 /// let wo = sampler.sample(wi, [0.4, 0.6]).expect("above the horizon");
@@ -67,6 +69,7 @@ pub struct ColourSamplerLayout {
 pub struct ColourSampler {
     areas: SummedArea,
     per_unit: f32,
+    reach: f32,
 }
 
 impl ColourSampler {
@@ -74,8 +77,9 @@ impl ColourSampler {
     /// (src/sampling/colour.rs), which may contain further factors that depend on `(u, v, w)` only.
     ///
     /// `order_sigma_per_um` is the standard deviation of an order in cycles/µm; it sets the spacing of nodes. Negative
-    /// channels count as zero, and a sum that is not finite as no mass.
-    pub fn new(order_sigma_per_um: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
+    /// channels count as zero, and a sum that is not finite as no mass. `reach` is the largest direction cosine of
+    /// outgoing light along the surface, 1 without a cover.
+    pub fn new(order_sigma_per_um: f64, reach: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
         // A tent of half-width s has the variance s²/6, here that of an order in direction cosines.
         let wanted_spacing = 6f64.sqrt() * order_sigma_per_um * WAVELENGTH_UM;
         // Nodes extend over u and v from −2 to 2.
@@ -112,13 +116,13 @@ impl ColourSampler {
                 sums.map(|sum| if sum.is_finite() { sum } else { 0.0 })
             })
             .collect();
-        Self { areas: SummedArea::new([nodes; 2], &masses), per_unit: (1.0 / spacing) as f32 }
+        Self { areas: SummedArea::new([nodes; 2], &masses), per_unit: (1.0 / spacing) as f32, reach: reach as f32 }
     }
 
     /// Layout of the table data.
     pub fn layout(&self) -> ColourSamplerLayout {
         let areas = *self.areas.layout();
-        ColourSamplerLayout { areas, per_unit: self.per_unit, middle: areas.nodes[0] / 2 }
+        ColourSamplerLayout { areas, per_unit: self.per_unit, middle: areas.nodes[0] / 2, reach: self.reach }
     }
 
     /// Table data, described by [`ColourSampler::layout`].
@@ -187,13 +191,13 @@ impl<N: Numbers> ColourSamplerView<N> {
         })
     }
 
-    /// The square `wi_xy ± 1`, widened to whole blocks of nodes, and its weighted mass in each slice.
+    /// The square `wi_xy ± reach`, widened to whole blocks of nodes, and its weighted mass in each slice.
     #[inline(always)]
     fn square(&self, wi: [N::Real; 3], active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS]) {
-        let one = N::Real::lit(1.0);
+        let reach = N::Real::lit(self.layout.reach.into());
         let areas = self.areas();
-        let low = [0, 1].map(|axis| self.position(wi[axis] - one));
-        let high = [0, 1].map(|axis| self.position(wi[axis] + one));
+        let low = [0, 1].map(|axis| self.position(wi[axis] - reach));
+        let high = [0, 1].map(|axis| self.position(wi[axis] + reach));
         let rectangle = areas.rectangle(low, high);
         let (weights, counts) = (self.slice_weights(wi[2]), areas.mass(&rectangle, active));
         (rectangle, array::from_fn(|b| weights[b] * N::real(counts[b])))

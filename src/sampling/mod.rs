@@ -81,18 +81,18 @@ pub enum SamplerLayout {
 }
 
 impl Sampler {
-    /// Builds the sampler of a table. The options only give the obliquity factor.
+    /// Builds the sampler of a table. The options give the obliquity factor and the reach.
     pub fn new(table: &SpectralTable, options: &Options) -> Self {
         let axes = orders::axes(table);
-        let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM)).product();
+        let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM, options.reach)).product();
         let is_grating = axes.iter().any(|axis| axis.nodes == 1);
         let count_max = if is_grating { GRATING_ORDERS_MAX } else { CROSSED_ORDERS_MAX };
         let obliquity = options.sampling_obliquity();
         if count <= count_max {
-            let (layout, words) = orders::build(table, obliquity);
+            let (layout, words) = orders::build(table, obliquity, options.reach);
             Self { layout: SamplerLayout::Orders(layout), words }
         } else {
-            let (layout, words) = square::build(table, obliquity);
+            let (layout, words) = square::build(table, obliquity, options.reach);
             Self { layout: SamplerLayout::Square(layout), words }
         }
     }

@@ -65,6 +65,9 @@ pub struct OrdersLayout {
     pub intervals_per_kappa: f64,
     /// The obliquity factor in the weights of orders.
     pub obliquity: Obliquity,
+    /// Largest direction cosine of outgoing light along the surface ([`Options::reach`](crate::Options::reach)). Light
+    /// at this cosine leaves along the horizon.
+    pub reach: f64,
 }
 
 /// One axis of the lattice of orders.
@@ -86,8 +89,9 @@ impl OrdersAxis {
     }
 
     /// Upper bound of the number of orders in the loop along this axis, at any incidence.
-    pub(super) fn propagating(&self, wavelength_um: f64) -> f64 {
-        (2.0 * self.period_um / wavelength_um + 2.0 * HORIZON_REACH * self.sigma + 1.0).min(f64::from(self.nodes))
+    pub(super) fn propagating(&self, wavelength_um: f64, reach: f64) -> f64 {
+        (2.0 * reach * self.period_um / wavelength_um + 2.0 * HORIZON_REACH * self.sigma + 1.0)
+            .min(f64::from(self.nodes))
     }
 }
 
@@ -98,7 +102,7 @@ pub(super) fn axes(table: &SpectralTable) -> [OrdersAxis; 2] {
 }
 
 /// Tabulates the powers of a table's orders. Returns the layout and the table data.
-pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayout, Vec<u32>) {
+pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> (OrdersLayout, Vec<u32>) {
     let axes = axes(table);
     let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
     let interval_width = table.kappa_max() / intervals as f64;
@@ -136,7 +140,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
         }
     }
     let intervals_per_kappa = 1.0 / interval_width;
-    (OrdersLayout { axes, intervals: intervals as u32, intervals_per_kappa, obliquity }, words)
+    (OrdersLayout { axes, intervals: intervals as u32, intervals_per_kappa, obliquity, reach }, words)
 }
 
 /// The sampler over the orders, for one family of numbers.
@@ -258,7 +262,7 @@ impl<N: Numbers> OrdersView<N> {
         super::direction_above::<N>(cosines, has_weight)
     }
 
-    /// Prepares the loop over the orders whose centres lie in the square `wi_xy ± 1` of direction cosines, widened by
+    /// Prepares the loop over the orders whose centres lie in the square `wi_xy ± reach` of direction cosines, widened by
     /// [`HORIZON_REACH`].
     #[inline(always)]
     fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real) -> Incidence<N> {
@@ -266,11 +270,12 @@ impl<N: Numbers> OrdersView<N> {
         let [x, y] = &self.layout.axes;
         let wavenumber = lit(1e3) / wavelength_nm;
         let wavelength_um = wavelength_nm * lit(1e-3);
-        // First index at or after the outgoing direction cosine `side` (−1 or 1), moved outwards by HORIZON_REACH.
+        // First index at or after the outgoing direction cosine ±reach (`side` is −1 or 1), moved outwards by
+        // HORIZON_REACH.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
             let offset = lit(f64::from(axis.origin) + side * HORIZON_REACH * axis.sigma);
-            let position = ((wi[i] + lit(side)) * wavenumber).fma(lit(axis.period_um), offset);
+            let position = ((wi[i] + lit(side * self.layout.reach)) * wavenumber).fma(lit(axis.period_um), offset);
             position.ceil().clip(lit(0.0), lit(f64::from(axis.nodes)))
         };
         let low = [0, 1].map(|i| edge(i, -1.0));
@@ -303,15 +308,16 @@ impl<N: Numbers> OrdersView<N> {
         // λ f_j, and the direction cosines of the centre.
         let [qx, qy] = [0, 1].map(|i| number[i] * at.spacing[i]);
         let (x, y) = (qx - at.wi[0], qy - at.wi[1]);
-        // s = cos²θ of the centre, negative below the horizon.
-        let s = lit(1.0) - x * x - y * y;
+        // s = reach² − sin²θ of the centre, negative below the horizon; cos²θ if the reach is 1.
+        let sin_squared = x * x + y * y;
+        let s = lit(self.layout.reach * self.layout.reach) - sin_squared;
         // V_j, a smooth step in s of squared width r: a = (1 + s/√(s² + r))/2, then a smoothstep of a. The smaller of a
         // and 1 − a is (r/2)/(√(s² + r)·(√(s² + r) + |s|)), without cancellation.
         let root = s.fma(s, at.width_squared).sqrt();
         let smaller = lit(0.5) * at.width_squared / (root * (root + s.abs()));
         let a = N::Real::select(lit(0.0).lt(s), lit(1.0) - smaller, smaller);
         let visible = a * a * (lit(3.0) - a - a);
-        let cos_o = s.max(at.cos_squared_min).sqrt();
+        let cos_o = (lit(1.0) - sin_squared).max(at.cos_squared_min).sqrt();
         let w = at.wi[2] + cos_o;
         // κ_j in intervals.
         let position = w * at.wavenumber * lit(TAU * self.layout.intervals_per_kappa);

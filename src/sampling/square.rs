@@ -80,6 +80,8 @@ pub struct SquareLayout {
     pub axes: [SquareAxis; 2],
     /// Bands per rad/µm of κ.
     pub bands_per_kappa: f64,
+    /// Largest direction cosine of outgoing light along the surface ([`Options::reach`](crate::Options::reach)).
+    pub reach: f64,
 }
 
 impl SquareAxis {
@@ -144,7 +146,7 @@ fn tent_weights(sigma: f64) -> Vec<f32> {
 }
 
 /// Tabulates the masses of a table's nodes. Returns the layout and the table data.
-pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (SquareLayout, Vec<u32>) {
+pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> (SquareLayout, Vec<u32>) {
     let lattice = table.lattice();
     let (sx, sy) = table.power_sigma();
     let ((x, tents_x), (y, tents_y)) = (SquareAxis::new(&lattice.x, sx), SquareAxis::new(&lattice.y, sy));
@@ -157,7 +159,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (SquareLayou
     let masses = convolved(masses, width, &tents_x, &tents_y);
     let areas = SummedArea::new([width, y.nodes()], &masses);
     let bands_per_kappa = BANDS as f64 / table.kappa_max();
-    (SquareLayout { areas: *areas.layout(), axes: [x, y], bands_per_kappa }, areas.into_words())
+    (SquareLayout { areas: *areas.layout(), axes: [x, y], bands_per_kappa, reach }, areas.into_words())
 }
 
 /// Means of `P·G` over each band of κ, for every node that is stored, given by its numbers `[jx, jy]`. Zeros for
@@ -336,10 +338,11 @@ impl<N: Numbers> SquareView<N> {
     fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> Incidence<N> {
         let lit = N::Real::lit;
         let wavenumber = lit(1e3) / wavelength_nm;
-        // Position in nodes of the square's edge at outgoing direction cosine `side`, −1 or 1.
+        // Position in nodes of the square's edge at the outgoing direction cosine ±reach; `side` is −1 or 1.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
-            ((wi[i] + lit(side)) * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
+            let cosine = wi[i] + lit(side * self.layout.reach);
+            (cosine * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
         // κ at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.

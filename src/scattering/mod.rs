@@ -6,10 +6,12 @@
 //! | `vector.rs` | the scattering vector `q`: frequency `f` and phase rate `κ` of a query |
 //! | `geometry.rs` | pairs of directions, the obliquity factor O, V-cavity shadowing M |
 //! | `fresnel.rs`, `index.rs` | Fresnel reflectance R, refractive indices |
+//! | `cover.rs` | a flat clear layer over the relief |
 //! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
 //! | `options.rs` | parameters of the model |
 //! | `map.rs` | directions of the pixels of a hemispherical map |
 
+mod cover;
 mod fresnel;
 mod geometry;
 mod index;
@@ -18,6 +20,7 @@ mod options;
 mod small_slope;
 mod vector;
 
+pub use cover::{Cover, Inside};
 pub use fresnel::{fresnel_of_family, fresnel_unpolarised};
 pub(crate) use geometry::{COSINE_MIN, angular_factor, direction_above, floored_cosines};
 pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};

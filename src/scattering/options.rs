@@ -36,6 +36,9 @@ pub struct Options {
     pub conserve_energy: bool,
     /// Whether the V-cavity factor M applies (default: false).
     pub shadowing: bool,
+    /// Largest direction cosine along the surface at which light leaves (default: 1). Under a cover of index n it is
+    /// 1/n, beyond which light is totally reflected ([`Cover`](super::Cover)). The sampler draws no light beyond.
+    pub reach: f64,
     /// Relative error to which tables are built (default: 1e-3).
     pub tolerance: f64,
     /// Factor on the limits of memory and time of a build, at least 1 (default). Tables do not depend on it.
@@ -57,6 +60,7 @@ impl Default for Options {
             index: None,
             conserve_energy: true,
             shadowing: false,
+            reach: 1.0,
             tolerance: 1e-3,
             build_limit: default_build_limit(),
         }

@@ -8,6 +8,7 @@ mod common;
 
 mod colour_lobe;
 mod colour_table;
+mod covers;
 mod energy;
 mod hard_cases;
 mod maxwell;

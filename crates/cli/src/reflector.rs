@@ -17,7 +17,7 @@ use sunbeam::config::{SurfaceConfig, Theory};
 use sunbeam::grating::{ExactGrating, GratingSurface};
 use sunbeam::lobe::{Exact, Sample, Surface};
 use sunbeam::methods::{self, AnswerKind, MethodOptions};
-use sunbeam::scattering::{ComplexIndex, Options, Pair, SpectralIndex, Vec3};
+use sunbeam::scattering::{ComplexIndex, Cover, Inside, Options, Pair, SpectralIndex, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Largest number of pixels of a tile whose direct sums run concurrently. A direct sum over a larger tile is parallel
@@ -50,8 +50,12 @@ pub(crate) struct Reflector {
     /// The tables of a grating by Maxwell's equations, which have a sampler. `None` for a phase screen, and where
     /// neither the method nor the command needs them.
     grating: Option<CachedGrating>,
+    /// Options of the tables, for the relief inside the cover.
     options: Options,
+    /// Index of the material, relative to the cover's.
     index: Option<ComplexIndex>,
+    /// Cover over the relief; the evaluator and the samplers take directions inside it.
+    cover: Option<Cover>,
     /// Whether [`Reflector::map`] evaluates items concurrently.
     is_concurrent: bool,
 }
@@ -74,12 +78,13 @@ impl Reflector {
             Method::Exact | Method::Table => args.config()?,
             Method::Realtime(kind) => args.realtime_config(kind, method_options)?,
         };
-        let (options, index) = (config.options(), config.index());
+        let (options, cover) = (config.options(), config.cover());
+        let index = config.index_inside();
         let cache = args.cache()?;
         if config.theory == Theory::Rigorous {
             return Self::rigorous(&config, method, method_options, &cache, needs_sampler);
         }
-        let field = config.height_field()?;
+        let field = config.height_field_inside()?;
         let build_surface = || {
             let built = with_bar(BUILDING, |progress| cache.surface(&field, &options, progress));
             built.map(|(surface, _)| Arc::new(surface))
@@ -96,7 +101,7 @@ impl Reflector {
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
             Method::Realtime(kind) => {
-                let index = index.map(SpectralIndex::Constant);
+                let index = config.index().map(SpectralIndex::Constant);
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, index.as_ref(), &cache, progress)
                 })?;
@@ -104,7 +109,7 @@ impl Reflector {
             }
         };
         let is_concurrent = method != Method::Exact || nx * ny <= CONCURRENT_PIXELS_MAX;
-        Ok(Self { evaluator, surface, grating: None, options, index, is_concurrent })
+        Ok(Self { evaluator, surface, grating: None, options, index, cover, is_concurrent })
     }
 
     /// [`Reflector::new`] for a grating by Maxwell's equations.
@@ -123,7 +128,8 @@ impl Reflector {
             || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
         let (evaluator, grating) = match method {
             Method::Exact if needs_sampler => {
-                let exact = ExactGrating::new(config.profile()?, index.clone(), config.coherence_length);
+                let relative = config.index_inside().map(SpectralIndex::Constant);
+                let exact = ExactGrating::new(config.profile_inside()?, relative, config.coherence_length_inside());
                 (Evaluator::ExactGrating(Box::new(exact)), None)
             }
             Method::Exact => {
@@ -141,8 +147,8 @@ impl Reflector {
                 (Evaluator::Realtime(method), needs_sampler.then(build_tables).transpose()?)
             }
         };
-        let (options, index) = (config.options(), config.index());
-        Ok(Self { evaluator, surface: None, grating, options, index, is_concurrent: true })
+        let (options, index, cover) = (config.options(), config.index_inside(), config.cover());
+        Ok(Self { evaluator, surface: None, grating, options, index, cover, is_concurrent: true })
     }
 
     /// `f_r` in 1/sr; zero unless both directions are above the surface.
@@ -151,7 +157,10 @@ impl Reflector {
     /// The solver's message, for a grating that is solved for each query.
     pub(crate) fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
         match &self.evaluator {
-            Evaluator::ExactGrating(exact) => exact.eval(wi, wo, wavelength_nm).map_err(|error| error.to_string()),
+            Evaluator::ExactGrating(exact) => {
+                let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return Ok(0.0) };
+                exact.eval(wi, wo, wavelength_nm).map(|f| factor * f).map_err(|error| error.to_string())
+            }
             _ => Ok(self.eval(wi, wo, wavelength_nm)),
         }
     }
@@ -159,6 +168,7 @@ impl Reflector {
     /// `f_r` in 1/sr; zero unless both directions are above the surface. A grating that is solved for each query needs
     /// [`Reflector::try_eval`]: it is zero here.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return 0.0 };
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
         // `O·M·S/λ²`, divided by the albedo where energy is conserved. The answer of gratings is f_r itself.
         let relief = match &self.evaluator {
@@ -168,21 +178,22 @@ impl Reflector {
                 let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
                 self.options.angular_factor(&pair) * f64::from(spectral)
             }
-            Evaluator::Grating(grating) => return grating.0.eval(wi, wo, wavelength_nm),
+            Evaluator::Grating(grating) => return factor * grating.0.eval(wi, wo, wavelength_nm),
             Evaluator::ExactGrating(_) => return 0.0,
         };
-        self.fresnel(&pair) * relief
+        factor * self.fresnel(&pair) * relief
     }
 
     /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M`, divided by the albedo where energy is conserved.
     ///
     /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate.
     pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-        let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+        let Some(inside) = Inside::new(self.cover, wi, wo) else { return 0.0 };
+        let Some(pair) = Pair::new(inside.wi, inside.wo) else { return 0.0 };
         if self.grating.is_some() {
             return self.eval(wi, wo, wavelength_nm);
         }
-        self.eval(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
+        self.eval(wi, wo, wavelength_nm) / (inside.factor * self.fresnel(&pair) * self.options.angular_factor(&pair))
     }
 
     /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods of
@@ -190,6 +201,7 @@ impl Reflector {
     pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, to_rgb: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
+        // Realtime methods have no cover.
         let factor = match method.answers() {
             AnswerKind::Relief => self.fresnel(&pair) * self.options.angular_factor(&pair),
             AnswerKind::Reflectance => 1.0,
@@ -229,18 +241,27 @@ impl Reflector {
         if !wavelengths_nm.iter().all(tabulated) {
             return None;
         }
-        match (&self.surface, &self.grating) {
-            (Some(surface), _) => Some(surface.pdf(wi, wo, wavelengths_nm)),
-            (None, grating) => grating.as_ref().map(|grating| grating.0.pdf(wi, wo, wavelengths_nm)),
-        }
+        let Some(Inside { wi, wo, density, .. }) = Inside::new(self.cover, wi, wo) else { return Some(0.0) };
+        let pdf = match (&self.surface, &self.grating) {
+            (Some(surface), _) => surface.pdf(wi, wo, wavelengths_nm),
+            (None, grating) => grating.as_ref()?.0.pdf(wi, wo, wavelengths_nm),
+        };
+        Some(density * pdf)
     }
 
-    /// A direction drawn by the sampler; see [`Surface::sample`]. `None` below the horizon, and without a sampler.
+    /// A direction drawn by the sampler; see [`Surface::sample`]. `None` below the horizon, where the cover reflects the
+    /// direction totally, and without a sampler.
     pub(crate) fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
-        match &self.surface {
+        let draw = |wi| match &self.surface {
             Some(surface) => surface.sample(wi, wavelengths_nm, u),
             None => self.grating.as_ref()?.0.sample(wi, wavelengths_nm, u),
-        }
+        };
+        let Some(cover) = self.cover else { return draw(wi) };
+        let drawn = draw(Inside::new(self.cover, wi, wi)?.wi)?;
+        let wo = cover.outside(drawn.wo)?;
+        let Inside { factor, density, .. } = Inside::new(self.cover, wi, wo)?;
+        let weight = drawn.weight * factor * wo[2] / (density * drawn.wo[2]);
+        Some(Sample { wo, pdf: density * drawn.pdf, weight })
     }
 
     /// Applies `answer` to every item, concurrently where the method allows it; the order is kept. A task takes at

@@ -50,6 +50,12 @@ pub struct SurfaceArgs {
     /// Heights in place of the missing points of the file [default: none, a file with missing points is refused]
     #[arg(long, value_parser = names::<Fill, _>(Fill::ALL.map(Fill::name)))]
     fill: Option<Fill>,
+    /// Size of the pattern along x and y relative to the relief given, 1e-3 to 1 [default: 1]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    scale: Option<f64>,
+    /// Heights relative to the relief given, 1e-3 to 1 [default: 1]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    depth: Option<f64>,
     /// Theory of diffraction: scalar is a phase screen; rigorous solves Maxwell's equations for a relief that varies
     /// along x alone [default: scalar]
     #[arg(long, value_parser = names::<Theory, _>(Theory::ALL.map(Theory::name)))]
@@ -84,6 +90,9 @@ pub struct SurfaceArgs {
     /// Imaginary part of the refractive index, of a conductor; needs --eta
     #[arg(long, allow_negative_numbers = true)]
     k: Option<f64>,
+    /// Index of a flat clear layer over the relief, 1 to 2.6 [default: no layer]
+    #[arg(long, value_name = "ETA", allow_negative_numbers = true)]
+    cover_eta: Option<f64>,
     /// Largest relative error of the tables [default: 1e-3]
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
@@ -115,6 +124,8 @@ impl SurfaceArgs {
             fill: self.fill,
             level: self.level,
             tiling: self.tiling,
+            scale: self.scale.unwrap_or(default.scale),
+            depth: self.depth.unwrap_or(default.depth),
             theory: self.theory.unwrap_or_default(),
             coherence_length: self.coherence_length.unwrap_or(default.coherence_length),
             model: self.model.unwrap_or(default.model),
@@ -123,6 +134,7 @@ impl SurfaceArgs {
             shadowing: self.shadowing.unwrap_or(default.shadowing),
             eta: self.eta,
             k: self.k,
+            cover_eta: self.cover_eta,
             tolerance: self.tolerance.unwrap_or(default.tolerance),
             build_limit: self.build_limit.unwrap_or(default.build_limit),
         };

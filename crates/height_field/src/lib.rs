@@ -90,6 +90,12 @@ impl HeightField {
         Ok(Self { heights_um, dx_um, dy_um })
     }
 
+    /// The relief with its pattern `scale` times as wide and its heights multiplied by `depth`; both are positive and
+    /// finite.
+    pub fn resized(&self, scale: f64, depth: f64) -> Self {
+        Self { heights_um: &self.heights_um * depth, dx_um: self.dx_um * scale, dy_um: self.dy_um * scale }
+    }
+
     /// Checks that pixel sizes and the range of heights are plausible.
     ///
     /// # Errors

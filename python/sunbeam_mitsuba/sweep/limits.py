@@ -101,6 +101,8 @@ SURFACE: dict[str, Accepted] = {
     "fill": Words(("none", "laplace", "mean")),
     "level": Words(("none", "mean", "plane", "quadratic", "lines")),
     "tiling": Words(("periodic", "aperiodic")),
+    "scale": Numbers(1e-3, 1),
+    "depth": Numbers(1e-3, 1),
     "theory": Words(("scalar", "rigorous")),
     "coherence_length": Numbers(1e-3, 1e5, "µm"),
     "model": Words(("ensemble", "patch")),
@@ -109,6 +111,7 @@ SURFACE: dict[str, Accepted] = {
     "shadowing": Truth(),
     "eta": Numbers(1e-3, 1e3),
     "k": Numbers(0, 1e3),
+    "cover_eta": Numbers(1, 2.6),
     "tolerance": Numbers(1e-6, 0.1),
     "build_limit": Numbers(1, 1e6),
 }

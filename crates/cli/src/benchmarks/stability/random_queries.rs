@@ -157,6 +157,7 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
         index: None,
         conserve_energy: coin(),
         shadowing: coin(),
+        reach: 1.0,
         tolerance,
         build_limit: 1.0,
     };
