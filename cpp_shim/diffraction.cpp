@@ -47,6 +47,8 @@
  * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
  *                       texture          such as keratin (1.56). Beyond its ends a spectrum keeps its end values.
  *                                        Exposed, differentiable
+ * cover_eta             float            index of a flat clear layer over the relief, in [1, 2.6] (no layer)
+ * cover_reflection      boolean          mirror reflection by that layer's flat side, a delta lobe (true)
  * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
  *                       texture
  * diffuse_reflectance   spectrum or      pigment under the surface, lit by the light that the surface does not reflect;
@@ -103,6 +105,7 @@
  *     diffraction.h      the BSDF class that Mitsuba calls
  *     optics.h           value, density and samples of one instance
  *     lobe.h             the diffracted lobe, evaluated in Rust
+ *     cover.h            a clear layer over the relief
  *     interface.h        Fresnel and small-slope factors, and their Mueller matrices
  *     spectral_ends.h    eta and k beyond the ends of their spectra
  *     parameters.cpp     checks of Mitsuba's properties, and their conversion to the JSON that Rust reads

@@ -17,6 +17,7 @@
 #include <mitsuba/render/texture.h>
 
 #include "compat.h"
+#include "cover.h"
 #include "fingerprint.h"
 #include "interface.h"
 #include "lobe.h"
@@ -50,6 +51,8 @@ public:
                 diffuse = diffuse | BSDFFlags::SpatiallyVarying;
             m_components.push_back(diffuse);
         }
+        if (m_cover_reflection)
+            m_components.push_back(BSDFFlags::DeltaReflection | BSDFFlags::FrontSide);
     }
 
     /// A copy with tables for another coherence length in µm. Throws if the length is refused.
@@ -107,7 +110,7 @@ public:
     }
 
     /// A direction, and its value times cosθo over its density. `sample1` chooses the component, then serves as the
-    /// first of three variates in the diffracted lobe.
+    /// first of three variates in the diffracted lobe. The cover's mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
         BSDFSample3f bs = dr::zeros<BSDFSample3f>();
@@ -116,7 +119,11 @@ public:
         if (unlikely(lobes.none() || dr::none_or<false>(active)))
             return { bs, 0.f };
 
-        const Local local      = localise(si, lobes, active);
+        const Local local     = localise(si, lobes, active);
+        const Mask pick_cover = sample1 < local.prob_cover;
+        if (lobes.cover)
+            sample1 =
+                dr::clip((sample1 - local.prob_cover) / (1.f - local.prob_cover), 0.f, dr::OneMinusEpsilon<Float>);
         const Mask pick_glossy = sample1 < local.prob_diffraction;
         // Uniform in [0, 1) again, given that the diffracted lobe is picked.
         const Float sample_lobe =
@@ -130,12 +137,24 @@ public:
         bs.sampled_component = dr::select(pick_glossy, UInt32(DIFFRACTION), UInt32(PIGMENT));
         bs.sampled_type =
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
-        active &= Frame3f::cos_theta(bs.wo) > 0.f;
+        const Mask above = active;
+        active &= Frame3f::cos_theta(bs.wo) > 0.f && !pick_cover;
 
         const auto [value, pdf] = evaluate<true, true>(local, lobes, ctx, si, bs.wo, active);
         active &= pdf > 0.f;
-        bs.pdf = dr::select(active, pdf, 0.f);
-        return { bs, (dr::select(active, dr::rcp(pdf), 0.f) * value) & active };
+        bs.pdf          = dr::select(active, pdf, 0.f);
+        Spectrum weight = (dr::select(active, dr::rcp(pdf), 0.f) * value) & active;
+        if (lobes.cover) {
+            const bool radiance            = ctx.mode == TransportMode::Radiance;
+            const Vector3f mirror          = reflect(si.wi);
+            const Spectrum through         = m_cover.mirror(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
+            dr::masked(bs.wo, pick_cover)  = dr::detach(mirror);
+            dr::masked(bs.pdf, pick_cover) = dr::select(above, local.prob_cover, 0.f);
+            dr::masked(bs.sampled_component, pick_cover) = cover_component();
+            dr::masked(bs.sampled_type, pick_cover)      = UInt32(+BSDFFlags::DeltaReflection);
+            weight = dr::select(pick_cover, (through / local.prob_cover) & (above && local.prob_cover > 0.f), weight);
+        }
+        return { bs, weight };
     }
 
     /// BSDF times cosθo and density in 1/sr of `sample`, over the enabled components. A part whose template argument is
@@ -171,8 +190,9 @@ public:
     }
 
 private:
-    /// Numbers of the components.
+    /// Numbers of the components; the cover's mirror is the last.
     static constexpr uint32_t DIFFRACTION = 0, PIGMENT = 1;
+    uint32_t cover_component() const { return m_diffuse_reflectance ? 2 : 1; }
 
     /// Empty stand-in for scalar variants, which trace no code.
     struct NoFingerprint {
@@ -182,33 +202,43 @@ private:
 
     /// Whether each component exists and is enabled by the caller's context.
     struct Lobes {
-        bool diffraction, diffuse;
+        bool diffraction, diffuse, cover;
 
         Lobes(const Optics &optics, const BSDFContext &ctx)
             : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, DIFFRACTION)),
-              diffuse(optics.m_diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)) {}
-        bool none() const { return !diffraction && !diffuse; }
+              diffuse(optics.m_diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)),
+              cover(optics.m_cover_reflection && ctx.is_enabled(BSDFFlags::DeltaReflection, optics.cover_component())) {
+        }
+        bool none() const { return !diffraction && !diffuse && !cover; }
     };
 
     /// Parameters at one point of the surface, and quantities that depend only on them and `wi`.
     struct Local {
-        /// Refractive index eta + ik.
+        /// Refractive index eta + ik, relative to the cover's.
         dr::Complex<UnpolarizedSpectrum> ior;
         /// Values of `specular_reflectance` and `diffuse_reflectance`.
         UnpolarizedSpectrum specular, diffuse;
         /// Sine and cosine of the relief's rotation about the normal, counter-clockwise from the tangent.
         Float sin_rotation, cos_rotation;
-        /// Probability that `sample` picks the diffracted lobe.
-        Float prob_diffraction;
+        /// Probability that `sample` picks the cover's mirror, and that it picks the diffracted lobe otherwise.
+        Float prob_cover, prob_diffraction;
+        Cover<Float, Spectrum> cover;
 
-        /// Direction `w` of the shading frame, in the relief's frame.
-        Vector3f to_relief(const Vector3f &w) const {
+        explicit Local(const Cover<Float, Spectrum> &cover) : cover(cover) {}
+
+        /// Direction `w` of the shading frame, in the relief's frame and inside the cover.
+        Vector3f to_relief(const Vector3f &outside) const {
+            const Vector3f w = cover.inside(outside);
             return { dr::fmadd(cos_rotation, w.x(), sin_rotation * w.y()),
                      dr::fmadd(cos_rotation, w.y(), -sin_rotation * w.x()), w.z() };
         }
 
-        /// Direction `w` of the relief's frame, in the shading frame.
-        Vector3f to_shading(const Vector3f &w) const {
+        /// Direction `w` of the relief's frame, inside the cover, in the shading frame and outside. The zero vector for
+        /// light that the cover reflects totally.
+        Vector3f to_shading(const Vector3f &w) const { return rotated(cover.outside(w)); }
+
+        /// Vector `w` of the relief's frame in the shading frame.
+        Vector3f rotated(const Vector3f &w) const {
             return { dr::fmadd(cos_rotation, w.x(), -sin_rotation * w.y()),
                      dr::fmadd(cos_rotation, w.y(), sin_rotation * w.x()), w.z() };
         }
@@ -226,21 +256,29 @@ private:
 
     /// Evaluates the textures at a point.
     Local localise(const SurfaceInteraction3f &si, const Lobes &lobes, Mask active) const {
-        Local local;
-        local.ior      = { m_eta_ends.eval(*m_eta, si, active), m_k_ends.eval(*m_k, si, active) };
+        Local local(m_cover);
+        local.ior      = { m_eta_ends.eval(*m_eta, si, active) / m_cover.eta(),
+                           m_k_ends.eval(*m_k, si, active) / m_cover.eta() };
         local.specular = m_specular_reflectance->eval(si, active);
         local.diffuse  = lobes.diffuse ? m_diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
         std::tie(local.sin_rotation, local.cos_rotation) = dr::sincos(dr::deg_to_rad(m_rotation->eval_1(si, active)));
 
-        local.prob_diffraction = lobes.diffraction ? 1.f : 0.f;
+        const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
+        local.prob_diffraction  = lobes.diffraction ? 1.f : 0.f;
         if (lobes.diffraction && lobes.diffuse) {
-            const Float cos_theta_i = Frame3f::cos_theta(si.wi);
             // In proportion to estimates of both albedos. Detached: the choice of a lobe is no part of the integrand.
             // Between 0.1 and 0.9, so that a sample's weight is at most ten times that of sampling its lobe alone.
             const Float diffracted = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
                         pigment    = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
             const Float both       = diffracted + pigment;
             local.prob_diffraction = dr::select(both > 0.f, dr::clip(diffracted / both, .1f, .9f), .5f);
+        }
+        local.prob_cover = lobes.cover ? 1.f : 0.f;
+        if (lobes.cover && (lobes.diffraction || lobes.diffuse)) {
+            const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
+            // At least 0.2 of the rest, so that a sample's weight is bounded.
+            const Float passed = dr::detach(dr::mean(local.reflectance(cos_theta_i) + local.diffuse));
+            local.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
         }
         return local;
     }
@@ -254,6 +292,7 @@ private:
         Float pdf(0.f);
         if (lobes.diffraction) {
             const Vector3f wi_relief = local.to_relief(si.wi), wo_relief = local.to_relief(wo);
+            const Float ratio = dr::detach(m_cover.solid_angle_ratio(wo));
             if (is_polarized_v<Spectrum> && m_lobe->surface().is_rigorous()) {
                 if constexpr (Value)
                     value = polarised_orders(local, ctx, si, wo, active);
@@ -268,19 +307,21 @@ private:
                 else
                     pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, active);
                 if constexpr (Value)
-                    value = reflected(local, relief * local.specular, ctx, si.wi, wo);
+                    value = reflected(local, relief * local.specular * ratio, ctx, si.wi, wo);
             }
-            pdf *= local.prob_diffraction;
+            pdf *= local.prob_diffraction * ratio;
         }
         if (lobes.diffuse) {
             // cosθo / π: the density of the pigment's samples, and the value of a white pigment.
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
             if constexpr (Value)
-                value += depolarizer<Spectrum>(local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
-                                               local.remainder(Frame3f::cos_theta(wo)) * lambertian);
+                value +=
+                    depolarizer<Spectrum>(local.diffuse * local.remainder(Frame3f::cos_theta(m_cover.inside(si.wi))) *
+                                          local.remainder(Frame3f::cos_theta(m_cover.inside(wo))) *
+                                          (lambertian * m_cover.transmittance(si.wi, wo) / dr::square(m_cover.eta())));
             pdf += (1.f - local.prob_diffraction) * lambertian;
         }
-        return { value, pdf };
+        return { value, pdf * (1.f - local.prob_cover) };
     }
 
     /// Mueller matrix of a rigorous surface, whose orders each have their own, times cosθo and between Mitsuba's frames
@@ -292,17 +333,20 @@ private:
             // Paths that carry radiance are traced from the camera, against the light.
             const bool radiance  = ctx.mode == TransportMode::Radiance;
             const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
-            const Spectrum matrix = m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) *
-                                    dr::detach(Frame3f::cos_theta(wo));
+            const Float factor = dr::detach(Frame3f::cos_theta(wo)) / dr::square(m_cover.eta());
+            const Spectrum matrix =
+                m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) * factor;
             // First axis of the matrix's frames (`DiffractionLobe::matrix`). The bound keeps it finite along the
             // grooves.
-            const Vector3f grooves = local.to_shading({ 0.f, 1.f, 0.f });
+            const Vector3f grooves = local.rotated({ 0.f, 1.f, 0.f });
             auto transverse        = [&](const Vector3f &w) {
                 const Vector3f axis = dr::fnmadd(w, dr::dot(grooves, w), grooves);
                 return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), 1e-12f));
             };
-            return local.specular *
-                   Interface<Float, Spectrum>::in_stokes_bases(matrix, from, transverse(from), to, transverse(to));
+            const Vector3f from_in = m_cover.inside(from), to_in = m_cover.inside(to);
+            return local.specular * m_cover.through(Interface<Float, Spectrum>::in_stokes_bases(
+                                                        matrix, from_in, transverse(from_in), to_in, transverse(to_in)),
+                                                    from, to);
         }
         return Spectrum(0.f);
     }
@@ -313,18 +357,23 @@ private:
                        const Vector3f &wi, const Vector3f &wo) const {
         // Only unpolarised variants get here with a rigorous surface. Its values include the material.
         if (m_lobe->surface().is_rigorous())
-            return depolarizer<Spectrum>(relief);
+            return depolarizer<Spectrum>(relief * m_cover.transmittance(wi, wo));
+        const Vector3f wi_in = m_cover.inside(wi), wo_in = m_cover.inside(wo);
         const Interface<Float, Spectrum> interface(local.ior, m_lobe->surface().is_small_slope(), m_perfect);
         if constexpr (is_polarized_v<Spectrum>) {
-            const bool radiance   = ctx.mode == TransportMode::Radiance;
-            const Spectrum matrix = interface.mueller(radiance ? wo : wi, radiance ? wi : wo);
-            if (!m_interface_included)
-                return relief * matrix;
-            // The lobe's value includes the factor for unpolarised light, which is the first element.
-            const UnpolarizedSpectrum power = matrix(0, 0);
-            return dr::select(power > 0.f, relief / power, 0.f) * matrix;
+            const bool radiance = ctx.mode == TransportMode::Radiance;
+            Spectrum matrix     = interface.mueller(radiance ? wo_in : wi_in, radiance ? wi_in : wo_in);
+            if (m_interface_included) {
+                // The lobe's value includes the factor for unpolarised light, which is the first element.
+                const UnpolarizedSpectrum power = matrix(0, 0);
+                matrix                          = dr::select(power > 0.f, relief / power, 0.f) * matrix;
+            } else {
+                matrix = relief * matrix;
+            }
+            return m_cover.through(matrix, radiance ? wo : wi, radiance ? wi : wo);
         } else {
-            return m_interface_included ? relief : relief * interface.power(wi, wo);
+            const UnpolarizedSpectrum passed = relief * m_cover.transmittance(wi, wo);
+            return m_interface_included ? passed : passed * interface.power(wi_in, wo_in);
         }
     }
 
@@ -332,6 +381,8 @@ private:
     /// building takes seconds. Throws if a parameter is refused.
     rust::Box<Surface> new_lobe_surface(const Properties &props) {
         const std::string json = surface_json(props);
+        m_cover                = Cover<Float, Spectrum>(props.get<float>("cover_eta", 1.f));
+        m_cover_reflection     = props.get<bool>("cover_reflection", true) && m_cover.exists();
         check_optics(props);
         const std::string material               = material_name(props);
         const std::optional<IndexSpectrum> index = index_spectrum(props, material);
@@ -398,8 +449,8 @@ private:
     uint64_t code() const {
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();
-        for (bool choice : { m_interface_included, m_perfect, surface.is_small_slope(), bool(m_diffuse_reflectance),
-                             m_eta_ends.are_clipped(), m_k_ends.are_clipped() })
+        for (bool choice : { m_cover_reflection, m_interface_included, m_perfect, surface.is_small_slope(),
+                             bool(m_diffuse_reflectance), m_eta_ends.are_clipped(), m_k_ends.are_clipped() })
             code = 2 * code + choice;
         return code;
     }
@@ -420,6 +471,9 @@ private:
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
     SpectralEnds<Float, Spectrum> m_eta_ends, m_k_ends;
     std::vector<uint32_t> m_components;
+    Cover<Float, Spectrum> m_cover{ 1.f };
+    /// Whether the cover's mirror reflection is a component.
+    bool m_cover_reflection = false;
     /// Whether the lobe's values include the interface's factor. True in RGB and mono variants while `eta` and `k` are
     /// the spectra that the tables were built with, and for the rigorous theory.
     bool m_interface_included = false;

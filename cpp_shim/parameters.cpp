@@ -21,16 +21,17 @@ namespace {
 
 // Parameters that go to Rust, by type: strings, numbers and booleans. src/config/ decides which values are accepted.
 constexpr const char *CHOICES[] = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
-constexpr const char *NUMBERS[] = { "period", "height", "region_size",      "region_spread", "pixel_size", "max_height",
-                                    "scale",  "depth",  "coherence_length", "tolerance",     "build_limit" };
+constexpr const char *NUMBERS[] = {
+    "period", "height", "region_size",      "region_spread", "pixel_size", "max_height",
+    "scale",  "depth",  "coherence_length", "cover_eta",     "tolerance",  "build_limit"
+};
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
 // All parameters of the plugin, for messages. Those up to build_limit go to Rust.
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
-    "tiling, scale, depth, theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, "
-    "build_limit, "
-    "material, eta, k, specular_reflectance, diffuse_reflectance, rotation";
+    "tiling, scale, depth, theory, coherence_length, model, obliquity, conserve_energy, shadowing, cover_eta, "
+    "tolerance, build_limit, cover_reflection, material, eta, k, specular_reflectance, diffuse_reflectance, rotation";
 
 /// JSON string literal of a text in UTF-8.
 std::string json_string(std::string_view text) {
@@ -52,6 +53,8 @@ std::string json_string(std::string_view text) {
 
 /// JSON number of a parameter. Refuses infinities and NaN.
 std::string json_number(const Properties &props, const char *name) {
+    if (const auto type = props.type(name); type != Properties::Type::Float && type != Properties::Type::Integer)
+        Throw("parameter \"%s\" must be a float, one number for the whole surface", name);
     const double value = props.get<double>(name);
     if (!std::isfinite(value))
         Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
@@ -232,6 +235,8 @@ void check_optics(const Properties &props) {
     check_range(props, "k", 0, infinity, "a finite number of at least 0");
     check_range(props, "specular_reflectance", 0, 1, "in [0, 1]");
     check_range(props, "diffuse_reflectance", 0, 1, "in [0, 1]");
+    if (props.has_property("cover_reflection") && !props.has_property("cover_eta"))
+        Throw("parameter \"cover_reflection\" contradicts the absence of \"cover_eta\": it is about a cover");
     check_range(props, "rotation", -infinity, infinity, "a finite angle in degrees");
 }
 

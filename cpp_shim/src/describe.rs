@@ -16,7 +16,8 @@ pub(crate) fn config(config: &SurfaceConfig) -> String {
         Source::File(path) => path.display().to_string(),
     };
     let factor = |name, factor: f64| if factor == 1.0 { String::new() } else { format!(", {name} {factor}") };
-    let source = format!("{source}{}{}", factor("scale", config.scale), factor("depth", config.depth));
+    let cover = config.cover_eta.map(|eta| format!(", cover_eta {eta}")).unwrap_or_default();
+    let source = format!("{source}{}{}{cover}", factor("scale", config.scale), factor("depth", config.depth));
     if config.theory == Theory::Rigorous {
         return format!("{source}; theory rigorous, over {} µm, level {}", config.coherence_length, config.level());
     }

@@ -1,0 +1,126 @@
+// A flat clear layer over the relief; twin of src/scattering/cover.rs, with polarisation.
+#pragma once
+
+#include <mitsuba/core/vector.h>
+#include <mitsuba/render/fresnel.h>
+#include <mitsuba/render/mueller.h>
+
+namespace sunbeam {
+
+/// The flat side of a cover of index n, seen from air. With n = 1 there is no cover.
+///
+/// Directions are unit vectors in the shading frame that point away from the surface. They lie above it, inside or
+/// outside the cover.
+template <typename Float, typename Spectrum> class Cover {
+public:
+    using Mask                = dr::mask_t<Float>;
+    using Vector3f            = mitsuba::Vector<Float, 3>;
+    using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
+
+    explicit Cover(float eta) : m_eta(eta) {}
+
+    bool exists() const { return m_eta != 1.f; }
+    float eta() const { return m_eta; }
+
+    /// Direction inside of light that has the direction `w` outside.
+    Vector3f inside(const Vector3f &w) const {
+        if (!exists())
+            return w;
+        return Vector3f(w.x(), w.y(), dr::sqrt(dr::fmadd(w.z(), w.z(), m_eta * m_eta - 1.f))) / m_eta;
+    }
+
+    /// Direction outside of light that has the direction `w` inside; the zero vector for light that is totally
+    /// reflected, and for the zero vector.
+    Vector3f outside(const Vector3f &w) const {
+        if (!exists())
+            return w;
+        const Float x = m_eta * w.x(), y = m_eta * w.y(), squared = 1.f - x * x - y * y;
+        const Mask leaves = squared > 0.f && w.z() > 0.f;
+        return dr::select(leaves, Vector3f(x, y, dr::sqrt(dr::maximum(squared, 0.f))), 0.f);
+    }
+
+    /// Solid angle inside per solid angle outside, about the direction `w` outside.
+    Float solid_angle_ratio(const Vector3f &w) const {
+        return exists() ? w.z() / (m_eta * m_eta * inside(w).z()) : Float(1.f);
+    }
+
+    /// Fresnel reflectance of the flat side for unpolarised light at an angle of incidence with this cosine.
+    Float reflectance(const Float &cos_theta) const {
+        const auto [s, p] = reflectances(cos_theta);
+        return .5f * (s + p);
+    }
+
+    /// Fresnel transmittance of unpolarised light that passes the side along both directions.
+    Float transmittance(const Vector3f &wi, const Vector3f &wo) const {
+        return exists() ? (1.f - reflectance(wi.z())) * (1.f - reflectance(wo.z())) : Float(1.f);
+    }
+
+    /// Mueller matrix outside, transmittances included, of light that arrives from `from` and leaves towards `to`.
+    /// `matrix` is that inside. Both are between Mitsuba's frames of reference.
+    Spectrum through(const Spectrum &matrix, const Vector3f &from, const Vector3f &to) const {
+        if constexpr (mitsuba::is_polarized_v<Spectrum>) {
+            namespace mueller = mitsuba::mueller;
+            if (!exists())
+                return matrix;
+            // The s axis of a direction is horizontal, inside as outside.
+            const Vector3f s_from = s_axis(from), s_to = s_axis(to);
+            const Vector3f from_in = -inside(from), to_in = inside(to), from_out = -from;
+            const Spectrum between = mueller::rotate_mueller_basis(matrix, from_in, mueller::stokes_basis(from_in),
+                                                                   s_from, to_in, mueller::stokes_basis(to_in), s_to);
+            const Spectrum passed  = transmission(to.z()) * between * transmission(from.z());
+            return mueller::rotate_mueller_basis(passed, from_out, s_from, mueller::stokes_basis(from_out), to, s_to,
+                                                 mueller::stokes_basis(to));
+        } else {
+            return matrix * transmittance(from, to);
+        }
+    }
+
+    /// Mirror reflection by the flat side of light that arrives from `from` and leaves towards `to`, between Mitsuba's
+    /// frames of reference.
+    Spectrum mirror([[maybe_unused]] const Vector3f &from, const Vector3f &to) const {
+        if constexpr (mitsuba::is_polarized_v<Spectrum>) {
+            namespace mueller = mitsuba::mueller;
+            using Complex     = dr::Complex<UnpolarizedSpectrum>;
+            const Complex index(UnpolarizedSpectrum(m_eta), UnpolarizedSpectrum(0.f));
+            const Spectrum matrix   = mueller::specular_reflection(UnpolarizedSpectrum(to.z()), index);
+            const Vector3f from_out = -from, s = s_axis(from);
+            return mueller::rotate_mueller_basis(matrix, from_out, s, mueller::stokes_basis(from_out), to, s,
+                                                 mueller::stokes_basis(to));
+        } else {
+            return Spectrum(reflectance(to.z()));
+        }
+    }
+
+private:
+    /// Fresnel reflectances of s and p polarised light.
+    std::pair<Float, Float> reflectances(const Float &cos_theta) const {
+        // n cosθ' = √(n² − sin²θ).
+        const Float normal = dr::sqrt(dr::fmadd(cos_theta, cos_theta, m_eta * m_eta - 1.f));
+        const Float s      = (cos_theta - normal) / (cos_theta + normal);
+        const Float scaled = m_eta * m_eta * cos_theta, p = (scaled - normal) / (scaled + normal);
+        return { s * s, p * p };
+    }
+
+    /// Mueller matrix of the transmission, whose first axis is s. Both amplitudes are real and positive.
+    Spectrum transmission(const Float &cos_theta) const {
+        const auto [r_s, r_p] = reflectances(cos_theta);
+        const Float s = 1.f - r_s, p = 1.f - r_p, mean = .5f * (s + p), difference = .5f * (s - p),
+                    product = dr::sqrt(dr::maximum(s * p, 1e-12f));
+        Spectrum matrix     = dr::zeros<Spectrum>();
+        matrix(0, 0) = matrix(1, 1) = mean;
+        matrix(0, 1) = matrix(1, 0) = difference;
+        matrix(2, 2) = matrix(3, 3) = product;
+        return matrix;
+    }
+
+    /// Unit vector perpendicular to a direction and the normal; y for the normal.
+    static Vector3f s_axis(const Vector3f &w) {
+        const Float squared = dr::square(w.x()) + dr::square(w.y());
+        const Float inverse = dr::rsqrt(dr::maximum(squared, 1e-20f));
+        return dr::select(squared > 1e-20f, Vector3f(-w.y() * inverse, w.x() * inverse, 0.f), Vector3f(0.f, 1.f, 0.f));
+    }
+
+    float m_eta;
+};
+
+} // namespace sunbeam
