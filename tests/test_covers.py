@@ -60,7 +60,8 @@ def test_values_are_reciprocal_and_no_light_is_made(name):
     there, back = there / wo[:, 2:], back / wi[:, 2:]
     # Values much below the mean are differences of larger ones.
     np.testing.assert_allclose(there, back, rtol=2e-3, atol=2e-3 * there.mean())
-    assert np.all(np.isfinite(there)) and np.all(there >= 0)
+    assert np.all(np.isfinite(there))
+    assert np.all(there >= 0)
     for angles in ANGLES[::3]:
         wis = np.broadcast_to(np.float32(direction(*angles)), (count, 3))
         _, _, weight = sample(bsdf, wis, nm, rng.random((count, 3)).astype(np.float32))
@@ -123,7 +124,8 @@ def test_polarised_intensities_are_the_unpolarised_values(theory):
         # mean of products. In the plane of incidence the difference is that of the covariances.
         near = (wi[:, 2] > 0.9) & (wo[:, 2] > 0.9)
         np.testing.assert_allclose(polarised[near], plain[near], rtol=6e-3, atol=1e-3 * plain.max())
-    assert polarised.shape == plain.shape and np.all(polarised >= 0)
+    assert polarised.shape == plain.shape
+    assert np.all(polarised >= 0)
 
 
 def test_at_brewsters_angle_light_in_the_plane_passes_without_loss():
