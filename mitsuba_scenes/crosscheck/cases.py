@@ -44,6 +44,8 @@ RELIEF = (
     "fill",
     "tiling",
     "level",
+    "scale",
+    "depth",
 )
 # The model that the realtime method FLSS (docs/realtime.md) computes: one coherence window at a fixed position, Stam's
 # obliquity factor, no energy conservation (docs/model.md).

@@ -187,6 +187,8 @@ fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
             parameters.push((name, value.to_string()));
         }
     };
+    number("scale", config.scale, default.scale);
+    number("depth", config.depth, default.depth);
     number("coherence_length", config.coherence_length, default.coherence_length);
     number("tolerance", config.tolerance, default.tolerance);
     number("build_limit", config.build_limit, default.build_limit);
