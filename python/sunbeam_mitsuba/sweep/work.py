@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 import os
 import socket
 import threading
@@ -31,20 +32,27 @@ _REFUSALS = (SunbeamError, CommandError, ReflectorError, WantError, TooLarge, Sw
 
 @dataclass(frozen=True)
 class Job:
-    """The common part of all cases: output folder, folder of relative file names, wanted figures, and version."""
+    """Settings that all cases of a sweep share."""
 
+    #: Folder of the results.
     output: Path
+    #: Folder to which file names in the specification are relative.
     folder: Path
+    #: Quantities to compute for each case.
     wants: tuple[Want, ...]
+    #: :func:`version` of the process that began the sweep, which every worker must have.
     version: str
 
 
 @dataclass
 class Done:
-    """Result of a batch: whether each case failed, by identity; duration; and an error that stops the sweep."""
+    """Result of a batch of cases."""
 
+    #: Whether each finished case failed, by identity.
     failed: dict[str, bool]
+    #: Wall time, with the wait for other threads of the worker.
     seconds: float
+    #: Error that stops the whole sweep; empty without one.
     fatal: str = ""
 
 
@@ -57,8 +65,8 @@ def version() -> str:
     return f"sunbeam {__version__}, library {library_version()}, mitsuba {MITSUBA_VERSION}"
 
 
-class _Asked(Question):
-    """A case as the wanted figures see it (wants/want.py): parameters, light, and the surface with its tables."""
+class _CaseQuestion(Question):
+    """A case as wants see it (wants/want.py): parameters, light, and the surface with its tables."""
 
     def __init__(self, parameters: dict[str, Value], held: HeldSurfaces):
         self.parameters = parameters
@@ -71,8 +79,8 @@ class _Asked(Question):
 
 
 # A process has one variant of Mitsuba at a time, so the threads of a worker take turns.
-_turn = threading.Lock()
-# The surfaces of this process; `run_batch` sets the memory limit.
+_mitsuba_lock = threading.Lock()
+# Surfaces kept between cases. `run_batch` sets the worker's memory limit, of which they use a part.
 _held = HeldSurfaces(0.0)
 
 
@@ -82,13 +90,13 @@ def run_batch(job: Job, cases: list[Case]) -> Done:
     A case's error becomes its record and does not raise. An error that stops the whole sweep, such as a full disk or
     another version, is in the result's ``fatal``.
     """
-    # The library uses the worker's own core alone.
+    # One thread for the library, unless the user chose otherwise: each worker has one core.
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
     start = time.perf_counter()
     failed: dict[str, bool] = {}
     if version() != job.version:
-        return Done({}, 0.0, f"a worker on {socket.gethostname()} has {version()}, but the sweep {job.version}")
-    with _turn:
+        return Done({}, 0.0, _other_version(job))
+    with _mitsuba_lock:
         _held.memory_bytes = _memory_bytes()
         for case in cases:
             record = read_result(job.output, case.identity)
@@ -114,9 +122,10 @@ def _memory_bytes() -> float:
 
 
 def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Computes the record and the pictures of a case. A refused figure leaves the others valid."""
+    """Computes the record and the pictures of a case. A want that is refused leaves the others' results valid."""
     start, tables_before = time.perf_counter(), held.seconds
     parameters = with_full_path(case.parameters, job.folder)
+    # Name of the want, empty for an error of the input file, and message.
     errors: list[tuple[str, str]] = []
     figures: dict[str, Any] = {}
     pictures: dict[str, bytes] = {}
@@ -125,26 +134,33 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
     if "filename" in parameters:
         try:
             source = input_of(Path(str(parameters["filename"])))
-            parameters = converted(parameters)
         except OSError as error:
-            errors.append(("", f"{case.parameters['filename']}: cannot be read: {error.strerror}"))
-        except SunbeamError as error:
-            errors.append(("", _told(str(error), case, parameters)))
-    for want in job.wants if not errors else ():
+            errors.append(("", f"{case.parameters['filename']}: cannot be read: {error.strerror or error}"))
         try:
-            answer = want.compute(_Asked(parameters, held))
+            # An instrument's file is replaced by a temporary .gsf.
+            parameters = parameters if errors else converted(parameters)
+        except (OSError, SunbeamError) as error:
+            errors.append(("", _one_line(str(error), case, parameters)))
+    question = _CaseQuestion(parameters, held)
+    wants = () if errors else job.wants
+    for want in wants:
+        try:
+            answer = want.compute(question)
         except _REFUSALS as error:
-            errors.append((want.name, _told(str(error), case, parameters)))
+            errors.append((want.name, _one_line(str(error), case, parameters)))
             continue
         except Exception as error:
-            errors.append((want.name, _told(f"a defect: {type(error).__name__}: {error}", case, parameters)))
+            errors.append((want.name, _one_line(f"a defect: {type(error).__name__}: {error}", case, parameters)))
+            continue
+        if not_finite := [name for name, value in answer.figures.items() if not _is_finite(value)]:
+            errors.append((want.name, f"{', '.join(not_finite)}: not a finite number"))
             continue
         figures.update({f"{want.name}_{name}": value for name, value in answer.figures.items()})
-        for ending, content in answer.pictures.items():
-            pictures[ending] = content
-        for name, content in answer.thumbnails.items():
-            thumbnails[name] = base64.b64encode(content).decode()
-    record = record_of(job, case, _joined(errors))
+        # Endings of pictures contain the want's name already.
+        pictures.update(answer.pictures)
+        # A record is JSON, which has no bytes.
+        thumbnails.update({name: base64.b64encode(content).decode() for name, content in answer.thumbnails.items()})
+    record = record_of(job, case, _joined_errors(errors))
     spent = time.perf_counter() - start
     record.update(figures=figures, thumbnails=thumbnails, input=source)
     record["time"].update(seconds=round(spent, 4), tables_seconds=round(held.seconds - tables_before, 4))
@@ -172,36 +188,51 @@ def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
     }
 
 
-def _joined(errors: list[tuple[str, str]]) -> str:
-    """Joins the figures' errors in one line: a common error once, different errors with their figures' names."""
+def _is_finite(value: Any) -> bool:
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+def _joined_errors(errors: list[tuple[str, str]]) -> str:
+    """Joins the wants' errors in one line: a common error once, different errors with the names of their wants."""
+    if len(errors) == 1:
+        name, message = errors[0]
+        return f"{name}: {message}" if name else message
     messages = {message for _, message in errors}
     if len(messages) == 1:
-        return messages.pop() if len(errors) != 1 else ": ".join(part for part in errors[0] if part)
+        return messages.pop()
     return "; ".join(f"{name}: {message}" for name, message in errors)
 
 
-def _told(message: str, case: Case, parameters: Mapping[str, Value]) -> str:
-    """The message in one line, with the file's name as in the specification, so that it is equal on all machines."""
+def _other_version(job: Job) -> str:
+    return f"a worker on {socket.gethostname()} has {version()}, but the sweep {job.version}"
+
+
+def _one_line(message: str, case: Case, parameters: Mapping[str, Value]) -> str:
+    """The message in one line. The specification's name replaces the full path, which differs between machines."""
     if "filename" in parameters:
         message = message.replace(str(parameters["filename"]), str(case.parameters["filename"]))
     return " ".join(message.split())
 
 
 def probe(job: Job, token: str) -> str:
-    """Checks a worker before a sweep begins. Returns one line if it cannot take part, else an empty text."""
+    """Checks a worker before a sweep begins. Returns one line if it cannot take part, else an empty text.
+
+    ``token`` is the content of ``.token`` in the output folder; a worker that reads another text sees another folder.
+    """
     here = socket.gethostname()
     if version() != job.version:
-        return f"a worker on {here} has {version()}, but the sweep {job.version}"
+        return _other_version(job)
     try:
         if (job.output / ".token").read_text() != token:
             return f"a worker on {here} sees another folder as {job.output}; it must be on a disk that all share"
     except OSError:
         return f"a worker on {here} does not see {job.output}; it must be on a disk that all share"
     try:
-        write_whole(job.output / f".probe-{here}-{os.getpid()}", b"")
-        (job.output / f".probe-{here}-{os.getpid()}").unlink()
+        trial = job.output / f".probe-{here}-{os.getpid()}"
+        write_whole(trial, b"")
+        trial.unlink()
         for want in job.wants:
             want.check_here()
-    except (StoreError, SweepError) as error:
+    except (StoreError, SweepError, OSError) as error:
         return f"a worker on {here}: {error}"
     return ""
