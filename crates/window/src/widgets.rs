@@ -26,7 +26,7 @@ pub(crate) fn choice<T: Copy + PartialEq>(
     });
 }
 
-/// A number to type or drag, clamped to its range. `speed` is the change per point of a drag.
+/// A number to type or drag. What the user enters is clamped to the range. `speed` is the change per point of a drag.
 pub(crate) fn number<N: Numeric>(
     ui: &mut Ui,
     label: &str,
@@ -86,6 +86,7 @@ pub(crate) fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
 
 /// The widget of a number; numbers that are not integers have up to [`DECIMALS_MAX`] decimals.
 fn drag<'a, N: Numeric>(value: &'a mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) -> DragValue<'a> {
-    let drag = DragValue::new(value).range(range).speed(speed).suffix(suffix.to_owned());
+    // A value outside the range, such as one of the command line, stays until the user changes it.
+    let drag = DragValue::new(value).range(range).clamp_existing_to_range(false).speed(speed).suffix(suffix.to_owned());
     if N::INTEGRAL { drag } else { drag.max_decimals(DECIMALS_MAX) }
 }
