@@ -118,6 +118,7 @@ SURFACE: dict[str, Accepted] = {
 #: Parameters of Mitsuba's BSDF alone.
 SCENE: dict[str, Accepted] = {
     "material": Text(),
+    "cover_reflection": Truth(),
     "specular_reflectance": Numbers(0, 1),
     "diffuse_reflectance": Numbers(0, 1),
     "rotation": Numbers(-360, 360, "degrees"),
