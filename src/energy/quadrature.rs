@@ -93,7 +93,8 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
             if bounds != row_bounds {
                 row_bounds = bounds;
                 row.clear();
-                let [low, high] = bounds.map(|psi: f64| psi.clamp(-edge, edge));
+                // Panels of the horizon on either side, and the rest between them.
+                let [low, high] = [-edge, edge].map(|psi: f64| psi.clamp(bounds[0], bounds[1]));
                 let parts = [[bounds[0], low], [low, high], [high, bounds[1]]].into_iter();
                 row.extend(parts.flat_map(|part| in_panels(part, widest[0], &LEGENDRE_16)));
             }
@@ -156,5 +157,27 @@ mod tests {
         check(&LEGENDRE_6);
         check(&LEGENDRE_16);
         assert_eq!(in_panels([0.5, 0.5], 0.1, &LEGENDRE_6).count(), 0);
+    }
+
+    /// Sum of the nodes' areas cosθ dω: the area in the plane of direction cosines.
+    fn area(bounds: [[f64; 2]; 2], cos_i: f64) -> f64 {
+        let mut sum = 0.0;
+        hemisphere(bounds, [0.1, 0.1], cos_i, |_, area| sum += area);
+        sum
+    }
+
+    #[test]
+    fn areas_of_off_centre_bounds_are_exact_at_grazing_incidence() {
+        // Part of the unit disc with x above a bound.
+        let segment = |x: f64| x.acos() - x * (1.0 - x * x).sqrt();
+        for cos_i in [0.5, 0.02] {
+            for x in [-0.3, 0.5, 0.99] {
+                let expected = segment(x);
+                for bounds in [[x, 1.0], [-1.0, -x]] {
+                    let found = area([bounds, [-1.0, 1.0]], cos_i);
+                    assert!((found - expected).abs() < 1e-9, "{cos_i} {bounds:?}: {found} {expected}");
+                }
+            }
+        }
     }
 }
