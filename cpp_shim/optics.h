@@ -121,9 +121,10 @@ public:
 
         const Local local     = localise(si, lobes, active);
         const Mask pick_cover = sample1 < local.prob_cover;
+        // Uniform in [0, 1) again, given that the mirror is not picked.
         if (lobes.cover)
-            sample1 =
-                dr::clip((sample1 - local.prob_cover) / (1.f - local.prob_cover), 0.f, dr::OneMinusEpsilon<Float>);
+            sample1 = dr::clip((sample1 - local.prob_cover) / dr::maximum(1.f - local.prob_cover, dr::Epsilon<Float>),
+                               0.f, dr::OneMinusEpsilon<Float>);
         const Mask pick_glossy = sample1 < local.prob_diffraction;
         // Uniform in [0, 1) again, given that the diffracted lobe is picked.
         const Float sample_lobe =
@@ -147,12 +148,12 @@ public:
         if (lobes.cover) {
             const bool radiance            = ctx.mode == TransportMode::Radiance;
             const Vector3f mirror          = reflect(si.wi);
-            const Spectrum through         = m_cover.mirror(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
+            const Spectrum mirrored        = m_cover.mirror(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
             dr::masked(bs.wo, pick_cover)  = dr::detach(mirror);
             dr::masked(bs.pdf, pick_cover) = dr::select(above, local.prob_cover, 0.f);
             dr::masked(bs.sampled_component, pick_cover) = cover_component();
             dr::masked(bs.sampled_type, pick_cover)      = UInt32(+BSDFFlags::DeltaReflection);
-            weight = dr::select(pick_cover, (through / local.prob_cover) & (above && local.prob_cover > 0.f), weight);
+            weight = dr::select(pick_cover, (mirrored / local.prob_cover) & (above && local.prob_cover > 0.f), weight);
         }
         return { bs, weight };
     }
@@ -276,7 +277,8 @@ private:
         local.prob_cover = lobes.cover ? 1.f : 0.f;
         if (lobes.cover && (lobes.diffraction || lobes.diffuse)) {
             const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
-            // At least 0.2 of the rest, so that a sample's weight is bounded.
+            // The bound of 0.2 limits the weights of the other components' samples to about five times those without a
+            // mirror.
             const Float passed = dr::detach(dr::mean(local.reflectance(cos_theta_i) + local.diffuse));
             local.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
         }

@@ -119,12 +119,10 @@ def test_polarised_intensities_are_the_unpolarised_values(theory):
     surface = {**DISC, "theory": theory, "cover_reflection": False}
     plain, _ = eval_pdf(covered("llvm_ad_spectral", **surface), wi, wo, nm)
     polarised, _ = eval_pdf(covered("llvm_ad_spectral_polarized", **surface), wi, wo, nm)
-    if theory == "scalar":
-        # The side transmits s and p differently, and so does the metal reflect them: the product of means is not the
-        # mean of products. In the plane of incidence the difference is that of the covariances.
-        near = (wi[:, 2] > 0.9) & (wo[:, 2] > 0.9)
-        np.testing.assert_allclose(polarised[near], plain[near], rtol=6e-3, atol=1e-3 * plain.max())
-    assert polarised.shape == plain.shape
+    # Side and metal both prefer a polarisation, so the mean of their products differs from the product of their means.
+    # Within 26° of the normal the difference is below 0.6 %.
+    near = (wi[:, 2] > 0.9) & (wo[:, 2] > 0.9)
+    np.testing.assert_allclose(polarised[near], plain[near], rtol=6e-3, atol=1e-3 * plain.max())
     assert np.all(polarised >= 0)
 
 

@@ -116,7 +116,10 @@ impl SurfaceConfig {
 
     /// A relief magnified by the index of the cover.
     fn inside(&self, field: HeightField) -> HeightField {
-        self.cover_eta.map_or(field.clone(), |eta| field.resized(eta, eta))
+        match self.cover_eta {
+            Some(eta) => field.resized(eta, eta),
+            None => field,
+        }
     }
 
     /// Coherence length in µm that goes with [`SurfaceConfig::height_field_inside`].
@@ -139,8 +142,8 @@ impl SurfaceConfig {
         if self.scale == 1.0 && self.depth == 1.0 { field } else { field.resized(self.scale, self.depth) }
     }
 
-    /// Options of the scalar model with the configuration's index, for the relief inside the cover. Defaults that depend
-    /// on source, model and index are resolved.
+    /// Options of the scalar model with the configuration's index, for the relief inside the cover. Defaults that
+    /// depend on source, model and index are resolved.
     pub fn options(&self) -> Options {
         self.options_for(self.index().map(SpectralIndex::Constant).as_ref())
     }
@@ -227,6 +230,7 @@ impl SurfaceConfig {
         self.magnified_profile(self.cover_eta.unwrap_or(1.0))
     }
 
+    /// The profile, magnified by `factor`.
     fn magnified_profile(&self, factor: f64) -> Result<Profile, BuildError> {
         self.validate()?;
         // Presets of gratings have an exact profile. Other levels than these change its shape.

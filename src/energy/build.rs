@@ -65,15 +65,16 @@ const BOX_GROUPS: f64 = 0.6;
 
 /// Largest change of cosθ across a cell, times the cells along a side: `cosθ = (1 − r²)²` is steepest at `r² = 1/3`.
 const CELL_COSINE: f64 = 3.08;
-/// Most nodes beyond a cell's corners that are raised with them, one for each half turn by which the heights' phase
-/// changes across a cell. Chosen.
+/// Most nodes beyond a cell's corners that are raised with them. There is one for each half turn by which the phase
+/// between the relief's lowest and highest point changes across a cell. More darken reliefs some ten µm deep.
 const DEEP_REACH_MAX: usize = 3;
-/// Phase in radians by which heights differ across a cell, from which a relief with ridges counts as deep as well.
-/// With half a turn an albedo of 1.037 remains on a rough relief 1.2 µm deep.
+/// Change of that phase in radians from which a relief with ridges counts as deep. Others do from half a turn. With
+/// half a turn for all, an albedo of 1.037 remains on a rough relief 1.2 µm deep.
 const DEEP_RIDGE_PHASE: f64 = 2.0;
-/// Places within a cell of such a relief that are checked instead of its centre: x, y and group.
-const DEEP_PLACES: [[f64; 3]; 4] = [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.25, 0.75, 0.75], [0.75, 0.25, 0.75]];
-/// Factor on what a place in a cell of such a relief lacks. Chosen: with 1 an albedo of 1.03 remains on a relief 2 µm
+/// Check points within a cell of a deep relief, in place of its centre: fractions of the cell along x, y and group.
+const DEEP_CHECK_POINTS: [[f64; 3]; 4] =
+    [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.25, 0.75, 0.75], [0.75, 0.25, 0.75]];
+/// Factor on the differences found at check points of deep reliefs. With 1 an albedo of 1.03 remains on a relief 2 µm
 /// deep.
 const DEEP_INCREASE: f32 = 1.5;
 
@@ -246,7 +247,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             let [gap, y, x] = [i / cells / rows, i / cells % rows, i % cells];
             let is_divided = corners(gap, y, x).any(|node| nodes.values[node] != [0.0; K]);
             let inside: &[[f64; 3]] = match is_deep {
-                true => &DEEP_PLACES,
+                true => &DEEP_CHECK_POINTS,
                 false if is_divided => &[[0.5; 3]],
                 false => &[],
             };

@@ -81,8 +81,8 @@ impl Grid {
         ([x * scale, y * scale, cos], radius)
     }
 
-    /// Check points of a cell near the horizon, `[x, y]` in cells from its first corner: those points of the ray from the
-    /// centre of the disc through the cell's centre that have [`RIM_COSINES`] and lie in the cell.
+    /// Check points of a cell near the horizon, `[x, y]` in cells from its first corner. They lie on the ray from the
+    /// centre of the disc through the cell's centre, at [`RIM_COSINES`]; points outside the cell are left out.
     pub(super) fn on_rim(self, cell: [usize; 2]) -> impl Iterator<Item = [f64; 2]> {
         let half = 0.5 * f64::from(self.cells);
         let centre = cell.map(|at| at as f64 + 0.5 - half);

@@ -262,8 +262,8 @@ impl<N: Numbers> OrdersView<N> {
         super::direction_above::<N>(cosines, has_weight)
     }
 
-    /// Prepares the loop over the orders whose centres lie in the square `wi_xy ± reach` of direction cosines, widened by
-    /// [`HORIZON_REACH`].
+    /// Prepares the loop over the orders whose centres lie in the square `wi_xy ± reach` of direction cosines, widened
+    /// by [`HORIZON_REACH`].
     #[inline(always)]
     fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real) -> Incidence<N> {
         let lit = N::Real::lit;

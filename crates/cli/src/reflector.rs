@@ -201,7 +201,7 @@ impl Reflector {
     pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, to_rgb: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
-        // Realtime methods have no cover.
+        // `build_method` refuses a cover, so that these directions are those of the relief.
         let factor = match method.answers() {
             AnswerKind::Relief => self.fresnel(&pair) * self.options.angular_factor(&pair),
             AnswerKind::Reflectance => 1.0,
@@ -249,8 +249,8 @@ impl Reflector {
         Some(density * pdf)
     }
 
-    /// A direction drawn by the sampler; see [`Surface::sample`]. `None` below the horizon, where the cover reflects the
-    /// direction totally, and without a sampler.
+    /// A direction drawn by the sampler; see [`Surface::sample`]. `None` below the horizon, where the cover reflects
+    /// the direction totally, and without a sampler.
     pub(crate) fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         let draw = |wi| match &self.surface {
             Some(surface) => surface.sample(wi, wavelengths_nm, u),

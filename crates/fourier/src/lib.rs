@@ -94,10 +94,10 @@ impl<T: Precision> Fft2<T> {
 
     /// The low-frequency bins of a zero-padded transform: the `kx` by `ky` bins nearest to frequency zero.
     ///
-    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. `data` is overwritten with scratch
-    /// values. `(kx, ky)` are 1 to `nx` and 1 to `ny`. The result has `ky` rows of `kx` bins, in the FFT order of a
-    /// transform of that size. An even size keeps the positive of the two highest frequencies. The bins equal those of
-    /// [`Fft2::process`], which computes all others, too.
+    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. `data` is overwritten with
+    /// scratch values. `(kx, ky)` are 1 to `nx` and 1 to `ny`. The result has `ky` rows of `kx` bins, in the FFT order
+    /// of a transform of that size. An even size keeps the positive of the two highest frequencies. The bins equal
+    /// those of [`Fft2::process`], which computes all others, too.
     pub fn band(&self, data: &mut [Complex<T>], (kx, ky): (usize, usize)) -> Vec<Complex<T>> {
         let zero = Complex::new(T::zero(), T::zero());
         debug_assert!(data.len() <= self.nx * self.ny && kx <= self.nx && ky <= self.ny);

@@ -19,7 +19,7 @@ pub(super) struct Columns {
 pub(super) fn column_titles(text: &str) -> Option<Result<Columns, String>> {
     // Units of x, y and z.
     let mut units: [Option<&str>; 3] = [None; 3];
-    // Unit for all columns, after the word "in".
+    // Unit of all columns: the word after "in" at the end of the line, where no title has a unit of its own.
     let mut common = None;
     // Number of titles found, in the order x, y, z.
     let mut found = 0;
@@ -32,10 +32,13 @@ pub(super) fn column_titles(text: &str) -> Option<Result<Columns, String>> {
             Some(rest) => {
                 units[found] = Some(bare(rest)).filter(|unit| !unit.is_empty());
                 found += 1;
+                after_in = false;
             }
             None if word.eq_ignore_ascii_case("in") => after_in = true,
             None if found == 0 => return None,
-            None if after_in => common = Some(bare(word)),
+            // A bracket that stands alone, as in "x [ nm ]".
+            None if bare(word).is_empty() => {}
+            None if after_in && found == 3 && units == [None; 3] => common = Some(bare(word)),
             // A word after a title is its unit.
             None => units[found - 1] = Some(bare(word)),
         }
@@ -72,6 +75,9 @@ mod tests {
             ("x/um;y/um;z/nm", Some(1.0), Some(1e-3)),
             ("\"X [mm]\",\"Y [mm]\",\"Z [µm]\"", Some(1e3), Some(1.0)),
             ("x y z in µm", Some(1.0), Some(1.0)),
+            ("x in nm, y in nm, z in µm", Some(1e-3), Some(1.0)),
+            ("x nm, y nm, z in µm", Some(1e-3), Some(1.0)),
+            ("X [ nm ], Y [ nm ], Z [ µm ]", Some(1e-3), Some(1.0)),
             ("x,y,z", None, None),
         ] {
             let found = column_titles(text).unwrap().unwrap();
