@@ -49,9 +49,7 @@ pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
 /// Accepted index of a cover. Chosen: the largest is that of diamond and titania.
 pub const COVER_ETA: RangeInclusive<f64> = 1.0..=2.6;
-/// Accepted sizes of the pattern and of its heights relative to the relief given. Larger reliefs are given as such: a
-/// map of sizes then covers its whole range with one table. Smaller ones are flat mirrors.
-pub const RELATIVE_SIZE: RangeInclusive<f64> = 1e-3..=1.0;
+pub use crate::scattering::RELATIVE_SIZE;
 
 /// The source of the heights: a preset or a file.
 ///

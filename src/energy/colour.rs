@@ -51,7 +51,7 @@ impl ColourAlbedoTable {
             true => (CELLS_OF_RIDGES, WAVELENGTHS_OF_RIDGES),
             false => (CELLS, WAVELENGTHS),
         };
-        let layout = AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0 };
+        let layout = AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None };
         let grid = Grid { cells };
         let group = |_| bands(wavelengths);
         let nodes = Builder::new(&integral, 1, &group).build(grid, progress);

@@ -45,6 +45,8 @@ pub(crate) struct AlbedoIntegral<'a> {
     table: &'a SpectralTable,
     options: &'a Options,
     power: Power<'a>,
+    /// Wavelength λ" in nm by which κ follows (`scattering/size.rs`); `None` if it is that of the query.
+    depth_wavelength_nm: Option<f64>,
 }
 
 /// Form in which the power of a table is integrated.
@@ -80,8 +82,20 @@ impl<'a> AlbedoIntegral<'a> {
     ) -> Option<Self> {
         (table.quantity() == NodeQuantity::Power).then(|| {
             let power = if panels_over_the_hemisphere(table) <= PANELS_MAX { wide() } else { narrow() };
-            Self { table, options, power }
+            Self { table, options, power, depth_wavelength_nm: None }
         })
+    }
+
+    /// Multiplies the standard deviations of narrow nodes by `window`, the factor on the widths of orders.
+    pub(super) fn narrow(&mut self, window: f64) {
+        if let Power::Gaussians { gaussians, .. } = &mut self.power {
+            gaussians.iter_mut().for_each(|gaussian| gaussian.sigma_f = gaussian.sigma_f.map(|sigma| sigma * window));
+        }
+    }
+
+    /// Sets the wavelength λ" in nm by which κ follows, for every query; `None` restores that of the query.
+    pub(super) fn set_depth_wavelength(&mut self, nm: Option<f64>) {
+        self.depth_wavelength_nm = nm;
     }
 
     /// Calls `visit` with the quadrature nodes of `∫ f cosθo dωo`, `V::COUNT` at once: directions wo and their parts of
@@ -117,7 +131,8 @@ impl<'a> AlbedoIntegral<'a> {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
             [-reach - wi, reach - wi]
         });
-        let phase = phase(self.table, wavelength_um);
+        let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
+        let phase = phase(self.table, depth_wavelength_um);
         let density: &dyn Fn([f64; 2], f64) -> f64 = match &self.power {
             Power::Gaussians { gaussians, exact_cut } => {
                 let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
@@ -135,7 +150,7 @@ impl<'a> AlbedoIntegral<'a> {
         hemisphere(resolved, widest, wi[2], |wo, area| {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-                let density = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
+                let density = density(f, pair.kappa(depth_wavelength_um)) / (wavelength_um * wavelength_um);
                 nodes.push(QuadratureNode { wo, factor: area * density, ..QuadratureNode::NONE });
             }
         });
@@ -149,7 +164,7 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
     pub(crate) fn phase_max(&self) -> f64 {
-        phase(self.table, 1e-3 * WAVELENGTH_MIN_NM)
+        phase(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
     }
 
     /// Whether the table has narrow nodes, and few enough for high ridges of the albedo where one of them leaves along
@@ -226,18 +241,24 @@ impl QuadratureNode<'_> {
 struct Integrand<'a, V: Values> {
     integral: &'a AlbedoIntegral<'a>,
     wi: [V::Real; 3],
-    /// 2π over the wavelength in µm.
+    /// Phase rate κ per unit of w, in rad/µm.
     wavenumber: V::Real,
     index: Option<ComplexIndex>,
 }
 
 impl<'a, V: Values> Integrand<'a, V> {
     fn new(integral: &'a AlbedoIntegral, [x, y, z]: Vec3, wavelength_nm: f64) -> Self {
+        let depth_wavelength_nm = integral.depth_wavelength_nm.unwrap_or(wavelength_nm);
+        // λ = λ"·d, exact where the depth is uniform.
+        let index_nm = match (integral.depth_wavelength_nm, integral.options.sizes) {
+            (Some(nm), Some(sizes)) => nm * sizes.depth[1],
+            _ => wavelength_nm,
+        };
         Self {
             integral,
             wi: [x, y, z.max(COSINE_MIN)].map(V::Real::lit),
-            wavenumber: V::Real::lit(TAU * 1e3 / wavelength_nm),
-            index: integral.options.index.as_ref().map(|index| index.at(wavelength_nm)),
+            wavenumber: V::Real::lit(TAU * 1e3 / depth_wavelength_nm),
+            index: integral.options.index.as_ref().map(|index| index.at(index_nm)),
         }
     }
 

@@ -37,17 +37,19 @@ mod node_gaussian;
 mod power_grid;
 mod quadrature;
 mod report;
+mod sizes;
 
 pub use colour::{ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::GridPlace;
 pub(crate) use integral::AlbedoIntegral;
 pub use report::AlbedoReport;
+pub use sizes::SizeAxes;
 
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
-use crate::scattering::{Options, Vec3};
+use crate::scattering::{Options, Reading, Vec3};
 use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
-use build::{Builder, resolution, single_wavelength};
+use build::{Builder, Group, resolution, single_wavelength};
 use grid::{Grid, place};
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +67,8 @@ pub struct AlbedoLayout {
     pub wavelength_min_nm: f32,
     /// Planes per nm of wavelength; zero in a [`ColourAlbedoTable`].
     pub planes_per_nm: f32,
+    /// Planes and slabs of a table for several relative sizes, whose planes are not uniform in wavelength.
+    pub sizes: Option<SizeAxes>,
 }
 
 /// Table of the divisor A over directions and wavelengths; see the [module](self).
@@ -72,7 +76,7 @@ pub struct AlbedoLayout {
 /// A node holds `(A − 1)·cos²θ`. It is zero where nothing is divided, and finite at the horizon, where A has a pole in
 /// cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
 ///
-/// Words are arranged `[wavelength][y][x]`, with a packet of four for each cell, so that a look-up takes one read. A
+/// Words are arranged `[slab][wavelength][y][x]`, with one slab unless there are several sizes ([`SizeAxes`]), and with a packet of four for each cell, so that a look-up takes one read. A
 /// packet has the corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of the cell's lower plane of wavelength, then
 /// those of its upper plane. Two corners share a word as 16-bit floats (bfloat16), rounded up, the first in the lower
 /// half.
@@ -97,15 +101,30 @@ impl AlbedoTable {
     /// Builds the table of an ensemble, and the albedos before and after division. `None` for a table of amplitudes,
     /// whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
-        let integral = AlbedoIntegral::fast(table, options)?;
+        let mut integral = AlbedoIntegral::fast(table, options)?;
+        if let Some(sizes) = &options.sizes {
+            return Some(sizes::build(&mut integral, sizes, progress));
+        }
         let (cells, planes) = resolution(&integral);
         let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-        let layout =
-            AlbedoLayout { cells, planes, wavelength_min_nm: WAVELENGTH_MIN_NM as f32, planes_per_nm: per_nm as f32 };
-        let grid = Grid { cells };
+        let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
+        let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes: None };
         let group = |at: f64| single_wavelength(planes, at);
-        let builder = Builder::new(&integral, planes as usize, &group);
-        let nodes = builder.build(grid, &progress.part(0.0, NODES_DONE));
+        let words = Self::slab(&integral, layout, &group, &progress.part(0.0, NODES_DONE));
+        let built = Self { layout, words };
+        let report = AlbedoReport::new(&integral, &built, &progress.part(NODES_DONE, 1.0));
+        Some((built, report))
+    }
+
+    /// Packets `[wavelength][y][x]` of the planes of an integral, whose wavelengths are those of `group`.
+    fn slab(
+        integral: &AlbedoIntegral,
+        AlbedoLayout { cells, planes, .. }: AlbedoLayout,
+        group: &(dyn Fn(f64) -> Group<1> + Sync),
+        progress: &Progress,
+    ) -> Vec<u32> {
+        let grid = Grid { cells };
+        let nodes = Builder::new(integral, planes as usize, group).build(grid, progress);
         let cells = cells as usize;
         let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
             let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
@@ -119,9 +138,7 @@ impl AlbedoTable {
             };
             [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, d_plane)| corner(0, dy, d_plane) | corner(1, dy, d_plane) << 16)
         });
-        let built = Self { layout, words: words.collect() };
-        let report = AlbedoReport::new(&integral, &built, &progress.part(NODES_DONE, 1.0));
-        Some((built, report))
+        words.collect()
     }
 
     /// Dimensions of the table.
@@ -129,7 +146,7 @@ impl AlbedoTable {
         &self.layout
     }
 
-    /// Packets of all cells, `[wavelength][y][x]`, four words each.
+    /// Packets of all cells, `[slab][wavelength][y][x]`, four words each.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -153,9 +170,9 @@ impl AlbedoTable {
     }
 
     /// `1/max(1, A(wi), A(wo))` in double precision, of directions of unit length above the surface and a wavelength in
-    /// nm.
+    /// nm, for the relief's own size.
     pub fn factor(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-        self.view::<f64>().factor(wi, wo, wavelength_nm, true)
+        self.view::<f64>().factor(wi, wo, &Reading::at(wavelength_nm), true)
     }
 }
 
@@ -169,11 +186,10 @@ pub struct AlbedoView<N: Numbers> {
 }
 
 impl<N: Numbers> AlbedoView<N> {
-    /// `1/max(1, A(wi), A(wo))`, of directions of unit length above the surface and a wavelength in nm. 1 unless
-    /// `active`.
+    /// `1/max(1, A(wi), A(wo))`, of directions of unit length above the surface. 1 unless `active`.
     #[inline(always)]
-    pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
-        self.factor_at(&self.place(wi), &self.place(wo), wavelength_nm, active)
+    pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
+        self.factor_at(&self.place(wi), &self.place(wo), reading, active)
     }
 
     /// [`AlbedoView::factor`] from the places of wi and wo in the grid, which are equal for every wavelength.
@@ -182,10 +198,10 @@ impl<N: Numbers> AlbedoView<N> {
         &self,
         place_i: &GridPlace<N>,
         place_o: &GridPlace<N>,
-        wavelength_nm: N::Real,
+        reading: &Reading<N>,
         active: N::Mask,
     ) -> N::Real {
-        let excess = self.excess(place_i, wavelength_nm, active).max(self.excess(place_o, wavelength_nm, active));
+        let excess = self.excess(place_i, reading, active).max(self.excess(place_o, reading, active));
         N::Real::lit(1.0) / (N::Real::lit(1.0) + excess)
     }
 
@@ -195,24 +211,47 @@ impl<N: Numbers> AlbedoView<N> {
         place(self.layout.cells, w)
     }
 
-    /// `max(1, A) − 1` at a place and a wavelength in nm; zero unless `active`.
+    /// `max(1, A) − 1` at a place; zero unless `active`.
     #[inline(always)]
-    pub(crate) fn excess(&self, place: &GridPlace<N>, wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub(crate) fn excess(&self, place: &GridPlace<N>, reading: &Reading<N>, active: N::Mask) -> N::Real {
         let lit = |value: f64| N::Real::lit(value);
-        let last = f64::from(self.layout.planes - 1);
-        let (min_nm, planes_per_nm) =
-            (lit(self.layout.wavelength_min_nm.into()), lit(self.layout.planes_per_nm.into()));
-        let position = ((wavelength_nm - min_nm) * planes_per_nm).clip(lit(0.0), lit(last));
-        let plane = position.floor().min(lit(last - 1.0));
+        // Position among `count` planes or slabs from the first of the two that are interpolated, and its index.
+        let between = |position: N::Real, count: u32| {
+            let last = f64::from(count - 1);
+            let position = position.clip(lit(0.0), lit(last));
+            let first = position.floor().min(lit(last - 1.0));
+            (position - first, N::index(first))
+        };
+        let planes = self.layout.planes;
+        let Some(sizes) = &self.layout.sizes else {
+            let (min_nm, planes_per_nm) =
+                (lit(self.layout.wavelength_min_nm.into()), lit(self.layout.planes_per_nm.into()));
+            let plane = between((reading.wavelength_nm - min_nm) * planes_per_nm, planes);
+            return self.tabulated(place, plane, active) * place.per_squared_cosine;
+        };
+        let plane = between(sizes.plane(reading.wavelength_nm), planes);
+        let (fraction, slab) = between(sizes.slab(reading.for_kappa_nm()), sizes.slabs);
+        let gaps = N::Index::lit(planes - 1);
+        let [low, high] = [0, 1].map(|next| {
+            let gap = (slab + N::Index::lit(next)) * gaps + plane.1;
+            self.tabulated(place, (plane.0, gap), active)
+        });
+        lerp(low, high, fraction) * place.per_squared_cosine
+    }
+
+    /// `(max(1, A) − 1)·cos²θ` between two planes. `plane` is the fraction towards the upper one, and the index of the
+    /// gap between the two among the gaps of all slabs.
+    #[inline(always)]
+    fn tabulated(&self, place: &GridPlace<N>, plane: (N::Real, N::Index), active: N::Mask) -> N::Real {
         let in_plane = self.layout.cells * self.layout.cells;
-        let packet = N::index(plane) * N::Index::lit(in_plane) + place.cell;
+        let packet = plane.1 * N::Index::lit(in_plane) + place.cell;
         let corners = N::gather::<4>(self.words, packet, active).map(bf16_pair::<N>);
         // Words 0 and 1 are the rows y and y + 1 of the lower plane, 2 and 3 those of the upper.
         let [low, high] = [0, 2].map(|first| {
             let [near, far] = [0, 1].map(|row| lerp(corners[first + row][0], corners[first + row][1], place.x));
             lerp(near, far, place.y)
         });
-        lerp(low, high, position - plane) * place.per_squared_cosine
+        lerp(low, high, plane.0)
     }
 }
 

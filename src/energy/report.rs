@@ -4,6 +4,7 @@ use super::grid::Grid;
 use super::integral::AlbedoIntegral;
 use super::{AlbedoTable, AlbedoView};
 use crate::numeric::{Lanes, Numbers, Real, Values};
+use crate::scattering::Reading;
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -77,11 +78,11 @@ impl AlbedoReport {
                 return Sums::default();
             }
             let nm = WAVELENGTH_MIN_NM + plane as f64 * plane_nm;
-            let (place, lanes_nm) = (view.place(wi.map(Real4::lit)), Real4::lit(nm));
+            let (place, reading) = (view.place(wi.map(Real4::lit)), Reading::at(Real4::lit(nm)));
             let (mut before, mut after) = (Real4::lit(0.0), Real4::lit(0.0));
             integral.visit::<Lanes>(wi, nm, None, |wo, part| {
                 before += part;
-                after += part * view.factor_at(&place, &view.place(wo), lanes_nm, Lanes::mask(true));
+                after += part * view.factor_at(&place, &view.place(wo), &reading, Lanes::mask(true));
             });
             let (before, after) = (Lanes::total(before), Lanes::total(after));
             // cosθ times the solid angle of a node, which is in proportion to √cosθ: cosθ = (1 − r²)² at the radius r.

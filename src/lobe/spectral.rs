@@ -5,8 +5,8 @@ use super::PerWavelength;
 use crate::energy::{AlbedoLayout, AlbedoView, GridPlace};
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::{SamplerLayout, SamplerView};
-use crate::scattering::{Obliquity, Scattering};
-use crate::table::{PackedLayout, TableView};
+use crate::scattering::{Obliquity, Reading, RelativeSize, Scattering};
+use crate::table::{InterpolationKernel, PackedLayout, TableView};
 use serde::{Deserialize, Serialize};
 
 /// Layout of a surface's tables and the factors that multiply them: everything of the lobe but the table data.
@@ -24,6 +24,15 @@ pub struct SpectralLayout {
     pub shadowing: bool,
 }
 
+impl SpectralLayout {
+    /// Whether the coherence window of a resized relief keeps its width: where the sampler and the table both go
+    /// through orders one by one. Elsewhere the window is resized with the pattern.
+    pub fn keeps_window(&self) -> bool {
+        let is_order = |kernel| matches!(kernel, InterpolationKernel::Gaussian { .. });
+        matches!(self.sampler, SamplerLayout::Orders(_)) && self.table.kernel.into_iter().all(is_order)
+    }
+}
+
 /// The lobe of a [`Surface`](super::Surface) over its table data, for any number of wavelengths (see
 /// [`Lobe`](super::Lobe)).
 #[derive(Clone, Copy)]
@@ -32,6 +41,8 @@ pub struct SpectralLobe<'a, N: Numbers> {
     pub layout: &'a SpectralLayout,
     /// Table data: power spectrum, sampler, albedos.
     pub words: [N::Words; 3],
+    /// Size of the relief at the queried place; `None` for that of the tables.
+    pub size: Option<RelativeSize<N::Real>>,
 }
 
 /// Quantities of a pair of directions that all wavelengths share.
@@ -45,6 +56,12 @@ impl<N: Numbers> SpectralLobe<'_, N> {
     #[inline(always)]
     fn sampler(&self) -> SamplerView<N> {
         SamplerView { layout: self.layout.sampler, words: self.words[1] }
+    }
+
+    /// Look-up at a wavelength in nm.
+    #[inline(always)]
+    fn reading(&self, nm: N::Real) -> Reading<N> {
+        Reading::resized(nm, self.size, self.layout.keeps_window())
     }
 }
 
@@ -64,25 +81,25 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
 
     #[inline(always)]
     fn value(&self, pair: &Directions<N>, nm: N::Real, active: N::Mask) -> N::Real {
-        let wavelength_um = nm * N::Real::lit(1e-3);
-        let (frequency, kappa) = pair.scattering.at(nm);
+        let reading = self.reading(nm);
+        let (frequency, kappa) = pair.scattering.at(&reading);
         let table = TableView::<N> { layout: self.layout.table, words: self.words[0] };
-        let density = table.density(frequency, kappa, active);
-        let undivided = pair.scattering.factor * density / (wavelength_um * wavelength_um);
+        let density = table.density_of(frequency, kappa, reading.window, active);
+        let undivided = pair.scattering.factor * density / reading.squared_um();
         let value = match &pair.albedo {
             None => undivided,
-            Some((albedo, [at_wi, at_wo])) => undivided * albedo.factor_at(at_wi, at_wo, nm, active),
+            Some((albedo, [at_wi, at_wo])) => undivided * albedo.factor_at(at_wi, at_wo, &reading, active),
         };
         N::Real::select(active, value, N::Real::lit(0.0))
     }
 
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
-        self.sampler().pdf(wi, wo, nm, active)
+        self.sampler().pdf(wi, wo, &self.reading(nm), active)
     }
 
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        self.sampler().sample(wi, nm, [u[1], u[2]], active)
+        self.sampler().sample(wi, &self.reading(nm), [u[1], u[2]], active)
     }
 }

@@ -6,7 +6,7 @@ use crate::energy::{AlbedoIntegral, AlbedoReport, AlbedoTable};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::sampling::Sampler;
-use crate::scattering::{Options, Vec3, build_table};
+use crate::scattering::{Options, RelativeSize, Vec3, build_table};
 use crate::table::{
     Built, COHERENCE_LENGTH_UM, Model, PackedTable, Progress, SpectralTable, TOLERANCE, TableError, TableReport,
 };
@@ -156,7 +156,16 @@ impl Surface {
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
     {
-        SpectralLobe { layout: &self.layout, words: self.words() }
+        SpectralLobe { layout: &self.layout, words: self.words(), size: None }
+    }
+
+    /// [`Surface::lobe`] for a relief of another size ([`Reading`](crate::scattering::Reading)). Where energy is
+    /// conserved, the size has to lie within [`Options::sizes`].
+    pub fn lobe_of_size<F>(&self, size: RelativeSize<F>) -> SpectralLobe<'_, Plain<'_, F>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32], Real = F>,
+    {
+        SpectralLobe { layout: &self.layout, words: self.words(), size: Some(size) }
     }
 
     /// `f_r` in 1/sr, divided by the albedo where energy is conserved.

@@ -28,7 +28,7 @@ mod square;
 pub mod summed_area;
 
 use crate::numeric::{Number, Numbers, Plain, Real};
-use crate::scattering::Options;
+use crate::scattering::{Options, Reading};
 use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
 pub use colour::{ColourSampler, ColourSamplerLayout, ColourSamplerView};
 pub use orders::{OrdersAxis, OrdersLayout};
@@ -53,6 +53,7 @@ pub(crate) const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
 /// The sampler of one surface at single wavelengths: a layout and its table data.
 ///
 /// ```
+/// use sunbeam::scattering::Reading;
 /// use sunbeam::{Options, Preset, Surface};
 ///
 /// let field = Preset::Blazed.build(None, None)?;
@@ -60,9 +61,9 @@ pub(crate) const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
 /// let surface = Surface::new(&field, &options)?;
 ///
 /// let sampler = surface.sampler().view::<f64>();
-/// let (wi, nm) = ([0.0, 0.0, 1.0], 550.0);
-/// let wo = sampler.sample(wi, nm, [0.3, 0.6], true);
-/// assert!(wo[2] > 0.0 && sampler.pdf(wi, wo, nm, true) > 0.0);
+/// let (wi, reading) = ([0.0, 0.0, 1.0], Reading::at(550.0));
+/// let wo = sampler.sample(wi, &reading, [0.3, 0.6], true);
+/// assert!(wo[2] > 0.0 && sampler.pdf(wi, wo, &reading, true) > 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -135,14 +136,14 @@ impl<N: Numbers> SamplerView<N> {
     ///
     /// Where the mask is true, both directions must lie above the surface and the wavelength within the table's range.
     #[inline(always)]
-    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         let words = self.words;
         match self.layout {
             SamplerLayout::Orders(layout) => {
-                orders::OrdersView::<N> { layout, words }.pdf(wi, wo, wavelength_nm, active)
+                orders::OrdersView::<N> { layout, words }.pdf(wi, wo, reading, active)
             }
             SamplerLayout::Square(layout) => {
-                square::SquareView::<N> { layout, words }.pdf(wi, wo, wavelength_nm, active)
+                square::SquareView::<N> { layout, words }.pdf(wi, wo, reading, active)
             }
         }
     }
@@ -152,14 +153,14 @@ impl<N: Numbers> SamplerView<N> {
     ///
     /// Where the mask is true, `wi` must lie above the surface and the wavelength within the table's range.
     #[inline(always)]
-    pub fn sample(&self, wi: [N::Real; 3], wavelength_nm: N::Real, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
+    pub fn sample(&self, wi: [N::Real; 3], reading: &Reading<N>, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let words = self.words;
         match self.layout {
             SamplerLayout::Orders(layout) => {
-                orders::OrdersView::<N> { layout, words }.sample(wi, wavelength_nm, u, active)
+                orders::OrdersView::<N> { layout, words }.sample(wi, reading, u, active)
             }
             SamplerLayout::Square(layout) => {
-                square::SquareView::<N> { layout, words }.sample(wi, wavelength_nm, u, active)
+                square::SquareView::<N> { layout, words }.sample(wi, reading, u, active)
             }
         }
     }

@@ -19,7 +19,7 @@
 use super::node_power;
 use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::scattering::Obliquity;
+use crate::scattering::{Obliquity, Reading};
 use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
@@ -154,8 +154,8 @@ pub(super) struct OrdersView<N: Numbers> {
 #[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
     wi: [N::Real; 3],
-    /// 1/λ in 1/µm.
-    wavenumber: N::Real,
+    /// Phase rate κ per unit of w, in rad/µm.
+    kappa_per_w: N::Real,
     /// Spacing of orders in direction cosines along x and y, `λ/d`.
     spacing: [N::Real; 2],
     /// [`HORIZON_WIDTH_SQUARED`] times the variance of an order in direction cosines.
@@ -171,10 +171,10 @@ struct Incidence<N: Numbers> {
 impl<N: Numbers> OrdersView<N> {
     /// See [`super::SamplerView::pdf`].
     #[inline(always)]
-    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, wavelength_nm);
-        let nm = N::widen(wavelength_nm);
+        let at = self.incidence(wi, reading);
+        let nm = N::widen(reading.wavelength_nm);
         // Whole and fractional part of f in orders, so that distances from orders keep full precision.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
@@ -199,7 +199,11 @@ impl<N: Numbers> OrdersView<N> {
                 let weight = self.weight(&near, j, number, near.has(j, active));
                 let squared = [0, 1].map(|i| {
                     let (whole, fraction) = position[i];
-                    let t = ((whole - number[i]) + fraction) * lit(1.0 / self.layout.axes[i].sigma);
+                    let distance = (whole - number[i]) + fraction;
+                    let t = match reading.window {
+                        None => distance * lit(1.0 / self.layout.axes[i].sigma),
+                        Some(window) => distance / (window * lit(self.layout.axes[i].sigma)),
+                    };
                     t * t
                 });
                 let exponent = (squared[0] + squared[1]) * lit(-0.5 * LOG2_E);
@@ -208,8 +212,8 @@ impl<N: Numbers> OrdersView<N> {
         );
         // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²).
         let [x, y] = &self.layout.axes;
-        let norm = 1e6 * x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
-        let peak = lit(norm) / (wavelength_nm * wavelength_nm);
+        let norm = x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
+        let peak = lit(norm) / reading.squared_um();
         let has_weight = lit(0.0).lt(total) & active;
         let divisor = N::Real::select(has_weight, total, lit(1.0));
         N::Real::select(has_weight, wo[2] * peak * density / divisor, lit(0.0))
@@ -220,12 +224,12 @@ impl<N: Numbers> OrdersView<N> {
     pub(super) fn sample(
         &self,
         wi: [N::Real; 3],
-        wavelength_nm: N::Real,
+        reading: &Reading<N>,
         [u, v]: [N::Real; 2],
         active: N::Mask,
     ) -> [N::Real; 3] {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, wavelength_nm);
+        let at = self.incidence(wi, reading);
         // Reservoir sampling in one pass: order j replaces the earlier choice with probability W_j/(W_first + … + W_j),
         // and the random number is rescaled to [0, 1) after each decision. The state is the indices of the next order,
         // those of the choice, the sum of weights, and the random number.
@@ -251,10 +255,10 @@ impl<N: Numbers> OrdersView<N> {
         );
         let has_weight = lit(0.0).lt(total) & active;
         let (number, u) = (self.number(chosen), [u, v]);
-        let nm = N::widen(wavelength_nm);
+        let nm = N::widen(reading.wavelength_nm);
         let cosines = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
-            let offset = normal_quantile(u[i]) * lit(axis.sigma);
+            let offset = normal_quantile(u[i]) * reading.narrowed(lit(axis.sigma));
             // The sampled frequency in cycles/nm.
             let f = (N::widen(number[i]) + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
             N::narrow(f.fma(nm, -N::widen(wi[i])))
@@ -265,11 +269,11 @@ impl<N: Numbers> OrdersView<N> {
     /// Prepares the loop over the orders whose centres lie in the square `wi_xy ± reach` of direction cosines, widened
     /// by [`HORIZON_REACH`].
     #[inline(always)]
-    fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real) -> Incidence<N> {
+    fn incidence(&self, wi: [N::Real; 3], reading: &Reading<N>) -> Incidence<N> {
         let lit = N::Real::lit;
         let [x, y] = &self.layout.axes;
-        let wavenumber = lit(1e3) / wavelength_nm;
-        let wavelength_um = wavelength_nm * lit(1e-3);
+        let wavenumber = lit(1e3) / reading.wavelength_nm;
+        let wavelength_um = reading.wavelength_nm * lit(1e-3);
         // First index at or after the outgoing direction cosine ±reach (`side` is −1 or 1), moved outwards by
         // HORIZON_REACH.
         let edge = |i: usize, side: f64| {
@@ -283,10 +287,10 @@ impl<N: Numbers> OrdersView<N> {
         // The loop ends after the last row. Where there are no columns, no rows are left.
         let has_orders = low[0].lt(high[0]) & low[1].lt(high[1]);
         let high = [high[0], N::Real::select(has_orders, high[1], low[1])];
-        let sigma = wavelength_um * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
+        let sigma = reading.narrowed(wavelength_um) * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
         Incidence {
             wi,
-            wavenumber,
+            kappa_per_w: lit(TAU * 1e3) / reading.for_kappa_nm(),
             spacing: [wavelength_um * lit(1.0 / x.period_um), wavelength_um * lit(1.0 / y.period_um)],
             width_squared: lit(HORIZON_WIDTH_SQUARED) * sigma * sigma,
             cos_squared_min: lit(COS_SQUARED_MIN) * sigma,
@@ -320,7 +324,7 @@ impl<N: Numbers> OrdersView<N> {
         let cos_o = (lit(1.0) - sin_squared).max(at.cos_squared_min).sqrt();
         let w = at.wi[2] + cos_o;
         // κ_j in intervals.
-        let position = w * at.wavenumber * lit(TAU * self.layout.intervals_per_kappa);
+        let position = w * at.kappa_per_w * lit(self.layout.intervals_per_kappa);
         let interval = position.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
         let order = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
         let index = order * N::Index::lit(self.layout.intervals) + N::index(interval);

@@ -24,7 +24,7 @@ use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedA
 use super::{node_power, tent_quantile};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::scattering::Obliquity;
+use crate::scattering::{Obliquity, Reading};
 use crate::table::{FREQUENCY_MAX_PER_UM, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -268,10 +268,10 @@ struct Incidence<N: Numbers> {
 impl<N: Numbers> SquareView<N> {
     /// See [`super::SamplerView::pdf`].
     #[inline(always)]
-    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, wavelength_nm, active);
-        let nm = N::widen(wavelength_nm);
+        let at = self.incidence(wi, reading, active);
+        let nm = N::widen(reading.wavelength_nm);
         // f in nodes, counted from the first.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
@@ -286,7 +286,7 @@ impl<N: Numbers> SquareView<N> {
         let [total_lower, total_upper] = at.mixed_bands(at.counts.map(N::real), self.layout.areas.unit);
         let total = total_lower + total_upper;
         // Nodes per area of direction cosines.
-        let nodes_per_area = lit(1e6 * x.period_um * y.period_um) / (wavelength_nm * wavelength_nm);
+        let nodes_per_area = lit(1e6 * x.period_um * y.period_um) / (reading.wavelength_nm * reading.wavelength_nm);
         let has_mass = lit(0.0).lt(total) & active;
         let density = wo[2] * nodes_per_area * (lower + upper) / N::Real::select(has_mass, total, lit(1.0));
         N::Real::select(has_mass, density, lit(0.0))
@@ -297,12 +297,12 @@ impl<N: Numbers> SquareView<N> {
     pub(super) fn sample(
         &self,
         wi: [N::Real; 3],
-        wavelength_nm: N::Real,
+        reading: &Reading<N>,
         [u, v]: [N::Real; 2],
         active: N::Mask,
     ) -> [N::Real; 3] {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, wavelength_nm, active);
+        let at = self.incidence(wi, reading, active);
         let [lower, upper] = at.mixed_bands(at.counts.map(N::real), self.layout.areas.unit);
         let has_mass = lit(0.0).lt(lower + upper) & active;
         // Chooses a band by its mass. The random number is rescaled to [0, 1) within the band.
@@ -313,7 +313,7 @@ impl<N: Numbers> SquareView<N> {
         let u = (within_band / mass).clip(lit(0.0), lit(super::BELOW_ONE));
         let band = at.band + N::Index::select(is_upper, N::Index::lit(1), N::Index::lit(0));
         let drawn = self.areas().choose(&at.rectangle, band, [u, v], has_mass);
-        let nm = N::widen(wavelength_nm);
+        let nm = N::widen(reading.wavelength_nm);
         let [x, y] = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let offset = match axis.sigma {
@@ -335,9 +335,9 @@ impl<N: Numbers> SquareView<N> {
 
     /// Prepares the square about `wi_xy/λ`, widened by the largest offset, and the two bands of an incidence.
     #[inline(always)]
-    fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> Incidence<N> {
+    fn incidence(&self, wi: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> Incidence<N> {
         let lit = N::Real::lit;
-        let wavenumber = lit(1e3) / wavelength_nm;
+        let wavenumber = lit(1e3) / reading.wavelength_nm;
         // Position in nodes of the square's edge at the outgoing direction cosine ±reach; `side` is −1 or 1.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
@@ -346,7 +346,8 @@ impl<N: Numbers> SquareView<N> {
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
         // κ at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
-        let kappa = wi[2].fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING)) * wavenumber * lit(TAU);
+        let w = wi[2].fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
+        let kappa = w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         let band = position.floor().min(lit(BANDS as f64 - 2.0));

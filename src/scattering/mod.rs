@@ -6,6 +6,7 @@
 //! | `vector.rs` | the scattering vector `q`: frequency `f` and phase rate `κ` of a query |
 //! | `geometry.rs` | pairs of directions, the obliquity factor O, V-cavity shadowing M |
 //! | `fresnel.rs`, `index.rs` | Fresnel reflectance R, refractive indices |
+//! | `size.rs` | sizes of pattern and heights relative to the relief of the tables |
 //! | `cover.rs` | a flat clear layer over the relief |
 //! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
 //! | `options.rs` | parameters of the model |
@@ -17,6 +18,7 @@ mod geometry;
 mod index;
 mod map;
 mod options;
+mod size;
 mod small_slope;
 mod vector;
 
@@ -28,6 +30,7 @@ pub use index::{ComplexIndex, SpectralIndex, SpectralIndexError};
 pub use map::map_direction;
 pub use options::Options;
 pub(crate) use options::build_table;
+pub use size::{RELATIVE_SIZE, Reading, RelativeSize, SizeRange};
 pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
 pub(crate) use vector::Scattering;

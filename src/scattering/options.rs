@@ -2,7 +2,7 @@
 
 use super::geometry::angular_factor;
 use super::small_slope::small_slope;
-use super::{ComplexIndex, Obliquity, Pair, SpectralIndex};
+use super::{ComplexIndex, Obliquity, Pair, SizeRange, SpectralIndex};
 use crate::height_field::HeightField;
 use crate::numeric::Real;
 use crate::table::{
@@ -39,6 +39,8 @@ pub struct Options {
     /// Largest direction cosine along the surface at which light leaves (default: 1). Under a cover of index n it is
     /// 1/n, beyond which light is totally reflected ([`Cover`](super::Cover)). The sampler draws no light beyond.
     pub reach: f64,
+    /// Relative sizes at which the surface is evaluated; `None` for the relief's own size (default).
+    pub sizes: Option<SizeRange>,
     /// Relative error to which tables are built (default: 1e-3).
     pub tolerance: f64,
     /// Factor on the limits of memory and time of a build, at least 1 (default). Tables do not depend on it.
@@ -61,6 +63,7 @@ impl Default for Options {
             conserve_energy: true,
             shadowing: false,
             reach: 1.0,
+            sizes: None,
             tolerance: 1e-3,
             build_limit: default_build_limit(),
         }

@@ -3,7 +3,7 @@
 //! The arguments of S are the spatial frequency `f = (u, v)/λ` in cycles/µm and the phase rate `κ = 2πw/λ` in rad/µm.
 //! The factor before `S/λ²` is `R·O·M` (docs/model.md#the-reflectance).
 
-use super::{ComplexIndex, Obliquity, angular_factor, floored_cosines, fresnel_of_family, small_slope};
+use super::{ComplexIndex, Obliquity, Reading, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
 use std::f64::consts::TAU;
 
@@ -36,12 +36,12 @@ impl<N: Numbers> Scattering<N> {
         }
     }
 
-    /// Frequency `f = (u, v)/λ` in cycles/µm and phase rate `κ = 2πw/λ` in rad/µm at a wavelength in nm.
+    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up.
     #[inline(always)]
-    pub(crate) fn at(&self, nm: N::Real) -> ([N::Double; 2], N::Real) {
-        let wavelength_um = nm * N::Real::lit(1e-3);
-        let wavenumber = N::Double::lit(1e3) / N::widen(nm);
-        (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / wavelength_um)
+    pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
+        let depth_um = reading.for_kappa_nm() * N::Real::lit(1e-3);
+        let wavenumber = N::Double::lit(1e3) / N::widen(reading.wavelength_nm);
+        (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / depth_um)
     }
 
     /// `|q|²`, at most 4 up to rounding.

@@ -45,6 +45,19 @@ impl<N: Numbers> TableView<N> {
     /// `active` is false.
     #[inline(always)]
     pub fn density(&self, f: [N::Double; 2], kappa: N::Real, active: N::Mask) -> N::Real {
+        self.density_of(f, kappa, None, active)
+    }
+
+    /// [`TableView::density`] of a table whose orders are narrower than its own by the factor `window`, at most 1, with
+    /// their peaks unchanged. `None` stands for 1. Tables whose nodes are not orders need `None`.
+    #[inline(always)]
+    pub(crate) fn density_of(
+        &self,
+        f: [N::Double; 2],
+        kappa: N::Real,
+        window: Option<N::Real>,
+        active: N::Mask,
+    ) -> N::Real {
         let layout = &self.layout;
         let (lit, int) = (N::Real::lit, N::Index::lit);
         let position: [N::Double; 2] = std::array::from_fn(|axis| f[axis] * N::Double::lit(layout.period_um[axis]));
@@ -52,9 +65,12 @@ impl<N: Numbers> TableView<N> {
         let [(column, distance_x), (row, distance_y)] =
             std::array::from_fn(|axis| self.first_tap(position[axis], axis));
         let curve = Curve::<N>::new(layout, kappa);
+        let kernel_weight = |axis: usize, distance: N::Real| {
+            kernel_weight(layout.kernel[axis], window.map_or(distance, |window| distance / window))
+        };
         let [taps_x, taps_y] = layout.taps;
         let columns = int(2 * layout.reach[0] + 1);
-        let weight_x = N::tabulated(taps_x, |i| kernel_weight(layout.kernel[0], distance_x - N::real(i)));
+        let weight_x = N::tabulated(taps_x, |i| kernel_weight(0, distance_x - N::real(i)));
         // Sums have two components: a power and 0, or real and imaginary part of an amplitude.
         let add_node = |node: N::Index, weight: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(&curve, node, active);
@@ -70,7 +86,7 @@ impl<N: Numbers> TableView<N> {
                 let step = |(ix, sum): (N::Index, [N::Real; 2])| (ix + int(1), add_node(first + ix, weight_x(ix), sum));
                 N::while_loop(c"orders of a row", start, go_on, step).1
             };
-            let weight_y = kernel_weight(layout.kernel[1], distance_y - N::real(iy));
+            let weight_y = kernel_weight(1, distance_y - N::real(iy));
             std::array::from_fn(|part| weight_y.fma(row_sum[part], sum[part]))
         };
         let [re, im] = if taps_y == 1 {
@@ -89,7 +105,7 @@ impl<N: Numbers> TableView<N> {
                     first.le(index) & index.lt(first + int(layout.taps[axis]))
                 };
                 let [x, y] = position.map(N::narrow);
-                let weight = kernel_weight(layout.kernel[0], x) * kernel_weight(layout.kernel[1], y);
+                let weight = kernel_weight(0, x) * kernel_weight(1, y);
                 let order_zero = weight * curve.header_factors[0] * lit(layout.zero);
                 let is_read = reads_order_zero(column, 0) & reads_order_zero(row, 1);
                 // Where the power is about zero, the spline may be negative by the tolerance.

@@ -9,7 +9,7 @@ use sunbeam::height_field::{HeightField, Level, Preset};
 use sunbeam::lobe::{Lobe, SpectralLobe, Surface, UNIFORM_FRACTION};
 use sunbeam::numeric::{Lanes, Numbers, Plain};
 use sunbeam::sampling::{SamplerLayout, SamplerView};
-use sunbeam::scattering::{Options, Vec3};
+use sunbeam::scattering::{Options, Reading, Vec3};
 use sunbeam::table::{Model, Tiling};
 use sunbeam::transform::OrderTransform;
 
@@ -237,17 +237,18 @@ fn single_precision_matches_double() {
                 continue;
             }
             let wide = |v: [f32; 3]| v.map(f64::from);
-            let drawn = single.sample(wi, nm, u, true);
+            let drawn = single.sample(wi, &Reading::at(nm), u, true);
             assert!(drawn.iter().all(|c| c.is_finite()) && drawn[2] >= 0.0, "{name}: {drawn:?}");
-            let exact = double.sample(wide(wi), f64::from(nm), u.map(f64::from), true);
+            let reading = Reading::at(f64::from(nm));
+            let exact = double.sample(wide(wi), &reading, u.map(f64::from), true);
             compared += 2;
             same += i32::from((0..2).all(|i| (f64::from(drawn[i]) - exact[i]).abs() < RELATIVE));
             let wo = if drawn[2] > 0.1 { drawn } else { random.direction().map(|c| c as f32) };
-            let (a, b) = (pdf(&single, wi, wo, nm), double.pdf(wide(wi), wide(wo), f64::from(nm), true));
+            let (a, b) = (pdf(&single, wi, wo, nm), double.pdf(wide(wi), wide(wo), &reading, true));
             same += i32::from((a - b).abs() <= RELATIVE * b);
         }
         assert!(f64::from(same) >= AGREE * f64::from(compared), "{name}: {same} of {compared}");
-        let none = single.pdf([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 550.0, false);
+        let none = single.pdf([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], &Reading::at(550.0), false);
         assert_eq!((none, single.sample([0.0, 0.0, 1.0], 550.0, [0.5; 2], false)), (0.0, [0.0; 3]));
     }
 }
@@ -268,7 +269,7 @@ fn lanes_match_scalar() {
     ];
     for (name, surface) in surfaces().into_iter().chain(more) {
         let (layout, words) = (surface.layout(), surface.words());
-        let (lanes, one) = (SpectralLobe::<Lanes> { layout, words }, surface.lobe::<f32>());
+        let (lanes, one) = (SpectralLobe::<Lanes> { layout, words, size: None }, surface.lobe::<f32>());
         let mut random = Random::new(11);
         let (mut same, mut compared, mut some) = (0, 0, 0);
         for _ in 0..1000 {
@@ -294,7 +295,7 @@ fn lanes_match_scalar() {
 }
 
 fn pdf(view: &SamplerView<Plain<'_, f32>>, wi: [f32; 3], wo: [f32; 3], nm: f32) -> f64 {
-    f64::from(view.pdf(wi, wo, nm, true))
+    f64::from(view.pdf(wi, wo, &Reading::at(nm), true))
 }
 
 #[test]

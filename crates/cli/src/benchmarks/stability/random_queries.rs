@@ -158,6 +158,7 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
         conserve_energy: coin(),
         shadowing: coin(),
         reach: 1.0,
+        sizes: None,
         tolerance,
         build_limit: 1.0,
     };

@@ -1,0 +1,162 @@
+//! Table of the divisor A for a relief of several relative sizes ([`Reading`](crate::scattering::Reading)).
+//!
+//! The albedo of a resized relief depends on the two wavelengths of its reading: λ' = λ/s for frequencies, and λ" = λ/d
+//! for κ. Planes are uniform in log λ', and *slabs* of planes are uniform in 1/λ", to which the phase of the heights is
+//! proportional.
+
+use super::build::{Group, resolution};
+use super::{AlbedoIntegral, AlbedoLayout, AlbedoReport, AlbedoTable, NODES_DONE};
+use crate::numeric::Real;
+use crate::scattering::SizeRange;
+use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use serde::{Deserialize, Serialize};
+
+/// Phase in radians between the relief's lowest and highest point, per unit of w, by which two slabs differ at most.
+/// The albedo is interpolated linearly between slabs. See `tests/core/sizes.rs` for the error.
+const SLAB_PHASE: f64 = 1.0;
+
+/// Planes and slabs of an [`AlbedoTable`] for several relative sizes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SizeAxes {
+    /// Binary logarithm of the wavelength λ' in nm of the first plane.
+    pub log_wavelength_min: f32,
+    /// Planes per octave of λ'.
+    pub planes_per_octave: f32,
+    /// Number of slabs, at least two.
+    pub slabs: u32,
+    /// Wavenumber 1/λ" of the first slab, in 1/nm.
+    pub wavenumber_min: f32,
+    /// Slabs per wavenumber in 1/nm.
+    pub slabs_per_wavenumber: f32,
+}
+
+impl SizeAxes {
+    /// Position among the planes at a wavelength λ' in nm.
+    #[inline(always)]
+    pub(super) fn plane<R: Real>(&self, wavelength_nm: R) -> R {
+        (wavelength_nm.log2() - R::lit(self.log_wavelength_min.into())) * R::lit(self.planes_per_octave.into())
+    }
+
+    /// Position among the slabs at a wavelength λ" in nm.
+    #[inline(always)]
+    pub(super) fn slab<R: Real>(&self, wavelength_nm: R) -> R {
+        (R::lit(1.0) / wavelength_nm - R::lit(self.wavenumber_min.into())) * R::lit(self.slabs_per_wavenumber.into())
+    }
+}
+
+/// Builds the table of an integral for a range of sizes, and the albedos of the relief's own size before and after
+/// division.
+pub(super) fn build(
+    integral: &mut AlbedoIntegral,
+    sizes: &SizeRange,
+    progress: &Progress,
+) -> (AlbedoTable, AlbedoReport) {
+    let (cells, planes) = resolution(integral);
+    let octaves = |low: f64, high: f64| (high / low).log2();
+    let own_octaves = octaves(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+    let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
+    let range_octaves = octaves(shortest_nm, WAVELENGTH_MAX_NM / sizes.scale[0]);
+    // Odd, so that every other plane belongs to the coarse grid.
+    let planes = 2 * (0.5 * f64::from(planes - 1) * range_octaves / own_octaves).ceil() as u32 + 1;
+    let planes_per_octave = f64::from(planes - 1) / range_octaves;
+    // From the smallest depth at the longest wavelength to the largest depth at the shortest.
+    let wavenumbers = [sizes.depth[0] / WAVELENGTH_MAX_NM, sizes.depth[1] / WAVELENGTH_MIN_NM];
+    // The phase at the shortest wavelength belongs to the wavenumber 1/λ_min.
+    let phase = integral.phase_max() * (wavenumbers[1] - wavenumbers[0]) * WAVELENGTH_MIN_NM;
+    let slabs = (phase / SLAB_PHASE).ceil().max(1.0) as u32 + 1;
+    let slabs_per_wavenumber = f64::from(slabs - 1) / (wavenumbers[1] - wavenumbers[0]);
+    let layout = AlbedoLayout {
+        cells,
+        planes,
+        wavelength_min_nm: WAVELENGTH_MIN_NM as f32,
+        planes_per_nm: 0.0,
+        sizes: Some(SizeAxes {
+            log_wavelength_min: shortest_nm.log2() as f32,
+            planes_per_octave: planes_per_octave as f32,
+            slabs,
+            wavenumber_min: wavenumbers[0] as f32,
+            slabs_per_wavenumber: slabs_per_wavenumber as f32,
+        }),
+    };
+    // Width of the gap above a plane.
+    let growth = (1.0 / planes_per_octave).exp2() - 1.0;
+    let group = |at: f64| {
+        let nm = shortest_nm * (at / planes_per_octave).exp2();
+        Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
+    };
+    integral.narrow(sizes.scale[0]);
+    let mut words = Vec::new();
+    for slab in 0..slabs {
+        let done = |slabs_done: u32| NODES_DONE * f64::from(slabs_done) / f64::from(slabs);
+        integral.set_depth_wavelength(Some(1.0 / (wavenumbers[0] + f64::from(slab) / slabs_per_wavenumber)));
+        words.extend(AlbedoTable::slab(integral, layout, &group, &progress.part(done(slab), done(slab + 1))));
+    }
+    let table = AlbedoTable { layout, words };
+    integral.set_depth_wavelength(None);
+    let report = AlbedoReport::new(integral, &table, &progress.part(NODES_DONE, 1.0));
+    (table, report)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::height_field::random::Random;
+    use crate::height_field::{HeightField, Preset};
+    use crate::lobe::{Surface, SpectralLayout};
+    use crate::numeric::Plain;
+    use crate::scattering::{Options, Reading, RelativeSize, Vec3, build_table};
+    use crate::table::{CoherenceWindow, Tiling};
+    use std::f64::consts::TAU;
+
+    /// Largest albedo of `field` at random sizes, incidences and wavelengths, after division by the table of all sizes.
+    fn largest_albedo(field: &HeightField, options: &Options, count: usize) -> (f64, f64) {
+        let surface = Surface::new(field, options).unwrap();
+        let Some(table) = surface.albedo_table() else { return (0.0, 0.0) };
+        let (view, layout): (_, &SpectralLayout) = (table.view::<f64>(), surface.layout());
+        let sizes = options.sizes.unwrap();
+        let mut random = Random::new(11);
+        let (mut largest, mut sum) = (0f64, 0.0);
+        for _ in 0..count {
+            let [scale, depth] = [sizes.scale, sizes.depth].map(|[low, high]| random.between(low, high.max(low + 1e-9)));
+            let size = RelativeSize { scale, depth };
+            let window = if layout.keeps_window() { 1.0 } else { scale };
+            let own = Options { coherence_length_um: window * options.coherence_length_um, sizes: None, ..options.clone() };
+            let resized = build_table(&field.resized(scale, depth), &own, &Progress::none()).unwrap().table;
+            let integral = AlbedoIntegral::accurate(&resized, &own).unwrap();
+            for _ in 0..40 {
+                let (theta, phi) = (random.between(0.0, 1.55f64), random.between(0.0, TAU));
+                let wi: Vec3 = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
+                let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+                let reading = Reading::<Plain<f64>>::resized(nm, Some(size), layout.keeps_window());
+                let mut albedo = 0.0;
+                integral.visit::<Plain<f64>>(wi, nm, None, |wo, part| albedo += part * view.factor(wi, wo, &reading, true));
+                largest = largest.max(albedo);
+                sum += albedo / 40.0;
+            }
+        }
+        (largest, sum / count as f64)
+    }
+
+    #[test]
+    fn albedos_of_resized_reliefs_stay_below_one() {
+        let sizes = |scale, depth| Options {
+            coherence_length_um: 20.0,
+            sizes: Some(SizeRange { scale, depth }),
+            ..Options::default()
+        };
+        let rough = {
+            let mut random = Random::new(5);
+            HeightField::new(0.4 * random.smooth_field(24, 20, 3), 0.1, 0.1).unwrap()
+        };
+        for (name, field, options) in [
+            ("blazed", Preset::Blazed.build(None, None).unwrap(), sizes([0.5, 1.0], [1.0, 1.0])),
+            ("sinusoidal", Preset::Sinusoidal.build(None, None).unwrap(), sizes([0.35, 1.0], [0.25, 1.0])),
+            ("crossed", rough.clone(), sizes([0.5, 1.0], [0.5, 1.0])),
+            ("scan", rough, Options { tiling: Tiling::Aperiodic, ..sizes([0.5, 1.0], [0.5, 1.0]) }),
+        ] {
+            let start = std::time::Instant::now();
+            let (largest, mean) = largest_albedo(&field, &options, 60);
+            println!("{name}: {largest} mean {mean} in {:?}", start.elapsed());
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Relative sizes of a relief: one set of tables for a pattern whose pitch and depth vary from place to place.
+//!
+//! ```text
+//! s, d       size of the pattern and of its heights, relative to the relief of the tables
+//! S_sd(f; κ) = s² S(s f; d κ)           power spectrum of the resized relief, from that of the tables
+//! λ' = λ/s,  λ" = λ/d                   wavelengths that go with f and with κ
+//! S_sd/λ²    = S((u, v)/λ'; 2πw/λ")/λ'²
+//! ```
+//!
+//! The equation resizes the coherence window with the pattern, so that orders keep their width relative to their
+//! distance. A surface whose orders are read one by one ([`Reading::window`]) keeps its window instead:
+//! orders are then narrower by s in the tables' units, and the divisor is λ².
+
+use crate::numeric::{Number, Numbers, Real};
+use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
+
+/// Accepted relative sizes, of patterns and of heights. Larger reliefs are given as such, so that the tables cover
+/// every size. Smaller ones are flat mirrors.
+pub const RELATIVE_SIZE: RangeInclusive<f64> = 1e-3..=1.0;
+
+/// Size of a relief relative to that of its tables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativeSize<R> {
+    /// Size of the pattern along the surface.
+    pub scale: R,
+    /// Size of the heights.
+    pub depth: R,
+}
+
+/// Ranges of the relative sizes of a surface, each `[smallest, largest]` within [`RELATIVE_SIZE`]. Albedos are
+/// tabulated for them; other sizes take the albedo of the nearest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SizeRange {
+    /// Range of [`RelativeSize::scale`].
+    pub scale: [f64; 2],
+    /// Range of [`RelativeSize::depth`].
+    pub depth: [f64; 2],
+}
+
+impl SizeRange {
+    /// A range that contains this one and has its ends at powers of √2, so that tables of similar ranges are shared.
+    pub fn rounded(self) -> Self {
+        let rounded = |[low, high]: [f64; 2]| {
+            // Ends just beside a power count as that power.
+            let step = |end: f64, round: fn(f64) -> f64| (0.5 * round(2.0 * end.log2())).exp2();
+            [step(low * (1.0 + 1e-6), f64::floor), step(high * (1.0 - 1e-6), f64::ceil)]
+                .map(|end| end.clamp(*RELATIVE_SIZE.start(), *RELATIVE_SIZE.end()))
+        };
+        Self { scale: rounded(self.scale), depth: rounded(self.depth) }
+    }
+
+    /// Whether every size of `other` lies in this range.
+    pub fn contains(&self, other: &Self) -> bool {
+        let within = |outer: [f64; 2], inner: [f64; 2]| outer[0] <= inner[0] && inner[1] <= outer[1];
+        within(self.scale, other.scale) && within(self.depth, other.depth)
+    }
+}
+
+/// Arguments of a table's look-up at a wavelength, for a relief of any relative size.
+#[derive(Clone, Copy)]
+pub struct Reading<N: Numbers> {
+    /// Wavelength λ' in nm, by which frequencies follow from direction cosines.
+    pub wavelength_nm: N::Real,
+    /// Wavelength λ" in nm, by which κ follows from cosines with the normal; `None` if it equals λ'.
+    pub depth_wavelength_nm: Option<N::Real>,
+    /// Factor on the widths of orders in the tables' units, at most 1; `None` stands for 1.
+    pub window: Option<N::Real>,
+}
+
+impl<N: Numbers> Reading<N> {
+    /// Look-up at a wavelength in nm, for a relief of the tables' own size.
+    #[inline(always)]
+    pub fn at(wavelength_nm: N::Real) -> Self {
+        Self { wavelength_nm, depth_wavelength_nm: None, window: None }
+    }
+
+    /// Look-up at a wavelength in nm, for a relief of a relative size. With `keeps_window` the coherence window keeps
+    /// its width; otherwise it is resized with the pattern.
+    #[inline(always)]
+    pub fn resized(wavelength_nm: N::Real, size: Option<RelativeSize<N::Real>>, keeps_window: bool) -> Self {
+        match size {
+            None => Self::at(wavelength_nm),
+            Some(RelativeSize { scale, depth }) => Self {
+                wavelength_nm: wavelength_nm / scale,
+                depth_wavelength_nm: Some(wavelength_nm / depth),
+                window: keeps_window.then_some(scale),
+            },
+        }
+    }
+
+    /// λ", by which κ follows.
+    #[inline(always)]
+    pub(crate) fn for_kappa_nm(&self) -> N::Real {
+        self.depth_wavelength_nm.unwrap_or(self.wavelength_nm)
+    }
+
+    /// A length that is `length` times the widths of orders, in the tables' units.
+    #[inline(always)]
+    pub(crate) fn narrowed(&self, length: N::Real) -> N::Real {
+        self.window.map_or(length, |window| length * window)
+    }
+
+    /// Square of the wavelength in µm by which a power density is divided: λ'², or λ² if the window keeps its width.
+    #[inline(always)]
+    pub(crate) fn squared_um(&self) -> N::Real {
+        let um = self.narrowed(self.wavelength_nm * N::Real::lit(1e-3));
+        um * um
+    }
+}
+
+impl<R: Real> RelativeSize<R> {
+    /// The size with both parts within [`RELATIVE_SIZE`].
+    #[inline(always)]
+    pub fn clipped(self) -> Self {
+        let (low, high) = (R::lit(*RELATIVE_SIZE.start()), R::lit(*RELATIVE_SIZE.end()));
+        Self { scale: Number::clip(self.scale, low, high), depth: Number::clip(self.depth, low, high) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounded_ranges_contain_the_given_ones() {
+        let given = SizeRange { scale: [0.6, 0.9], depth: [0.5, 1.0] };
+        let rounded = given.rounded();
+        assert!(rounded.contains(&given) && !given.contains(&rounded));
+        assert_eq!(rounded.depth, [0.5, 1.0]);
+        assert!((rounded.scale[0] - 0.5).abs() < 1e-12 && rounded.scale[1] == 1.0);
+    }
+}
