@@ -105,7 +105,7 @@ fn bands(count: usize) -> Group<BANDS> {
         .map(|k| {
             let nm = WAVELENGTH_MIN_NM + (k as f64 + 0.5) * step_nm;
             let weights = WavelengthWeights::at(nm);
-            // Leaves out the luminance.
+            // The last weight, of the luminance, is left out.
             (nm, std::array::from_fn(|band| weights[band]))
         })
         .collect();
