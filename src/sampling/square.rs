@@ -6,7 +6,8 @@
 //! P_j(κ), f_j                           power and frequency of node j
 //! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O; 1 for other factors
 //! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
-//! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, between the centres of two bands
+//! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, at the fraction t from the centre of
+//!                                       band b to that of band b + 1
 //! ```
 //!
 //! The power reflected into `df` is proportional to `S·G/cosθo` at one incidence. The density follows `S·G`. Three
