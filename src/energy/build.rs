@@ -156,13 +156,13 @@ impl<'a, const K: usize> Builder<'a, K> {
         let steps = progress.of_steps(
             2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
         );
-        let albedo = self.nodes(coarse_grid, 2, None, &steps);
+        let albedo = self.fill_nodes(coarse_grid, 2, None, &steps);
         if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
             return None;
         }
-        let coarse = self.nodes(coarse_grid, 2, Some(Known { nodes: &albedo, stride: 2.0 }), &steps);
+        let coarse = self.fill_nodes(coarse_grid, 2, Some(Known { nodes: &albedo, stride: 2.0 }), &steps);
         let known = Known { nodes: &coarse, stride: 2.0 };
-        let mut nodes = self.nodes(grid, 1, Some(known), &steps);
+        let mut nodes = self.fill_nodes(grid, 1, Some(known), &steps);
         // t bounds the albedo only if A ≥ b everywhere.
         nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)).for_each(|(values, least)| {
             values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
@@ -188,7 +188,7 @@ impl<'a, const K: usize> Builder<'a, K> {
 
     /// Nodes of every `stride`-th group on a grid: of a if `b` is `None`, of t with the divisors `b` otherwise. A
     /// stride of 1 is the table's own grid, whose nodes also get the t of orders on their ridges.
-    fn nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
+    fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
         let integrated = self.integrated_nodes(grid);
         let groups = (self.groups - 1) / stride + 1;
         let integrate = |i: usize| {
@@ -271,9 +271,10 @@ impl<'a, const K: usize> Builder<'a, K> {
                     };
                     fraction(0) * fraction(1) * fraction(2)
                 };
+                // Trilinear interpolation of the table.
                 let mut table = [0.0; K];
-                for (i, node) in corners(gap, y, x).enumerate() {
-                    (0..K).for_each(|k| table[k] += weight(i) * f64::from(nodes.values[node][k]));
+                for (corner, node) in corners(gap, y, x).enumerate() {
+                    (0..K).for_each(|k| table[k] += weight(corner) * f64::from(nodes.values[node][k]));
                 }
                 let group_at = if self.groups > 1 { gap as f64 + fg } else { 0.0 };
                 let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);

@@ -24,7 +24,8 @@ const PANEL_SIGMAS: f64 = 18.0;
 const PANELS_MAX: f64 = 24.0;
 /// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker ones are merged.
 const SEPARATE_MAX: usize = 640;
-/// Number of the strongest nodes that stay separate where others are merged.
+/// Number of the strongest nodes that stay separate where others are merged. Merging widens a node's Gaussian, which
+/// matters most for strong nodes.
 const STRONGEST: usize = 16;
 /// Side in cycles/µm of the squares in which nodes are merged. Larger squares leave fewer Gaussians; smaller ones keep
 /// more of the nodes' frequencies.
@@ -116,11 +117,11 @@ impl<'a> AlbedoIntegral<'a> {
         let mut nodes = Vec::new();
         let lattice = self.table.lattice();
         // Outgoing direction cosines up to the cutoff: |wi + wo|/λ ≤ cutoff/period along each axis.
-        let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, wi)| {
+        let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
-            [-reach - wi, reach - wi]
+            [-reach - cosine, reach - cosine]
         });
-        let phase = phase(self.table, wavelength_um);
+        let phase = phase_per_cosine(self.table, wavelength_um);
         // Power density S(f; κ) in µm². Gaussians return without it.
         let density: &dyn Fn([f64; 2], f64) -> f64 = match &self.power {
             Power::Gaussians { gaussians, exact_cut } => {
@@ -139,8 +140,9 @@ impl<'a> AlbedoIntegral<'a> {
         hemisphere(resolved, widest, wi[2], |wo, area| {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-                let density = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
-                nodes.push(QuadratureNode { wo, factor: area * density, ..QuadratureNode::NONE });
+                // S/λ², the power per area of direction cosines.
+                let power_per_area = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
+                nodes.push(QuadratureNode { wo, factor: area * power_per_area, ..QuadratureNode::NONE });
             }
         });
         nodes
@@ -153,7 +155,7 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
     pub(crate) fn phase_max(&self) -> f64 {
-        phase(self.table, 1e-3 * WAVELENGTH_MIN_NM)
+        phase_per_cosine(self.table, 1e-3 * WAVELENGTH_MIN_NM)
     }
 
     /// Whether the table has narrow nodes, and few enough for high ridges of the albedo where one of them leaves along
@@ -263,7 +265,7 @@ impl<'a, V: Values> Integrand<'a, V> {
 }
 
 /// Change of the relief's phase, in radians from its lowest point to its highest, per unit of cosθo.
-fn phase(table: &SpectralTable, wavelength_um: f64) -> f64 {
+fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
     // The knee is the reciprocal of half the range of heights.
     TAU / wavelength_um * 2.0 / table.kappa_knee()
 }

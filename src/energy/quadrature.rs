@@ -6,9 +6,9 @@
 //! - `cosθo dω = dx dy = cos²α cos ψ dα dψ = cos α · cosθo dα dψ`
 //!
 //! Stam's obliquity factor is `O = (1 + wi·wo)²/(cosθi cosθo (cosθi + cosθo)²)`. The area element's factor cosθo
-//! cancels its pole `1/cosθo`, so the integrand is finite at the horizon. Uniform steps of the angles put many
-//! quadrature nodes there. At grazing incidence `1/(cosθi + cosθo)²` still changes rapidly near the horizon, which then
-//! gets panels of its own.
+//! cancels its pole `1/cosθo`, so the integrand is smooth at the horizon. Uniform steps of the angles are short steps
+//! of x and y there. At grazing incidence `1/(cosθi + cosθo)²` changes rapidly near the horizon, which then gets panels
+//! of its own.
 
 use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
@@ -17,9 +17,9 @@ use std::f64::consts::FRAC_PI_2;
 /// Incident cosine below which the horizon gets panels of its own. A larger value takes more nodes; a smaller one is
 /// less accurate at grazing incidence.
 const GRAZING_COS: f64 = 0.03;
-/// Width of the horizon's panels in ψ: a multiple of cosθi, in radians. At their inner edge cosθo is 8 cosθi, where
-/// `1/(cosθi + cosθo)²` is 1/81 of its value at the horizon. Wider panels sample this fall more coarsely; narrower ones
-/// leave more of it to the other panels.
+/// Width of the horizon's panels in ψ: a multiple of cosθi, in radians. At their inner edge cosθo is about 8 cosθi for
+/// α = 0, so `1/(cosθi + cosθo)²` is 1/81 of its value at the horizon. Wider panels sample this fall more coarsely;
+/// narrower ones leave more of it to the other panels.
 const HORIZON_COSINES: f64 = 8.0;
 
 /// Quadrature rule on [−1, 1] that is symmetric about zero: pairs of a positive abscissa and its weight. The negative

@@ -26,8 +26,8 @@
 //! | order number | place of an order among the propagating ones, 0 to s, by ascending m |
 //! | point (t, b) | one solution of `sunbeam-rigorous`, for all orders at once |
 //!
-//! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. Then ky²/k² = y² = 1 −
-//! (tλ/d)², so ky is imaginary at wavelengths above d/t.
+//! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. From t and λ follows
+//! `ky²/k² = y² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t.
 //!
 //! # Files
 //!
