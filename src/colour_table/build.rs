@@ -134,7 +134,7 @@ fn order_sigma_per_um(field: &HeightField, tiling: Tiling, coherence_length_um: 
 fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f64) {
     let (low, high) = field.range_um();
     let mut coherence_length_um = options.coherence_length_um;
-    // Ends, since bounds in `rings.rs` keep the tables of short coherence lengths small for any relief.
+    // The loop ends, since bounds in `rings.rs` keep the tables of short coherence lengths small for any relief.
     loop {
         let sigma_per_um = order_sigma_per_um(field, options.tiling, coherence_length_um);
         let plan = Rings::plan(sigma_per_um, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
@@ -234,17 +234,17 @@ fn assemble(plan: &Rings, fitted: &[FittedRing]) -> (ColourLayout, Vec<u32>) {
     let count = plan.rings.len();
     let mut words = Vec::with_capacity(plan.words() + Ring::WORDS * count + 4);
     let mut rings = Vec::with_capacity(count);
-    for (ring, fitted) in plan.rings.iter().zip(fitted) {
+    for (ring, fitted_ring) in plan.rings.iter().zip(fitted) {
         rings.push(Ring {
             offset: words.len() as u32,
             directions: ring.directions as u32,
             w_count: ring.w_count() as u32,
             knots_per_w: ring.knots_per_w as f32,
             knots_per_efold: ring.knots_per_efold as f32,
-            knee_squared: fitted.knee_squared as f32,
-            zero_squared: fitted.zero_squared as f32,
+            knee_squared: fitted_ring.knee_squared as f32,
+            zero_squared: fitted_ring.zero_squared as f32,
         });
-        words.extend(fitted.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
+        words.extend(fitted_ring.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
     }
     // Records are read in packets of four words, and GPU buffers are aligned to four words.
     words.resize(words.len().next_multiple_of(4), 0);

@@ -33,8 +33,9 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
     };
     let knee_squared = knee * knee;
     // If F ∝ w² + zero² up to the knee, zero² follows from F at the first sample w_0 and at w_k, the first beyond the
-    // knee: zero² = w_k²·F(w_0)/F(w_k) − w_0². F(w_k) lies up to three times below the square law, which would pass for
-    // a zero² of up to 2·w_0². Subtracting 3·w_0² excludes that.
+    // knee: zero² ≈ w_k²·F(w_0)/F(w_k) − w_0², for w_k much larger than zero. Near the knee F falls short of the square
+    // law by a factor of up to 3. Without any constant the estimate is then up to 2·w_0². Subtracting 3·w_0²
+    // in place of w_0² brings it to 0.
     let near_knee = sampled_w.partition_point(|w| *w < knee).min(w_count - 1);
     let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
     let zero_squared =
@@ -47,16 +48,16 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
     }
     // Over w: a matrix product per direction.
     let inverse = collocation_inverse(ring);
-    let mut fitted = vec![0f32; row_len];
+    let mut coefficients = vec![0f32; row_len];
     for row in values.chunks_exact_mut(row_len) {
-        for (weights, fitted) in inverse.chunks_exact(w_count).zip(fitted.chunks_exact_mut(3)) {
+        for (weights, coefficient) in inverse.chunks_exact(w_count).zip(coefficients.chunks_exact_mut(3)) {
             let mut sums = [0f32; 3];
             for (weight, sample) in weights.iter().zip(row.chunks_exact(3)) {
-                sums.iter_mut().zip(sample).for_each(|(sum, sample)| *sum += weight * sample);
+                sums.iter_mut().zip(sample).for_each(|(sum, channel)| *sum += weight * channel);
             }
-            fitted.copy_from_slice(&sums);
+            coefficient.copy_from_slice(&sums);
         }
-        row.copy_from_slice(&fitted);
+        row.copy_from_slice(&coefficients);
     }
     // Around the ring.
     prefilter_periodic(&mut values, row_len);

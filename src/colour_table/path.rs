@@ -31,8 +31,11 @@ pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// Points of the rays of one group of rings: uniform radial frequencies ρ, in cycles/µm.
 pub(super) struct Path {
+    /// ρ of the first point.
     first_per_um: f64,
+    /// Distance between points.
     step_per_um: f64,
+    /// Number of points.
     count: usize,
 }
 
@@ -91,7 +94,7 @@ impl Path {
                 continue;
             }
             let wavelength_nm = 1e3 * wavelength_um;
-            let weight = colours.density(wavelength_nm);
+            let wavelength_rgb = colours.density(wavelength_nm);
             for (w_index, &w) in sampled_w.iter().enumerate() {
                 // The largest w are those of smaller radii, which also read the ring. At its own radius no pair of
                 // directions has a κ beyond the limit, and records end there.
@@ -100,7 +103,7 @@ impl Path {
                 let (first, weights) = curve.coefficients();
                 let (header_factors, spline_factor) = curve.factors();
                 let cos_half = (0.5 * ring.radius.hypot(w)).min(1.0);
-                let factor = scale * reflectance(wavelength_nm, cos_half);
+                let scaled_reflectance = scale * reflectance(wavelength_nm, cos_half);
                 terms.push(Term {
                     point,
                     w_index,
@@ -108,7 +111,7 @@ impl Path {
                     weights: weights.map(|weight| weight as f32),
                     header_factors: header_factors.map(|factor| factor as f32),
                     spline_factor: [spline_factor.re as f32, spline_factor.im as f32],
-                    rgb: weight.map(|channel| (channel * factor) as f32),
+                    rgb: wavelength_rgb.map(|channel| (channel * scaled_reflectance) as f32),
                 });
             }
         }
@@ -201,6 +204,7 @@ impl Path {
 struct Records {
     /// Start of each point's record in `values`, then the end of the last.
     starts: Vec<usize>,
+    /// Numbers of all records, one after another.
     values: Vec<PerRay>,
 }
 

@@ -15,9 +15,10 @@ use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Size of a table whose integrals have at most a number of quadrature nodes.
+/// Size of a table, and the integrals for which it is used.
 #[derive(Clone, Copy)]
 struct Resolution {
+    /// Largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]).
     quadrature_nodes_max: usize,
     /// Cells along each side of the grid.
     cells: u32,
@@ -25,8 +26,9 @@ struct Resolution {
     planes: u32,
 }
 
-/// Sizes of tables. Integrals with few quadrature nodes are those of narrow orders, whose ridges need fine grids. Cells
-/// are even and planes odd, so that every other node forms a coarse grid.
+/// Sizes of tables, of which the first that allows for the integral is taken. Integrals with few quadrature nodes are
+/// those of narrow orders, whose ridges need fine grids. Cells are even and planes odd, so that every other node forms
+/// a coarse grid.
 const RESOLUTIONS: [Resolution; 4] = [
     Resolution { quadrature_nodes_max: 400, cells: 48, planes: 17 },
     Resolution { quadrature_nodes_max: 1000, cells: 32, planes: 11 },
@@ -44,7 +46,7 @@ const MARGIN_CELLS: f64 = 48.0;
 /// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get it in proportion.
 const MARGIN_FROM: f64 = 0.05;
 /// Relative increase of the excess at the rim of the grid, falling by e² per cell: `(A − 1)·cos²θ` is concave in the
-/// outermost cells, so linear interpolation lies below it. Next to no power leaves there, so a large value costs
+/// outermost cells, so linear interpolation lies below it. Hardly any power leaves there, so a large value costs
 /// little.
 const RIM_INCREASE: f64 = 3.0;
 /// Relative increase of the excess at the horizon where orders have ridges, falling as `(1 − cosθ)¹⁶`, to a tenth at
@@ -55,7 +57,8 @@ const GRAZING_INCREASE: f64 = 0.6;
 const LARGE_INCREASE: f64 = 0.007;
 /// Excess of t over one that is attributed to errors of the quadrature, and set to zero.
 const NEGLIGIBLE: f64 = 3e-4;
-/// Number of iterations for t. Every iterate is an upper bound of t, so more iterations only darken less.
+/// Number of iterations for t. Every iterate is an upper bound of t. More iterations lower the bound, which darkens the
+/// reflectance less, but take longer.
 const ITERATIONS: usize = 4;
 /// Half-sides of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 and 0.5 groups ([`BOX_GROUPS`])
 /// albedos reach 1.04; with 1 their mean is lower by 0.01.
@@ -68,8 +71,9 @@ const CELL_COSINE: f64 = 3.08;
 /// Most nodes beyond a cell's corners that are raised with them. There is one for each half turn by which the phase
 /// between the relief's lowest and highest point changes across a cell. More darken reliefs some ten µm deep.
 const DEEP_REACH_MAX: usize = 3;
-/// Change of that phase in radians from which a relief with ridges counts as deep. Others do from half a turn. With
-/// half a turn for all, an albedo of 1.037 remains on a rough relief 1.2 µm deep.
+/// Change of the phase of [`DEEP_REACH_MAX`] across a cell, in radians, from which a relief with ridges counts as deep.
+/// Other reliefs count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief 1.2 µm
+/// deep.
 const DEEP_RIDGE_PHASE: f64 = 2.0;
 /// Check points within a cell of a deep relief, in place of its centre: fractions of the cell along x, y and group.
 const DEEP_CHECK_POINTS: [[f64; 3]; 4] =
@@ -133,6 +137,7 @@ pub(super) fn single_wavelength(planes: u32, group_at: f64) -> Group<1> {
 }
 
 impl<'a, const K: usize> Builder<'a, K> {
+    /// A builder for a table of `groups` groups. `group` makes the group at a position.
     pub(super) fn new(
         integral: &'a AlbedoIntegral<'a>,
         groups: usize,
@@ -151,13 +156,13 @@ impl<'a, const K: usize> Builder<'a, K> {
         let steps = progress.of_steps(
             2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
         );
-        let albedo = self.nodes(coarse_grid, 2, None, &steps);
+        let albedo = self.fill_nodes(coarse_grid, 2, None, &steps);
         if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
             return None;
         }
-        let coarse = self.nodes(coarse_grid, 2, Some(Known { nodes: &albedo, stride: 2.0 }), &steps);
+        let coarse = self.fill_nodes(coarse_grid, 2, Some(Known { nodes: &albedo, stride: 2.0 }), &steps);
         let known = Known { nodes: &coarse, stride: 2.0 };
-        let mut nodes = self.nodes(grid, 1, Some(known), &steps);
+        let mut nodes = self.fill_nodes(grid, 1, Some(known), &steps);
         // t bounds the albedo only if A ≥ b everywhere.
         nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)).for_each(|(values, least)| {
             values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
@@ -181,9 +186,9 @@ impl<'a, const K: usize> Builder<'a, K> {
         (self.groups - 1).max(1)
     }
 
-    /// Nodes of every `stride`-th group on a grid: of a without known divisors, of t with them. A stride of 1 is the
-    /// table's own grid, whose nodes also get the t of orders on their ridges.
-    fn nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
+    /// Nodes of every `stride`-th group on a grid: of a if `b` is `None`, of t with the divisors `b` otherwise. A
+    /// stride of 1 is the table's own grid, whose nodes also get the t of orders on their ridges.
+    fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
         let integrated = self.integrated_nodes(grid);
         let groups = (self.groups - 1) / stride + 1;
         let integrate = |i: usize| {
@@ -252,6 +257,7 @@ impl<'a, const K: usize> Builder<'a, K> {
                 false => &[],
             };
             let rim = grid.on_rim([x, y]).map(|[x, y]| [x, y, 0.5]);
+            // Check points: fractions of the cell along x, along y and to the next group.
             inside.iter().copied().chain(rim).fold([0.0f32; K], |deficit, [fx, fy, fg]| {
                 let (wi, radius) = grid.direction([x as f64 + fx, y as f64 + fy]);
                 if radius >= 1.0 {
@@ -265,9 +271,10 @@ impl<'a, const K: usize> Builder<'a, K> {
                     };
                     fraction(0) * fraction(1) * fraction(2)
                 };
+                // Trilinear interpolation of the table.
                 let mut table = [0.0; K];
-                for (i, node) in corners(gap, y, x).enumerate() {
-                    (0..K).for_each(|k| table[k] += weight(i) * f64::from(nodes.values[node][k]));
+                for (corner, node) in corners(gap, y, x).enumerate() {
+                    (0..K).for_each(|k| table[k] += weight(corner) * f64::from(nodes.values[node][k]));
                 }
                 let group_at = if self.groups > 1 { gap as f64 + fg } else { 0.0 };
                 let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
@@ -286,6 +293,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             if deficit == [0.0; K] {
                 continue;
             }
+            // Range of the nodes of a cell along one axis, and of `reach` nodes beyond on either side.
             let about = |at: usize, last: usize| at.saturating_sub(reach)..=(at + 1 + reach).min(last);
             for group in about(gap, self.groups - 1) {
                 for (y, x) in about(y, cells).flat_map(|y| about(x, cells).map(move |x| (y, x))) {

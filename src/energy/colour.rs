@@ -26,6 +26,8 @@ const WAVELENGTHS_OF_RIDGES: usize = 32;
 const CELLS: u32 = 16;
 /// Number of cells along each side where the albedo has ridges.
 const CELLS_OF_RIDGES: u32 = 32;
+/// Mean wavelengths in nm of red, green and blue, weighted with the bands ([`WavelengthWeights`]).
+pub const CHANNEL_NM: [f64; BANDS] = [606.0, 548.0, 452.0];
 /// Words of a cell: two for each band, and two of padding.
 const WORDS: usize = 8;
 
@@ -51,7 +53,8 @@ impl ColourAlbedoTable {
             true => (CELLS_OF_RIDGES, WAVELENGTHS_OF_RIDGES),
             false => (CELLS, WAVELENGTHS),
         };
-        let layout = AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None };
+        let layout =
+            AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None };
         let grid = Grid { cells };
         let group = |_| bands(wavelengths);
         let nodes = Builder::new(&integral, 1, &group).build(grid, progress);
@@ -105,7 +108,7 @@ fn bands(count: usize) -> Group<BANDS> {
         .map(|k| {
             let nm = WAVELENGTH_MIN_NM + (k as f64 + 0.5) * step_nm;
             let weights = WavelengthWeights::at(nm);
-            // Leaves out the luminance.
+            // The last weight, of the luminance, is left out.
             (nm, std::array::from_fn(|band| weights[band]))
         })
         .collect();
@@ -143,5 +146,20 @@ impl<N: Numbers> ColourAlbedoView<N> {
             let [near, far] = rows.map(|[left, right]| lerp(left, right, place.x));
             lerp(near, far, place.y) * place.per_squared_cosine
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_have_the_mean_wavelengths_of_their_bands() {
+        let bands = bands(471).wavelengths;
+        for (band, expected) in CHANNEL_NM.into_iter().enumerate() {
+            let mean: f64 = bands.iter().map(|(nm, weights)| nm * weights[band]).sum();
+            // Rounded to whole nanometres.
+            assert!((mean - expected).abs() <= 0.5, "{band}: {mean}");
+        }
     }
 }

@@ -24,9 +24,11 @@ const PANEL_SIGMAS: f64 = 18.0;
 const PANELS_MAX: f64 = 24.0;
 /// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker ones are merged.
 const SEPARATE_MAX: usize = 640;
-/// Number of the strongest nodes that stay separate where others are merged.
+/// Number of the strongest nodes that stay separate where others are merged. Merging widens a node's Gaussian, which
+/// matters most for strong nodes.
 const STRONGEST: usize = 16;
-/// Side in cycles/µm of the squares in which nodes are merged.
+/// Side in cycles/µm of the squares in which nodes are merged. Larger squares leave fewer Gaussians; smaller ones keep
+/// more of the nodes' frequencies.
 const MERGED_SIDE_PER_UM: f64 = 0.14;
 
 /// Wavelength in µm at which the cosines of ridges are chosen: the middle of the visible range.
@@ -43,6 +45,7 @@ const RIDGE_COSINE_MIN: f64 = 0.07;
 /// Albedo integral of one ensemble table, at any incidence and wavelength.
 pub(crate) struct AlbedoIntegral<'a> {
     table: &'a SpectralTable,
+    /// Obliquity, shadowing and index: the parameters of F.
     options: &'a Options,
     power: Power<'a>,
     /// Wavelength λ" in nm by which κ follows (`scattering/size.rs`); `None` if it is that of the query.
@@ -73,7 +76,8 @@ impl<'a> AlbedoIntegral<'a> {
         Self::new(table, options, gaussians, || Power::Grid(PowerGrid::new(table)))
     }
 
-    /// The integral with the power in the form `narrow` or `wide`, by the width of the table's nodes.
+    /// The integral of a table, with the power in the form that `narrow` or `wide` makes, by the width of its nodes.
+    /// `None` for a table of amplitudes.
     fn new(
         table: &'a SpectralTable,
         options: &'a Options,
@@ -127,12 +131,13 @@ impl<'a> AlbedoIntegral<'a> {
         let mut nodes = Vec::new();
         let lattice = self.table.lattice();
         // Outgoing direction cosines up to the cutoff: |wi + wo|/λ ≤ cutoff/period along each axis.
-        let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, wi)| {
+        let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
-            [-reach - wi, reach - wi]
+            [-reach - cosine, reach - cosine]
         });
         let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
-        let phase = phase(self.table, depth_wavelength_um);
+        let phase = phase_per_cosine(self.table, depth_wavelength_um);
+        // Power density S(f; κ) in µm². Gaussians return without it.
         let density: &dyn Fn([f64; 2], f64) -> f64 = match &self.power {
             Power::Gaussians { gaussians, exact_cut } => {
                 let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
@@ -150,8 +155,9 @@ impl<'a> AlbedoIntegral<'a> {
         hemisphere(resolved, widest, wi[2], |wo, area| {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-                let density = density(f, pair.kappa(depth_wavelength_um)) / (wavelength_um * wavelength_um);
-                nodes.push(QuadratureNode { wo, factor: area * density, ..QuadratureNode::NONE });
+                // S/λ², the power per area of direction cosines.
+                let power_per_area = density(f, pair.kappa(depth_wavelength_um)) / (wavelength_um * wavelength_um);
+                nodes.push(QuadratureNode { wo, factor: area * power_per_area, ..QuadratureNode::NONE });
             }
         });
         nodes
@@ -164,7 +170,7 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
     pub(crate) fn phase_max(&self) -> f64 {
-        phase(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
+        phase_per_cosine(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
     }
 
     /// Whether the table has narrow nodes, and few enough for high ridges of the albedo where one of them leaves along
@@ -220,10 +226,10 @@ impl<'a> AlbedoIntegral<'a> {
     }
 }
 
-/// Quadrature node of an albedo integral, except for the angular factor F.
+/// Quadrature node of an albedo integral: a direction wo and its fraction P_m of the power.
 ///
-/// Its fraction of the power is `factor`, times `exp(exponent)` and the power `P(κ)` of the record where the power is
-/// [`Power::Gaussians`].
+/// The fraction is `factor·exp(exponent)·P(κ)` for [`Power::Gaussians`], with `P(κ)` from the table's `record`. For the
+/// other forms of the power it is `factor` alone.
 #[derive(Clone, Copy)]
 struct QuadratureNode<'a> {
     wo: Vec3,
@@ -280,12 +286,12 @@ impl<'a, V: Values> Integrand<'a, V> {
 }
 
 /// Change of the relief's phase, in radians from its lowest point to its highest, per unit of cosθo.
-fn phase(table: &SpectralTable, wavelength_um: f64) -> f64 {
+fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
     // The knee is the reciprocal of half the range of heights.
     TAU / wavelength_um * 2.0 / table.kappa_knee()
 }
 
-/// Largest widths in radians, along x and y, of panels of 16 quadrature nodes that resolve a table's nodes.
+/// Largest widths of panels of 16 quadrature nodes that resolve a table's wide nodes, along x and y in radians.
 fn wide_node_panels(table: &SpectralTable, wavelength_um: f64) -> [f64; 2] {
     let lattice = table.lattice();
     [&lattice.x, &lattice.y].map(|axis| PANEL_SIGMAS * wavelength_um * axis.sigma / axis.period_um)
@@ -329,7 +335,7 @@ fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     }
     let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
     let strength = |node: &NodeGaussian| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
-    // Keys have to be ordered, which floats are not.
+    // Integers as keys, since floats have no total order. Strengths are of order one or less.
     gaussians.sort_by_cached_key(|node| std::cmp::Reverse((strength(node) * 1e12) as u64));
     let mut squares: BTreeMap<[i64; 2], Vec<(f64, NodeGaussian<'_>)>> = BTreeMap::new();
     for node in gaussians.split_off(STRONGEST.min(gaussians.len())) {

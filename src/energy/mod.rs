@@ -39,7 +39,7 @@ mod quadrature;
 mod report;
 mod sizes;
 
-pub use colour::{ColourAlbedoTable, ColourAlbedoView};
+pub use colour::{CHANNEL_NM, ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::GridPlace;
 pub(crate) use integral::AlbedoIntegral;
 pub use report::AlbedoReport;
@@ -76,7 +76,8 @@ pub struct AlbedoLayout {
 /// A node holds `(A − 1)·cos²θ`. It is zero where nothing is divided, and finite at the horizon, where A has a pole in
 /// cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
 ///
-/// Words are arranged `[slab][wavelength][y][x]`, with one slab unless there are several sizes ([`SizeAxes`]), and with a packet of four for each cell, so that a look-up takes one read. A
+/// Words are arranged `[slab][wavelength][y][x]`. There is one slab, unless the relief has several sizes ([`SizeAxes`]).
+/// Each cell has a packet of four words, so that a look-up takes one read. A
 /// packet has the corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of the cell's lower plane of wavelength, then
 /// those of its upper plane. Two corners share a word as 16-bit floats (bfloat16), rounded up, the first in the lower
 /// half.

@@ -14,9 +14,9 @@ use crate::scattering::{Vec3, direction_above};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-/// σ in direction cosines below which one quadrature node stands for a Gaussian's width: for the larger σ far from the
-/// horizon, for that across the radius near it. Larger values take fewer nodes. The tests of the accurate integral
-/// allow an error of 0.2 % for this and [`WIDE_SIGMA`].
+/// σ in direction cosines below which one quadrature node stands for a Gaussian's width. Far from the horizon σ is the
+/// larger one, near it that across the radius. Larger values take fewer nodes. The tests of the accurate integral allow
+/// an error of 0.2 % for this constant and [`WIDE_SIGMA`].
 const SHARP_SIGMA: f64 = 0.01;
 /// Upper bound of σ across the radius over cosθi for one quadrature node near the horizon: the obliquity factor changes
 /// with the distance from the mirror direction over cosθi.
@@ -27,11 +27,11 @@ const WIDE_SIGMA: f64 = 0.04;
 const CUT_SIGMAS: f64 = 5.0;
 /// Distance of the centre from the horizon, in standard deviations, from which Gauss–Hermite rules follow `1/cosθo`.
 const CLEAR_SIGMAS: f64 = 6.0;
-/// cos²θo of the centre over σ from which one quadrature node stands for a Gaussian. The mean of `1/cosθo` is then off
-/// by a thousandth.
+/// Smallest `cos²θo/σ`, with θo of the centre, at which one quadrature node stands for a Gaussian. The mean of
+/// `1/cosθo` then errs by a thousandth.
 const ONE_NODE_SIGMAS: f64 = 40.0;
-/// cos²θo of the centre over σ from which three quadrature nodes per axis stand for a Gaussian, or one for a merged
-/// Gaussian. With three the mean of `1/cos³θo` is off by 1e-4, with one that of `1/cosθo` by 0.6 %.
+/// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian. A merged
+/// Gaussian then has one. With three the mean of `1/cos³θo` errs by 1e-4, with one that of `1/cosθo` by 0.6 %.
 const THREE_NODES_SIGMAS: f64 = 16.0;
 /// Largest change of the relief's phase over σ, in radians, that a Gauss–Hermite rule follows.
 const SIGMA_PHASE_MAX: f64 = 1.0;
@@ -60,6 +60,7 @@ pub(super) struct NodeGaussian<'a> {
 pub(super) struct Incidence {
     /// Incident direction.
     pub wi: Vec3,
+    /// Wavelength in µm.
     pub wavelength_um: f64,
     /// Outgoing direction cosines between which the pixels resolve the relief, `[[x low, x high], [y low, y high]]`.
     pub resolved: [[f64; 2]; 2],
@@ -137,12 +138,17 @@ impl NodeGaussian<'_> {
         if limits.iter().any(|[low, high]| *low >= CUT_SIGMAS || *high <= -CUT_SIGMAS) {
             return;
         }
+        // Along each axis, whether the limits lie beyond the Gaussian's ends.
         let is_whole = limits.map(|[low, high]| low <= -CUT_SIGMAS && high >= CUT_SIGMAS);
+        // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase.
         let is_clear = 1.0 - rho > CLEAR_SIGMAS * widest
             && phase * widest * rho < SIGMA_PHASE_MAX * (1.0 - rho_squared).max(0.0).sqrt();
+        // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
         let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
         let is_sharp =
             if self.merged { is_far(THREE_NODES_SIGMAS) } else { widest < SHARP_SIGMA && is_far(ONE_NODE_SIGMAS) };
+        // One node at the centre; Gauss–Hermite rules along both axes; a rule over the hemisphere with an exact cut; or
+        // a rule along the radius.
         if is_clear && is_sharp && is_whole == [true; 2] {
             if let Some(wo) = direction_above(centre[0], centre[1]) {
                 visit(wo, 1.0, 0.0);
@@ -194,10 +200,13 @@ impl NodeGaussian<'_> {
         let sigma_along = length([ex * sigma_x, ey * sigma_y]);
         let sigma_across = length([ey * sigma_x, ex * sigma_y]);
         let is_sharp = self.merged || sigma_across < SHARP_SIGMA.min(SHARP_OF_COSINE * incidence.wi[2]);
-        let across: &[(f64, f64)] = match () {
-            _ if is_sharp => &[(0.0, 1.0)],
-            _ if sigma_across < WIDE_SIGMA => &HERMITE_3,
-            _ => &HERMITE_5,
+        // Abscissae across the radius in standard deviations, and their weights.
+        let across: &[(f64, f64)] = if is_sharp {
+            &[(0.0, 1.0)]
+        } else if sigma_across < WIDE_SIGMA {
+            &HERMITE_3
+        } else {
+            &HERMITE_5
         };
         for &(t, fraction) in across {
             // A line at this distance from the radius meets the horizon at ±reach.

@@ -28,6 +28,7 @@ pub(super) struct PowerGrid {
 }
 
 impl PowerGrid {
+    /// Resamples the power density of a table of powers.
     pub(super) fn new(table: &SpectralTable) -> Self {
         let axes = [&table.lattice().x, &table.lattice().y];
         let sigma_f = axes.map(|axis| axis.sigma / axis.period_um);
@@ -44,6 +45,7 @@ impl PowerGrid {
         // Power density of a table node at all steps. Beyond the end of its record it keeps the last value, since
         // interpolation up to the end also reads the first step beyond.
         let curve_of = |record: &[f32]| {
+            // A cubic spline of n coefficients extends over n − 3 knot intervals from κ = 0.
             let end = (record.len() - HEADER - 3) as f64 * table.kappa_step() * (1.0 - f64::EPSILON);
             let last = NodeCurve::new(table, end).power(record);
             let power = |(i, curve): (usize, &NodeCurve)| match i as f64 / steps_per_kappa < end {
@@ -90,13 +92,14 @@ impl PowerGrid {
     /// between frequencies, linear between steps of κ.
     #[inline]
     pub(super) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        // First of the four nodes read, and the position from the second of them.
+        // First of the four nodes read, and the position from the second of them. The bounds keep all four on the grid.
         let [(ix, tx), (iy, ty)] = [0, 1].map(|c| {
             let last = (2 * self.reach[c]) as f64;
             let position = (f[c] * self.nodes_per_f[c] + self.reach[c] as f64).clamp(1.0, last - 1.0 - 1e-6);
             let node = position as usize;
             (node - 1, position - node as f64)
         });
+        // Both steps about κ lie on the grid.
         let step = (kappa * self.steps_per_kappa).min(self.steps as f64 - 1.5);
         let k = step as usize;
         let tk = step - k as f64;

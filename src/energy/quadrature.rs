@@ -1,23 +1,25 @@
-//! Quadrature rules, and their product over the hemisphere.
+//! Quadrature rules, and their product over the hemisphere of outgoing directions.
 //!
-//! Directions have two angles from −π/2 to π/2: α from the xz plane, and ψ around the y axis.
+//! A direction `(x, y, cosθo)` has two angles from −π/2 to π/2: α from the xz plane, and ψ around the y axis.
 //!
-//! - `x = cos α sin ψ`, `y = sin α`, `cosθ = cos α cos ψ`
-//! - `cosθ dω = dx dy = cos²α cos ψ dα dψ = cos α · cosθ dα dψ`
+//! - `x = cos α sin ψ`, `y = sin α`, `cosθo = cos α cos ψ`
+//! - `cosθo dω = dx dy = cos²α cos ψ dα dψ = cos α · cosθo dα dψ`
 //!
-//! The factor cosθ cancels the `1/cosθ` of the obliquity factor, so the integrand is smooth at the horizon. Quadrature
-//! nodes are dense there.
+//! Stam's obliquity factor is `O = (1 + wi·wo)²/(cosθi cosθo (cosθi + cosθo)²)`. The area element's factor cosθo
+//! cancels its pole `1/cosθo`, so the integrand is smooth at the horizon. Uniform steps of the angles are short steps
+//! of x and y there. At grazing incidence `1/(cosθi + cosθo)²` changes rapidly near the horizon, which then gets panels
+//! of its own.
 
 use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Incident cosine below which the horizon gets separate panels, since the obliquity factor divides by
-/// `(cosθi + cosθo)²` and then changes quickly. A larger value takes more nodes; a smaller one errs at grazing
-/// incidence.
+/// Incident cosine below which the horizon gets panels of its own. A larger value takes more nodes; a smaller one is
+/// less accurate at grazing incidence.
 const GRAZING_COS: f64 = 0.03;
-/// Width in radians of the horizon's panels over the incident cosine. At their inner edge `1/(cosθi + cosθo)²` has
-/// fallen to 1/81. Wider panels resolve it less finely; narrower ones leave more of its fall to the others.
+/// Width of the horizon's panels in ψ: a multiple of cosθi, in radians. At their inner edge cosθo is about 8 cosθi for
+/// α = 0, so `1/(cosθi + cosθo)²` is 1/81 of its value at the horizon. Wider panels sample this fall more coarsely;
+/// narrower ones leave more of it to the other panels.
 const HORIZON_COSINES: f64 = 8.0;
 
 /// Quadrature rule on [−1, 1] that is symmetric about zero: pairs of a positive abscissa and its weight. The negative
@@ -65,40 +67,39 @@ pub(super) struct Angle {
     pub weight: f64,
 }
 
-/// Calls `visit` with the quadrature nodes over a part of the hemisphere: directions, and their areas `cosθ dω`.
+/// Calls `visit` with each quadrature node's direction `(x, y, cosθo)` and its area `cosθo dω`, over the directions
+/// with x and y within `bounds`, `[[x low, x high], [y low, y high]]`.
 ///
-/// The part is the one whose direction cosines along x and y lie within `bounds` `[[x low, x high], [y low, y high]]`.
-/// Panels of 16 nodes are at most `widest` radians wide: in ψ for x, in α for y (see the [module](self)). `cos_i` is
-/// the incident cosine.
+/// Panels of 16 nodes are at most `widest` radians wide: `widest[0]` in ψ, `widest[1]` in α. `cos_i` is cosθi.
 pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mut visit: impl FnMut(Vec3, f64)) {
     let [bounds_x, bounds_y] = bounds.map(|[low, high]| [low.max(-1.0), high.min(1.0)]);
     if bounds_x[0] >= bounds_x[1] || bounds_y[0] >= bounds_y[1] {
         return;
     }
-    let [low, high] = bounds_y.map(f64::asin);
-    // The length of a row over α has a kink where a bound along x meets the horizon, so panels end there.
-    let mut ends = vec![low, high];
+    let [alpha_low, alpha_high] = bounds_y.map(f64::asin);
+    // As a function of α, the range of ψ has a kink where a bound along x meets the horizon. Panels end at the kinks.
+    let mut ends = vec![alpha_low, alpha_high];
     for x in bounds_x {
-        let alpha = x.abs().acos();
-        ends.extend([-alpha, alpha].into_iter().filter(|alpha| low < *alpha && *alpha < high));
+        let kink = x.abs().acos();
+        ends.extend([-kink, kink].into_iter().filter(|alpha| alpha_low < *alpha && *alpha < alpha_high));
     }
     ends.sort_by(f64::total_cmp);
-    // |ψ| from which the horizon has separate panels.
+    // |ψ| from which the horizon has panels of its own; π/2 without them.
     let edge = FRAC_PI_2 - if cos_i < GRAZING_COS { HORIZON_COSINES * cos_i } else { 0.0 };
-    // Nodes over ψ of one row, a value of α. Most rows reach from horizon to horizon and share their nodes.
-    let (mut row, mut row_bounds) = (Vec::new(), [f64::NAN; 2]);
-    for piece in ends.windows(2) {
-        for alpha in in_panels([piece[0], piece[1]], widest[1], &LEGENDRE_16) {
-            let bounds = bounds_x.map(|x| (x / alpha.cos.max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).asin());
-            if bounds != row_bounds {
-                row_bounds = bounds;
-                row.clear();
-                // Panels of the horizon on either side, and the rest between them.
-                let [low, high] = [-edge, edge].map(|psi: f64| psi.clamp(bounds[0], bounds[1]));
-                let parts = [[bounds[0], low], [low, high], [high, bounds[1]]].into_iter();
-                row.extend(parts.flat_map(|part| in_panels(part, widest[0], &LEGENDRE_16)));
+    // Nodes in ψ at one α, and the range of ψ that they cover. Most α have the full range and share its nodes.
+    let (mut psi_nodes, mut psi_range) = (Vec::new(), [f64::NAN; 2]);
+    for alpha_range in ends.windows(2) {
+        for alpha in in_panels([alpha_range[0], alpha_range[1]], widest[1], &LEGENDRE_16) {
+            let range = bounds_x.map(|x| (x / alpha.cos.max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).asin());
+            if range != psi_range {
+                psi_range = range;
+                psi_nodes.clear();
+                // Panels of the horizon at the low and at the high end, and the others between them.
+                let [inner_low, inner_high] = [-edge, edge].map(|psi: f64| psi.clamp(range[0], range[1]));
+                let parts = [[range[0], inner_low], [inner_low, inner_high], [inner_high, range[1]]].into_iter();
+                psi_nodes.extend(parts.flat_map(|part| in_panels(part, widest[0], &LEGENDRE_16)));
             }
-            for psi in &row {
+            for psi in &psi_nodes {
                 let area = psi.weight * alpha.weight * alpha.cos * alpha.cos * psi.cos;
                 visit([alpha.cos * psi.sin, alpha.sin, alpha.cos * psi.cos], area);
             }
@@ -106,8 +107,8 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
     }
 }
 
-/// Quadrature nodes between two angles in radians: `rule` in each of the fewest equal panels that are at most `widest`
-/// radians wide. Empty where `high ≤ low`.
+/// Quadrature nodes between two angles in radians. `rule` is applied in each of the fewest panels of equal width that
+/// are at most `widest` radians wide. Empty if `high ≤ low`.
 pub(super) fn in_panels<const PAIRS: usize>(
     [low, high]: [f64; 2],
     widest: f64,
@@ -115,21 +116,21 @@ pub(super) fn in_panels<const PAIRS: usize>(
 ) -> impl Iterator<Item = Angle> {
     let range = (high - low).max(0.0);
     let panels = (range / widest).ceil() as usize;
-    let half = 0.5 * range / panels.max(1) as f64;
-    // Sine and cosine of each node's angle from the middle of its panel, which are equal in all panels.
+    let half_width = 0.5 * range / panels.max(1) as f64;
+    // Sine and cosine of each pair's angle from the middle of its panel, equal in all panels.
     let mut offsets = [(0.0, 0.0); PAIRS];
-    for (offsets, pairs) in offsets.chunks_mut(4).zip(rule.0.chunks(4)) {
-        let angle = |i: usize| pairs.get(i).map_or(0.0, |(abscissa, _)| half * abscissa);
-        offsets.copy_from_slice(&sines_and_cosines(std::array::from_fn(angle))[..offsets.len()]);
+    for (four, pairs) in offsets.chunks_mut(4).zip(rule.0.chunks(4)) {
+        let angle = |i: usize| pairs.get(i).map_or(0.0, |(abscissa, _)| half_width * abscissa);
+        four.copy_from_slice(&sines_and_cosines(std::array::from_fn(angle))[..four.len()]);
     }
-    // By the addition theorems, with the angle in the middle of the panel.
+    // The addition theorems give sine and cosine of the sum of the panel's middle and the offset.
     (0..panels).flat_map(move |panel| {
-        let (sin, cos) = (low + (2 * panel + 1) as f64 * half).sin_cos();
+        let (sin, cos) = (low + (2 * panel + 1) as f64 * half_width).sin_cos();
         rule.0.iter().zip(offsets).flat_map(move |(&(_, weight), (offset_sin, offset_cos))| {
             [-offset_sin, offset_sin].map(|offset_sin| Angle {
                 sin: sin * offset_cos + cos * offset_sin,
                 cos: cos * offset_cos - sin * offset_sin,
-                weight: half * weight,
+                weight: half_width * weight,
             })
         })
     })

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
     use crate::height_field::random::Random;
     use crate::height_field::{HeightField, Preset};
-    use crate::lobe::{Surface, SpectralLayout};
+    use crate::lobe::{SpectralLayout, Surface};
     use crate::numeric::Plain;
     use crate::scattering::{Options, Reading, RelativeSize, Vec3, build_table};
     use crate::table::{CoherenceWindow, Tiling};
@@ -117,10 +117,12 @@ mod tests {
         let mut random = Random::new(11);
         let (mut largest, mut sum) = (0f64, 0.0);
         for _ in 0..count {
-            let [scale, depth] = [sizes.scale, sizes.depth].map(|[low, high]| random.between(low, high.max(low + 1e-9)));
+            let [scale, depth] =
+                [sizes.scale, sizes.depth].map(|[low, high]| random.between(low, high.max(low + 1e-9)));
             let size = RelativeSize { scale, depth };
             let window = if layout.keeps_window() { 1.0 } else { scale };
-            let own = Options { coherence_length_um: window * options.coherence_length_um, sizes: None, ..options.clone() };
+            let own =
+                Options { coherence_length_um: window * options.coherence_length_um, sizes: None, ..options.clone() };
             let resized = build_table(&field.resized(scale, depth), &own, &Progress::none()).unwrap().table;
             let integral = AlbedoIntegral::accurate(&resized, &own).unwrap();
             for _ in 0..40 {
@@ -129,7 +131,8 @@ mod tests {
                 let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
                 let reading = Reading::<Plain<f64>>::resized(nm, Some(size), layout.keeps_window());
                 let mut albedo = 0.0;
-                integral.visit::<Plain<f64>>(wi, nm, None, |wo, part| albedo += part * view.factor(wi, wo, &reading, true));
+                integral
+                    .visit::<Plain<f64>>(wi, nm, None, |wo, part| albedo += part * view.factor(wi, wo, &reading, true));
                 largest = largest.max(albedo);
                 sum += albedo / 40.0;
             }

@@ -33,7 +33,7 @@ pub(super) struct TableResolution {
 
 /// Numbers of Chebyshev nodes along either side of a cell, tried in turn. Each has about twice the points of the one
 /// before.
-const SOLVED: [usize; 4] = [8, 12, 17, 24];
+const NODE_COUNTS: [usize; 4] = [8, 12, 17, 24];
 /// Fraction of the tolerance below which the next cell begins with fewer nodes. Neighbouring cells need similar
 /// numbers: larger values lead to more repeated solutions, smaller ones to more nodes than needed.
 const FEWER_BELOW: f64 = 0.25;
@@ -77,7 +77,7 @@ impl EfficiencyTable {
         let (nm, cell_counts) = table_wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
         let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let cells = cell_counts[0];
-        let (mut attempt, mut solved) = (0, 0);
+        let (mut count_index, mut solved) = (0, 0);
         // 16-bit entries of each cell: `[wavelength][cell][entry]`.
         let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); nm.len()];
         // Progress counts the orders of each cell.
@@ -88,7 +88,8 @@ impl EfficiencyTable {
             let count = wavelengths_with_cell(s, &cell_counts);
             let solved_at = solved_indices(count, every);
             let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
-            let mut cell = Cell::solve(s, solver, &solved_nm, table_resolution.tolerance, &mut attempt, &mut solved)?;
+            let tolerance = table_resolution.tolerance;
+            let mut cell = Cell::solve(s, solver, &solved_nm, tolerance, &mut count_index, &mut solved)?;
             for matrices in &mut cell.matrices {
                 *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
             }
@@ -145,13 +146,14 @@ impl EfficiencyTable {
                 let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
                 let position = CellPosition::<Plain<f64>>::new(t, a);
-                let solved = solver.efficiencies(t, a, &[nm])?;
+                // The Bloch phase is a up to an integer, so a itself will do.
+                let exact = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
                 let row = view.row(&position, nm, true);
                 let (order_count, incident) = (position.cell as usize + 1, position.incident as usize);
                 let tabulated = |number: usize| view.entry(&row, u32::lit(number as u32), true);
                 Ok((0..order_count)
-                    .map(|number| (tabulated(number) - solved[0][incident * order_count + number]).abs())
+                    .map(|number| (tabulated(number) - exact[0][incident * order_count + number]).abs())
                     .collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>, GratingError>>()?
@@ -174,11 +176,11 @@ struct Cell {
 }
 
 impl Cell {
-    /// Solves a cell with the first number of nodes in [`SOLVED`] whose highest terms meet the tolerance, or with the
+    /// Solves a cell with the first of [`NODE_COUNTS`] whose highest terms meet the tolerance, or with the
     /// largest number.
     ///
-    /// `attempt` is the index in [`SOLVED`] to begin with, and is updated for the next cell. The number of solved
-    /// points is added to `solved`.
+    /// `count_index` is the index in [`NODE_COUNTS`] to begin with, and is updated for the next cell. The number of
+    /// solved points is added to `solved`.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
@@ -187,18 +189,20 @@ impl Cell {
         solver: &impl OrderSolver,
         wavelengths_nm: &[f64],
         tolerance: f64,
-        attempt: &mut usize,
+        count_index: &mut usize,
         solved: &mut usize,
     ) -> Result<Self, GratingError> {
         loop {
-            let cell = Self::solve_at(index, solver, wavelengths_nm, SOLVED[*attempt])?;
+            let cell = Self::solve_at(index, solver, wavelengths_nm, NODE_COUNTS[*count_index])?;
             *solved += cell.matrices.len();
             let highest = cell.highest_terms();
-            if highest <= tolerance || *attempt + 1 == SOLVED.len() {
-                *attempt -= usize::from(*attempt > 0 && highest <= FEWER_BELOW * tolerance);
+            if highest <= tolerance || *count_index + 1 == NODE_COUNTS.len() {
+                if *count_index > 0 && highest <= FEWER_BELOW * tolerance {
+                    *count_index -= 1;
+                }
                 return Ok(cell);
             }
-            *attempt += 1;
+            *count_index += 1;
         }
     }
 
@@ -256,13 +260,13 @@ impl Cell {
     /// 16-bit entries of the cell at wavelength j, in the order of [`EfficiencyLayout`], for `stored` nodes along
     /// either side.
     fn packed(&self, j: usize, stored: usize) -> Vec<u16> {
-        let (orders, solved) = (self.index + 1, self.nodes);
+        let orders = self.index + 1;
         let entries = orders * orders;
-        let resampling = resampling_matrix(solved, stored);
-        // Resampled along q, not yet along p: `[solved node of p][stored node of q][entry]`.
-        let mut along_q = vec![0.0; solved * stored * entries];
-        for i in 0..solved {
-            for k in 0..solved {
+        let resampling = resampling_matrix(self.nodes, stored);
+        // Resampled along q, not yet along p: `[Chebyshev node i of p][stored node g of q][entry]`.
+        let mut along_q = vec![0.0; self.nodes * stored * entries];
+        for i in 0..self.nodes {
+            for k in 0..self.nodes {
                 for (g, weights) in resampling.iter().enumerate() {
                     let row = &mut along_q[(i * stored + g) * entries..][..entries];
                     for (entry, value) in row.iter_mut().enumerate() {

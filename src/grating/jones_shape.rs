@@ -1,5 +1,5 @@
-//! Normalised Jones matrices (*shapes*). Unlike the power of an order they vary smoothly enough to be tabulated
-//! coarsely.
+//! Normalised Jones matrices (*shapes*; symbols: `mod.rs`). They vary more smoothly than the power of an order, so a
+//! coarse table suffices.
 
 use sunbeam_fourier::num_complex::Complex64;
 

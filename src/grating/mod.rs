@@ -17,6 +17,7 @@
 //! | e_m | efficiency: fraction of the unpolarised incident power in order m |
 //! | K, σ | Gaussian of an order and its standard deviation in cycles/µm |
 //! | y | direction cosine along the grooves |
+//! | ky/k | component of the wave vector along the grooves over its length 2π/λ: −wi.y, and wo.y of an order |
 //! | t = (d/λ)·√(1 − y²) | bound of \|a\| for waves that propagate |
 //! | a = −(d/λ)·wi.x | wave number of the incident wave along x, in units of 2π/d; that of order m is `a + m` |
 //! | b | Bloch phase in turns: `a` up to an integer, common to all orders |
@@ -25,7 +26,8 @@
 //! | order number | place of an order among the propagating ones, 0 to s, by ascending m |
 //! | point (t, b) | one solution of `sunbeam-rigorous`, for all orders at once |
 //!
-//! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ.
+//! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. From t and λ follows
+//! `ky²/k² = y² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t.
 //!
 //! # Files
 //!

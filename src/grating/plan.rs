@@ -8,8 +8,8 @@ use crate::scattering::SpectralIndex;
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam_rigorous::Profile;
 
-/// Fewest and most nodes of a table along either side of a cell. A perfect conductor's table, which has no wavelengths,
-/// has the most.
+/// Fewest and most nodes of a table along either side of a cell. Fewer nodes interpolate less accurately, more enlarge
+/// the table. A perfect conductor's table, which has no wavelengths, has the most.
 const STORED: [u32; 2] = [18, 32];
 /// Size in bytes up to which a table has more than the fewest nodes. A larger table would not fit into a processor's
 /// cache.

@@ -205,7 +205,7 @@ impl Cell {
         let add = |sum: &mut JonesShape, shape: JonesShape, weight: f64| {
             sum.iter_mut().zip(shape).for_each(|(sum, element)| *sum += element * weight);
         };
-        // Resampled along q, not yet along p: `[solved node of p][stored node of q · entries + entry]`.
+        // Resampled along q, not yet along p: `[Chebyshev node i of p][stored node g of q · entries + entry]`.
         let mut along_q = vec![vec![[Complex64::ZERO; 4]; stored * entries]; NODES_MAX];
         for (i, row) in along_q.iter_mut().enumerate() {
             for (k, entry) in (0..NODES_MAX).flat_map(|k| (0..entries).map(move |entry| (k, entry))) {

@@ -17,7 +17,8 @@ use sunbeam_rigorous::{
 /// It is a tenth of the error of an order in the tables. The cosine is small for light along the grooves, which carries
 /// a small fraction of the power that falls on a surface.
 pub(super) const BALANCE: f64 = 1e-3;
-/// Most doublings of the number of nodes where the power balance does not hold.
+/// Most doublings of the number of nodes where the power balance does not hold. More take longer: the cost grows as the
+/// cube of the number.
 pub(super) const DOUBLINGS: usize = 3;
 
 /// Wavelengths in nm for which the number of nodes is determined. Indices change little within a step, which is about a
@@ -49,7 +50,7 @@ pub(super) struct Meshes {
     profile: Profile,
     resolution: Resolution,
     first: Discretisation,
-    /// After one doubling of the number of nodes, after two, and so on.
+    /// Meshes after 1 to [`DOUBLINGS`] doublings of the number of nodes.
     finer: [OnceLock<Discretisation>; DOUBLINGS],
 }
 
@@ -110,6 +111,7 @@ impl<'a> RigorousSolver<'a> {
     /// # Errors
     /// An index that the solver refuses, and solutions that are not finite.
     fn solve(&self, air: &Air, nm: f64) -> Result<Amplitudes, GratingError> {
+        // Whether the metal's tables extend to this ky².
         let is_covered = self.ky_squared_ratio(air.t(), nm) > KY_SQUARED_RANGE[0];
         let table = self.tables.iter().find(|(table_nm, _)| *table_nm == nm && is_covered);
         Ok(match table {
@@ -184,12 +186,12 @@ impl<'a> RigorousSolver<'a> {
         amplitudes.balance_error() * self.largest_cosine(t, nm).min(1.0)
     }
 
-    /// Largest cosine of incidence at `t` and a wavelength in nm: `√(1 − y²) = κ/k = tλ/d`. Above 1, ky is imaginary.
+    /// Largest cosine of incidence at `t` and a wavelength in nm: `√(1 − y²) = tλ/d`. Above 1, ky is imaginary.
     fn largest_cosine(&self, t: f64, nm: f64) -> f64 {
         t / (1e3 * self.meshes.profile.period_um() / nm)
     }
 
-    /// `ky²/k² = 1 − (κ/k)²`; negative where ky is imaginary.
+    /// `ky²/k² = y² = 1 − (tλ/d)²`; negative where ky is imaginary.
     fn ky_squared_ratio(&self, t: f64, nm: f64) -> f64 {
         let cosine = self.largest_cosine(t, nm);
         (1.0 - cosine) * (1.0 + cosine)

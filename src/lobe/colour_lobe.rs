@@ -6,14 +6,17 @@
 //! R, R0  reflectance of the material at λ, and that of one index for all λ, the reference
 //! ```
 //!
+//! A relief of another size than the table's reads `s² F(s u, s v, d w)` (`scattering/size.rs`): F is an integral over
+//! wavelength, and resizing does not mix wavelengths. R/R0 then belongs to another half vector (`band_ratio.rs`).
+//!
 //! O, M and S are those of docs/model.md#the-reflectance. The small-slope factor Q of the reference replaces R0·O.
 
-use super::{Gamut, InColour, are_above};
+use super::{BandRatio, Gamut, InColour, are_above};
 use crate::colour_table::{ColourView, SUM_SQUARED_MAX};
-use crate::energy::ColourAlbedoView;
+use crate::energy::{AlbedoView, CHANNEL_NM, ColourAlbedoView};
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::ColourSamplerView;
-use crate::scattering::{ComplexIndex, Obliquity, Scattering};
+use crate::scattering::{ComplexIndex, Obliquity, Reading, RelativeSize, Scattering};
 use std::array;
 
 /// Factors that a lobe multiplies the table's colours by, and the treatment of the result.
@@ -25,6 +28,8 @@ pub struct ColourFactors {
     pub obliquity: Obliquity,
     /// Whether the V-cavity factor M applies.
     pub shadowing: bool,
+    /// Band means of R/R0 for resized reliefs; `None` if the ratio is 1.
+    pub ratio: Option<BandRatio>,
     /// Treatment of negative channels.
     pub gamut: Gamut,
 }
@@ -38,7 +43,35 @@ pub struct ColourLobe<N: Numbers> {
     /// The sampler.
     pub sampler: ColourSamplerView<N>,
     /// Albedos by which the reflectance is divided; `None` where nothing is divided.
-    pub albedo: Option<ColourAlbedoView<N>>,
+    pub albedo: Option<ColourAlbedo<N>>,
+    /// Size of the relief at the queried place; `None` for that of the tables. The sampler has it, too.
+    pub size: Option<RelativeSize<N::Real>>,
+}
+
+/// Albedos of a colour lobe.
+pub enum ColourAlbedo<N: Numbers> {
+    /// Albedos of bands, for the relief's own size.
+    Bands(ColourAlbedoView<N>),
+    /// Albedos by wavelength for several sizes. A channel takes that of its mean wavelength.
+    Sizes(AlbedoView<N>),
+}
+
+impl<N: Numbers> ColourLobe<N> {
+    /// `1/max(1, A(wi), A(wo))` of each channel, with its albedo A.
+    #[inline(always)]
+    fn per_albedo(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        match &self.albedo {
+            None => [N::Real::lit(1.0); 3],
+            Some(ColourAlbedo::Bands(albedo)) => albedo.factor(wi, wo, active),
+            Some(ColourAlbedo::Sizes(albedo)) => {
+                let (place_i, place_o) = (albedo.place(wi), albedo.place(wo));
+                CHANNEL_NM.map(|nm| {
+                    let reading = Reading::resized(N::Real::lit(nm), self.size, false);
+                    albedo.factor_at(&place_i, &place_o, &reading, active)
+                })
+            }
+        }
+    }
 }
 
 impl<N: Numbers> InColour<N> for ColourLobe<N> {
@@ -49,22 +82,30 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
     #[inline(always)]
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
-        let ColourFactors { reference, obliquity, shadowing, .. } = self.factors;
+        let ColourFactors { reference, obliquity, shadowing, ratio, .. } = self.factors;
         let scattering = Scattering::<N>::reflection(wi, wo, obliquity, shadowing);
         // The comparison of the length is false for NaN and infinities.
         let active = active & are_above::<N>(wi, wo) & scattering.length_squared().le(lit(SUM_SQUARED_MAX.into()));
         let [u, v, w] = scattering.q;
-        let colour = self.table.relief_rgb(u, v, w, active);
         let mut factor = scattering.factor;
+        let mut channels = self.per_albedo(wi, wo, active);
+        let colour = match self.size {
+            None => self.table.relief_rgb(u, v, w, active),
+            Some(RelativeSize { scale, depth }) => {
+                let [x, y, z] = [u * scale, v * scale, w * depth];
+                factor = factor * scale * scale;
+                if let Some(ratio) = &ratio {
+                    let half = |[x, y, z]: [N::Real; 3]| z.fma(z, x.fma(x, y * y)).sqrt() * lit(0.5);
+                    let quotients = ratio.quotients(half([u, v, w]), half([x, y, z]));
+                    channels = array::from_fn(|c| channels[c] * quotients[c]);
+                }
+                self.table.relief_rgb(x, y, z, active)
+            }
+        };
         if let Some(index) = reference {
             factor = factor * scattering.interface(index, obliquity);
         }
-        // 1/max(1, A(wi), A(wo)) of each channel, with its albedo A.
-        let per_albedo = match &self.albedo {
-            Some(albedo) => albedo.factor(wi, wo, active),
-            None => [lit(1.0); 3],
-        };
-        array::from_fn(|c| N::Real::select(active, colour[c] * factor * per_albedo[c], lit(0.0)))
+        array::from_fn(|c| N::Real::select(active, colour[c] * factor * channels[c], lit(0.0)))
     }
 
     #[inline(always)]

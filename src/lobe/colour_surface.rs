@@ -5,18 +5,19 @@
 //! reflectance of one index for all wavelengths, the *reference*. The lobe multiplies by R0 exactly
 //! (`colour_lobe.rs`). The ratio is 1 for a constant index, and smooth up to grazing incidence for others.
 
-use super::colour_lobe::{ColourFactors, ColourLobe};
-use super::{Gamut, LinearSrgb, Lobe};
+use super::colour_lobe::{ColourAlbedo, ColourFactors, ColourLobe};
+use super::{BandRatio, Gamut, LinearSrgb, Lobe};
 use crate::clock::Instant;
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView};
-use crate::energy::{ColourAlbedoTable, ColourAlbedoView};
+use crate::energy::{AlbedoTable, AlbedoView, ColourAlbedoTable, ColourAlbedoView};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::sampling::{ColourSampler, ColourSamplerView};
 use crate::scattering::{
-    ComplexIndex, Obliquity, Options, SpectralIndex, Vec3, build_table, fresnel_of_family, fresnel_unpolarised,
+    ComplexIndex, Obliquity, Options, RelativeSize, SpectralIndex, Vec3, build_table, fresnel_of_family,
+    fresnel_unpolarised,
 };
-use crate::table::{Model, Progress};
+use crate::table::{Model, Progress, SpectralTable};
 use serde::{Deserialize, Serialize};
 
 /// Progress of a build at the end of the colour table: roughly the table's fraction of the build time. Progress is for
@@ -53,8 +54,12 @@ pub struct ColourSurface {
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
-    /// Albedos by which the reflectance is divided; `None` where nothing is divided.
+    /// Albedos by which the reflectance is divided; `None` where nothing is divided, and for several sizes.
     albedo: Option<ColourAlbedoTable>,
+    /// Albedos of several sizes ([`Options::sizes`]), by wavelength.
+    albedo_of_sizes: Option<AlbedoTable>,
+    /// Band means of R/R0; `None` for one size, and if the ratio is 1.
+    ratio: Option<BandRatio>,
     report: ColourSurfaceReport,
 }
 
@@ -122,18 +127,27 @@ impl ColourSurface {
             ColourTable::build_reflecting(field, &table_options, &ratio, &progress.part(0.0, TABLE_DONE))?;
         let table_seconds = start.elapsed().as_secs_f64();
         let albedo_progress = progress.part(TABLE_DONE, ALBEDO_DONE);
-        let albedo = match (options.conserve_energy, options.model) {
-            (false, _) => None,
-            (true, Model::Ensemble) => ColourAlbedoTable::build(&spectral, options, &albedo_progress),
+        let albedos = |table: &SpectralTable, progress: &Progress| match options.sizes {
+            None => (ColourAlbedoTable::build(table, options, progress), None),
+            Some(_) => (None, AlbedoTable::build(table, options, progress).map(|(table, _)| table)),
+        };
+        let (albedo, albedo_of_sizes) = match (options.conserve_energy, options.model) {
+            (false, _) => (None, None),
+            (true, Model::Ensemble) => albedos(&spectral, &albedo_progress),
             (true, Model::Patch) => {
                 // A patch is one member of the ensemble, and takes the ensemble's albedo.
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
                 let mean = build_table(field, &ensemble, &albedo_progress.part(0.0, ENSEMBLE_FRACTION))?.table;
-                ColourAlbedoTable::build(&mean, options, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
+                albedos(&mean, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
             }
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());
+        let albedo_of_sizes = albedo_of_sizes.filter(|albedo| !albedo.is_one());
         drop(spectral);
+        let band_ratio = match (index, options.sizes) {
+            (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::weights()?, ratio)),
+            _ => None,
+        };
         progress.report(ALBEDO_DONE);
         let view = table.view::<f32>();
         let is_stam = options.sampling_obliquity() == Obliquity::Stam;
@@ -147,13 +161,15 @@ impl ColourSurface {
         let report = ColourSurfaceReport {
             table_bytes: table.report().bytes,
             sampler_bytes: sampler.bytes(),
-            albedo_bytes: albedo.as_ref().map_or(0, ColourAlbedoTable::bytes),
+            albedo_bytes: albedo.as_ref().map_or(0, ColourAlbedoTable::bytes)
+                + albedo_of_sizes.as_ref().map_or(0, AlbedoTable::bytes),
             coherence_length_um: table.report().coherence_length_um,
             table_seconds,
             build_seconds: start.elapsed().as_secs_f64(),
         };
         progress.report(1.0);
-        Ok(Self { options: options.clone(), reference, table, sampler, albedo, report })
+        let options = options.clone();
+        Ok(Self { options, reference, table, sampler, albedo, albedo_of_sizes, ratio: band_ratio, report })
     }
 
     /// Options that the surface was built with.
@@ -188,7 +204,11 @@ impl ColourSurface {
 
     /// Table data: colours, sampler, albedos. The last is empty where nothing is divided.
     pub fn words(&self) -> [&[u32]; 3] {
-        let albedo = self.albedo.as_ref().map_or(&[] as &[u32], ColourAlbedoTable::words);
+        let albedo = match (&self.albedo, &self.albedo_of_sizes) {
+            (Some(table), _) => table.words(),
+            (None, Some(table)) => table.words(),
+            (None, None) => &[],
+        };
         [self.table.words(), self.sampler.words(), albedo]
     }
 
@@ -197,23 +217,35 @@ impl ColourSurface {
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
     {
-        self.lobe_over(self.words())
+        self.lobe_over(self.words(), None)
     }
 
-    /// The lobe over a family of numbers, with [`ColourSurface::words`] as the family holds them.
-    pub fn lobe_over<N: Numbers>(&self, [table, sampler, albedo]: [N::Words; 3]) -> ColourLobe<N> {
+    /// The lobe over a family of numbers, with [`ColourSurface::words`] as the family holds them. `size` is the size of
+    /// the relief at the queried place; `None` stands for that of the tables.
+    pub fn lobe_over<N: Numbers>(
+        &self,
+        [table, sampler, albedo]: [N::Words; 3],
+        size: Option<RelativeSize<N::Real>>,
+    ) -> ColourLobe<N> {
         ColourLobe {
             factors: self.factors(),
             table: ColourView { layout: *self.table.layout(), words: table },
-            sampler: ColourSamplerView { layout: self.sampler.layout(), words: sampler },
-            albedo: self.albedo.as_ref().map(|table| ColourAlbedoView { layout: *table.layout(), words: albedo }),
+            sampler: ColourSamplerView { layout: self.sampler.layout(), words: sampler, size },
+            albedo: match (&self.albedo, &self.albedo_of_sizes) {
+                (Some(table), _) => {
+                    Some(ColourAlbedo::Bands(ColourAlbedoView { layout: *table.layout(), words: albedo }))
+                }
+                (None, Some(table)) => Some(ColourAlbedo::Sizes(AlbedoView { layout: *table.layout(), words: albedo })),
+                (None, None) => None,
+            },
+            size,
         }
     }
 
     /// Factors of the lobe, which keeps negative channels.
     pub fn factors(&self) -> ColourFactors {
         let Options { obliquity, shadowing, .. } = self.options;
-        ColourFactors { reference: self.reference, obliquity, shadowing, gamut: Gamut::Keep }
+        ColourFactors { reference: self.reference, obliquity, shadowing, ratio: self.ratio, gamut: Gamut::Keep }
     }
 
     /// `f_r` in 1/sr as linear sRGB, divided by the albedo where energy is conserved, without the cosine. Includes the

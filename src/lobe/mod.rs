@@ -13,6 +13,7 @@
 //! Each is written once for all families of numbers ([`crate::numeric`]). [`Exact`] is the reference for the first two:
 //! the direct sum in double precision.
 
+mod band_ratio;
 mod by_value;
 mod colour_lobe;
 mod colour_surface;
@@ -23,9 +24,10 @@ mod per_wavelength;
 mod spectral;
 mod surface;
 
+pub use band_ratio::BandRatio;
 pub use by_value::{Answer, Sample};
 pub(crate) use by_value::{eval, eval_pdf, pdf, sample, sample_direction};
-pub use colour_lobe::{ColourFactors, ColourLobe};
+pub use colour_lobe::{ColourAlbedo, ColourFactors, ColourLobe};
 pub use colour_surface::{ColourSurface, ColourSurfaceReport};
 pub use exact::Exact;
 pub(crate) use in_colour::InColour;

@@ -1,4 +1,5 @@
-//! Tests of every method's WGSL without an adapter: it is valid, and its layouts and constants are those of Rust.
+//! Tests of every method's WGSL by naga, without a GPU. Shaders must be valid and bind the data that Rust supplies.
+//! Layouts of structs and values of constants must be equal in Rust and WGSL.
 
 use super::flss::FlssUniform;
 #[cfg(feature = "rigorous")]
@@ -21,13 +22,14 @@ use std::mem::{offset_of, size_of};
 #[cfg(feature = "rigorous")]
 use std::sync::LazyLock;
 
-/// A minimal caller.
+/// WGSL of a caller, which the sources of a method need to form a whole module. Binding 0 of group 0 holds the answer.
 const ENTRY: &str = "
 @group(0) @binding(0) var<storage, read_write> answer: vec3<f32>;
 @compute @workgroup_size(1) fn main() { answer = answer_rgb(vec3<f32>(0.1, 0.2, 0.7), vec3<f32>(0.0, 0.0, 1.0)); }
 ";
 
-/// A grating of a single order: solved once for all tests.
+/// A grating whose period of 0.3 µm leaves few orders, so that it is solved quickly, and once for all tests. `None`
+/// without the feature `rigorous`.
 #[cfg(feature = "rigorous")]
 fn grating() -> Option<&'static dyn Method> {
     static GRATING: LazyLock<GratingColourSurface> = LazyLock::new(|| {
@@ -44,18 +46,21 @@ fn grating() -> Option<&'static dyn Method> {
     None
 }
 
-/// Every method, with both forms of `stam` and of `table`.
+/// Every method with its kind. `stam` comes in both forms, with answers of both [`AnswerKind`]s. `table` is a relief's
+/// table and, with the feature `rigorous`, a grating's, whose answers are reflectances.
 fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     let all =
         MethodKind::ALL.map(|kind| (kind, MethodOptions::default())).into_iter().chain([(MethodKind::Stam, gems)]);
+    // Leaked for the lifetime 'static of the grating, which lies in a static.
     let leaked = |method: Box<dyn Method>| &*Box::leak(method);
     let built = all.map(|(kind, options)| (kind, leaked(build(kind, &field, &surface, &options).unwrap())));
     built.chain(grating().map(|grating| (MethodKind::Table, grating))).collect()
 }
 
+/// The method's WGSL, parsed and validated together with the common source and [`ENTRY`]. Panics with naga's message.
 fn module(method: &dyn Method) -> Module {
     let shader = method.shader();
     let source = [&[COMMON_WGSL], shader.wgsl.as_slice(), &[ENTRY]].concat().concat();
@@ -67,9 +72,10 @@ fn module(method: &dyn Method) -> Module {
     module
 }
 
-/// Size of a struct in bytes, and name and offset of each member.
+/// Size of a struct in bytes, and each member's name and offset in bytes.
 type Layout = (usize, Vec<(String, usize)>);
 
+/// Layout of the struct `name` in WGSL.
 fn reflected(module: &Module, name: &str) -> Layout {
     let (_, found) = module.types.iter().find(|(_, kind)| kind.name.as_deref() == Some(name)).unwrap();
     let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
@@ -77,6 +83,7 @@ fn reflected(module: &Module, name: &str) -> Layout {
     (*span as usize, members.iter().map(member).collect())
 }
 
+/// Layout of a struct in Rust, whose members must be listed in the order of the WGSL.
 macro_rules! layout {
     ($name:ident, $($member:ident),+) => {
         (size_of::<$name>(), vec![$((stringify!($member).to_owned(), offset_of!($name, $member))),+])
@@ -85,6 +92,7 @@ macro_rules! layout {
 
 #[test]
 fn every_shader_is_valid_and_binds_its_data() {
+    // In group 1, binding 0 is the uniform struct, and the storage buffers follow.
     for (kind, method) in methods() {
         let (module, shader) = (module(method), method.shader());
         assert_eq!(shader.name, kind.name());
@@ -151,6 +159,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
         };
         assert_eq!(reflected(&module, name), expected);
         assert_eq!(method.shader().uniform.len(), expected.0, "{kind}");
+        // Structs inside the uniform structs.
         if name == "Table" {
             let expected: Layout = layout!(
                 TableRing,
@@ -185,6 +194,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
 
 #[test]
 fn constants_of_rust_and_wgsl_agree() {
+    // Values of all constants in WGSL that are defined in Rust too.
     let mut expected: Vec<(&str, f64)> = vec![
         ("TAU", std::f32::consts::TAU.into()),
         ("WAVELENGTH_MIN_UM", super::WAVELENGTH_MIN_UM.into()),
@@ -207,6 +217,7 @@ fn constants_of_rust_and_wgsl_agree() {
     #[cfg(feature = "rigorous")]
     {
         use crate::grating::{NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, REACH, TAU_SCALE, UNIT, WEIGHT_NODES};
+        // Rounds to the precision of WGSL.
         let single = |value: f64| f64::from(value as f32);
         expected.extend([
             ("NU_MIDDLE", single(NU_MIDDLE)),
@@ -219,8 +230,10 @@ fn constants_of_rust_and_wgsl_agree() {
             ("WEIGHT_NODES_NU", WEIGHT_NODES[1].into()),
             ("ORDER_ZERO_NODES", ORDER_ZERO_NODES[0].into()),
         ]);
+        // One constant of WGSL stands for both axes.
         assert_eq!(ORDER_ZERO_NODES[0], ORDER_ZERO_NODES[1]);
     }
+    // Every constant of every module must be in the list, and every entry of the list in some module.
     let mut seen = std::collections::BTreeSet::new();
     for (kind, method) in methods() {
         let module = module(method);

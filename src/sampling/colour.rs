@@ -16,7 +16,7 @@
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{BELOW_ONE, tent_quantile};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
-use crate::scattering::Vec3;
+use crate::scattering::{RelativeSize, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::array;
@@ -140,7 +140,7 @@ impl ColourSampler {
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
     {
-        ColourSamplerView { layout: self.layout(), words: self.words() }
+        ColourSamplerView { layout: self.layout(), words: self.words(), size: None }
     }
 
     /// Density of [`ColourSampler::sample`] over solid angle, in 1/sr; zero unless both directions lie above the
@@ -164,6 +164,8 @@ pub struct ColourSamplerView<N: Numbers> {
     pub layout: ColourSamplerLayout,
     /// Table data, [`ColourSampler::words`].
     pub words: N::Words,
+    /// Size of the relief at the queried place; `None` for that of the tables. The table is read at `(s u, s v, d w)`.
+    pub size: Option<RelativeSize<N::Real>>,
 }
 
 impl<N: Numbers> ColourSamplerView<N> {
@@ -171,10 +173,12 @@ impl<N: Numbers> ColourSamplerView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Position in nodes of a coordinate `u` or `v`.
+    /// Position in nodes of a coordinate `u` or `v` of the relief at the queried place.
     #[inline(always)]
     fn position(&self, coordinate: N::Real) -> N::Real {
-        coordinate.fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
+        self.size
+            .map_or(coordinate, |size| coordinate * size.scale)
+            .fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
     }
 
     /// Weights of the slices at the typical w of an incidence, by linear interpolation between the centres of slices.
@@ -183,8 +187,9 @@ impl<N: Numbers> ColourSamplerView<N> {
     fn slice_weights(&self, cos_i: N::Real) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
         // Position of w in slices, counted from the centre of the first; w extends from 0 to 2.
-        let position = ((cos_i + lit(TYPICAL_COSINE)) * lit(0.5 * BANDS as f64) - lit(0.5))
-            .clip(lit(0.0), lit(BANDS as f64 - 1.0));
+        let typical_w = cos_i + lit(TYPICAL_COSINE);
+        let typical_w = self.size.map_or(typical_w, |size| typical_w * size.depth);
+        let position = (typical_w * lit(0.5 * BANDS as f64) - lit(0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         array::from_fn(|b| {
             let tent = (lit(1.0) - (position - lit(b as f64)).abs()).max(lit(0.0));
             tent * lit(self.layout.areas.unit[b].into())
@@ -216,6 +221,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         let weights = self.slice_weights(wi[2]);
         let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
         let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
+        let nodes_per_area = self.size.map_or(nodes_per_area, |size| nodes_per_area * size.scale * size.scale);
         let has_mass = active & lit(0.0).lt(total);
         let total = N::Real::select(has_mass, total, lit(1.0));
         N::Real::select(has_mass, mass / total * nodes_per_area * wo[2], lit(0.0))
@@ -249,7 +255,8 @@ impl<N: Numbers> ColourSamplerView<N> {
         let spacing = lit(1.0 / f64::from(self.layout.per_unit));
         let [x, y]: [N::Real; 2] = array::from_fn(|axis| {
             let node = N::real(drawn.node[axis]) - lit(self.layout.middle.into());
-            (node + tent_quantile(drawn.u[axis])) * spacing - wi[axis]
+            let coordinate = (node + tent_quantile(drawn.u[axis])) * spacing;
+            self.size.map_or(coordinate, |size| coordinate / size.scale) - wi[axis]
         });
         let squared = x.fma(x, y * y);
         let is_above = has_mass & squared.lt(lit(1.0));

@@ -139,12 +139,8 @@ impl<N: Numbers> SamplerView<N> {
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         let words = self.words;
         match self.layout {
-            SamplerLayout::Orders(layout) => {
-                orders::OrdersView::<N> { layout, words }.pdf(wi, wo, reading, active)
-            }
-            SamplerLayout::Square(layout) => {
-                square::SquareView::<N> { layout, words }.pdf(wi, wo, reading, active)
-            }
+            SamplerLayout::Orders(layout) => orders::OrdersView::<N> { layout, words }.pdf(wi, wo, reading, active),
+            SamplerLayout::Square(layout) => square::SquareView::<N> { layout, words }.pdf(wi, wo, reading, active),
         }
     }
 
@@ -156,12 +152,8 @@ impl<N: Numbers> SamplerView<N> {
     pub fn sample(&self, wi: [N::Real; 3], reading: &Reading<N>, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let words = self.words;
         match self.layout {
-            SamplerLayout::Orders(layout) => {
-                orders::OrdersView::<N> { layout, words }.sample(wi, reading, u, active)
-            }
-            SamplerLayout::Square(layout) => {
-                square::SquareView::<N> { layout, words }.sample(wi, reading, u, active)
-            }
+            SamplerLayout::Orders(layout) => orders::OrdersView::<N> { layout, words }.sample(wi, reading, u, active),
+            SamplerLayout::Square(layout) => square::SquareView::<N> { layout, words }.sample(wi, reading, u, active),
         }
     }
 }

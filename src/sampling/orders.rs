@@ -173,7 +173,7 @@ impl<N: Numbers> OrdersView<N> {
     #[inline(always)]
     pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, reading);
+        let incidence = self.incidence(wi, reading);
         let nm = N::widen(reading.wavelength_nm);
         // Whole and fractional part of f in orders, so that distances from orders keep full precision.
         let position = [0, 1].map(|i| {
@@ -185,11 +185,13 @@ impl<N: Numbers> OrdersView<N> {
         });
         let (_, total) = N::while_loop(
             c"Sum over orders",
-            (at.low, lit(0.0)),
-            |(j, _)| at.has(j, active),
-            |(j, total)| (at.next(j), total + self.weight(&at, j, self.number(j), at.has(j, active))),
+            (incidence.low, lit(0.0)),
+            |(j, _)| incidence.has(j, active),
+            |(j, total)| {
+                (incidence.next(j), total + self.weight(&incidence, j, self.number(j), incidence.has(j, active)))
+            },
         );
-        let near = at.near(&self.layout.axes, position);
+        let near = incidence.near(&self.layout.axes, position);
         let (_, density) = N::while_loop(
             c"Density of orders",
             (near.low, lit(0.0)),
@@ -229,17 +231,17 @@ impl<N: Numbers> OrdersView<N> {
         active: N::Mask,
     ) -> [N::Real; 3] {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, reading);
+        let incidence = self.incidence(wi, reading);
         // Reservoir sampling in one pass: order j replaces the earlier choice with probability W_j/(W_first + … + W_j),
         // and the random number is rescaled to [0, 1) after each decision. The state is the indices of the next order,
         // those of the choice, the sum of weights, and the random number.
-        let start = (at.low, at.low, [lit(0.0), u]);
+        let start = (incidence.low, incidence.low, [lit(0.0), u]);
         let (_, chosen, [total, u]) = N::while_loop(
             c"Choice of an order",
             start,
-            |(j, _, _)| at.has(j, active),
+            |(j, _, _)| incidence.has(j, active),
             |(j, chosen, [total, u])| {
-                let weight = self.weight(&at, j, self.number(j), at.has(j, active));
+                let weight = self.weight(&incidence, j, self.number(j), incidence.has(j, active));
                 let sum = total + weight;
                 let target = u * sum;
                 let is_taken = target.lt(weight);
@@ -250,7 +252,7 @@ impl<N: Numbers> OrdersView<N> {
                 let quotient = dividend / N::Real::select(lit(0.0).lt(divisor), divisor, lit(1.0));
                 let u = N::Real::select(is_taken, quotient, u - quotient).clip(lit(0.0), lit(super::BELOW_ONE));
                 let chosen = [0, 1].map(|i| N::Index::select(is_taken, j[i], chosen[i]));
-                (at.next(j), chosen, [sum, u])
+                (incidence.next(j), chosen, [sum, u])
             },
         );
         let has_weight = lit(0.0).lt(total) & active;
@@ -307,24 +309,24 @@ impl<N: Numbers> OrdersView<N> {
 
     /// Weight `W_j` of the order with indices `j` and number `number`.
     #[inline(always)]
-    fn weight(&self, at: &Incidence<N>, j: [N::Index; 2], number: [N::Real; 2], active: N::Mask) -> N::Real {
+    fn weight(&self, incidence: &Incidence<N>, j: [N::Index; 2], number: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
         // λ f_j, and the direction cosines of the centre.
-        let [qx, qy] = [0, 1].map(|i| number[i] * at.spacing[i]);
-        let (x, y) = (qx - at.wi[0], qy - at.wi[1]);
+        let [qx, qy] = [0, 1].map(|i| number[i] * incidence.spacing[i]);
+        let (x, y) = (qx - incidence.wi[0], qy - incidence.wi[1]);
         // s = reach² − sin²θ of the centre, negative below the horizon; cos²θ if the reach is 1.
         let sin_squared = x * x + y * y;
         let s = lit(self.layout.reach * self.layout.reach) - sin_squared;
         // V_j, a smooth step in s of squared width r: a = (1 + s/√(s² + r))/2, then a smoothstep of a. The smaller of a
         // and 1 − a is (r/2)/(√(s² + r)·(√(s² + r) + |s|)), without cancellation.
-        let root = s.fma(s, at.width_squared).sqrt();
-        let smaller = lit(0.5) * at.width_squared / (root * (root + s.abs()));
+        let root = s.fma(s, incidence.width_squared).sqrt();
+        let smaller = lit(0.5) * incidence.width_squared / (root * (root + s.abs()));
         let a = N::Real::select(lit(0.0).lt(s), lit(1.0) - smaller, smaller);
         let visible = a * a * (lit(3.0) - a - a);
-        let cos_o = (lit(1.0) - sin_squared).max(at.cos_squared_min).sqrt();
-        let w = at.wi[2] + cos_o;
+        let cos_o = (lit(1.0) - sin_squared).max(incidence.cos_squared_min).sqrt();
+        let w = incidence.wi[2] + cos_o;
         // κ_j in intervals.
-        let position = w * at.kappa_per_w * lit(self.layout.intervals_per_kappa);
+        let position = w * incidence.kappa_per_w * lit(self.layout.intervals_per_kappa);
         let interval = position.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
         let order = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
         let index = order * N::Index::lit(self.layout.intervals) + N::index(interval);

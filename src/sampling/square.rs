@@ -6,7 +6,8 @@
 //! P_j(κ), f_j                           power and frequency of node j
 //! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O; 1 for other factors
 //! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
-//! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, between the centres of two bands
+//! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, at the fraction t from the centre of
+//!                                       band b to that of band b + 1
 //! ```
 //!
 //! The power reflected into `df` is proportional to `S·G/cosθo` at one incidence. The density follows `S·G`. Three
@@ -270,7 +271,7 @@ impl<N: Numbers> SquareView<N> {
     #[inline(always)]
     pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, reading, active);
+        let incidence = self.incidence(wi, reading, active);
         let nm = N::widen(reading.wavelength_nm);
         // f in nodes, counted from the first.
         let position = [0, 1].map(|i| {
@@ -281,9 +282,9 @@ impl<N: Numbers> SquareView<N> {
         let [x, y] = &self.layout.axes;
         let (taps_x, taps_y) = (self.taps(x, position[0]), self.taps(y, position[1]));
         let (taps_x, taps_y) = (&taps_x[..x.taps as usize], &taps_y[..y.taps as usize]);
-        let counts_at_f = self.areas().weighted(taps_x, taps_y, &at.rectangle, active);
-        let [lower, upper] = at.mixed_bands(counts_at_f, self.layout.areas.unit);
-        let [total_lower, total_upper] = at.mixed_bands(at.counts.map(N::real), self.layout.areas.unit);
+        let counts_at_f = self.areas().weighted(taps_x, taps_y, &incidence.rectangle, active);
+        let [lower, upper] = incidence.mixed_bands(counts_at_f, self.layout.areas.unit);
+        let [total_lower, total_upper] = incidence.mixed_bands(incidence.counts.map(N::real), self.layout.areas.unit);
         let total = total_lower + total_upper;
         // Nodes per area of direction cosines.
         let nodes_per_area = lit(1e6 * x.period_um * y.period_um) / (reading.wavelength_nm * reading.wavelength_nm);
@@ -302,8 +303,8 @@ impl<N: Numbers> SquareView<N> {
         active: N::Mask,
     ) -> [N::Real; 3] {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, reading, active);
-        let [lower, upper] = at.mixed_bands(at.counts.map(N::real), self.layout.areas.unit);
+        let incidence = self.incidence(wi, reading, active);
+        let [lower, upper] = incidence.mixed_bands(incidence.counts.map(N::real), self.layout.areas.unit);
         let has_mass = lit(0.0).lt(lower + upper) & active;
         // Chooses a band by its mass. The random number is rescaled to [0, 1) within the band.
         let target = u * (lower + upper);
@@ -311,8 +312,8 @@ impl<N: Numbers> SquareView<N> {
         let within_band = N::Real::select(is_upper, target - lower, target);
         let mass = N::Real::select(has_mass, N::Real::select(is_upper, upper, lower), lit(1.0));
         let u = (within_band / mass).clip(lit(0.0), lit(super::BELOW_ONE));
-        let band = at.band + N::Index::select(is_upper, N::Index::lit(1), N::Index::lit(0));
-        let drawn = self.areas().choose(&at.rectangle, band, [u, v], has_mass);
+        let band = incidence.band + N::Index::select(is_upper, N::Index::lit(1), N::Index::lit(0));
+        let drawn = self.areas().choose(&incidence.rectangle, band, [u, v], has_mass);
         let nm = N::widen(reading.wavelength_nm);
         let [x, y] = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];

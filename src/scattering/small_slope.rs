@@ -159,8 +159,8 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
         let straight = difference.fma(difference, cos_squared * q_q0 * q_q0);
         return lit(2.0) * per_w_squared * (straight + crossed) / q_q0;
     };
-    let ComplexIndex { eta, k } = index;
-    let (eps_re, eps_im) = (eta * eta - k * k, 2.0 * eta * k);
+    let ComplexIndex { eta, k: absorption } = index;
+    let (eps_re, eps_im) = (eta * eta - absorption * absorption, 2.0 * eta * absorption);
     // Terms of the outgoing and of the incident direction.
     let (o, i) = (Side::new(q, index, [eps_re, eps_im]), Side::new(q0, index, [eps_re, eps_im]));
     // Real and imaginary part of t t0 cosφ − ε k k0.

@@ -2,7 +2,8 @@
 //!
 //! - `E = exp(iκh)`: phase screen over the tile.
 //! - `t`: taper of an aperiodic scan; 1 where the tile repeats.
-//! - `s`: standard deviation of the coherence window.
+//! - `s`: standard deviation of the coherence window in µm.
+//! - `x`, `τ`: position and lag in µm.
 //!
 //! The node values are
 //!

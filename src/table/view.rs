@@ -218,6 +218,7 @@ struct Curve<N: Numbers> {
 }
 
 impl<N: Numbers> Curve<N> {
+    /// Weights at `kappa` in rad/µm, clamped to the table's range.
     #[inline(always)]
     fn new(layout: &PackedLayout, kappa: N::Real) -> Self {
         let lit = N::Real::lit;

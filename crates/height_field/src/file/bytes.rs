@@ -1,6 +1,9 @@
-//! Reader of little-endian numbers from bytes; it never reads beyond their end.
+//! Reader of little-endian numbers from bytes. Reading beyond the end is an error.
 
-/// The unread rest of a file's bytes.
+/// Reader that holds the unread rest of a file's bytes. Every method that returns bytes or a number advances it.
+///
+/// # Errors
+/// Methods with a `Result` return an error if too few bytes are left.
 #[derive(Clone, Copy)]
 pub(super) struct Bytes<'a> {
     rest: &'a [u8],
@@ -17,7 +20,7 @@ impl<'a> Bytes<'a> {
         self.rest.is_empty()
     }
 
-    /// The next `count` bytes; an error if fewer are left.
+    /// The next `count` bytes.
     pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = self
             .rest
@@ -39,23 +42,27 @@ impl<'a> Bytes<'a> {
         Ok(array)
     }
 
-    /// The next byte. The methods below read the next number of the type in their name.
+    /// The next byte.
     pub(super) fn u8(&mut self) -> Result<u8, String> {
         Ok(self.array::<1>()?[0])
     }
 
+    /// The next two bytes as an unsigned integer.
     pub(super) fn u16(&mut self) -> Result<u16, String> {
         Ok(u16::from_le_bytes(self.array()?))
     }
 
+    /// The next four bytes as an unsigned integer.
     pub(super) fn u32(&mut self) -> Result<u32, String> {
         Ok(u32::from_le_bytes(self.array()?))
     }
 
+    /// The next four bytes as a signed integer.
     pub(super) fn i32(&mut self) -> Result<i32, String> {
         Ok(i32::from_le_bytes(self.array()?))
     }
 
+    /// The next eight bytes as a float.
     pub(super) fn f64(&mut self) -> Result<f64, String> {
         Ok(f64::from_le_bytes(self.array()?))
     }
@@ -69,8 +76,8 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Type of the stored heights: unsigned or signed integers, or floats, of the number of bits in the name. All are
-/// little-endian.
+/// Type of stored heights: little-endian unsigned (`U`) or signed (`I`) integers or floats (`F`), with the number of
+/// bits in the name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     U8,
@@ -94,8 +101,9 @@ impl Number {
         }
     }
 
-    /// All numbers in `bytes`; an incomplete number at the end is ignored.
+    /// All numbers in `bytes` as 64-bit floats. An incomplete number at the end is ignored.
     pub(super) fn decode(self, bytes: &[u8]) -> Vec<f64> {
+        /// Converts every N bytes to a number.
         fn all<const N: usize>(bytes: &[u8], convert: impl Fn([u8; N]) -> f64) -> Vec<f64> {
             bytes.chunks_exact(N).filter_map(|chunk| chunk.try_into().ok()).map(convert).collect()
         }

@@ -1,12 +1,13 @@
 //! Choice of a channel from a file with several.
 //!
 //! A *channel* is one map of values over the scan: heights, or a signal of the instrument such as phase or friction.
-//! The option `channel` names one by number or title. Without the option, titles and units decide which is a relief.
+//! The option `channel` selects one by number or title. Without the option, the default is the channel that is most
+//! likely a relief by its title and unit ([`Channel::rank`]).
 
 use super::units::micrometres;
 
-/// Parts of titles, in lower case, of signals that are no relief even if their unit is a length (such as the deflection
-/// of a cantilever in nm).
+/// Parts of titles, in lower case, of signals that are no relief. Their unit may be a length: the deflection of a
+/// cantilever is in nm.
 const NO_RELIEF: [&str; 18] = [
     "error",
     "deflection",
@@ -27,15 +28,15 @@ const NO_RELIEF: [&str; 18] = [
     "stiffness",
     "bias",
 ];
-/// Parts of titles of reliefs, in lower case, without blanks, `_` and `-`.
+/// Parts of titles of reliefs, in lower case, without blanks, `_` and `-`. `hauteur`, `höhe` and `altura` mean height.
 const RELIEF: [&str; 8] = ["height", "topo", "zsens", "elevation", "relief", "hauteur", "höhe", "altura"];
 
 /// Kind of a channel's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ValueKind {
-    /// Lengths.
+    /// Lengths in a known unit.
     Lengths,
-    /// Numbers without a unit, which `max_height` can scale.
+    /// Numbers without a unit, which the option `max_height` scales.
     Numbers,
     /// Other quantities, such as volts.
     Other,
@@ -43,7 +44,7 @@ pub(super) enum ValueKind {
 
 /// A channel of a file, as options select it and messages name it.
 pub(super) struct Channel {
-    /// Number that selects the channel.
+    /// Number that selects the channel. Each format counts from 0 or 1, or uses the file's own numbers.
     pub number: usize,
     /// Title that selects the channel, without regard to case; may be empty.
     pub title: String,
@@ -96,7 +97,7 @@ impl Channel {
 /// Largest number of channels that a message lists, so that it stays readable.
 const LISTED_MAX: usize = 16;
 
-/// The channels in words, at most [`LISTED_MAX`] of them.
+/// The channels as a list for messages, at most [`LISTED_MAX`] of them.
 fn list(channels: &[Channel]) -> String {
     let mut listed: Vec<String> = channels.iter().take(LISTED_MAX).map(Channel::listed).collect();
     if channels.len() > LISTED_MAX {
@@ -105,13 +106,14 @@ fn list(channels: &[Channel]) -> String {
     listed.join(", ")
 }
 
-/// Index of the channel `wanted` by number or title, or else of the default one ([`Channel::rank`]).
+/// Index in `channels` of the channel whose number or title is `wanted`; without `wanted`, of the default channel.
 ///
 /// The default is the first length whose title names a relief, else the first other length. Without lengths it is the
-/// first channel without a unit, preferably one whose title names a relief. Error signals are chosen only by `wanted`.
+/// first channel without a unit whose title names a relief, else the first other one without a unit. Signals of
+/// [`NO_RELIEF`] are chosen only by `wanted`.
 ///
 /// # Errors
-/// No such channel, or one of another quantity than length; the message lists the channels.
+/// A missing channel, or one in a unit that is not a length; the message lists the channels.
 pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize, String> {
     if channels.is_empty() {
         return Err("it holds no channels of data".to_owned());

@@ -1,13 +1,13 @@
 //! Text encodings: UTF-8, UTF-16, and Latin-1 for all others.
 
-/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark. More bytes would reach
-/// beyond the first words, which are ASCII in most files.
+/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark. The first words are
+/// ASCII in most files; a longer test may meet other characters.
 const PROBE_BYTES: usize = 64;
 
 /// Text of a whole file, without its byte order mark.
 ///
-/// UTF-16 is recognised by its byte order mark, or by NUL in most odd or most even bytes of the beginning. Text that is
-/// neither UTF-16 nor valid UTF-8 is Latin-1, in which every byte is a character.
+/// UTF-16 is recognised by its byte order mark, or by NUL at most odd or at most even positions among the first bytes.
+/// Text that is neither UTF-16 nor valid UTF-8 is taken for Latin-1, in which every byte is a character.
 ///
 /// # Errors
 /// NUL characters in the text: the file is binary.
@@ -29,14 +29,14 @@ pub(super) fn utf8_or_latin1(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned)
 }
 
-/// Text of UTF-16 bytes; `unit` makes a code unit of two bytes, in their order. Invalid units become replacement
-/// characters. An odd byte at the end is ignored.
+/// Text of UTF-16 bytes. `unit` converts two bytes to a code unit in the file's byte order. Invalid units become
+/// replacement characters. A single byte left at the end is ignored.
 fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
     let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Whether most pairs of bytes at the beginning have a NUL at `index` (0 or 1), and no pair has one at the other index.
+/// Whether most pairs of the first [`PROBE_BYTES`] have a NUL at `index` (0 or 1), and none has one at the other index.
 fn has_nul_at(bytes: &[u8], index: usize) -> bool {
     let pairs = || bytes[..bytes.len().min(PROBE_BYTES)].chunks_exact(2);
     let with_nul = pairs().filter(|pair| pair[index] == 0).count();

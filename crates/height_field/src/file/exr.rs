@@ -52,6 +52,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let size = (layer.size.height(), layer.size.width());
     let values: Vec<f64> = channel.sample_data.values_as_f32().map(f64::from).collect();
     let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
+    // A number from an attribute of the layer, or else of the whole image.
     let attribute = |name: &str| {
         let value = layer.attributes.other.get(name.as_bytes()).or_else(|| image.attributes.other.get(name.as_bytes()));
         match value {

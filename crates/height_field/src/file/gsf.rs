@@ -39,11 +39,13 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if bytes[header_end..data_start].iter().any(|b| *b != 0) {
         return Err("the padding after the header is not NUL".to_owned());
     }
+    // A length of the header in µm; `None` without the key.
     let length_um = |key: &str, unit_um: f64| -> Result<Option<f64>, String> {
         let Some(value) = fields.get(key) else { return Ok(None) };
         let number = value.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
         number.map(|v| Some(v * unit_um)).ok_or_else(|| format!("{key} is \"{value}\", not a positive number"))
     };
+    // A unit of the header in µm; `None` where it is missing or empty.
     let unit_um = |key: &str| fields.get(key).filter(|u| !u.is_empty()).map(|u| micrometres(u)).transpose();
     let pixel_um = match unit_um("XYUnits")? {
         None => None,

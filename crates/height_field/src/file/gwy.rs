@@ -30,9 +30,12 @@ struct Object<'a> {
 enum Value<'a> {
     Integer(i32),
     Double(f64),
+    /// Text without its NUL.
     String(&'a [u8]),
     Object(Object<'a>),
+    /// Bytes of an array of 64-bit floats.
     Doubles(&'a [u8]),
+    /// A skipped value.
     Other,
 }
 
@@ -187,6 +190,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if container.type_name != b"GwyContainer" {
         return Err("it holds no \"GwyContainer\"".to_owned());
     }
+    // Data and mask of each channel, in the order of `channels`.
     let mut fields = Vec::new();
     let mut channels = Vec::new();
     for (number, entry) in entries(container)? {
@@ -209,6 +213,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         if mask.size != field.size {
             return Err(format!("the mask has {} × {} points, the channel {nx} × {ny}", mask.size.0, mask.size.1));
         }
+        // A mask is positive at missing points.
         for (value, masked) in values.iter_mut().zip(Number::F64.decode(mask.data)) {
             if masked > 0.0 {
                 *value = f64::NAN;

@@ -44,6 +44,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     };
     let size = (info.height as usize, info.width as usize);
     let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
+    // Number in a text chunk; `None` without the chunk.
     let positive_number = |keyword: &str| {
         let chunk = info.uncompressed_latin1_text.iter().find(|chunk| chunk.keyword == keyword);
         chunk

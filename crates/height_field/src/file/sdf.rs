@@ -42,7 +42,7 @@ enum Revision {
     Bcr,
 }
 
-/// Properties of the heights.
+/// Properties of the stored heights that text and binary headers share.
 struct Header {
     revision: Revision,
     /// Points in a profile, along x.
@@ -62,7 +62,7 @@ struct Header {
 impl Header {
     /// Whether a stored number marks a missing point.
     fn is_missing(&self, value: f64) -> bool {
-        // Smallest and largest number of the type.
+        // Smallest number of the type (ISO's mark), and its largest (BCR's). BCR's floats have a threshold instead.
         let (low, high) = match self.number {
             Number::U8 => (0.0, f64::from(u8::MAX)),
             Number::U16 => (0.0, f64::from(u16::MAX)),

@@ -30,12 +30,13 @@ const COMPRESSION_MAX: usize = 2048;
 /// Decoder positioned at one page.
 type Pages<'a> = Decoder<Cursor<&'a [u8]>>;
 
-/// An unsigned integer tag.
+/// Value of an unsigned integer tag; `None` without the tag.
 fn integer(pages: &mut Pages, tag: Tag) -> Result<Option<u32>, String> {
     pages.find_tag_unsigned(tag).map_err(|error| error.to_string())
 }
 
-/// Pixels per unit of a resolution tag.
+/// Pixels per unit of length from a resolution tag; `None` unless it is finite and positive. [`Tag::ResolutionUnit`] or
+/// ImageJ's description gives the unit.
 fn resolution(pages: &mut Pages, tag: Tag) -> Option<f64> {
     let value = match pages.find_tag(tag).ok()?? {
         Value::Rational(numerator, denominator) => f64::from(numerator) / f64::from(denominator),

@@ -1,16 +1,21 @@
 //! Units of length as files write them.
 
-/// Spellings of the prefix micro. Some are the micro sign in a wrong encoding: UTF-8 read as Latin-1 (`Âµ`, `Î¼`), and
-/// code page 850 of DOS read as Latin-1 (`æ`). NanoScope writes `~`.
+/// Spellings of the prefix micro.
+///
+/// The first two are the micro sign (U+00B5) and the Greek mu (U+03BC). NanoScope writes `~`. The last three are
+/// encodings read as Latin-1: `Âµ` and `Î¼` are UTF-8, `æ` is the micro sign in DOS code page 850.
 const MICRO: [&str; 7] = ["µ", "μ", "u", "~", "Âµ", "Î¼", "æ"];
-/// Spellings of the ångström in lower case: both characters, words, UTF-8 read as Latin-1 (whose second byte may be
-/// trimmed as a blank), and the code pages 850 and Mac Roman read as Latin-1.
+/// Spellings of the ångström, in lower case and without a plural s.
+///
+/// The first two are the letter å and the ångström sign. The last four are encodings of Å read as Latin-1: UTF-8
+/// (`Ã\u{85}`, whose second character may have been trimmed as a blank), code page 850 (`\u{8f}`), and Mac Roman
+/// (`\u{81}`).
 const ANGSTROM: [&str; 9] = ["å", "\u{212b}", "ang", "angstrom", "ångström", "ã\u{85}", "ã", "\u{8f}", "\u{81}"];
 /// µm in an ångström.
 const UM_PER_ANGSTROM: f64 = 1e-4;
 /// µm in a metre.
 pub(super) const UM_PER_M: f64 = 1e6;
-/// Names of units in the singular and lower case, with their length in µm.
+/// Names of units in the singular and in lower case, each with its length in µm.
 const NAMES: [(&str, f64); 11] = [
     ("micron", 1.0),
     ("micrometer", 1.0),
@@ -25,10 +30,13 @@ const NAMES: [(&str, f64); 11] = [
     ("metre", 1e6),
 ];
 
-/// Length of one `unit` in µm: metres with an SI prefix or ångström, as a symbol or a name.
+/// Length of one `unit` in µm.
+///
+/// Symbols (metres with an SI prefix, `Å`) and names (`nanometers`) are accepted. Names are accepted in any case, with
+/// or without a plural s. Blanks around the unit are ignored.
 ///
 /// # Errors
-/// A unit that is not a length.
+/// Any other text, with a reason that names the unit.
 pub(super) fn micrometres(unit: &str) -> Result<f64, String> {
     let unit = unit.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\u{a0}');
     let word = unit.to_lowercase();
@@ -41,7 +49,7 @@ pub(super) fn micrometres(unit: &str) -> Result<f64, String> {
     }
     let prefix = unit.strip_suffix('m').ok_or_else(|| format!("unit \"{unit}\" is not a length"))?;
     Ok(match prefix {
-        "" => 1e6,
+        "" => UM_PER_M,
         "k" => 1e9,
         "d" => 1e5,
         "c" => 1e4,

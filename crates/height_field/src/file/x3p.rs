@@ -71,7 +71,7 @@ fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<
     if bytes.len() as u64 == size { Ok(bytes) } else { Err(format!("{name} ends early")) }
 }
 
-/// First descendant by a path of element names below `from`, in any namespace.
+/// Descendant of `from` by a path of element names in any namespace; at each level the first child of the name.
 fn find<'a, 'input>(from: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'input>> {
     path.iter().try_fold(from, |node, name| node.children().find(|child| child.tag_name().name() == *name))
 }
@@ -81,13 +81,13 @@ fn text<'a>(from: Node<'a, '_>, path: &[&str]) -> Option<&'a str> {
     find(from, path).and_then(|node| node.text()).map(str::trim).filter(|text| !text.is_empty())
 }
 
-/// Number in the element at a path.
+/// Number in the element at a path; `None` where it is missing or empty.
 fn real(from: Node, path: &[&str]) -> Result<Option<f64>, String> {
     let Some(text) = text(from, path) else { return Ok(None) };
     text.parse().map(Some).map_err(|_| format!("{} is \"{text}\", not a number", path.join("/")))
 }
 
-/// Spacing of an axis in metres.
+/// Spacing in metres along the axis `CX` or `CY`.
 fn increment(root: Node, axis: &str) -> Result<f64, String> {
     let base = ["Record1", "Axes", axis];
     let node = find(root, &base).ok_or_else(|| format!("it has no axis {axis}"))?;
@@ -101,7 +101,7 @@ fn increment(root: Node, axis: &str) -> Result<f64, String> {
     real(node, &["Increment"])?.ok_or_else(|| format!("axis {axis} has no Increment"))
 }
 
-/// A positive count of the matrix's dimensions.
+/// Number of points along one axis of the matrix: `SizeX`, `SizeY` or `SizeZ` (the number of layers).
 fn count(root: Node, name: &str) -> Result<usize, String> {
     let found = text(root, &["Record3", "MatrixDimension", name]);
     found.and_then(|text| text.parse().ok()).filter(|count| *count > 0).ok_or_else(|| {

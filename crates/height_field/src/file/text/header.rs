@@ -147,8 +147,9 @@ pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
 
 /// Recognises the program by keys that only it writes.
 fn recognised_program(lines: &[Line]) -> Program {
+    // Whether a line begins with `with`, given in lower case, after its comment signs.
     let begins = |text: &str, with: &str| text.trim_start_matches(['#', ' ', '\t']).to_lowercase().starts_with(with);
-    // Whether a line begins with this text in lower case.
+    // Whether any line does.
     let has = |with: &str| lines.iter().any(|(_, text)| begins(text, with));
     if has("file format = ascii") || has("bit2nm") || has("start of data") {
         Program::Spip
@@ -343,22 +344,22 @@ impl Header {
     /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values. Two
     /// consecutive lines with lengths are the width and the height.
     fn take_matrix_lines(&mut self, lines: &[UnknownLine], used: &mut [bool]) -> Result<(), String> {
-        // Whether entry `i + 1` is the next line of the file.
+        // Whether entry `i + 1` exists and is the next line of the file.
         let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
         let length_at = |i: usize| lines.get(i).and_then(UnknownLine::length_um);
         let found = (0..lines.len()).find(|&i| has_next(i) && length_at(i).is_some() && length_at(i + 1).is_some());
-        let Some(width) = found.filter(|_| self.extent_um == [None, None]) else { return Ok(()) };
-        let height = width + 1;
-        self.extent_um = [length_at(width), length_at(height)];
-        used[width] = true;
-        used[height] = true;
-        if width > 0 && has_next(width - 1) {
-            self.channel.get_or_insert_with(|| lines[width - 1].value.clone());
-            used[width - 1] = true;
+        let Some(width_at) = found.filter(|_| self.extent_um == [None, None]) else { return Ok(()) };
+        let height_at = width_at + 1;
+        self.extent_um = [length_at(width_at), length_at(height_at)];
+        used[width_at] = true;
+        used[height_at] = true;
+        if width_at > 0 && has_next(width_at - 1) {
+            self.channel.get_or_insert_with(|| lines[width_at - 1].value.clone());
+            used[width_at - 1] = true;
         }
-        if has_next(height) && self.height == HeightUnit::Unsaid {
-            self.height = height_unit(&lines[height + 1].value)?;
-            used[height + 1] = true;
+        if has_next(height_at) && self.height == HeightUnit::Unsaid {
+            self.height = height_unit(&lines[height_at + 1].value)?;
+            used[height_at + 1] = true;
         }
         Ok(())
     }
@@ -380,7 +381,8 @@ impl Header {
     }
 }
 
-/// Lengths in µm. Numbers without a unit are nm in SPIP's files and taken for µm in geographic grids.
+/// Numbers as lengths in µm; `None` unless their unit is a length. Without a unit they are nm in SPIP's files, and are
+/// taken for µm in geographic grids.
 fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
     let in_unit = |um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * um).collect());
     found.lengths_um().or_else(|| match program {

@@ -52,7 +52,7 @@ fn words_of(line: &str) -> impl Iterator<Item = &str> {
     line.split(|c: char| c.is_whitespace() || c == ';' || c == '"').filter(|word| !word.is_empty())
 }
 
-/// A number with a decimal point; NaN for words for missing points; `None` for other words.
+/// A number with a decimal point; NaN for words for missing points and for an empty text; `None` for other words.
 ///
 /// Accepts exponents of Fortran (`1.5D-07`) and the typographic minus.
 pub(super) fn number(word: &str) -> Option<f64> {
@@ -127,8 +127,8 @@ impl Commas {
                 Err(format!("line {line} has commas within words, and numbers have decimal points elsewhere: {advice}"))
             }
             Self { point: Some(_), .. } => Ok(false),
-            Self { tight: Some(line), spaced: Some(other), .. } => Err(format!(
-                "commas stand between digits in line {line} and before blanks in line {other}, so they could be \
+            Self { tight: Some(line), spaced: Some(spaced_line), .. } => Err(format!(
+                "commas stand between digits in line {line} and before blanks in line {spaced_line}, so they could be \
                  decimal or separators: {advice}"
             )),
             // Numbers have another separator.
