@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
 #include <mitsuba/core/spectrum.h>
@@ -52,8 +53,7 @@ public:
     MI_IMPORT_BASE(BSDF, m_flags, m_components)
     MI_IMPORT_TYPES()
 
-    explicit Diffraction(const Properties &props)
-        : Holder(props), Base(props), m_coherence_length_um(m_optics->coherence_length_um()) {
+    explicit Diffraction(const Properties &props) : Holder(props), Base(props), m_numbers(m_optics->numbers()) {
         m_components = m_optics->components();
         for (uint32_t component : m_components)
             m_flags = m_flags | component;
@@ -61,20 +61,26 @@ public:
 
     void traverse(TraversalCallback *cb) override {
         m_optics->traverse(cb);
-        cb->put("coherence_length", m_coherence_length_um, ParamFlags::NonDifferentiable);
+        auto put = [&](const char *name, float &number) { cb->put(name, number, +ParamFlags::NonDifferentiable); };
+        put("coherence_length", m_numbers[0]);
+        // Textures of sizes are exposed by the optics.
+        if (!m_optics->has_scale_texture())
+            put("scale", m_numbers[1]);
+        if (!m_optics->has_depth_texture())
+            put("depth", m_numbers[2]);
     }
 
-    /// Replaces the optics after Mitsuba has written textures or the coherence length.
+    /// Replaces the optics after Mitsuba has written textures or numbers.
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
         if (has_changed("eta") || has_changed("k"))
             set_optics(m_optics->without_index());
-        if (const float built_um = m_optics->coherence_length_um(); m_coherence_length_um != built_um) {
-            const float wanted_um = m_coherence_length_um;
-            // `with_coherence_length` throws if it refuses the length. The member then still holds the built one.
-            m_coherence_length_um = built_um;
-            set_optics(m_optics->with_coherence_length(wanted_um));
-            m_coherence_length_um = wanted_um;
+        if (const auto built = m_optics->numbers(); m_numbers != built) {
+            const auto wanted = m_numbers;
+            // `with_numbers` throws if it refuses one of them. The member then still holds the built ones.
+            m_numbers = built;
+            set_optics(m_optics->with_numbers(wanted));
+            m_numbers = wanted;
         }
         set_optics(m_optics->with_current_ends());
     }
@@ -122,8 +128,9 @@ public:
     MI_DECLARE_CLASS(Diffraction)
 
 private:
-    /// Exposed parameter `coherence_length`. Mitsuba writes it before it calls `parameters_changed`.
-    float m_coherence_length_um;
+    /// Exposed parameters `coherence_length` in µm, `scale` and `depth`. Mitsuba writes them before it calls
+    /// `parameters_changed`.
+    std::array<float, 3> m_numbers;
 
     MI_TRAVERSE_CB(Base, m_optics)
 };

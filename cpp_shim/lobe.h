@@ -18,6 +18,8 @@ namespace sunbeam {
 /// - Directions are unit vectors in the relief's frame (z is the normal, x the relief's x) and point away from the
 ///   surface.
 /// - Wavelengths are in nm in spectral variants, and empty in RGB and mono variants.
+/// - The size is that of pattern and heights at the queried place, relative to the relief. Surfaces without textures of
+///   sizes ignore it.
 /// - Values are the BSDF in 1/sr times cosθo. In spectral variants they leave out the interface's factor (interface.h).
 ///   In RGB and mono variants they include it if the surface was built with a known index. Rigorous surfaces always
 ///   include the material's reflectance.
@@ -32,25 +34,32 @@ public:
     /// Whether calls are recorded by Dr.Jit, and whether the variant carries wavelengths.
     static constexpr bool Traces = dr::is_jit_v<Float>, IsSpectral = mitsuba::is_spectral_v<Spectrum>;
 
+    /// Relative size of the pattern and of its heights, in (0, 1].
+    struct Size {
+        Float scale, depth;
+    };
+
     explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_buffers(*m_surface) {}
 
-    /// Value, differentiable by both directions.
-    UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
+    /// Value, differentiable by both directions and the size.
+    UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Size &size,
                              const Mask &active) const {
-        return value(evaluate(Part::Value, wi, wo, wavelengths, active), wo) +
-               zero_with_derivatives(wi, wo, wavelengths, active);
+        return value(evaluate(Part::Value, wi, wo, wavelengths, size, active), wo) +
+               zero_with_derivatives(wi, wo, wavelengths, size, active);
     }
 
     /// Density of `sample` in 1/sr. Not differentiable, since it is no part of the integrand.
-    Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
-        return evaluate(Part::Density, wi, wo, wavelengths, active)[DENSITY];
+    Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Size &size,
+              const Mask &active) const {
+        return evaluate(Part::Density, wi, wo, wavelengths, size, active)[DENSITY];
     }
 
     /// Results of `eval` and `pdf`.
     std::pair<UnpolarizedSpectrum, Float> eval_pdf(const Vector3f &wi, const Vector3f &wo,
-                                                   const Wavelength &wavelengths, const Mask &active) const {
-        const Answer answer = evaluate(Part::ValueAndDensity, wi, wo, wavelengths, active);
-        return { value(answer, wo) + zero_with_derivatives(wi, wo, wavelengths, active), answer[DENSITY] };
+                                                   const Wavelength &wavelengths, const Size &size,
+                                                   const Mask &active) const {
+        const Answer answer = evaluate(Part::ValueAndDensity, wi, wo, wavelengths, size, active);
+        return { value(answer, wo) + zero_with_derivatives(wi, wo, wavelengths, size, active), answer[DENSITY] };
     }
 
     /// Mueller matrix in 1/sr of a rigorous surface in a polarised variant, without cosθo. Light comes from the
@@ -66,14 +75,14 @@ public:
     }
 
     /// Direction wo from three uniform variates in [0, 1); the zero vector where the draw falls below the horizon.
-    Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
-                    const Mask &active) const {
+    Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Size &size, const Float &sample1,
+                    const Point2f &sample2, const Mask &active) const {
         const Vector3f variates(sample1, sample2.x(), sample2.y());
         std::array<Float, 3> wo;
         if constexpr (Traces)
-            wo = owned(m_surface->trace_sample(query(wi, wavelengths, active), indices(variates)));
+            wo = owned(m_surface->trace_sample(query(wi, wavelengths, size, active), indices(variates)));
         else
-            wo = m_surface->sample(by_value(wi), by_value(variates), by_value(wavelengths));
+            wo = m_surface->sample(by_value(wi), by_value(variates), by_value(wavelengths), by_value(size));
         return { wo[0], wo[1], wo[2] };
     }
 
@@ -107,6 +116,8 @@ private:
     /// Arguments of a call by value; the bridge ignores the wavelengths in RGB variants.
     static std::array<float, 3> by_value(const Vector3f &w) { return { w.x(), w.y(), w.z() }; }
 
+    static std::array<float, 2> by_value(const Size &size) { return { size.scale, size.depth }; }
+
     static std::array<float, 4> by_value([[maybe_unused]] const Wavelength &wavelengths) {
         if constexpr (IsSpectral)
             return { wavelengths[0], wavelengths[1], wavelengths[2], wavelengths[3] };
@@ -115,10 +126,12 @@ private:
     }
 
     /// Dr.Jit variables of a traced call, except those of its second vector (wo or variates). Borrows the arguments.
-    TracedQuery query(const Vector3f &wi, [[maybe_unused]] const Wavelength &wavelengths, const Mask &active) const {
+    TracedQuery query(const Vector3f &wi, [[maybe_unused]] const Wavelength &wavelengths, const Size &size,
+                      const Mask &active) const {
         TracedQuery query{};
         query.backend = uint32_t(dr::backend_v<Float>);
         query.wi      = indices(wi);
+        query.size    = { size.scale.index(), size.depth.index() };
         query.active  = active.index();
         query.words   = m_buffers.indices();
         if constexpr (IsSpectral)
@@ -131,19 +144,19 @@ private:
         return { w.x().index(), w.y().index(), w.z().index() };
     }
 
-    Answer evaluate(Part part, const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
+    Answer evaluate(Part part, const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Size &size,
                     [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
-            return owned(m_surface->trace_evaluate(part, query(wi, wavelengths, active), indices(wo)));
+            return owned(m_surface->trace_evaluate(part, query(wi, wavelengths, size, active), indices(wo)));
         else
-            return m_surface->evaluate(part, by_value(wi), by_value(wo), by_value(wavelengths));
+            return m_surface->evaluate(part, by_value(wi), by_value(wo), by_value(wavelengths), by_value(size));
     }
 
     /// Matrix elements: number `4 (4 row + column) + wavelength`. In mono variants the four wavelengths are equal.
     auto evaluate_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
                          [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
-            return owned(m_surface->trace_matrix(query(from, wavelengths, active), indices(to)));
+            return owned(m_surface->trace_matrix(query(from, wavelengths, { 1.f, 1.f }, active), indices(to)));
         else
             return m_surface->evaluate_matrix(by_value(from), by_value(to), by_value(wavelengths));
     }
@@ -163,52 +176,75 @@ private:
             return UnpolarizedSpectrum(elements[4 * i]);
     }
 
-    /// Zero, with the derivatives of the value by the six components of wi and wo, from central differences.
+    /// Zero, with the derivatives of the value by the components of wi and wo and by the size, from central
+    /// differences.
     ///
     /// Dr.Jit's reverse mode cannot differentiate the look-ups themselves: their loops have a number of steps that
     /// depends on the directions.
     UnpolarizedSpectrum zero_with_derivatives(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
-                                              const Mask &active) const {
-        UnpolarizedSpectrum change(0.f);
+                                              const Size &size, const Mask &active) const {
         if constexpr (dr::is_diff_v<Float>) {
-            if (!dr::grad_enabled(wi) && !dr::grad_enabled(wo))
-                return change;
-            using UInt32      = dr::uint32_array_t<Float>;
-            using Slopes      = dr::Array<UnpolarizedSpectrum, 6>;
-            const Steps steps = m_surface->steps();
-            // Component c = 0 … 5 is `[c / 3][c % 3]`: x, y and z of wi, then of wo.
-            const Vector3f centre[2] = { dr::detach(wi), dr::detach(wo) };
-            UInt32 i(0);
-            Slopes slopes(UnpolarizedSpectrum(0.f));
-            // A loop of 12 evaluations keeps the kernel small. Iteration i moves component i / 2, forwards if i is even
-            // and backwards if it is odd.
-            dr::tie(i, slopes) = dr::while_loop(
-                dr::make_tuple(i, slopes), [&](const UInt32 &i, const Slopes &) { return active && i < 12u; },
-                [&](UInt32 &i, Slopes &slopes) {
-                    const Float sign  = dr::select((i & 1u) == 0u, Float(1.f), Float(-1.f));
-                    Vector3f moved[2] = { centre[0], centre[1] };
-                    Float distance(0.f);
-                    for (uint32_t c = 0; c < 6; ++c) {
-                        const Float position = centre[c / 3][c % 3];
-                        // At most a quarter of the cosine along the normal, so that the step does not cross the
-                        // horizon.
-                        const Float step =
-                            c % 3 < 2 ? Float(steps.tangential[c % 3]) : dr::minimum(steps.normal, .25f * position);
-                        const auto is_moved = (i >> 1) == c;
-                        moved[c / 3][c % 3] += dr::select(is_moved, sign * step, 0.f);
-                        // Distance of the two positions as rounded to single precision, not 2 · step.
-                        distance = dr::select(is_moved, (position + step) - (position - step), distance);
-                    }
-                    const auto there = value(evaluate(Part::Value, moved[0], moved[1], wavelengths, active), moved[1]);
-                    for (uint32_t c = 0; c < 6; ++c)
-                        slopes[c] += dr::select((i >> 1) == c, there * (sign / distance), 0.f);
-                    i += 1;
-                },
-                "slopes");
-            // The differences are zero, and their derivatives are those of the components.
-            for (uint32_t c = 0; c < 6; ++c)
-                change += slopes[c] * ((c < 3 ? wi[c % 3] : wo[c % 3]) - centre[c / 3][c % 3]);
+            if (m_surface->has_sizes())
+                return zero_with_derivatives<8>(
+                    { wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z(), size.scale, size.depth }, wavelengths, size,
+                    active);
+            return zero_with_derivatives<6>({ wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z() }, wavelengths, size,
+                                            active);
         }
+        return UnpolarizedSpectrum(0.f);
+    }
+
+    /// The same for the components x, y and z of wi, those of wo, and scale and depth if N is 8.
+    template <size_t N> UnpolarizedSpectrum zero_with_derivatives(const std::array<Float, N> &components,
+                                                                  const Wavelength &wavelengths, const Size &size,
+                                                                  const Mask &active) const {
+        UnpolarizedSpectrum change(0.f);
+        if (std::none_of(components.begin(), components.end(), [](const Float &c) { return dr::grad_enabled(c); }))
+            return change;
+        using UInt32 = dr::uint32_array_t<Float>;
+        using Slopes = dr::Array<UnpolarizedSpectrum, N>;
+        std::array<Float, N> centre;
+        std::transform(components.begin(), components.end(), centre.begin(),
+                       [](const Float &c) { return dr::detach(c); });
+        // Frequencies follow from scale·(wi + wo) and κ from depth·(cosθi + cosθo). Both factors are at most 2.
+        const Steps steps                  = m_surface->steps();
+        const float tangential             = .5f * std::min(steps.tangential[0], steps.tangential[1]);
+        const std::array<float, 8> largest = { steps.tangential[0], steps.tangential[1], steps.normal,
+                                               steps.tangential[0], steps.tangential[1], steps.normal,
+                                               tangential,          .5f * steps.normal };
+        UInt32 i(0);
+        Slopes slopes(UnpolarizedSpectrum(0.f));
+        // A loop of 2 N evaluations keeps the kernel small. Iteration i moves component i / 2, forwards if i is even
+        // and backwards if it is odd.
+        dr::tie(i, slopes) = dr::while_loop(
+            dr::make_tuple(i, slopes), [&](const UInt32 &i, const Slopes &) { return active && i < uint32_t(2 * N); },
+            [&](UInt32 &i, Slopes &slopes) {
+                const Float sign           = dr::select((i & 1u) == 0u, Float(1.f), Float(-1.f));
+                std::array<Float, N> moved = centre;
+                Float distance(0.f);
+                for (uint32_t c = 0; c < N; ++c) {
+                    // At most a quarter of a cosine along the normal or of a size, so that the step does not cross the
+                    // horizon or zero.
+                    const bool is_tangential = c % 3 < 2 && c < 6;
+                    const Float step    = is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * centre[c]);
+                    const auto is_moved = (i >> 1) == c;
+                    moved[c] += dr::select(is_moved, sign * step, 0.f);
+                    // Distance of the two positions as rounded to single precision, not 2 · step.
+                    distance = dr::select(is_moved, (centre[c] + step) - (centre[c] - step), distance);
+                }
+                const Vector3f wi(moved[0], moved[1], moved[2]), wo(moved[3], moved[4], moved[5]);
+                Size moved_size{ dr::detach(size.scale), dr::detach(size.depth) };
+                if constexpr (N == 8)
+                    moved_size = { moved[6], moved[7] };
+                const auto there = value(evaluate(Part::Value, wi, wo, wavelengths, moved_size, active), wo);
+                for (uint32_t c = 0; c < N; ++c)
+                    slopes[c] += dr::select((i >> 1) == c, there * (sign / distance), 0.f);
+                i += 1;
+            },
+            "slopes");
+        // The differences are zero, and their derivatives are those of the components.
+        for (uint32_t c = 0; c < N; ++c)
+            change += slopes[c] * (components[c] - centre[c]);
         return change;
     }
 

@@ -23,6 +23,7 @@
 #include "lobe.h"
 #include "parameters.h"
 #include "spectral_ends.h"
+#include "texture_range.h"
 
 namespace sunbeam {
 
@@ -42,7 +43,8 @@ public:
     explicit Optics(const Properties &props) : m_lobe(std::make_shared<const Lobe>(new_lobe_surface(props))) {
         auto varying         = [](const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); };
         uint32_t diffraction = BSDFFlags::GlossyReflection | BSDFFlags::FrontSide | BSDFFlags::Anisotropic;
-        if (varying(m_eta) || varying(m_k) || varying(m_specular_reflectance) || varying(m_rotation))
+        if (varying(m_eta) || varying(m_k) || varying(m_specular_reflectance) || varying(m_rotation) ||
+            varying(m_scale) || varying(m_depth))
             diffraction = diffraction | BSDFFlags::SpatiallyVarying;
         m_components = { diffraction };
         if (m_diffuse_reflectance) {
@@ -55,9 +57,9 @@ public:
             m_components.push_back(BSDFFlags::DeltaReflection | BSDFFlags::FrontSide);
     }
 
-    /// A copy with tables for another coherence length in µm. Throws if the length is refused.
-    Optics with_coherence_length(float coherence_length_um) const {
-        auto surface = checked([&] { return m_lobe->surface().with_coherence_length(coherence_length_um); });
+    /// A copy with tables for other numbers: coherence length in µm, scale, and depth. Throws if one is refused.
+    Optics with_numbers(const std::array<float, 3> &numbers) const {
+        auto surface = checked([&] { return m_lobe->surface().with_numbers(numbers); });
         Optics optics(*this);
         optics.set_lobe(std::make_shared<const Lobe>(std::move(surface)));
         return optics;
@@ -86,8 +88,12 @@ public:
     /// `BSDFFlags` of each component: the diffracted light, then the pigment if there is one.
     const std::vector<uint32_t> &components() const { return m_components; }
 
-    /// Coherence length in µm.
-    float coherence_length_um() const { return m_lobe->surface().coherence_length_um(); }
+    /// Coherence length in µm, scale and depth, as far as they are numbers. A size given as a texture counts as 1.
+    std::array<float, 3> numbers() const { return m_lobe->surface().numbers(); }
+
+    /// Whether `scale` and `depth` are textures.
+    bool has_scale_texture() const { return bool(m_scale); }
+    bool has_depth_texture() const { return bool(m_depth); }
 
     /// Exposes the textures to Mitsuba as parameters that can change.
     void traverse(TraversalCallback *cb) const {
@@ -98,6 +104,10 @@ public:
         if (m_diffuse_reflectance)
             put("diffuse_reflectance", m_diffuse_reflectance, ParamFlags::Differentiable);
         put("rotation", m_rotation, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        if (m_scale)
+            put("scale", m_scale, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        if (m_depth)
+            put("depth", m_depth, ParamFlags::Differentiable | ParamFlags::Discontinuous);
     }
 
     /// Reports the inputs of a frozen function to Dr.Jit: the variables of textures and tables, and the fingerprint of
@@ -129,8 +139,9 @@ public:
         // Uniform in [0, 1) again, given that the diffracted lobe is picked.
         const Float sample_lobe =
             dr::select(pick_glossy, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
-        const Vector3f wo_glossy = local.to_shading(m_lobe->sample(dr::detach(local.to_relief(si.wi)), si.wavelengths,
-                                                                   sample_lobe, sample2, active && pick_glossy));
+        const Vector3f wo_glossy =
+            local.to_shading(m_lobe->sample(dr::detach(local.to_relief(si.wi)), si.wavelengths, local.size, sample_lobe,
+                                            sample2, active && pick_glossy));
 
         // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
         bs.wo  = dr::detach(dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2)));
@@ -186,6 +197,10 @@ public:
             << "  specular_reflectance = " << string::indent(m_specular_reflectance) << "," << std::endl;
         if (m_diffuse_reflectance)
             oss << "  diffuse_reflectance = " << string::indent(m_diffuse_reflectance) << "," << std::endl;
+        if (m_scale)
+            oss << "  scale = " << string::indent(m_scale) << "," << std::endl;
+        if (m_depth)
+            oss << "  depth = " << string::indent(m_depth) << "," << std::endl;
         oss << "  rotation = " << string::indent(m_rotation) << std::endl << "]";
         return oss.str();
     }
@@ -219,6 +234,8 @@ private:
         dr::Complex<UnpolarizedSpectrum> ior;
         /// Values of `specular_reflectance` and `diffuse_reflectance`.
         UnpolarizedSpectrum specular, diffuse;
+        /// Size of pattern and heights relative to the relief; 1 without textures of sizes.
+        typename Lobe::Size size;
         /// Sine and cosine of the relief's rotation about the normal, counter-clockwise from the tangent.
         Float sin_rotation, cos_rotation;
         /// Probability that `sample` picks the cover's mirror, and that it picks the diffracted lobe otherwise.
@@ -263,6 +280,8 @@ private:
         local.specular = m_specular_reflectance->eval(si, active);
         local.diffuse  = lobes.diffuse ? m_diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
         std::tie(local.sin_rotation, local.cos_rotation) = dr::sincos(dr::deg_to_rad(m_rotation->eval_1(si, active)));
+        local.size                                       = { m_scale ? m_scale->eval_1(si, active) : Float(1.f),
+                       m_depth ? m_depth->eval_1(si, active) : Float(1.f) };
 
         const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
         local.prob_diffraction  = lobes.diffraction ? 1.f : 0.f;
@@ -299,15 +318,15 @@ private:
                 if constexpr (Value)
                     value = polarised_orders(local, ctx, si, wo, active);
                 if constexpr (Density)
-                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, active);
+                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
             } else {
                 UnpolarizedSpectrum relief(0.f);
                 if constexpr (Value && Density)
-                    std::tie(relief, pdf) = m_lobe->eval_pdf(wi_relief, wo_relief, si.wavelengths, active);
+                    std::tie(relief, pdf) = m_lobe->eval_pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
                 else if constexpr (Value)
-                    relief = m_lobe->eval(wi_relief, wo_relief, si.wavelengths, active);
+                    relief = m_lobe->eval(wi_relief, wo_relief, si.wavelengths, local.size, active);
                 else
-                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, active);
+                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
                 if constexpr (Value)
                     value = reflected(local, relief * local.specular * ratio, ctx, si.wi, wo);
             }
@@ -408,6 +427,16 @@ private:
         m_rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
         if (props.has_property("diffuse_reflectance"))
             m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
+        TextureSizes sizes{ false, { 1.f, 1.f }, { 1.f, 1.f } };
+        auto read_size = [&](const char *name, ref<Texture> &texture, std::array<float, 2> &range) {
+            if (!props.has_property(name) || is_number(props, name))
+                return;
+            texture     = props.get_unbounded_texture<Texture>(name);
+            range       = texture_range(*texture, UNKNOWN_SIZES);
+            sizes.given = true;
+        };
+        read_size("scale", m_scale, sizes.scale);
+        read_size("depth", m_depth, sizes.depth);
         refuse_unknown(props);
         auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
             for (double value : from)
@@ -422,8 +451,8 @@ private:
         return checked([&] {
             constexpr bool polarised   = is_polarized_v<Spectrum>;
             rust::Box<Surface> surface = is_spectral_v<Spectrum>
-                                             ? new_surface(rust_str(json), samples, polarised)
-                                             : new_colour_surface(rust_str(json), samples, polarised);
+                                             ? new_surface(rust_str(json), samples, sizes, polarised)
+                                             : new_colour_surface(rust_str(json), samples, sizes, polarised);
             // Colour tables include the factor of a known index. A perfect conductor has no index: its R is 1, but its
             // small-slope factor has to be computed here.
             m_interface_included = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
@@ -452,7 +481,8 @@ private:
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();
         for (bool choice : { m_cover_reflection, m_interface_included, m_perfect, surface.is_small_slope(),
-                             bool(m_diffuse_reflectance), m_eta_ends.are_clipped(), m_k_ends.are_clipped() })
+                             bool(m_diffuse_reflectance), has_scale_texture(), has_depth_texture(),
+                             m_eta_ends.are_clipped(), m_k_ends.are_clipped() })
             code = 2 * code + choice;
         return code;
     }
@@ -466,11 +496,18 @@ private:
         visit(m_specular_reflectance);
         visit(m_diffuse_reflectance);
         visit(m_rotation);
+        visit(m_scale);
+        visit(m_depth);
         visit(m_lobe);
         visit(m_fingerprint);
     }
 
+    /// Range of sizes in textures whose values are known only on a shape.
+    static constexpr std::array<float, 2> UNKNOWN_SIZES = { .25f, 1.f };
+
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
+    /// Textures of relative sizes; null for numbers.
+    ref<Texture> m_scale, m_depth;
     SpectralEnds<Float, Spectrum> m_eta_ends, m_k_ends;
     std::vector<uint32_t> m_components;
     Cover<Float, Spectrum> m_cover{ 1.f };

@@ -21,10 +21,10 @@ namespace {
 
 // Parameters that go to Rust, by type: strings, numbers and booleans. src/config/ decides which values are accepted.
 constexpr const char *CHOICES[] = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
-constexpr const char *NUMBERS[] = {
-    "period", "height", "region_size",      "region_spread", "pixel_size", "max_height",
-    "scale",  "depth",  "coherence_length", "cover_eta",     "tolerance",  "build_limit"
-};
+constexpr const char *NUMBERS[] = { "period",     "height",           "region_size", "region_spread", "pixel_size",
+                                    "max_height", "coherence_length", "cover_eta",   "tolerance",     "build_limit" };
+// Parameters that go to Rust as numbers and are textures otherwise.
+constexpr const char *SIZES[]    = { "scale", "depth" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
 // All parameters of the plugin, for messages. Those up to build_limit go to Rust.
@@ -121,6 +121,13 @@ std::string known_materials() {
 
 } // namespace
 
+bool is_number(const Properties &props, const char *name) {
+    if (!props.has_property(name))
+        return false;
+    const auto type = props.type(name);
+    return type == Properties::Type::Float || type == Properties::Type::Integer;
+}
+
 std::string surface_json(const Properties &props) {
     std::string json;
     auto append = [&](const char *name, const std::string &value) {
@@ -132,6 +139,9 @@ std::string surface_json(const Properties &props) {
             append(name, json_string(props.get<std::string>(name)));
     for (const char *name : NUMBERS)
         if (props.has_property(name))
+            append(name, json_number(props, name));
+    for (const char *name : SIZES)
+        if (is_number(props, name))
             append(name, json_number(props, name));
     for (const char *name : SWITCHES)
         if (props.has_property(name))

@@ -11,9 +11,12 @@
 
 namespace sunbeam {
 
-/// Parameters of the surface that are given, as a JSON object for the bridge's `new_surface`. `filename` becomes an
-/// absolute path. Refuses a missing file and numbers that are not finite.
+/// Parameters of the surface that are given, as a JSON object for the bridge's `new_surface`. Textures of `scale` and
+/// `depth` are left out. `filename` becomes an absolute path. Refuses a missing file and numbers that are not finite.
 std::string surface_json(const mitsuba::Properties &props);
+
+/// Whether a parameter is given as one number.
+bool is_number(const mitsuba::Properties &props, const char *name);
 
 /// Name of the material, or "none". Refuses unknown materials, `material` together with `eta` or `k`, and `k` without
 /// `eta`.

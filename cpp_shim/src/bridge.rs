@@ -49,6 +49,8 @@ mod ffi {
         wi: [u32; 3],
         /// Wavelengths in nm; not read for surfaces in colours.
         wavelengths_nm: [u32; 4],
+        /// Size of pattern and heights relative to the relief; not read unless the surface has sizes.
+        size: [u32; 2],
         /// Mask of the lanes to compute.
         active: u32,
         /// Arrays of `u32`: the table data of [`Surface::words`] in the backend's memory.
@@ -61,6 +63,14 @@ mod ffi {
         tangential: [f32; 2],
         /// Step of the component along the normal.
         normal: f32,
+    }
+
+    /// Ranges of the relative sizes in textures, each `[smallest, largest]`.
+    struct TextureSizes {
+        /// False if `scale` and `depth` are numbers. The ranges are then ignored.
+        given: bool,
+        scale: [f32; 2],
+        depth: [f32; 2],
     }
 
     /// Complex refractive index eta + ik. Each part has either values at rising wavelengths in nm, or one value and no
@@ -80,12 +90,22 @@ mod ffi {
 
         /// Builds a spectral surface from a JSON object of the plugin's parameters. `polarised` is set for variants
         /// that carry Stokes vectors.
-        fn new_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
+        fn new_surface(
+            config_json: &str,
+            index: &IndexSamples,
+            sizes: &TextureSizes,
+            polarised: bool,
+        ) -> Result<Box<Surface>>;
         /// Builds a surface in colours. Its colours include the interface's factor if the index is known and has
         /// values.
-        fn new_colour_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
-        /// A copy with another coherence length in µm, whose tables are built anew.
-        fn with_coherence_length(self: &Surface, coherence_length_um: f32) -> Result<Box<Surface>>;
+        fn new_colour_surface(
+            config_json: &str,
+            index: &IndexSamples,
+            sizes: &TextureSizes,
+            polarised: bool,
+        ) -> Result<Box<Surface>>;
+        /// A copy with other numbers, whose tables are built anew: coherence length in µm, scale, and depth.
+        fn with_numbers(self: &Surface, numbers: &[f32; 3]) -> Result<Box<Surface>>;
         /// A copy whose colours leave out the interface's factor. Fails for a rigorous surface.
         fn without_index(self: &Surface) -> Result<Box<Surface>>;
 
@@ -94,8 +114,10 @@ mod ffi {
         fn is_rigorous(self: &Surface) -> bool;
         /// Whether the interface's factor is the small-slope factor instead of the Fresnel reflectance.
         fn is_small_slope(self: &Surface) -> bool;
-        /// Coherence length in µm.
-        fn coherence_length_um(self: &Surface) -> f32;
+        /// Coherence length in µm, scale and depth: the numbers of [`Surface::with_numbers`].
+        fn numbers(self: &Surface) -> [f32; 3];
+        /// Whether evaluations take relative sizes.
+        fn has_sizes(self: &Surface) -> bool;
         /// One line on the surface, its tables and their error, for `str(bsdf)`.
         fn describe(self: &Surface) -> Result<String>;
 
@@ -108,17 +130,25 @@ mod ffi {
         fn steps(self: &Surface) -> Steps;
 
         /// Evaluates by value: the value at four wavelengths or as red, green, blue and luminance, then the density of
-        /// samples. Surfaces in colours ignore the wavelengths.
+        /// samples. Surfaces in colours ignore the wavelengths, and surfaces without sizes ignore `size`, the scale and
+        /// depth at the queried place.
         fn evaluate(
             self: &Surface,
             part: Part,
             wi: &[f32; 3],
             wo: &[f32; 3],
             wavelengths_nm: &[f32; 4],
+            size: &[f32; 2],
         ) -> Result<[f32; 5]>;
         /// Samples by value: the direction `wo` for three random numbers in [0, 1). The zero vector if it falls below
         /// the horizon.
-        fn sample(self: &Surface, wi: &[f32; 3], u: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 3]>;
+        fn sample(
+            self: &Surface,
+            wi: &[f32; 3],
+            u: &[f32; 3],
+            wavelengths_nm: &[f32; 4],
+            size: &[f32; 2],
+        ) -> Result<[f32; 3]>;
         /// Mueller matrices in 1/sr, by value, of light that comes from the direction `from` and leaves towards `to`.
         /// Element (row, column) at wavelength `l` is number `4 (4 row + column) + l`. For surfaces in colours the four
         /// are equal and hold the luminance. The first axis of each frame of reference is the grooves' direction made
@@ -163,6 +193,12 @@ enum PluginError {
          colours, and not changed later; {other:?} does not"
     )]
     UnknownIndex { parameter: &'static str, value: &'static str, other: &'static str },
+    /// Textures of sizes with a theory whose tables hold one size.
+    #[error("parameters \"scale\" and \"depth\" are textures, which theory \"rigorous\" does not take; give numbers")]
+    RigorousSizes,
+    /// Values of a texture of sizes beyond the accepted range.
+    #[error("parameter {parameter:?} has values from {low} to {high} in its texture; they must lie in (0, 1]")]
+    TextureSize { parameter: &'static str, low: f32, high: f32 },
     #[error("the surface has no Jones matrices: it is not rigorous, or was built for an unpolarised variant")]
     NoMatrix,
     #[error(transparent)]
@@ -186,17 +222,27 @@ impl Surface {
         self.recipe.config.obliquity == ObliquityChoice::SmallSlope
     }
 
-    fn coherence_length_um(&self) -> f32 {
-        self.recipe.config.coherence_length as f32
+    fn numbers(&self) -> [f32; 3] {
+        let config = &self.recipe.config;
+        [config.coherence_length, config.scale, config.depth].map(|number| number as f32)
     }
 
-    fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
+    fn has_sizes(&self) -> bool {
+        self.recipe.config.sizes.is_some()
+    }
+
+    fn with_numbers(&self, numbers: &[f32; 3]) -> Result<Box<Self>, PluginError> {
         guard(|| {
-            // Mitsuba rounded the user's decimal number to single precision. The shortest decimal that rounds to the
-            // same single recovers it.
-            let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
             let mut recipe = self.recipe.clone();
-            recipe.config.coherence_length = coherence_length;
+            let config = &mut recipe.config;
+            let targets = [&mut config.coherence_length, &mut config.scale, &mut config.depth];
+            for (target, number) in targets.into_iter().zip(numbers) {
+                // Mitsuba rounded the user's decimal number to single precision. The shortest decimal that rounds to
+                // the same single recovers it.
+                if *target as f32 != *number {
+                    *target = number.to_string().parse().unwrap_or(f64::NAN);
+                }
+            }
             match &self.tables {
                 Tables::Spectral(_) | Tables::Grating(_) => Self::spectral(recipe),
                 Tables::Colours(_) | Tables::GratingColours(_) => Self::colours(recipe),
@@ -277,12 +323,19 @@ impl Surface {
         wi: &[f32; 3],
         wo: &[f32; 3],
         wavelengths_nm: &[f32; 4],
+        size: &[f32; 2],
     ) -> Result<[f32; 5], PluginError> {
-        guard(|| Ok(with_avx2(|| self.answer_by_value(part, *wi, *wo, *wavelengths_nm))))
+        guard(|| Ok(with_avx2(|| self.answer_by_value(part, self.by_value(*wi, *wo, *wavelengths_nm, *size)))))
     }
 
-    fn sample(&self, wi: &[f32; 3], u: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 3], PluginError> {
-        guard(|| Ok(with_avx2(|| self.direction(self.by_value(*wi, *u, *wavelengths_nm)))))
+    fn sample(
+        &self,
+        wi: &[f32; 3],
+        u: &[f32; 3],
+        wavelengths_nm: &[f32; 4],
+        size: &[f32; 2],
+    ) -> Result<[f32; 3], PluginError> {
+        guard(|| Ok(with_avx2(|| self.direction(self.by_value(*wi, *u, *wavelengths_nm, *size)))))
     }
 
     fn evaluate_matrix(
@@ -293,7 +346,7 @@ impl Surface {
     ) -> Result<[f32; 64], PluginError> {
         guard(|| {
             let jones = self.jones()?;
-            Ok(with_avx2(|| self.matrix(jones, self.by_value(*from, *to, *wavelengths_nm))))
+            Ok(with_avx2(|| self.matrix(jones, self.by_value(*from, *to, *wavelengths_nm, [1.0; 2]))))
         })
     }
 
@@ -340,16 +393,22 @@ fn with_avx2<R>(body: impl FnOnce() -> R) -> R {
     body()
 }
 
-fn new_surface(config_json: &str, index: &ffi::IndexSamples, polarised: bool) -> Result<Box<Surface>, PluginError> {
-    guard(|| Surface::spectral(Recipe::new(config_json, index, polarised)?))
+fn new_surface(
+    config_json: &str,
+    index: &ffi::IndexSamples,
+    sizes: &ffi::TextureSizes,
+    polarised: bool,
+) -> Result<Box<Surface>, PluginError> {
+    guard(|| Surface::spectral(Recipe::new(config_json, index, sizes, polarised)?))
 }
 
 fn new_colour_surface(
     config_json: &str,
     index: &ffi::IndexSamples,
+    sizes: &ffi::TextureSizes,
     polarised: bool,
 ) -> Result<Box<Surface>, PluginError> {
-    guard(|| Surface::colours(Recipe::new(config_json, index, polarised)?))
+    guard(|| Surface::colours(Recipe::new(config_json, index, sizes, polarised)?))
 }
 
 fn check_version(compiled: &str, running: &str) -> Result<(), PluginError> {

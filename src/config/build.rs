@@ -161,7 +161,7 @@ impl SurfaceConfig {
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,
             reach: 1.0 / self.cover_eta.unwrap_or(1.0),
-            sizes: None,
+            sizes: self.sizes,
             tolerance: self.tolerance,
             build_limit: self.build_limit,
         }

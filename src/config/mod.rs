@@ -35,7 +35,7 @@ pub use relief_source::ReliefSource;
 pub use theory::Theory;
 
 use crate::height_field::{Fill, Level, MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
-use crate::scattering::{ComplexIndex, Cover, Options};
+use crate::scattering::{ComplexIndex, Cover, Options, SizeRange};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -116,6 +116,10 @@ pub struct SurfaceConfig {
     /// Heights relative to the relief given (default: 1).
     #[serde(skip_serializing_if = "is_one")]
     pub depth: f64,
+    /// Sizes relative to the relief of `scale` and `depth` at which a shared scalar surface is evaluated (default:
+    /// none). Renderers set it for textures of sizes; it is no parameter of files.
+    #[serde(skip)]
+    pub sizes: Option<SizeRange>,
     /// Theory of diffraction (default: `scalar`).
     #[serde(skip_serializing_if = "is_scalar")]
     pub theory: Theory,
@@ -185,6 +189,7 @@ impl Default for SurfaceConfig {
             eta: None,
             k: None,
             cover_eta: None,
+            sizes: None,
             tolerance: options.tolerance,
             build_limit: options.build_limit,
         }

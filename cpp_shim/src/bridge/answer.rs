@@ -12,6 +12,7 @@ use std::array;
 use sunbeam::grating::{GratingLobe, JonesTable};
 use sunbeam::lobe::{Gamut, LinearSrgb, Lobe, SpectralLobe, luminance};
 use sunbeam::numeric::{Lanes, Numbers, Plain, Real};
+use sunbeam::scattering::RelativeSize;
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Arguments of an evaluation, by value or traced.
@@ -25,14 +26,23 @@ pub(super) struct Query<N: Numbers> {
     pub(super) second: [N::Real; 3],
     /// Wavelengths in nm; surfaces in colours ignore them.
     pub(super) wavelengths_nm: [N::Real; 4],
+    /// Size of the relief at the queried place; `None` for a surface of one size.
+    pub(super) size: Option<RelativeSize<N::Real>>,
     /// Rays to compute; the others get zero.
     pub(super) active: N::Mask,
 }
 
 impl Surface {
-    /// A query by value.
-    pub(super) fn by_value(&self, wi: [f32; 3], second: [f32; 3], wavelengths_nm: [f32; 4]) -> Query<Plain<'_, f32>> {
-        Query { words: self.all_words(), wi, second, wavelengths_nm, active: true }
+    /// A query by value. `size` has the scale and the depth, which surfaces of one size ignore.
+    pub(super) fn by_value(
+        &self,
+        wi: [f32; 3],
+        second: [f32; 3],
+        wavelengths_nm: [f32; 4],
+        [scale, depth]: [f32; 2],
+    ) -> Query<Plain<'_, f32>> {
+        let size = self.recipe.config.sizes.map(|_| RelativeSize { scale, depth }.clipped());
+        Query { words: self.all_words(), wi, second, wavelengths_nm, size, active: true }
     }
 
     /// A query with Dr.Jit variables, which the caller keeps until the scope ends. `second` has the indices of
@@ -46,18 +56,27 @@ impl Surface {
             Tables::Colours(_) | Tables::GratingColours(_) => [wi[0]; 4],
         };
         let words = query.words.map(|index| WordsVar::borrowed(scope, index));
-        Query { words, wi, second: second.map(real), wavelengths_nm, active: Var::borrowed(scope, query.active) }
+        let size = self.recipe.config.sizes.map(|_| {
+            let [scale, depth] = query.size.map(real);
+            RelativeSize { scale, depth }.clipped()
+        });
+        let active = Var::borrowed(scope, query.active);
+        Query { words, wi, second: second.map(real), wavelengths_nm, size, active }
     }
 
     /// [`Surface::answer`] by value. Surfaces of scalar theory evaluate the four wavelengths in four SIMD lanes.
     #[inline(always)]
-    pub(super) fn answer_by_value(&self, part: Part, wi: [f32; 3], wo: [f32; 3], wavelengths_nm: [f32; 4]) -> [f32; 5] {
+    pub(super) fn answer_by_value(&self, part: Part, query: Query<Plain<'_, f32>>) -> [f32; 5] {
         if let Tables::Spectral(tables) = &self.tables {
-            let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words: self.all_words() };
-            return in_lanes(&lobe, part, wi, wo, wavelengths_nm);
+            let size = query.size.map(|RelativeSize { scale, depth }| RelativeSize {
+                scale: Lanes::all(scale),
+                depth: Lanes::all(depth),
+            });
+            let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words: self.all_words(), size };
+            return in_lanes(&lobe, part, query.wi, query.second, query.wavelengths_nm);
         }
         // Scalar variants of Mitsuba warn about every sample with a negative channel.
-        self.answer(part, Gamut::Desaturate, self.by_value(wi, wo, wavelengths_nm))
+        self.answer(part, Gamut::Desaturate, query)
     }
 
     /// The value at four wavelengths, or as red, green, blue and luminance; then the density. Zero where `part`
@@ -67,7 +86,7 @@ impl Surface {
         let with_luminance = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
         match &self.tables {
             Tables::Spectral(tables) => {
-                let lobe = SpectralLobe::<N> { layout: tables.0.layout(), words: query.words };
+                let lobe = SpectralLobe::<N> { layout: tables.0.layout(), words: query.words, size: query.size };
                 evaluated(&lobe, part, query, query.wavelengths_nm.map(within_range), |values| values)
             }
             Tables::Grating(tables) => {
@@ -75,7 +94,7 @@ impl Surface {
                 evaluated(&lobe, part, query, query.wavelengths_nm.map(within_range), |values| values)
             }
             Tables::Colours(tables) => {
-                let mut lobe = tables.0.lobe_over::<N>(query.words);
+                let mut lobe = tables.0.lobe_over::<N>(query.words, query.size);
                 lobe.factors.gamut = gamut;
                 evaluated(&lobe, part, query, LinearSrgb, with_luminance)
             }
@@ -90,16 +109,16 @@ impl Surface {
     /// The direction `wo` for the three random numbers in `second`.
     #[inline(always)]
     pub(super) fn direction<N: Numbers>(&self, query: Query<N>) -> [N::Real; 3] {
-        let Query { words, wi, second: u, active, .. } = query;
+        let Query { words, wi, second: u, size, active, .. } = query;
         let wavelengths_nm = query.wavelengths_nm.map(within_range);
         match &self.tables {
             Tables::Spectral(tables) => {
-                SpectralLobe::<N> { layout: tables.0.layout(), words }.sample(wi, wavelengths_nm, u, active)
+                SpectralLobe::<N> { layout: tables.0.layout(), words, size }.sample(wi, wavelengths_nm, u, active)
             }
             Tables::Grating(tables) => {
                 GratingLobe::<N> { layout: tables.0.layout(), words: words[0] }.sample(wi, wavelengths_nm, u, active)
             }
-            Tables::Colours(tables) => tables.0.lobe_over::<N>(words).sample(wi, LinearSrgb, u, active),
+            Tables::Colours(tables) => tables.0.lobe_over::<N>(words, size).sample(wi, LinearSrgb, u, active),
             Tables::GratingColours(tables) => {
                 tables.0.lobe_over::<N>([words[0], words[1]]).sample(wi, LinearSrgb, u, active)
             }

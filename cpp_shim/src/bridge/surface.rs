@@ -12,7 +12,7 @@ use sunbeam::cache::{Cache, Origin};
 use sunbeam::config::{BuildError, ObliquityChoice, SurfaceConfig, Theory};
 use sunbeam::grating::{GratingColourSurface, GratingSurface, JonesTable};
 use sunbeam::lobe::{self, ColourSurface};
-use sunbeam::scattering::SpectralIndex;
+use sunbeam::scattering::{RELATIVE_SIZE, SizeRange, SpectralIndex};
 
 /// The Rust side of a BSDF instance.
 pub(crate) struct Surface {
@@ -51,9 +51,18 @@ pub(super) enum Tables {
 impl Recipe {
     /// Parses the JSON parameters and checks them against the index. `obliquity` = `auto` is replaced by the choice for
     /// this index, which stays even if `eta` and `k` change later.
-    pub(super) fn new(config_json: &str, samples: &ffi::IndexSamples, polarised: bool) -> Result<Self, PluginError> {
+    pub(super) fn new(
+        config_json: &str,
+        samples: &ffi::IndexSamples,
+        sizes: &ffi::TextureSizes,
+        polarised: bool,
+    ) -> Result<Self, PluginError> {
         let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
         let index = spectral_index(samples)?;
+        config.sizes = size_range(sizes)?;
+        if config.sizes.is_some() && config.theory == Theory::Rigorous {
+            return Err(PluginError::RigorousSizes);
+        }
         let small_slope = config.obliquity == ObliquityChoice::SmallSlope;
         if !samples.known && config.theory == Theory::Rigorous {
             return Err(PluginError::UnknownIndex { parameter: "theory", value: "rigorous", other: "scalar" });
@@ -66,6 +75,24 @@ impl Recipe {
         }
         Ok(Self { config, index, includes_interface: samples.known, polarised })
     }
+}
+
+/// Range of the tables' sizes for those of textures; `None` if there are none.
+///
+/// # Errors
+/// Values of a texture that are not in (0, 1].
+fn size_range(sizes: &ffi::TextureSizes) -> Result<Option<SizeRange>, PluginError> {
+    if !sizes.given {
+        return Ok(None);
+    }
+    for (parameter, [low, high]) in [("scale", sizes.scale), ("depth", sizes.depth)] {
+        // Bitmaps are rounded: 0 is accepted as the smallest size, and 1 may be exceeded by rounding.
+        if !(low >= 0.0 && high <= 1.0 + 1e-5 && high > 0.0) {
+            return Err(PluginError::TextureSize { parameter, low, high });
+        }
+    }
+    let range = |ends: [f32; 2]| ends.map(|end| f64::from(end).clamp(*RELATIVE_SIZE.start(), *RELATIVE_SIZE.end()));
+    Ok(Some(SizeRange { scale: range(sizes.scale), depth: range(sizes.depth) }.rounded()))
 }
 
 impl Surface {

@@ -1,0 +1,107 @@
+//! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's.
+//!
+//! A colour table includes R/R0 at the half vector of the scattering vector that it is read at. For a resized relief
+//! that is another vector than the query's. The lobe multiplies each channel by the quotient of band means at the two
+//! half vectors. It is exact for spectra of S that are constant over a band.
+
+use crate::colour::SpectralToRgb;
+use crate::numeric::Real;
+use serde::{Deserialize, Serialize};
+
+/// Number of coefficients of a polynomial in the cosine. With 6 it follows the ratios of measured metals to 0.2 %.
+const COEFFICIENTS: usize = 6;
+/// Step in nm of the mean over a band. Indices vary little over it.
+const STEP_NM: f64 = 5.0;
+/// Smallest divisor of a quotient.
+const MEAN_MIN: f64 = 1e-3;
+
+/// Means of R/R0 over the bands of linear sRGB, as polynomials in the cosine at the half vector.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BandRatio {
+    /// Coefficients `[band][power]`.
+    polynomials: [[f64; COEFFICIENTS]; 3],
+}
+
+impl BandRatio {
+    /// Means of `ratio`, a function of the wavelength in nm and the cosine at the half vector.
+    pub(super) fn new(weights: &SpectralToRgb, ratio: impl Fn(f64, f64) -> f64) -> Self {
+        // Chebyshev nodes of [0, 1].
+        let cosines: [f64; COEFFICIENTS] =
+            std::array::from_fn(|i| 0.5 - 0.5 * (std::f64::consts::PI * (i as f64 + 0.5) / COEFFICIENTS as f64).cos());
+        let white = weights.rgb_of(|_| 1.0);
+        let means = cosines.map(|cos| {
+            let sums = weights.rgb_of(|nm| ratio(nm, cos));
+            std::array::from_fn::<f64, 3, _>(|band| sums[band] / white[band])
+        });
+        Self { polynomials: std::array::from_fn(|band| interpolating(cosines, means.map(|mean| mean[band]))) }
+    }
+
+    /// Weights of the bands for [`BandRatio::new`].
+    pub(super) fn weights() -> Result<SpectralToRgb, crate::colour::ColourError> {
+        SpectralToRgb::visible(STEP_NM)
+    }
+
+    /// Quotients of the means at two cosines, for red, green and blue.
+    #[inline(always)]
+    pub(super) fn quotients<R: Real>(&self, cosine: R, read_cosine: R) -> [R; 3] {
+        let least = R::lit(MEAN_MIN);
+        let one = R::lit(1.0);
+        let mean = |polynomial: &[f64; COEFFICIENTS], cosine: R| {
+            let cosine = cosine.clip(R::lit(0.0), one);
+            polynomial.iter().rev().fold(R::lit(0.0), |sum, c| sum.fma(cosine, R::lit(*c))).max(least)
+        };
+        std::array::from_fn(|band| {
+            let polynomial = &self.polynomials[band];
+            mean(polynomial, cosine) / mean(polynomial, read_cosine)
+        })
+    }
+}
+
+/// Coefficients of the polynomial with the given values at the given abscissae, from the constant on.
+fn interpolating<const N: usize>(x: [f64; N], mut divided: [f64; N]) -> [f64; N] {
+    // Newton's divided differences.
+    for order in 1..N {
+        for i in (order..N).rev() {
+            divided[i] = (divided[i] - divided[i - 1]) / (x[i] - x[i - order]);
+        }
+    }
+    // Expands the nested form from the highest difference down: p ← p·(t − x_i) + divided_i.
+    let mut polynomial = [0.0; N];
+    for i in (0..N).rev() {
+        for power in (0..N).rev() {
+            let lower = if power > 0 { polynomial[power - 1] } else { 0.0 };
+            polynomial[power] = lower - x[i] * polynomial[power];
+        }
+        polynomial[0] += divided[i];
+    }
+    polynomial
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scattering::{ComplexIndex, fresnel_unpolarised};
+
+    #[test]
+    fn polynomials_follow_the_means_of_a_metal() {
+        // An index that changes over the visible range as gold's does: dielectric losses in the blue, a mirror in the
+        // red.
+        let index = |nm: f64| {
+            let t = ((nm - 400.0) / 300.0).clamp(0.0, 1.0);
+            ComplexIndex { eta: 1.6 - 1.4 * t, k: 1.9 + 1.9 * t }
+        };
+        let ratio = |nm: f64, cos: f64| fresnel_unpolarised(cos, index(nm)) / fresnel_unpolarised(cos, index(700.0));
+        let weights = BandRatio::weights().unwrap();
+        let bands = BandRatio::new(&weights, ratio);
+        let white = weights.rgb_of(|_| 1.0);
+        for i in 0..=20 {
+            let cos = f64::from(i) / 20.0;
+            let [at, normal] = [cos, 1.0].map(|cos| weights.rgb_of(|nm| ratio(nm, cos)));
+            let quotients = bands.quotients(cos, 1.0);
+            for band in 0..3 {
+                let expected = at[band] / normal[band];
+                assert!((quotients[band] / expected - 1.0).abs() < 2e-3, "{cos} {band}: {quotients:?} {white:?}");
+            }
+        }
+    }
+}
