@@ -276,16 +276,16 @@ def main(words: list[str] | None = None) -> int:
     add("--unit", metavar="UNIT", help="unit of length, such as nm, for a file that does not tell it")
     given = parser.parse_args(words)
     try:
-        found = convert(given.file, given.output, given.channel, pixel_size=given.pixel_size, unit=given.unit)
+        reading = convert(given.file, given.output, given.channel, pixel_size=given.pixel_size, unit=given.unit)
     except SunbeamError as error:
         print(f"convert: {error}", file=sys.stderr)
         return 2
-    relief = found.relief
+    relief = reading.relief
     rows, columns = relief.heights_um.shape
     dx_um, dy_um = relief.pixel_um
-    print(f"channels: {listed(found.channels)}", file=sys.stderr)
+    print(f"channels: {listed(reading.channels)}", file=sys.stderr)
     print(
-        f"{given.output}: channel {found.channel}, {columns} × {rows} pixels of {dx_um:.6g} × {dy_um:.6g} µm, "
+        f"{given.output}: channel {reading.channel}, {columns} × {rows} pixels of {dx_um:.6g} × {dy_um:.6g} µm, "
         f"{relief.peak_to_valley_um:.6g} µm from peak to valley, {relief.holes} points without a height",
         file=sys.stderr,
     )
