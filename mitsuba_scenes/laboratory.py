@@ -23,15 +23,15 @@ import numpy as np
 
 # Largest number of paths in memory during a pass. More paths need fewer passes; these take a few GB.
 PATHS_PER_PASS = 1 << 22
-# y of the camera, which is in the plane z = 0 of the untilted sample.
+# y of the camera, which is on the y axis, hence in the plane of the sample at any tilt.
 CAMERA_Y_MM = -60.0
 # Edge of the square sample: many times the beam's radius, so that the sample catches a grazing beam.
 SAMPLE_EDGE_MM = 4.0
 # Distance along z between the screen and the beam's emitter, which is below the screen.
 BEAM_START_MM = 20.0
-# Largest distance between the beam's emitter and the sample; it limits grazing beams.
+# Largest distance between the beam's emitter and the sample. Beams nearly parallel to the screen reach it.
 BEAM_LENGTH_MM = 250.0
-# Edges of the screen over those of the picture. Its own edges are outside the picture.
+# Edges of the screen relative to those of the picture, so that the screen fills the picture.
 SCREEN_SCALE = 1.2
 # Half width of the triangular spectrum of monochromatic light.
 LINE_NM = 1.0

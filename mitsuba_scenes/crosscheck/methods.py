@@ -50,9 +50,9 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
 
     `spp` is the number of the path tracer's samples per pixel. Writes the pictures and a contact sheet into `folder`.
 
-    The report's entry "against_the_reference" has for each name in METHODS, SAME_RAYS, ENERGY_KEPT and TABLE_KEPT the
-    report of `realtime.compare` with the reference. Below the keys SAME_RAYS and, for colour tables, ENERGY_KEPT it has
-    the reports of the comparisons with these pictures. Realtime pictures also have `gpu_ms` and `build_s`.
+    The report's entry "against_the_reference" has an entry for each picture: METHODS, SAME_RAYS, ENERGY_KEPT and
+    TABLE_KEPT. This is the report of `realtime.compare` with the reference. Its key SAME_RAYS has the comparison with
+    that picture; for colour tables ENERGY_KEPT likewise. Realtime pictures also have `gpu_ms` and `build_s`.
     """
 
     def exr(name: str) -> Path:

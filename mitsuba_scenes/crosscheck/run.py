@@ -1,4 +1,4 @@
-"""Runs checks (a), (b) and (c) of the comparison (see the package's doc) on fixed views and lights."""
+"""Runs checks (a), (b) and (c) of the comparison (defined in __init__.py) in fixed views and lights."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SPP_ENSEMBLE = 1024
 # Surfaces of check (c): a grating of few orders, and a skin.
 METHODS_SURFACES = ("blazed", "xenopeltis")
 # Number of surfaces of the short form: the scan and a grating, or without the scan a grating and a skin.
-SHORT = 2
+SHORT_SURFACES = 2
 
 
 class Disagreement(Exception):
@@ -54,7 +54,7 @@ def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
     start, files, failures = time.perf_counter(), snake_files(), []
     surfaces, lights, methods_surfaces = cases(scan), LIGHTS, METHODS_SURFACES
     if short:
-        surfaces, lights, methods_surfaces = surfaces[:SHORT], (SINGLE_LIGHT,), METHODS_SURFACES[:1]
+        surfaces, lights, methods_surfaces = surfaces[:SHORT_SURFACES], (SINGLE_LIGHT,), METHODS_SURFACES[:1]
     report = {"views": {"points": vars(CLOSE), "pictures": vars(CLOSER)}, "points": {}, "pictures": {}, "methods": {}}
     for case in surfaces:
         print(f"{case.name}: the same points ...", flush=True)

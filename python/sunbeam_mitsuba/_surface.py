@@ -177,11 +177,13 @@ class Surface:
                 relief = relief_of_array(heights_um, pixel_um)
             heights = single_precision(relief.heights_um)
             (ny, nx), (dx, dy) = heights.shape, relief.pixel_um
+            # The library copies the heights.
             rows = _Floats(heights.ctypes.data, nx)
             _check(_library().sunbeam_surface_from_heights(config, rows, nx, ny, dx, dy, byref(handle)))
         self._handle = handle
 
     def __del__(self) -> None:
+        # The attribute is missing, or None, if the constructor has failed.
         if getattr(self, "_handle", None):
             _library().sunbeam_surface_free(self._handle)
             self._handle = None
