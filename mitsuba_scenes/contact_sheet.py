@@ -8,10 +8,10 @@ from PIL import Image, ImageDraw, ImageFont
 
 # Space around and between the pictures.
 MARGIN = 10
-# Height of a caption of one line.
-CAPTION = 26
+# Height of the space for a caption of one line.
+CAPTION_HEIGHT = 26
 # Further height per additional line of a caption.
-LINE = 16
+LINE_HEIGHT = 16
 # Background, sRGB bytes.
 PAPER = (22, 22, 24)
 # Colour of the captions, sRGB bytes.
@@ -21,17 +21,20 @@ INK = (225, 225, 220)
 def contact_sheet(
     rows: list[list[tuple[Path, str]]], output: Path, width: int = 384, font: ImageFont.ImageFont | None = None
 ) -> None:
-    """Writes rows of (picture file, caption) to `output`. All pictures get `width` and the first picture's proportions.
+    """Writes rows of (picture file, caption) to `output`, from the top left; rows may differ in length.
 
-    Captions may have several lines. Pillow's own font, the default, has neither Greek nor µ.
+    Every picture is scaled to `width` and to the proportions of the first one. Captions may have several lines. The
+    default font, Pillow's own, has neither Greek letters nor µ.
     """
     with Image.open(rows[0][0][0]) as first:
         height = round(width * first.height / first.width)
-    caption_height = CAPTION + LINE * max(caption.count("\n") for row in rows for _, caption in row)
+    extra_lines = max(caption.count("\n") for row in rows for _, caption in row)
+    caption_height = CAPTION_HEIGHT + LINE_HEIGHT * extra_lines
     columns = max(len(row) for row in rows)
     size = (MARGIN + columns * (width + MARGIN), MARGIN + len(rows) * (height + caption_height + MARGIN))
     sheet = Image.new("RGB", size, PAPER)
-    draw, font = ImageDraw.Draw(sheet), font or ImageFont.load_default(size=15)
+    draw = ImageDraw.Draw(sheet)
+    font = font or ImageFont.load_default(size=15)
     for i, row in enumerate(rows):
         for j, (path, caption) in enumerate(row):
             x, y = MARGIN + j * (width + MARGIN), MARGIN + i * (height + caption_height + MARGIN)

@@ -1,6 +1,7 @@
 """The demo, `make demo`: skins, a scan and a moving sun in Mitsuba; then Mitsuba against the realtime renderer.
 
-Writes one EXR and PNG a picture, a contact sheet, `report.json`, and the short cross-check (crosscheck/run.py).
+Writes an EXR and a PNG for each picture, a contact sheet, `report.json`, and the short cross-check
+(crosscheck/run.py).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import re
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -36,28 +38,39 @@ SKINS = {"blazed": "Blazed", "elaphe": "Elaphe, procedural", "xenopeltis": "Xeno
 SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
 
 
-def shots() -> list[list[tuple[str, str, dict, Light]]]:
-    """The sheet's rows of pictures: (file name, caption, parameters of the skin, light)."""
-    light = Light()
-    skins = [(name, caption, preset_skin(name), light) for name, caption in SKINS.items()]
+class Shot(NamedTuple):
+    """A picture of the sheet: file name without ending, caption, parameters of the plugin, and light."""
+
+    name: str
+    caption: str
+    skin: dict
+    light: Light
+
+
+def shots() -> list[list[Shot]]:
+    """The sheet's rows of pictures: every skin in one light, and one skin in several. A missing scan is reported."""
+    skins = [Shot(name, caption, preset_skin(name), Light()) for name, caption in SKINS.items()]
     if SCAN.exists():
-        skins.insert(0, ("scan-xenopeltis", "Xenopeltis, AFM scan", scanned_skin(SCAN), light))
+        skins.insert(0, Shot("scan-xenopeltis", "Xenopeltis, AFM scan", scanned_skin(SCAN), Light()))
     else:
         print(f"no scan at {SCAN}: skipping the picture of a measured height field", flush=True)
     sweep = [
-        (
+        Shot(
             f"light-{number}",
-            f"Xenopeltis, procedural, sun at azimuth {azimuth:g}°",
+            f"Xenopeltis, procedural, sun at azimuth {azimuth_deg:g}°",
             preset_skin("xenopeltis"),
-            Light(azimuth_deg=azimuth),
+            Light(azimuth_deg),
         )
-        for number, azimuth in enumerate(SWEEP_AZIMUTHS_DEG, 1)
+        for number, azimuth_deg in enumerate(SWEEP_AZIMUTHS_DEG, 1)
     ]
     return [skins, sweep]
 
 
 def tables(description: str) -> dict:
-    """Size in MB and relative error of a skin's tables, parsed from `description`, which is `str(bsdf)`."""
+    """Size in MB and relative error of a skin's tables, parsed from `description`, which is `str(bsdf)`.
+
+    Raises ValueError if the description lacks one of them.
+    """
     size = re.search(r"tables of ([0-9.e+-]+) MB", description)
     error = re.search(r"relative error ([0-9.e+-]+[0-9])", description)
     if not (size and error):
@@ -66,7 +79,7 @@ def tables(description: str) -> dict:
 
 
 def versions() -> dict:
-    """Versions of the software, and the machine."""
+    """Versions of the software, the machine's architecture, and the number of cores of this process."""
     return {
         "mitsuba": mi.__version__,
         "drjit": dr.__version__,
@@ -80,10 +93,11 @@ def main(words: list[str] | None = None) -> int:
     """Runs the command. Exit status: 0, 1 if the renderers disagree, 2 after one line on stderr for another error."""
     view = View()
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.demo", description=__doc__)
-    parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out"))
-    parser.add_argument("--variant", default=DEFAULT_VARIANT)
-    parser.add_argument("--resolution", type=int, nargs=2, metavar=("W", "H"), default=(view.width, view.height))
-    parser.add_argument("--spp", type=int, default=32, help="samples a pixel (32)")
+    add = parser.add_argument
+    add("-o", "--output", type=output_folder, default=str(REPOSITORY / "out"), help="folder of pictures and report")
+    add("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba; only a spectral one compares the renderers")
+    add("--resolution", type=int, nargs=2, metavar=("W", "H"), default=(view.width, view.height), help="in pixels")
+    add("--spp", type=int, default=32, help="samples a pixel (32)")
     options = parser.parse_args(words)
     try:
         make(options.output, options.variant, View(*options.resolution), options.spp)
@@ -97,7 +111,10 @@ def main(words: list[str] | None = None) -> int:
 
 
 def make(output: Path, variant: str, view: View, spp: int) -> None:
-    """Renders all pictures, compares the renderers, and writes pictures and `report.json` into `output`."""
+    """Renders all pictures, compares the renderers, and writes pictures and `report.json` into `output`.
+
+    In a variant without wavelengths the comparison is skipped. Raises Disagreement if it fails.
+    """
     start = time.perf_counter()
     variant = use_variant(variant)
     files = snake_files()
@@ -148,9 +165,9 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
 
 
 def write_report(report: dict, output: Path, start: float) -> None:
-    """Writes `report.json` with the seconds since `start`."""
+    """Adds the seconds since `start`, a value of `time.perf_counter`, to the report, and writes it to `report.json`."""
     report["seconds"] = time.perf_counter() - start
-    (output / "report.json").write_text(json.dumps(report, indent=1, default=str) + "\n")
+    (output / "report.json").write_text(json.dumps(report, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Set-up of Mitsuba: finds the compiled plugin and selects a variant that runs on this machine.
 
-SUNBEAM_MITSUBA names another folder with `plugins/diffraction.so` than the checkout's `target/mitsuba`.
+The plugin is `plugins/diffraction.so` in the folder that the environment variable SUNBEAM_MITSUBA names, by default the
+checkout's `target/mitsuba`.
 """
 
 from __future__ import annotations
@@ -24,20 +25,21 @@ FALLBACK_VARIANT = "scalar_spectral"
 
 
 class SetupError(Exception):
-    """A missing requirement; the message is one line with its name and how to get it."""
+    """A missing requirement or a failed command; the message is one line that names it."""
 
 
 def use_plugin(path: Path) -> None:
-    """Makes `use_variant` load another build, `…/plugins/diffraction.so`. Call it before selecting a variant."""
+    """Makes `use_variant` load the build `path`, `…/plugins/diffraction.so`. Call it before selecting a variant."""
     global PLUGIN, PLUGIN_FOLDER
     PLUGIN = path.resolve()
     PLUGIN_FOLDER = PLUGIN.parent.parent
 
 
 def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
-    """Selects a variant with the plugin and returns its name.
+    """Selects the variant `name`, makes the plugin known to it, and returns the name of the selected variant.
 
-    If the backend of an LLVM variant cannot be loaded, `fall_back` selects `scalar_spectral` with a note on stderr.
+    If the backend of an LLVM variant cannot be loaded, `fall_back` selects FALLBACK_VARIANT with a note on stderr.
+    Raises SetupError for an unknown variant, a missing plugin, and a variant that does not run on this machine.
     """
     if name not in mi.variants():
         raise SetupError(f"unknown variant {name!r}; this Mitsuba has {', '.join(mi.variants())}")

@@ -3,12 +3,12 @@
 Frame, in mm: the sample is at the origin. Untilted, its normal is +z and its tangent +x; a tilt turns it about the y
 axis. The screen is the plane z = `distance_mm`, with x to the right and y up on a picture.
 
-Path: the beam's emitter → the sample → the screen, in a direction sampled by the sample's BSDF → the camera, which is
-in the plane of the sample and does not see it. The film is parallel to the screen, so each pixel is a square on the
-screen.
+Light path: the beam's emitter → the sample → the screen, in a direction sampled by the sample's BSDF → the camera. The
+camera is in the plane of the sample and sees it edge-on, so it sees the screen alone. The film is parallel to the
+screen, so each pixel is a square on the screen.
 
 Symbols: θi is the beam's angle with the sample's normal, λ the wavelength, d the sample's spacing (period), θo the
-angle of the diffracted light with the normal. Order j leaves at `sin θo = wo.x = jλ/d − sin θi` and meets the screen at
+angle of the diffracted light with the normal. Order j leaves at `sin θo = jλ/d − sin θi` and meets the screen at
 `x = distance_mm · tan(θo + tilt)`. The spatial frequency of a point of the screen is (sin θo + sin θi)/λ, which is j/d.
 """
 
@@ -21,25 +21,28 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-# Largest number of paths in memory during a pass. Chosen for a few GB.
+# Largest number of paths in memory during a pass. More paths need fewer passes; these take a few GB.
 PATHS_PER_PASS = 1 << 22
-# y of the camera, which is in the plane z = 0 of the untilted sample. It sees the sample edge-on.
+# y of the camera, which is on the y axis, hence in the plane of the sample at any tilt.
 CAMERA_Y_MM = -60.0
-# Edge of the square sample; chosen, many times the beam's radius.
+# Edge of the square sample: many times the beam's radius, so that the sample catches a grazing beam.
 SAMPLE_EDGE_MM = 4.0
-# Distance between the screen and the beam's emitter, which is below the screen.
+# Distance along z between the screen and the beam's emitter, which is below the screen.
 BEAM_START_MM = 20.0
-# Largest distance between the beam's emitter and the sample; it limits grazing beams.
+# Largest distance between the beam's emitter and the sample. Beams nearly parallel to the screen reach it.
 BEAM_LENGTH_MM = 250.0
+# Edges of the screen relative to those of the picture, so that the screen fills the picture.
+SCREEN_SCALE = 1.2
 # Half width of the triangular spectrum of monochromatic light.
 LINE_NM = 1.0
-# Half height of the strip about y = 0 in which `spot_mm` measures, as a fraction of the screen's distance. Chosen.
-STRIP_SHARE = 0.025
+# Half height of the strip about y = 0 in which `spot_mm` measures, as a fraction of the screen's distance. A higher
+# strip has less noise, but the spatial frequency of a column, taken at y = 0, is less accurate at its ends.
+STRIP_FRACTION = 0.025
 # Columns of the moving average before the search for the brightest column, so that one noisy column does not win.
 SMOOTHED_COLUMNS = 3
 # Iterations of the centroid under a window centred on it; 20 converge for all samples.
 CENTROID_ROUNDS = 20
-# Segments of a path from the emitter over sample and screen to the camera. No light returns from screen to sample.
+# Segments of a path: emitter to sample, sample to screen, screen to camera. No light returns from screen to sample.
 SEGMENTS = 3
 
 
@@ -47,9 +50,10 @@ SEGMENTS = 3
 class Bench:
     """Dimensions of the set-up and resolution of the picture.
 
-    `theta_i_deg` is the angle between beam and sample normal in the plane of x, positive for a beam from +x. `tilt_deg`
-    is the angle between that normal and the screen's axis, positive towards +x. If both are equal, the mirrored beam
-    meets the middle of the screen at a right angle. `width_mm` and `height_mm` are those of the screen.
+    `theta_i_deg` is the angle θi between beam and sample normal in the plane y = 0, positive for a beam from +x.
+    `tilt_deg` is the angle between this normal and the screen's axis +z, positive towards +x. If both are equal, the
+    mirrored beam meets the middle of the screen at a right angle. `distance_mm` is the screen's distance from the
+    sample; `width_mm` and `height_mm` are the sizes of its photographed part.
     """
 
     theta_i_deg: float = 0.0
@@ -62,54 +66,57 @@ class Bench:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels."""
+        """Width and height of the picture in pixels."""
         return round(self.width_mm * self.pixels_per_mm), round(self.height_mm * self.pixels_per_mm)
 
     def x_mm(self) -> np.ndarray:
-        """Positions of the columns of a picture."""
+        """x of the columns of a picture, (columns,)."""
         count = self.size[0]
         return ((np.arange(count) + 0.5) / count - 0.5) * self.width_mm
 
     def y_mm(self) -> np.ndarray:
-        """Positions of the rows of a picture, from the top down."""
+        """y of the rows of a picture, (rows,), from the top down."""
         count = self.size[1]
         return (0.5 - (np.arange(count) + 0.5) / count) * self.height_mm
 
     def position_mm(self, spacing_um: float, order: int, wavelength_nm: float) -> float | None:
         """x of an order on the screen in mm by the grating equation; None if it does not reach the screen's plane."""
-        return self.place_mm(order * wavelength_nm / 1e3 / spacing_um - math.sin(math.radians(self.theta_i_deg)))
+        sin_theta_i = math.sin(math.radians(self.theta_i_deg))
+        return self.x_of_sine_mm(order * wavelength_nm / 1e3 / spacing_um - sin_theta_i)
 
-    def place_mm(self, sine: float) -> float | None:
-        """x on the screen in mm of the direction with sin θo = `sine`; None if it does not reach the screen's plane."""
-        if abs(sine) >= 1:
+    def x_of_sine_mm(self, sin_theta_o: float) -> float | None:
+        """x on the screen in mm of a direction in the plane y = 0; None if it does not reach the screen's plane."""
+        if abs(sin_theta_o) >= 1:
             return None
-        to_axis = math.asin(sine) + math.radians(self.tilt_deg)
-        return self.distance_mm * math.tan(to_axis) if abs(to_axis) < 0.5 * math.pi else None
+        from_axis = math.asin(sin_theta_o) + math.radians(self.tilt_deg)
+        return self.distance_mm * math.tan(from_axis) if abs(from_axis) < 0.5 * math.pi else None
 
     def angle_deg(self, x_mm):
-        """Angle θo with the sample's normal of the direction to the screen's points (x, y = 0)."""
+        """Angle θo in degrees of the direction to the point (x, y = 0) of the screen, a number or an array."""
         return np.degrees(np.arctan2(x_mm, self.distance_mm)) - self.tilt_deg
 
 
 def line(wavelength_nm: float) -> dict:
-    """The spectrum of monochromatic light, a triangle of half width LINE_NM."""
+    """The spectrum of monochromatic light, a triangle of half width LINE_NM and height 1, as a Mitsuba dictionary."""
     nodes = (wavelength_nm - LINE_NM, wavelength_nm, wavelength_nm + LINE_NM)
     return {"type": "irregular", "wavelengths": ", ".join(map(str, nodes)), "values": "0, 1, 0"}
 
 
 def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
-    """The scene as a dictionary; `bsdf` is the sample's, a dictionary or an object."""
+    """The scene as a dictionary. `bsdf` is the sample's, a dictionary or an object; `spectrum` the beam's radiance."""
     transform = mi.ScalarTransform4f
     width, height = bench.size
     from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
     to_light = [math.sin(from_axis), 0.0, math.cos(from_axis)]
-    start = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
-    emitter = [start * component for component in to_light]
+    beam_length = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
+    emitter = [beam_length * component for component in to_light]
     camera = [0.0, CAMERA_Y_MM, 0.0]
-    screen = transform().translate([0, 0, bench.distance_mm])
-    screen = screen @ transform().scale([0.6 * bench.width_mm, 0.6 * bench.height_mm, 1])
+    # Mitsuba's rectangle has edges of length 2.
+    half_width, half_height = 0.5 * SCREEN_SCALE * bench.width_mm, 0.5 * SCREEN_SCALE * bench.height_mm
+    screen = transform().translate([0, 0, bench.distance_mm]) @ transform().scale([half_width, half_height, 1])
     return {
         "type": "scene",
+        # Russian roulette starts beyond the longest path, so it is off.
         "integrator": {"type": "ptracer", "max_depth": SEGMENTS, "rr_depth": 100},
         "sensor": {
             "type": "perspective",
@@ -123,7 +130,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
             "film": {
                 "type": "hdrfilm",
                 "width": width,
-                # The film is centred on the camera, and the crop is its upper part.
+                # The film is centred on the camera's y. The crop is its upper part, centred on y = 0.
                 "height": height + 2 * round(-CAMERA_Y_MM * bench.pixels_per_mm),
                 "crop_width": width,
                 "crop_height": height,
@@ -154,7 +161,10 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
 
 
 def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) -> np.ndarray:
-    """The screen in linear sRGB, (rows, columns, 3) from the top down, with about `paths` paths from the beam."""
+    """The screen in linear sRGB, (rows, columns, 3) from the top down, with about `paths` paths from the beam.
+
+    `bsdf` is the sample's, and `spectrum` the beam's radiance. Passes have consecutive seeds from `seed` on.
+    """
     scene = mi.load_dict(bench_scene(bsdf, bench, spectrum))
     width, height = bench.size
     passes = math.ceil(paths / PATHS_PER_PASS)
@@ -168,32 +178,33 @@ def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
     found, _ = sensor.sample_direction(si, mi.Point2f(0.5))
-    return tuple(
-        float(dr.slice(component) if dr.width(component) > 1 else np.ravel(component)[0]) for component in found.uv
-    )
+    column, row = (float(np.ravel(component)[0]) for component in found.uv)
+    return column, row
 
 
 def spot_mm(
-    bench: Bench, picture: np.ndarray, spacing_um: float, order: int, wavelength_nm: float, window: float
+    bench: Bench, picture: np.ndarray, spacing_um: float, order: int, wavelength_nm: float, window_per_um: float
 ) -> float | None:
-    """Measured x of an order's spot on a monochromatic picture: the centroid about the brightest column near y = 0.
+    """Measured x in mm of an order's spot on a monochromatic picture; None for an order beyond the picture.
 
-    The search covers half the distance to the neighbouring orders. The centroid is taken over spatial frequency, under
-    a Gaussian window of standard deviation `window` (cycles per µm) that is moved to the centroid and applied again,
-    CENTROID_ROUNDS times. None for an order beyond the picture.
+    The search begins at the brightest column near y = 0 within half the distance to each neighbouring order. The spot
+    is the centroid over spatial frequency under a Gaussian window of standard deviation `window_per_um` in cycles per
+    µm. The window is moved to the centroid and applied again, CENTROID_ROUNDS times. `picture` is as from
+    `photograph`.
     """
     expected = bench.position_mm(spacing_um, order, wavelength_nm)
+    # An order within a hundredth of the width from an edge may be cut off.
     if expected is None or abs(expected) > 0.49 * bench.width_mm:
         return None
-    x = bench.x_mm()
-    profile = picture[np.abs(bench.y_mm()) < STRIP_SHARE * bench.distance_mm].sum(axis=(0, 2))
+    # Brightness of each column: the sum over the strip and over the three channels.
+    profile = picture[np.abs(bench.y_mm()) < STRIP_FRACTION * bench.distance_mm].sum(axis=(0, 2))
     # Spatial frequency of each column in cycles per µm.
     sin_theta_i = math.sin(math.radians(bench.theta_i_deg))
-    frequency = (np.sin(np.radians(bench.angle_deg(x))) + sin_theta_i) * 1e3 / wavelength_nm
+    frequency = (np.sin(np.radians(bench.angle_deg(bench.x_mm()))) + sin_theta_i) * 1e3 / wavelength_nm
     near = np.abs(frequency - order / spacing_um) < 0.5 / spacing_um
     smooth = np.convolve(profile, np.ones(SMOOTHED_COLUMNS) / SMOOTHED_COLUMNS, mode="same")
     centre = frequency[near][np.argmax(smooth[near])]
     for _ in range(CENTROID_ROUNDS):
-        weights = profile * np.exp(-0.5 * ((frequency - centre) / window) ** 2)
+        weights = profile * np.exp(-0.5 * ((frequency - centre) / window_per_um) ** 2)
         centre = float(np.average(frequency, weights=weights))
-    return bench.place_mm(centre * wavelength_nm / 1e3 - sin_theta_i)
+    return bench.x_of_sine_mm(centre * wavelength_nm / 1e3 - sin_theta_i)

@@ -1,7 +1,7 @@
 """Sun and sky as Mitsuba emitters with the spectrum of D65.
 
-Unit of radiance: that of a white diffuse plane facing the sun. The sun's irradiance is therefore π.
-Frame as in scene.py: cm, z up, the snake's tail towards +x.
+The unit of radiance is that of a white diffuse plane facing the sun. The sun's irradiance on such a plane is
+therefore π. The frame is that of scene.py: cm, z up, the snake's tail towards +x.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import mitsuba as mi
 import numpy as np
 
-# Kinds of sun: parallel light, and a disc of the sun's angular size.
+# Kinds of sun: parallel light ("directional"), and a disc of the sun's angular size.
 SUN_KINDS = ("directional", "disc")
-# Angular diameter of the sun.
+# Angular diameter of the sun seen from the Earth.
 SUN_DIAMETER_DEG = 0.53
-# Distance of the sun's disc: its direction is constant to 0.06° over the 10 cm of the snake.
+# Distance of the sun's disc from the origin. Its direction varies by less than 0.06° over the 10 cm of the snake.
 DISC_DISTANCE_CM = 1e4
 
 
@@ -24,8 +24,9 @@ DISC_DISTANCE_CM = 1e4
 class Light:
     """A sun and a uniform sky, both D65.
 
-    `azimuth_deg` is counter-clockwise seen from above, from +x (tail); `elevation_deg` is above the ground.
-    `sun` is one of SUN_KINDS. `sky` is the sky's radiance; a white plane facing the sun has radiance 1.
+    `azimuth_deg` is the sun's angle from +x (tail), counter-clockwise seen from above. `elevation_deg` is its angle
+    above the ground, in (0, 90]. `sun` is one of SUN_KINDS. `sky` is the sky's radiance, 0 for none. Values that are
+    not accepted raise ValueError.
     """
 
     azimuth_deg: float = -150.0
@@ -62,10 +63,11 @@ class Light:
         }
 
     def _disc(self) -> dict:
-        """A disc of the sun's angular radius ρ. Its radiance 1/sin²ρ gives irradiance π, as the directional sun."""
+        """A disc of the sun's angular radius ρ. Its radiance 1/sin²ρ gives the directional sun's irradiance, π."""
         sin_radius = math.sin(math.radians(SUN_DIAMETER_DEG / 2))
         transform = mi.ScalarTransform4f
         centre = (self.to_sun() * DISC_DISTANCE_CM).tolist()
+        # The up direction of `look_at` must not be parallel to the view.
         up = [0, 0, 1] if self.elevation_deg < 80 else [1, 0, 0]
         return {
             "type": "disk",

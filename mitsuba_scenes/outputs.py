@@ -1,4 +1,7 @@
-"""Argparse types of output files and folders, which are checked before anything is rendered."""
+"""Argparse types of output files and folders, which are checked before anything is rendered.
+
+Argparse also applies a type to a default if it is a string, so defaults are given as strings.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,9 @@ from pathlib import Path
 
 
 def output_file(suffix: str, beside: tuple[str, ...] = ()) -> Callable[[str], Path]:
-    """An argparse type: a writable file whose name ends in ``suffix``; its folder may be created later.
+    """An argparse type: a writable file whose name ends in `suffix`, such as ".exr"; its folder may be created later.
 
-    Files of the same name with the endings ``beside`` must be writable, too. Defaults are checked if given as strings.
+    Files of the same name with the endings `beside` must be writable, too.
     """
 
     def convert(text: str) -> Path:
@@ -28,7 +31,7 @@ def output_file(suffix: str, beside: tuple[str, ...] = ()) -> Callable[[str], Pa
 
 
 def output_folder(text: str) -> Path:
-    """An argparse type: a writable folder, which may be created later. Only a default given as a string is checked."""
+    """An argparse type: a writable folder, which may be created later."""
     path = Path(text)
     with _refusing(path):
         _check_folder(path)

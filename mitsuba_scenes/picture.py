@@ -10,10 +10,20 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
+from .light import Light
 from .scene import MAX_DEPTH, View, snake_scene
+from .snake import SnakeFiles
 
 # Largest number of paths in memory during a pass. A path typically takes 1 kB, so a pass takes about 8 GB.
 PATHS_PER_PASS = 1 << 23
+# Smallest mean of a picture that is not black, in linear sRGB.
+BLACK_MEAN = 1e-4
+# Tone mapping, equal to that of the realtime renderer (src/colour/tone.rs): largest channel up to which colours are
+# displayed unchanged. Larger values leave less contrast to highlights.
+KNEE = 0.8
+# Excess over KNEE that is displayed halfway between KNEE and 1. Larger values keep contrast between brighter
+# highlights; smaller ones display moderate highlights brighter.
+SHOULDER = 0.6
 
 
 class PictureError(Exception):
@@ -22,20 +32,30 @@ class PictureError(Exception):
 
 @dataclass
 class Picture:
-    """A picture in linear sRGB, (height, width, 3), its BSDF, and render times in seconds."""
+    """A picture in linear sRGB, (height, width, 3), its BSDF, and the times in seconds of its stages (see `render`)."""
 
     pixels: np.ndarray
     bsdf: mi.BSDF
     seconds: dict
 
 
-def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH, passes: int = 1) -> Picture:
-    """Builds the scene and renders the mean of at least `passes` passes.
+def render(
+    bsdf: dict | mi.BSDF,
+    files: SnakeFiles,
+    light: Light,
+    view: View,
+    spp: int = 64,
+    max_depth: int = MAX_DEPTH,
+    passes: int = 1,
+) -> Picture:
+    """Builds the scene of the snake and renders it; the picture is the mean of at least `passes` passes.
 
-    The samples of a pass are rounded up to a square number, as the sampler requires. `bsdf` is a dictionary, or the
-    object of an earlier `Picture`. Times: `tables` is the creation of the BSDF (absent for an object), `scene` that of
-    the scene, `first_pass` includes the compilation of kernels, `later_pass` is the median of the other passes (absent
-    if there are none).
+    `spp` is the number of samples per pixel of all passes together. In each pass it is rounded up to a square number,
+    which the sampler requires. `bsdf` is a dictionary, or the object of an earlier `Picture`.
+
+    Keys of `seconds`: `tables` is the creation of the BSDF (absent for an object), `scene` that of the scene.
+    `first_pass` includes the compilation of kernels; `later_pass` is the median of the other passes (absent if there
+    are none).
     """
     passes = max(passes, math.ceil(view.width * view.height * spp / PATHS_PER_PASS))
     spp_per_pass = math.ceil(math.sqrt(spp / passes)) ** 2
@@ -61,25 +81,26 @@ def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = MAX_D
 
 
 def check(pixels: np.ndarray, name: str) -> None:
-    """Raises PictureError for values that are not finite and for black pictures."""
+    """Raises PictureError for values that are not finite and for black pictures; `name` begins the message."""
     bad = int(np.count_nonzero(~np.isfinite(pixels)))
     if bad:
         raise PictureError(f"{name}: {bad} of {pixels.size} values are not finite")
-    if not pixels.max() > 0 or not pixels.mean() > 1e-4:
+    if not pixels.max() > 0 or not pixels.mean() > BLACK_MEAN:
         raise PictureError(f"{name}: the picture is black (mean {pixels.mean():.2g})")
 
 
 def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
-    """8-bit sRGB of linear pixels times 2^stops, with highlights compressed.
+    """8-bit sRGB, (height, width, 3), of linear pixels times 2^stops, with compressed highlights.
 
-    A pixel whose brightest channel p exceeds k = 0.8 is scaled so that p becomes k + 0.2 e/(e + 0.6), e = p − k. The
-    curve tends to 1. All three numbers are chosen.
+    A pixel whose brightest channel p exceeds k = KNEE is scaled so that p becomes k + (1 − k) e/(e + s), with e = p − k
+    and s = SHOULDER. The curve tends to 1.
     """
     linear = np.maximum(pixels * 2.0**exposure_stops, 0)
     # One factor for the three channels keeps the hue.
     peak = linear.max(axis=-1, keepdims=True)
-    excess = np.maximum(peak - 0.8, 0)
-    linear = linear * np.where(excess > 0, (0.8 + 0.2 * excess / (excess + 0.6)) / np.maximum(peak, 1e-9), 1)
+    excess = np.maximum(peak - KNEE, 0)
+    compressed = KNEE + (1 - KNEE) * excess / (excess + SHOULDER)
+    linear = linear * np.where(excess > 0, compressed / np.maximum(peak, 1e-9), 1)
     bitmap = mi.Bitmap(linear.astype(np.float32))
     return np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True))
 

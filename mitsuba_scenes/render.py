@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from . import picture
@@ -14,12 +15,12 @@ from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
 
-# Exposure of PNG pictures in stops. Chosen: the sunlit snake is dark and diffracts little light.
+# Exposure of PNG pictures in stops. The sunlit snake is dark and diffracts little light; larger values clip highlights.
 EXPOSURE_STOPS = 2.0
 
 
-def positive(kind):
-    """An argparse type: a finite number of type `kind` above zero."""
+def positive(kind: type) -> Callable[[str], float]:
+    """An argparse type: a finite number above zero of the type `kind`, int or float."""
 
     def convert(text):
         value = kind(text)
@@ -27,12 +28,13 @@ def positive(kind):
             raise argparse.ArgumentTypeError(f"{text} is not above zero")
         return value
 
+    # Argparse's message about a text that is no number names the type.
     convert.__name__ = kind.__name__
     return convert
 
 
 def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
-    """The parser and the parsed options."""
+    """The parser, for its name in messages, and the parsed options."""
     view, light = View(), Light()
     parser = argparse.ArgumentParser(
         prog="python -m mitsuba_scenes.render",
@@ -69,7 +71,11 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
 
 
 def run(options: argparse.Namespace) -> None:
-    """Renders and writes the picture. Raises ValueError for contradictory options and missing files."""
+    """Renders and writes the picture.
+
+    Raises ValueError for contradictory options, values out of range and missing files, and SetupError or PictureError
+    as `use_variant`, `snake_files` and `picture.check` do.
+    """
     if options.height_field:
         skin = scanned_skin(options.height_field, options.pixel_size, options.max_height)
     elif options.pixel_size or options.max_height:
@@ -85,8 +91,11 @@ def run(options: argparse.Namespace) -> None:
     view = View(*options.resolution)
 
     variant = use_variant(options.variant)
-    snake = None if options.mesh and options.pigment else snake_files()
-    files = SnakeFiles(options.mesh or snake.mesh, options.pigment or snake.pigment)
+    if options.mesh and options.pigment:
+        files = SnakeFiles(options.mesh, options.pigment)
+    else:
+        snake = snake_files()
+        files = SnakeFiles(options.mesh or snake.mesh, options.pigment or snake.pigment)
     print(f"rendering {view.width} x {view.height}, {options.spp} samples a pixel, {variant}", flush=True)
     bsdf = skin_bsdf(skin, files.pigment, options.eta)
     result = picture.render(bsdf, files, light, view, options.spp, options.max_depth)

@@ -24,27 +24,34 @@ SUPERSAMPLE = 4
 def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     """Writes both pictures and `both-renderers.png` into `output`; returns their comparison and times.
 
-    The light is a directional sun without sky. Neither conserves energy (docs/model.md#energy). The realtime renderer
-    uses its method `table`, the colour table (docs/realtime.md).
+    The light is a directional sun without sky. Neither renderer conserves energy here (docs/model.md#energy). The
+    realtime renderer uses its method `table`, the colour table (docs/realtime.md). `view` sets the resolution; its
+    camera must be the default one.
+
+    Result: `mitsuba_seconds` (see `picture.render`), `realtime`, the report of `sunbeam render`, and `compared`, the
+    report of `realtime.compare`.
     """
     light = Light(sun="directional", sky=0)
     skin = preset_skin(PRESET)
     bsdf = skin_bsdf({**skin, "conserve_energy": False}, files.pigment)
     traced = picture.render(bsdf, files, light, view, spp, passes=2)
-    names = {"mitsuba": output / "both-mitsuba.exr", "realtime": output / "both-realtime.exr"}
-    png = picture.write(traced.pixels, names["mitsuba"], EXPOSURE_STOPS)
-    words = ["render", "-o", names["realtime"], "--png", names["realtime"].with_suffix(".png"), "--method", "table"]
+    mitsuba_exr, realtime_exr = output / "both-mitsuba.exr", output / "both-realtime.exr"
+    mitsuba_png, realtime_png = picture.write(traced.pixels, mitsuba_exr, EXPOSURE_STOPS), output / "both-realtime.png"
+    # The command's defaults have the same camera, pigment and ground, and no energy conservation.
+    words = ["render", "-o", realtime_exr, "--png", realtime_png, "--method", "table"]
     words += ["--mesh", files.mesh, "--supersample", SUPERSAMPLE, "--size", f"{view.width}x{view.height}"]
     words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
     words += ["--exposure", EXPOSURE_STOPS]
     drawn = json.loads(sunbeam(*words, *realtime.surface_words(skin)))
-    compared = realtime.compare(names["mitsuba"], names["realtime"], png=output / "both-difference.png")
+    compared = realtime.compare(mitsuba_exr, realtime_exr, png=output / "both-difference.png")
     # The adapter's name without the driver's version.
     adapter = drawn["adapter"].split(" (")[0]
-    captions = (
-        f"Mitsuba 3, {spp} paths a pixel: {traced.seconds['later_pass']:.1f} s",
-        f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms'] / 1e3:.2g} s on {adapter}",
-    )
-    pictures = (png, names["realtime"].with_suffix(".png"))
-    contact_sheet([list(zip(pictures, captions))], output / "both-renderers.png", view.width)
+    row = [
+        (mitsuba_png, f"Mitsuba 3, {spp} paths a pixel: {traced.seconds['later_pass']:.1f} s"),
+        (
+            realtime_png,
+            f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms'] / 1e3:.2g} s on {adapter}",
+        ),
+    ]
+    contact_sheet([row], output / "both-renderers.png", view.width)
     return {"mitsuba_seconds": traced.seconds, "realtime": drawn, "compared": compared}

@@ -9,12 +9,12 @@ import numpy as np
 
 # Refractive index of keratin, of which a snake's skin consists; equal to the realtime renderer's.
 KERATIN = 1.56
-# Factor on the pigment's linear reflectance. Chosen for a nearly black snake with visible diffraction colours.
-PIGMENT_SHARE = 0.35
+# Factor on the pigment's linear reflectance. Larger values hide the diffraction colours on the nearly black snake.
+PIGMENT_SCALE = 0.35
 
-# Parameters that each preset needs on the snake besides its name. The mesh's tangent, the relief's x axis at rotation
-# 0, runs from head to tail. The fingers of a skin's cells point to the tail. The Elaphe preset has its fingers along
-# +y, so its relief is rotated by −90°.
+# Parameters that each preset needs on the snake besides its name. At rotation 0 the relief's x axis is the mesh's
+# tangent, which runs from head to tail. The finger-like ridges of a skin's cells must point to the tail. The preset
+# `elaphe` has them along +y, so its relief is rotated by −90°.
 PRESETS = {
     "blazed": {},
     "elaphe": {"rotation": -90.0},
@@ -33,7 +33,11 @@ def preset_skin(name: str) -> dict:
 def scanned_skin(
     filename: Path, pixel_size_um: float | None = None, max_height_um: float | None = None, rotation_deg: float = 0.0
 ) -> dict:
-    """Parameters of the plugin for a measured height field. Sizes in µm are required where the file states none."""
+    """Parameters of the plugin for a measured height field.
+
+    `pixel_size_um` (edge of a pixel) and `max_height_um` are required where the file does not state them.
+    `rotation_deg` turns the relief counter-clockwise. Raises ValueError for a missing file.
+    """
     if not Path(filename).is_file():
         raise ValueError(f"there is no height field {filename}")
     parameters = {"filename": str(Path(filename).resolve()), "rotation": rotation_deg}
@@ -44,12 +48,15 @@ def scanned_skin(
     return parameters
 
 
-def pigment_texture(pigment: Path, share: float = PIGMENT_SHARE) -> dict:
-    """The Mitsuba texture of an sRGB picture, with its linear reflectance times `share`."""
+def pigment_texture(pigment: Path, scale: float = PIGMENT_SCALE) -> dict:
+    """The Mitsuba texture of the sRGB picture `pigment`, with its linear reflectance times `scale`."""
     linear = mi.Bitmap(str(pigment)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
-    return {"type": "bitmap", "bitmap": mi.Bitmap(share * np.array(linear))}
+    return {"type": "bitmap", "bitmap": mi.Bitmap(scale * np.array(linear))}
 
 
 def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
-    """The material as a dictionary: keratin with the relief, over the pigment of the sRGB picture `pigment`."""
+    """The material as a dictionary: an interface of index `eta` with the relief, over a diffuse pigment.
+
+    `parameters` are those of the plugin for the relief and replace the others; `pigment` is an sRGB picture.
+    """
     return {"type": "diffraction", "eta": eta, "diffuse_reflectance": pigment_texture(pigment), **parameters}

@@ -9,7 +9,7 @@ from pathlib import Path
 from .environment import REPOSITORY
 from .tool import TOOL, sunbeam
 
-# Folder of the kept files.
+# Folder of the written files.
 FOLDER = REPOSITORY / "target" / "scenes"
 
 
@@ -22,11 +22,13 @@ class SnakeFiles:
 
 
 def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
-    """Paths of the snake's files, with `resolution` times the default mesh's cells in each direction.
+    """Paths of the snake's files in `folder`; its mesh has `resolution` times the default's cells in each direction.
 
-    The files are written if one is missing or older than the executable `tool`.
+    The files are written if one is missing or older than the executable `tool`. Raises SetupError where they cannot be
+    written.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
+    # Without the executable all files count as outdated, and calling it raises the error.
     built = tool.stat().st_mtime if tool.exists() else math.inf
     if all(path.exists() and path.stat().st_mtime > built for path in (files.mesh, files.pigment)):
         return files

@@ -8,14 +8,15 @@ from pathlib import Path
 
 from .environment import REPOSITORY, SetupError
 
-# Path of the executable: the environment variable SUNBEAM, or the checkout's own build.
+# Path of the executable: the environment variable SUNBEAM, or the checkout's release build.
 TOOL = Path(os.environ.get("SUNBEAM", REPOSITORY / "target" / "release" / "sunbeam"))
 
 
 def sunbeam(*words, tool: Path = TOOL, stdin: str | None = None) -> str:
-    """Runs `sunbeam` with the arguments `words` and the text `stdin`, and returns its standard output.
+    """Runs `sunbeam` and returns its standard output.
 
-    Raises SetupError where the command is missing or fails.
+    `words` are the arguments, such as strings, numbers and paths; `stdin` is the text of the standard input. Raises
+    SetupError where the command is missing or fails.
     """
     if not tool.exists():
         raise SetupError(f"the command line tool {tool} is missing: run `make tool`")

@@ -6,7 +6,7 @@ import pytest
 from batches import direction, eval_pdf, sample
 from conftest import built, use_variant
 
-from mitsuba_scenes.chi_square import WAVELENGTHS, chi_square_test, vectorised
+from mitsuba_scenes.chi_square import WAVELENGTHS_NM, bsdf_test, chi_square_test
 
 # Probability that any of the tests rejects a correct density: each has a level of SIGNIFICANCE / TEST_COUNT (Šidák).
 SIGNIFICANCE = 0.01
@@ -34,7 +34,7 @@ def by_rays(bsdf, wi):
 
     def in_scalar(call, count, *arguments):
         use_variant("scalar_spectral")
-        wis, nm = np.broadcast_to(np.float32(wi), (count, 3)), np.broadcast_to(np.float32(WAVELENGTHS), (count, 4))
+        wis, nm = np.broadcast_to(np.float32(wi), (count, 3)), np.broadcast_to(np.float32(WAVELENGTHS_NM), (count, 4))
         answer = call(bsdf, wis, *arguments, nm)
         use_variant("llvm_ad_rgb")
         return answer
@@ -55,7 +55,7 @@ def by_rays(bsdf, wi):
 @pytest.mark.parametrize("angles", ANGLES, ids=str)
 @pytest.mark.parametrize("name", SURFACES)
 def test_samples_follow_the_density(name, angles):
-    test = vectorised(built("llvm_ad_spectral", **SURFACES[name]), direction(*angles))
+    test = bsdf_test(built("llvm_ad_spectral", **SURFACES[name]), direction(*angles))
     assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 
 
@@ -71,7 +71,7 @@ def test_core_samples_follow_the_density(name, angles):
 @pytest.mark.parametrize("angles", ANGLES[1::2], ids=str)
 def test_colour_samples_follow_the_density(angles, optics):
     bsdf = built("llvm_ad_rgb", preset="blazed", coherence_length=10.0, conserve_energy=False, **optics)
-    test = vectorised(bsdf, direction(*angles), res=51, ires=8)
+    test = bsdf_test(bsdf, direction(*angles), res=51, ires=8)
     assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 
 
@@ -86,7 +86,7 @@ WRONG = {
 def test_a_wrong_density_is_rejected(wrong):
     bsdf = built("llvm_ad_spectral", **SURFACES["blazed"])
     other = built("llvm_ad_spectral", **SURFACES["blazed"], **WRONG[wrong])
-    test = vectorised(bsdf, direction(30, 70), pdf_of=other)
+    test = bsdf_test(bsdf, direction(30, 70), pdf_of=other)
     assert not test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 
 
@@ -94,7 +94,8 @@ def test_a_density_of_one_wavelength_is_rejected():
     """A sample may stem from each of the wavelengths, and the density is the mean over all of them."""
     bsdf = built("llvm_ad_spectral", **SURFACES["blazed"])
     both = [
-        vectorised(bsdf, direction(30, 70), nm=nm, sample_count=100_000) for nm in (WAVELENGTHS, WAVELENGTHS[:1] * 4)
+        bsdf_test(bsdf, direction(30, 70), nm=nm, sample_count=100_000)
+        for nm in (WAVELENGTHS_NM, WAVELENGTHS_NM[:1] * 4)
     ]
     both[0].pdf_func = both[1].pdf_func
     assert not both[0].run(SIGNIFICANCE, TEST_COUNT, quiet=True), both[0].messages

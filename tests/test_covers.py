@@ -6,7 +6,7 @@ import pytest
 from batches import direction, eval_pdf, random_directions, random_wavelengths, sample
 from conftest import VARIANTS, built, use_variant
 
-from mitsuba_scenes.chi_square import vectorised
+from mitsuba_scenes.chi_square import bsdf_test
 
 # Probability that any of the χ² tests rejects a correct density.
 SIGNIFICANCE = 0.01
@@ -39,14 +39,14 @@ def fresnel(cos):
 @pytest.mark.parametrize("name", SURFACES)
 def test_samples_follow_the_density(name, angles):
     bsdf = covered("llvm_ad_spectral", cover_reflection=False, **SURFACES[name])
-    test = vectorised(bsdf, direction(*angles))
+    test = bsdf_test(bsdf, direction(*angles))
     assert test.run(SIGNIFICANCE, len(SURFACES) * len(ANGLES), quiet=True), test.messages
 
 
 @pytest.mark.parametrize("angles", ANGLES[::2], ids=str)
 def test_colour_samples_follow_the_density(angles):
     bsdf = covered("llvm_ad_rgb", cover_reflection=False, **DISC)
-    test = vectorised(bsdf, direction(*angles), res=51, ires=8)
+    test = bsdf_test(bsdf, direction(*angles), res=51, ires=8)
     assert test.run(SIGNIFICANCE, len(ANGLES) // 2, quiet=True), test.messages
 
 

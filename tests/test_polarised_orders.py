@@ -19,7 +19,7 @@ from mueller import (
     reversed_path,
     turned,
 )
-from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
+from test_chi2 import ANGLES, SIGNIFICANCE, bsdf_test
 from test_rigorous import METAL, TEST_COUNT, asked
 
 POLARISED = ["scalar_spectral_polarized", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized"]
@@ -123,7 +123,7 @@ def test_intensity_equals_unpolarised_variants(kinds):
 def test_samples_follow_the_density():
     bsdf = built("llvm_ad_spectral_polarized", **METAL)
     for angles in ANGLES:
-        test = vectorised(bsdf, direction(*angles))
+        test = bsdf_test(bsdf, direction(*angles))
         assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), (angles, test.messages)
 
 

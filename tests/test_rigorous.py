@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from batches import direction, eval_pdf
 from conftest import PLUGIN_FOLDER, REPOSITORY, built, use_variant
-from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
+from test_chi2 import ANGLES, SIGNIFICANCE, bsdf_test
 
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
 # Number of χ² tests: of these variants, and of the polarised one in test_polarised_orders.py.
@@ -47,7 +47,7 @@ def asked(*words, lines=""):
 @pytest.mark.parametrize("angles", ANGLES)
 def test_samples_follow_the_density(variant, angles):
     bsdf = built(variant, **METAL)
-    test = vectorised(bsdf, direction(*angles))
+    test = bsdf_test(bsdf, direction(*angles))
     assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
-from mitsuba_scenes.chi_square import vectorised
+from mitsuba_scenes.chi_square import bsdf_test
 
 from .parts import Check
 from .plan import Plan
@@ -58,7 +58,7 @@ def chi_square(variant: str, name: str, angles: tuple, turned: float = 0.0):
     """The test of the samples against the density of the surface rotated by `turned` degrees."""
     use(variant)
     bsdf, other = made(variant, name), made(variant, name, turned)
-    return vectorised(bsdf, direction(*angles), pdf_of=other, sample_count=SAMPLES)
+    return bsdf_test(bsdf, direction(*angles), pdf_of=other, sample_count=SAMPLES)
 
 
 def follows(variant: str, name: str, angles: tuple, count: int) -> dict:

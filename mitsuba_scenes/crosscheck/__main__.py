@@ -16,9 +16,10 @@ from .run import Disagreement, crosscheck, insist
 def main(words: list[str] | None = None) -> int:
     """Runs the command. Exit status: 0, 1 if the renderers disagree, 2 after one line on stderr for another error."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.crosscheck", description=__doc__)
-    parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out" / "crosscheck"))
+    folder = str(REPOSITORY / "out" / "crosscheck")
+    parser.add_argument("-o", "--output", type=output_folder, default=folder, help="folder of the report and pictures")
     parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")
-    parser.add_argument("--scan", type=Path, default=SCAN, help="a measured height field")
+    parser.add_argument("--scan", type=Path, default=SCAN, help="a measured height field, skipped where missing")
     parser.add_argument("--short", action="store_true", help="two surfaces in one light, as in `make demo`")
     options = parser.parse_args(words)
     try:

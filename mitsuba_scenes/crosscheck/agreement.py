@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# Threshold of counted pixels, as a fraction of the 99th percentile. Darker pixels appear black, and the sums in single
-# precision have an error relative to the bright orders nearby. Chosen.
-FLOOR_SHARE = 0.01
-# Threshold of pixels that enter the 99th percentile, as a fraction of the brightest. A grating's order lights few
-# pixels; the others have only the tail of its Gaussian and would pull the percentile down. Chosen.
-BLACK_SHARE = 1e-6
-# Largest accepted median of the error; the largest measured is 1e-4 (docs/crosscheck.md).
+# Threshold of the compared pixels, as a fraction of the 99th percentile of the brightness. Darker pixels appear black,
+# and rounding of the bright orders nearby dominates them: the realtime renderer sums in single precision.
+FLOOR_FRACTION = 0.01
+# Threshold of the pixels that enter this percentile, as a fraction of the brightest. A grating's order lights few
+# pixels; the others have only the tail of its Gaussian and would lower the percentile.
+BLACK_FRACTION = 1e-6
+# Largest accepted median of the error, several times the largest measured one (docs/crosscheck.md).
 MEDIAN_LIMIT = 1e-3
-# Largest accepted 99th percentile of the error; the largest measured is 4e-3 (docs/crosscheck.md).
+# Largest accepted 99th percentile of the error, over twice the largest measured one (docs/crosscheck.md).
 P99_LIMIT = 1e-2
-# Smallest number of counted pixels for which percentiles are meaningful.
+# Smallest number of compared pixels; percentiles of fewer mean little.
 FEWEST_PIXELS = 50
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Relative errors over the counted pixels: those whose colour exceeds `floor` in at least one of the pictures.
+    """Relative errors over the compared pixels: those whose brightness reaches `floor` in at least one of the pictures.
 
-    `pixels` is their number, `p99` the 99th percentile of the error.
+    `pixels` is their number; `median`, `p99` (the 99th percentile) and `largest` are of the error of a pixel.
     """
 
     pixels: int
@@ -47,20 +48,23 @@ class Agreement:
 
 
 def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:
-    """Compares pictures, (height, width, 3), where `mask` is set.
+    """Compares linear pictures, (height, width, 3), where `mask`, (height, width), is set.
 
-    The error at a pixel is |a − b| / max(|a|, |b|), with the length of the colour as a vector. Raises ValueError for
-    values that are not finite and for fewer than FEWEST_PIXELS counted pixels.
+    The error of a pixel is |a − b| / max(|a|, |b|), and its brightness max(|a|, |b|), where |·| is the length of a
+    colour as a vector. Raises ValueError for values that are not finite and for fewer than FEWEST_PIXELS pixels to
+    compare.
     """
     a, b = a[mask], b[mask]
-    size = np.maximum(np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1))
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ValueError("a picture has values that are not finite")
-    shown = size[size > BLACK_SHARE * size.max(initial=0)]
-    floor = FLOOR_SHARE * float(np.percentile(shown, 99)) if len(shown) else 0.0
-    counted = size >= floor if floor > 0 else np.zeros(len(size), dtype=bool)
-    if counted.sum() < FEWEST_PIXELS:
-        raise ValueError(f"only {counted.sum()} pixels are lit, and {FEWEST_PIXELS} are needed to compare pictures")
-    error = np.linalg.norm(a - b, axis=1)[counted] / size[counted]
+    brightness = np.maximum(np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1))
+    shown = brightness[brightness > BLACK_FRACTION * brightness.max(initial=0)]
+    # Black pictures show nothing; no pixel reaches an infinite floor.
+    floor = FLOOR_FRACTION * float(np.percentile(shown, 99)) if len(shown) else math.inf
+    compared = brightness >= floor
+    count = int(compared.sum())
+    if count < FEWEST_PIXELS:
+        raise ValueError(f"only {count} pixels are lit, and {FEWEST_PIXELS} are needed to compare pictures")
+    error = np.linalg.norm(a - b, axis=1)[compared] / brightness[compared]
     median, p99 = np.percentile(error, [50, 99])
-    return Agreement(int(counted.sum()), floor, float(median), float(p99), float(error.max()))
+    return Agreement(count, floor, float(median), float(p99), float(error.max()))

@@ -19,19 +19,22 @@ from ..snake import SnakeFiles
 from ..tool import sunbeam
 from .realtime import surface_words
 
-# Folder of measured data, which the repository does not hold.
+# Folder of measured data, which the repository does not contain: the environment variable SUNBEAM_DATA, or a default
+# beside the checkout.
 DATA = Path(os.environ.get("SUNBEAM_DATA", REPOSITORY.parent / "shared" / "data"))
 # The published atomic-force scans by species.
 SCANS = {species: DATA / "afm" / f"{species}.gsf" for species in ("elaphe", "xenopeltis")}
+# The scan that is compared by default.
 SCAN = SCANS["xenopeltis"]
-# Presets that are compared.
+# The presets that are compared.
 SKINS = ("blazed", "elaphe", "xenopeltis")
-# Rays along each side of a pixel for a relief with few orders: bright in few directions, which fewer rays would miss.
-FEW_ORDERS = 16
-# Rays along each side of a pixel for a relief with many orders, which is slower to evaluate. Both are chosen.
-MANY_ORDERS = 6
-# Parameters of the plugin that define the heights; the others define the optics.
-RELIEF = (
+# Rays along each side of a pixel for a relief with few orders, which is bright in few directions: with fewer rays, a
+# pixel would miss some.
+SUPERSAMPLE_FEW_ORDERS = 16
+# Rays along each side of a pixel for a relief with many orders. It needs fewer, and each takes longer to evaluate.
+SUPERSAMPLE_MANY_ORDERS = 6
+# Parameters of the plugin that define the heights; the others define optics and orientation.
+RELIEF_PARAMETERS = (
     "preset",
     "period",
     "height",
@@ -54,10 +57,11 @@ SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "
 
 @dataclass(frozen=True)
 class Case:
-    """A named surface.
+    """A surface, its parameters, and the resolution of its realtime picture.
 
-    `skin` has parameters of the plugin `diffraction`; `sunbeam render` has options of the same names. `supersample` is
-    the number of rays along each side of a pixel in check (b).
+    `name` labels reports and files. `skin` has parameters of the plugin `diffraction`; `sunbeam render` has options of
+    the same names (`realtime.surface_words`). `supersample` is the number of the realtime renderer's rays along each
+    side of a pixel in check (b).
     """
 
     name: str
@@ -66,50 +70,56 @@ class Case:
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
-    """The measured scan, if its file exists, and the presets."""
-    chosen = [Case(name, preset_skin(name), FEW_ORDERS if name == "blazed" else MANY_ORDERS) for name in SKINS]
+    """The measured scan, if its file exists, and the presets; a missing scan is reported on stdout."""
+    presets = [
+        Case(name, preset_skin(name), SUPERSAMPLE_FEW_ORDERS if name == "blazed" else SUPERSAMPLE_MANY_ORDERS)
+        for name in SKINS
+    ]
     if not scan.exists():
         print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
-        return chosen
+        return presets
     # FLSS sums over diffraction orders, which only a periodic relief has.
-    return [Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}, FEW_ORDERS), *chosen]
+    skin = {**scanned_skin(scan), "tiling": "periodic"}
+    return [Case(f"scan-{scan.stem}", skin, SUPERSAMPLE_FEW_ORDERS), *presets]
 
 
 def sun(azimuth_deg: float, elevation_deg: float) -> Light:
-    """Directional light without sky, the light of the realtime renderer."""
+    """Directional sunlight without sky, the only light of the realtime renderer. The angles are those of `Light`."""
     return Light(azimuth_deg, elevation_deg, sun="directional", sky=0)
 
 
 def mirrored(case: Case, folder: Path) -> Case:
-    """The surface with the heights h(−x, y): a negative control, in which u of the scattering vector changes its sign.
+    """The surface with the heights h(−x, y), for a negative control. Writes the heights into `folder`.
 
-    Writes the heights into `folder`.
+    The mirrored relief reflects as the original would if u, the x component of wi + wo, had the other sign.
     """
     exr, npy = folder / f"{case.name}-relief.exr", folder / f"{case.name}-mirrored.npy"
     folder.mkdir(parents=True, exist_ok=True)
     surface = {name: value for name, value in case.skin.items() if name != "rotation"}
     sunbeam("height-field", "-o", exr, *surface_words(surface))
     bitmap = mi.Bitmap(str(exr))
-    # The EXR's first row is the top of the relief; an array's first row is y = 0.
+    # The EXR's first row is the top of the relief, at the largest y; an array's first row is y = 0.
     heights = np.array(bitmap, dtype=np.float64).reshape(bitmap.height(), bitmap.width())[::-1]
     # Reversal moves the pixel at x = 0 to the end; the roll moves it back.
     np.save(npy, np.roll(heights[:, ::-1], 1, axis=1))
+    # Pixels are square, except a grating's: it has one row, whose size along y does not matter.
     pixel_um = float(bitmap.metadata()["pixelSizeX_um"])
-    kept = {name: value for name, value in case.skin.items() if name not in RELIEF}
+    kept = {name: value for name, value in case.skin.items() if name not in RELIEF_PARAMETERS}
+    # The written heights are levelled already.
     skin = {**kept, "filename": str(npy), "pixel_size": pixel_um, "tiling": "periodic", "level": "none"}
     return Case(f"{case.name}, mirrored", skin, case.supersample)
 
 
 def plugin(case: Case, **parameters) -> mi.BSDF:
-    """The one-sided BSDF of the case."""
+    """The one-sided BSDF of the case; `parameters` replace or extend those of its skin."""
     return mi.load_dict({"type": "diffraction", **case.skin, **parameters})
 
 
 @contextmanager
 def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
-    """Turns the BSDF's relief by `degrees` within the context, without building its tables again."""
+    """Rotates the BSDF's relief by further `degrees` within the context, without building its tables again."""
     parameters = mi.traverse(bsdf)
-    # A copy: the dictionary's value is changed in place.
+    # A copy, since the assignment below changes the value of the dictionary in place.
     rotation = mi.Float(parameters["rotation.value"])
     parameters["rotation.value"] = rotation + degrees
     parameters.update()
@@ -121,9 +131,9 @@ def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
 
 
 def bare_scene(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int, film: dict | None = None) -> dict:
-    """Snake, sun and camera without the ground; `film` replaces that of the view.
+    """The scene dictionary of snake, sun and camera without the ground; `film` replaces that of the view.
 
-    BSDF samples are turned off, since they cannot hit the only light, a directional sun.
+    BSDF sampling is off: its directions never hit a directional sun, the only light.
     """
     scene = snake_scene(bsdf, files, light, view, spp)
     scene["integrator"] = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}

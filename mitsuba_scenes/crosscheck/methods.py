@@ -5,7 +5,7 @@ coherence (docs/model.md#coherence) are compared: `patch` is a single coherence 
 the mean over all positions. The reference is the path-traced ensemble with many samples a pixel.
 
 A renderer with few rays a pixel misses some of a skin's glints. Each method is therefore also compared with the
-ensemble evaluated along the renderer's own rays: the difference that remains is that of the models.
+plugin's ensemble evaluated along the realtime renderer's own rays: the remaining difference is that of the models.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from . import points, realtime, spectral
 from .cases import Case, bare_scene, plugin
 from .quadrature import Quadrature
 
-# Realtime methods (docs/realtime.md). Dhillon et al. 2014: FLSS sums uniform wavelengths, NMM the wavelengths of orders
-# alone, PQ a tile that repeats P×Q times. The others are Stam's shader and the colour table.
+# Realtime methods (docs/realtime.md). Those of Dhillon et al. 2014: FLSS sums over uniform wavelengths, NMM only over
+# the wavelengths of diffraction orders, PQ over a finite number of tiles. Then Stam's shader, and the colour table.
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Rays along each side of a pixel. Chosen: with fewer, the speckle of the patch model hides the methods' differences.
+# Rays along each side of a pixel. With fewer, the speckle of the patch model would hide the methods' differences.
 SUPERSAMPLE = 4
-# The plugin's ensemble along the rays of the realtime renderer, without energy conservation.
+# Name of the plugin's ensemble along the rays of the realtime renderer, without energy conservation.
 SAME_RAYS = "ensemble, same rays"
-# The plugin's ensemble along the same rays, with energy conservation (docs/model.md#energy), the plugin's default.
+# Name of the plugin's ensemble along the same rays, with energy conservation (docs/model.md#energy), its default.
 ENERGY_KEPT = "ensemble, energy kept"
-# The realtime renderer's colour table with energy conservation.
+# Name of the realtime renderer's colour table with energy conservation.
 TABLE_KEPT = "table, energy kept"
 # Width in pixels of each of the three pictures (reference, method, difference) in a row of the contact sheet.
 PANEL = 288
@@ -48,53 +48,56 @@ REFERENCE = {"model": "ensemble", "obliquity": "stam", "conserve_energy": False,
 def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, folder: Path) -> dict:
     """Differences and times of each method, and differences of the ensemble along the same rays.
 
-    Writes pictures into `folder`. `spp` is the number of the path tracer's samples per pixel.
+    `spp` is the number of the path tracer's samples per pixel. Writes the pictures and a contact sheet into `folder`.
+
+    The report's entry "against_the_reference" has an entry for each picture: METHODS, SAME_RAYS, ENERGY_KEPT and
+    TABLE_KEPT. This is the report of `realtime.compare` with the reference. Its key SAME_RAYS has the comparison with
+    that picture; for colour tables ENERGY_KEPT likewise. Realtime pictures also have `gpu_ms` and `build_s`.
     """
 
-    def file(name: str) -> Path:
+    def exr(name: str) -> Path:
         return folder / f"methods-{case.name}-{name.replace(', ', '-').replace(' ', '-')}.exr"
 
     reports = {}
     for method in METHODS:
         # The published methods have the patch model only.
         skin = {**case.skin, **REFERENCE, "model": "ensemble" if method == "table" else "patch"}
-        reports[method] = realtime.render(file(method), method, files.mesh, skin, light, view, SUPERSAMPLE)
+        reports[method] = realtime.render(exr(method), method, files.mesh, skin, light, view, SUPERSAMPLE)
     skin = {**case.skin, **REFERENCE, "conserve_energy": True}
-    reports[TABLE_KEPT] = realtime.render(file(TABLE_KEPT), "table", files.mesh, skin, light, view, SUPERSAMPLE)
-    # The path tracer sums over the same wavelengths, with the same weights, as the full-spectrum method.
+    reports[TABLE_KEPT] = realtime.render(exr(TABLE_KEPT), "table", files.mesh, skin, light, view, SUPERSAMPLE)
+    # The path tracer sums over the same wavelengths, with the same weights, as FLSS.
     quadrature = Quadrature.of_report(reports["flss"])
 
-    ensembles = {SAME_RAYS: plugin(case, **REFERENCE)}
-    rays = points.points(
-        mi.load_dict(bare_scene(ensembles[SAME_RAYS], files, light, view, 1)),
-        light,
-        replace(view, width=SUPERSAMPLE * view.width, height=SUPERSAMPLE * view.height),
-    )
+    same_rays = plugin(case, **REFERENCE)
+    # Each pixel of this view is one of the realtime renderer's rays.
+    ray_view = replace(view, width=SUPERSAMPLE * view.width, height=SUPERSAMPLE * view.height)
+    rays = points.points(mi.load_dict(bare_scene(same_rays, files, light, view, 1)), light, ray_view)
     start = time.perf_counter()
-    pictures = {"reference": spectral.picture(ensembles[SAME_RAYS], files, light, view, quadrature, spp)}
-    seconds = time.perf_counter() - start
-    ensembles[ENERGY_KEPT] = plugin(case, **{**REFERENCE, "conserve_energy": True})
-    for name, bsdf in ensembles.items():
-        pictures[name] = _pixels(points.radiance(bsdf, rays, quadrature)).mean(axis=(1, 3))
+    pictures = {"reference": spectral.picture(same_rays, files, light, view, quadrature, spp)}
+    reference_seconds = time.perf_counter() - start
+    # Created after the timed rendering, whose kernel contains every existing BSDF.
+    energy_kept = plugin(case, **{**REFERENCE, "conserve_energy": True})
+    for name, bsdf in ((SAME_RAYS, same_rays), (ENERGY_KEPT, energy_kept)):
+        pictures[name] = _by_pixel(points.radiance(bsdf, rays, quadrature)).mean(axis=(1, 3))
     for name, pixels in pictures.items():
-        picture.check(pixels, file(name).name)
-        mi.Bitmap(pixels.astype(np.float32)).write(str(file(name)))
-    # Pictures are compared at pixels whose rays all meet the skin.
-    mask = file("mask").with_suffix(".png")
-    seen = _pixels(rays.seen).all(axis=(1, 3))
-    mi.Bitmap(np.where(seen, 255, 0).astype(np.uint8)).write(str(mask))
+        picture.check(pixels, exr(name).name)
+        mi.Bitmap(pixels.astype(np.float32)).write(str(exr(name)))
+    # Only pixels whose rays all hit the skin are compared.
+    mask = exr("mask").with_suffix(".png")
+    is_skin = _by_pixel(rays.seen).all(axis=(1, 3))
+    mi.Bitmap(np.where(is_skin, 255, 0).astype(np.uint8)).write(str(mask))
 
-    found, rows = {}, []
+    compared, rows = {}, []
     for name in (*METHODS, SAME_RAYS, ENERGY_KEPT, TABLE_KEPT):
-        png = file(name).with_suffix(".png")
-        found[name] = realtime.compare(file("reference"), file(name), mask=mask, png=png)
-        found[name][SAME_RAYS] = realtime.compare(file(SAME_RAYS), file(name), mask=mask)
+        png = exr(name).with_suffix(".png")
+        figures = compared[name] = realtime.compare(exr("reference"), exr(name), mask=mask, png=png)
+        figures[SAME_RAYS] = realtime.compare(exr(SAME_RAYS), exr(name), mask=mask)
         if name in ("table", TABLE_KEPT):
-            found[name][ENERGY_KEPT] = realtime.compare(file(ENERGY_KEPT), file(name), mask=mask)
+            figures[ENERGY_KEPT] = realtime.compare(exr(ENERGY_KEPT), exr(name), mask=mask)
         if name in reports:
-            found[name]["gpu_ms"] = reports[name]["gpu_ms"]
-            found[name]["build_s"] = reports[name]["build_seconds"]
-        rows.append([(png, caption(name, found[name]))])
+            figures["gpu_ms"] = reports[name]["gpu_ms"]
+            figures["build_s"] = reports[name]["build_seconds"]
+        rows.append([(png, caption(name, figures))])
     contact_sheet(rows, folder / f"methods-{case.name}.png", 3 * PANEL)
     return {
         "light": vars(light),
@@ -102,12 +105,12 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         "supersample": SUPERSAMPLE,
         "spp": spp,
         "adapter": reports["flss"]["adapter"],
-        "reference_seconds": seconds,
-        "against_the_reference": found,
+        "reference_seconds": reference_seconds,
+        "against_the_reference": compared,
     }
 
 
-def _pixels(rays: np.ndarray) -> np.ndarray:
+def _by_pixel(rays: np.ndarray) -> np.ndarray:
     """Reshapes values of rays, (rows, columns, …), to (pixel rows, SUPERSAMPLE, pixel columns, SUPERSAMPLE, …)."""
     height, width, *rest = rays.shape
     return rays.reshape(height // SUPERSAMPLE, SUPERSAMPLE, width // SUPERSAMPLE, SUPERSAMPLE, *rest)
@@ -120,7 +123,11 @@ def caption(name: str, figures: dict) -> str:
 
 
 def lines(found: dict) -> list[str]:
-    """The result of `check` as lines of a table: colour difference ΔE (CIEDE2000), FLIP and relative squared error."""
+    """The result of `check` as lines of a table with a row per method.
+
+    ΔE is the colour difference CIEDE2000 (mean and 99th percentile), relMSE the relative mean squared error. The last
+    two columns compare with the ensemble along the same rays, the others with the reference.
+    """
     table = [
         f"  times are those of {found['adapter']}; on the right against the ensemble along the same rays",
         f"{'':24}{'ΔE mean':>9}{'ΔE 99 %':>9}{'FLIP':>8}{'relMSE':>10}"

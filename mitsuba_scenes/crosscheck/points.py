@@ -2,13 +2,16 @@
 
 There is no sampling and no filter, so both renderers must give equal values. A colour is the sum over the wavelengths
 of `Quadrature`: Σ π f_r(wi, wo, λ) cos θo · weight(λ). A white diffuse plane facing the sun has colour 1.
-The camera's direction is passed as wi and the sun's as wo, as a path tracer does.
+
+The BSDF takes the direction to the camera as wi and the direction to the sun as wo, as in a path tracer. Both are unit
+vectors in the shading frame of the skin, with z along the normal. θo is the angle of wo with the normal.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -19,57 +22,83 @@ from ..scene import View
 from .quadrature import Quadrature
 
 # Number of wavelengths that Mitsuba's spectral variants evaluate at once.
-CARRIED = 4
+WAVELENGTHS_PER_CALL = 4
 # Largest angle between the normals of neighbouring pixels on one scale of the snake; across a scale's rim it is larger.
-SMOOTH_DEG = 12.0
-# Largest difference of the ray lengths of neighbouring pixels on one scale, relative to the length; about a tenth of
-# the body's width.
+SMOOTH_ANGLE_DEG = 12.0
+# Largest relative difference of the distances along the rays of neighbouring pixels on one scale; it corresponds to
+# about a tenth of the body's width.
 SMOOTH_DISTANCE = 0.02
 
 
 @dataclass(frozen=True)
 class Points:
-    """The points seen through the pixels' centres; arrays of shape (height, width, …)."""
+    """The points seen through the pixels' centres; arrays of shape (height, width), or (height, width, 3) for vectors.
 
-    # Directions to the camera and to the sun in the shading frame of the skin.
+    Directions are meaningful only where `seen` is set.
+    """
+
+    # Unit vectors to the camera and to the sun in the shading frame of the skin.
     to_camera: np.ndarray
     to_sun: np.ndarray
-    # Whether the ray meets the skin.
+    # Whether the ray hits the skin.
     seen: np.ndarray
     # Whether the point faces the camera and the sun and is not in shadow.
     lit: np.ndarray
-    # Whether the point and its 8 neighbours are lit and on one smooth piece of the surface. Only these are compared: at
-    # an edge, rounding decides which surface a ray meets.
+    # Whether the point and its 8 neighbours are lit and on one smooth piece of the surface. Only these points are
+    # compared: at an edge, rounding decides which surface a ray hits.
     inside: np.ndarray
 
 
+class _Hits(NamedTuple):
+    """Results of camera rays: Mitsuba's arrays, Python scalars in a scalar variant, or NumPy arrays of pixels."""
+
+    # Whether the ray hits the skin.
+    seen: object
+    # Distance along the ray in cm; infinite for a miss.
+    distance: object
+    # Unit vectors to the camera and to the sun in the shading frame.
+    to_camera: object
+    to_sun: object
+    # Shading normal in the scene's frame.
+    normal: object
+    # Whether the snake blocks the sun.
+    shadowed: object
+
+
 def points(scene: mi.Scene, light: Light, view: View) -> Points:
-    """Traces a ray through the centre of each pixel, and from its hit point a shadow ray to the sun."""
+    """Traces a ray through the centre of each pixel of `view`, and from its hit point a shadow ray to the sun.
+
+    The scene's camera must have the position, field of view and proportions of `view`; its resolution may differ.
+    """
     rows, columns = np.mgrid[: view.height, : view.width]
     x, y = (columns.ravel() + 0.5) / view.width, (rows.ravel() + 0.5) / view.height
-    shape = (view.height, view.width)
     if mi.variant().startswith("scalar"):
-        found = [_hit(scene, light, mi.Point2f(a, b)) for a, b in zip(x.tolist(), y.tolist())]
-        found = [np.array([np.array(hit[i]) for hit in found]) for i in range(6)]
+        by_ray = [_trace(scene, light, mi.Point2f(*film_point)) for film_point in zip(x.tolist(), y.tolist())]
+        arrays = [np.array([np.array(value) for value in values]) for values in zip(*by_ray)]
     else:
-        film_point = mi.Point2f(x.astype(np.float32), y.astype(np.float32))
-        found = [np.array(value).T for value in _hit(scene, light, film_point)]
-    valid, distance, to_camera, to_sun, normal, shadowed = (f.reshape(shape + f.shape[1:]) for f in found)
-    lit = valid & ~shadowed & (to_camera[..., 2] > 0) & (to_sun[..., 2] > 0)
-    return Points(to_camera, to_sun, valid, lit, _eroded(lit) & _is_smooth(valid, distance, normal))
+        film_points = mi.Point2f(x.astype(np.float32), y.astype(np.float32))
+        # Dr.Jit's arrays of vectors have the components first.
+        arrays = [np.array(value).T for value in _trace(scene, light, film_points)]
+    hits = _Hits(*(array.reshape(view.height, view.width, *array.shape[1:]) for array in arrays))
+    lit = hits.seen & ~hits.shadowed & (hits.to_camera[..., 2] > 0) & (hits.to_sun[..., 2] > 0)
+    inside = _eroded(lit) & _is_smooth(hits.seen, hits.distance, hits.normal)
+    return Points(hits.to_camera, hits.to_sun, hits.seen, lit, inside)
 
 
-def _hit(scene: mi.Scene, light: Light, film_point: mi.Point2f) -> tuple:
-    """Data of one ray: hit or not, distance, local directions to camera and sun, normal, shadowed or not."""
+def _trace(scene: mi.Scene, light: Light, film_point: mi.Point2f) -> _Hits:
+    """Traces rays through points of the film, in [0, 1]² from its top left corner, and from there to the sun."""
     ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, film_point, mi.Point2f(0.5))
     si = scene.ray_intersect(ray)
     to_sun = mi.Vector3f(*light.to_sun().tolist())
     shadowed = scene.ray_test(si.spawn_ray(to_sun), si.is_valid())
-    return si.is_valid(), si.t, si.wi, si.to_local(to_sun), si.sh_frame.n, shadowed
+    return _Hits(si.is_valid(), si.t, si.wi, si.to_local(to_sun), si.sh_frame.n, shadowed)
 
 
 def _windows(values: np.ndarray) -> np.ndarray:
-    """The 3 × 3 neighbourhoods of all pixels except the outermost, (height − 2, width − 2, …, 3, 3)."""
+    """The 3 × 3 neighbourhoods of all pixels except the outermost.
+
+    Maps (height, width, …) to (height − 2, width − 2, …, 3, 3).
+    """
     return np.lib.stride_tricks.sliding_window_view(values, (3, 3), axis=(0, 1))
 
 
@@ -80,28 +109,30 @@ def _eroded(mask: np.ndarray) -> np.ndarray:
     return out
 
 
-def _is_smooth(valid: np.ndarray, distance: np.ndarray, normal: np.ndarray) -> np.ndarray:
+def _is_smooth(seen: np.ndarray, distance: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """The pixels whose 3 × 3 neighbourhood lies on one smooth piece of the surface."""
-    valid = _eroded(valid)
     centre = normal[1:-1, 1:-1, :, None, None]
-    turned = (_windows(normal) * centre).sum(axis=2).min(axis=(-2, -1)) < math.cos(math.radians(SMOOTH_DEG))
-    far = np.where(np.isfinite(distance), distance, 1e9)
-    stepped = np.ptp(_windows(far), axis=(-2, -1)) > SMOOTH_DISTANCE * far[1:-1, 1:-1]
-    out = valid.copy()
-    out[1:-1, 1:-1] &= ~turned & ~stepped
+    # Axis 2 has the components of the normals.
+    smallest_cosine = (_windows(normal) * centre).sum(axis=2).min(axis=(-2, -1))
+    is_bent = smallest_cosine < math.cos(math.radians(SMOOTH_ANGLE_DEG))
+    # A miss has an infinite distance. Any finite value avoids ∞ − ∞; the pixel is excluded in any case.
+    finite = np.where(np.isfinite(distance), distance, 1e9)
+    is_stepped = np.ptp(_windows(finite), axis=(-2, -1)) > SMOOTH_DISTANCE * finite[1:-1, 1:-1]
+    out = _eroded(seen)
+    out[1:-1, 1:-1] &= ~is_bent & ~is_stepped
     return out
 
 
 def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
     """Linear sRGB, (height, width, 3), of the lit points, black elsewhere. Requires a spectral variant."""
     wi, wo = at.to_camera[at.lit], at.to_sun[at.lit]
-    nm = quadrature.wavelengths_nm
+    all_nm = quadrature.wavelengths_nm
     colour = np.zeros((len(wi), 3))
-    for first in range(0, len(nm), CARRIED):
-        carried = nm[first : first + CARRIED]
-        # The last batch is padded by repetition, and the padding is dropped.
-        values = _values(bsdf, wi, wo, np.resize(carried, CARRIED))[:, : len(carried)]
-        colour += math.pi * values @ quadrature.weights[first : first + CARRIED]
+    for first in range(0, len(all_nm), WAVELENGTHS_PER_CALL):
+        nm = all_nm[first : first + WAVELENGTHS_PER_CALL]
+        # `resize` pads the last batch by repetition; the padding's values are dropped.
+        values = _values(bsdf, wi, wo, np.resize(nm, WAVELENGTHS_PER_CALL))[:, : len(nm)]
+        colour += math.pi * values @ quadrature.weights[first : first + WAVELENGTHS_PER_CALL]
     return _picture(at, colour)
 
 
@@ -118,7 +149,11 @@ def _picture(at: Points, colour: np.ndarray) -> np.ndarray:
 
 
 def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np.ndarray:
-    """f_r times the cosine of wo, (points, wavelengths), or (points, channels) without wavelengths."""
+    """f_r times the cosine of wo at directions `wi` and `wo`, (points, 3).
+
+    The result has the shape (points, 4) for four wavelengths `nm` in a spectral variant, and (points, 3), for red,
+    green and blue, for an empty `nm` in an RGB variant.
+    """
     ctx = mi.BSDFContext()
     if mi.variant().startswith("scalar"):
         si = dr.zeros(mi.SurfaceInteraction3f)
@@ -137,14 +172,15 @@ def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np
 
 
 def mirrored(at: Points, rotation_deg: float) -> Points:
-    """The points with directions mirrored at x = 0 of a relief with this rotation, as if it were h(−x, y).
+    """The points with both directions mirrored at the plane x = 0 of a relief with this rotation: a negative control.
 
-    The scattering vector's u changes its sign: a negative control.
+    The sign of u changes, the x component of wi + wo, as if the relief were h(−x, y).
     """
     angle = math.radians(rotation_deg)
-    x = np.array([math.cos(angle), math.sin(angle), 0.0])
+    # The relief's x axis in the shading frame.
+    x_axis = np.array([math.cos(angle), math.sin(angle), 0.0])
 
-    def turned(directions: np.ndarray) -> np.ndarray:
-        return (directions - 2 * (directions @ x)[..., None] * x).astype(directions.dtype)
+    def reflected(directions: np.ndarray) -> np.ndarray:
+        return (directions - 2 * (directions @ x_axis)[..., None] * x_axis).astype(directions.dtype)
 
-    return replace(at, to_camera=turned(at.to_camera), to_sun=turned(at.to_sun))
+    return replace(at, to_camera=reflected(at.to_camera), to_sun=reflected(at.to_sun))

@@ -1,6 +1,6 @@
 """Wavelengths and weights of the sum over the visible spectrum, shared by both renderers.
 
-Linear sRGB of a reflectance R(λ) under D65 is Σ R(λᵢ) weights[i]; R = 1 gives white, (1, 1, 1).
+The linear sRGB colour of a reflectance R(λ) under D65 is Σ R(λᵢ) weights[i]; R = 1 gives white, (1, 1, 1).
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Equidistant `wavelengths_nm`, (n,), and `weights`, (n, 3)."""
+    """Equidistant ascending `wavelengths_nm`, (n,) with n ≥ 2, and their `weights` in linear sRGB, (n, 3)."""
 
     wavelengths_nm: np.ndarray
     weights: np.ndarray
 
     @staticmethod
     def of_report(report: dict) -> Quadrature:
-        """The quadrature in a report of `sunbeam render`."""
+        """The quadrature in a report of `sunbeam render`. Raises ValueError unless its weights sum to white."""
         found = report["quadrature"]
         quadrature = Quadrature(np.array(found["wavelengths_nm"]), np.array(found["weights"]))
         count = len(quadrature.wavelengths_nm)

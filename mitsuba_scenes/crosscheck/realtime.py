@@ -13,9 +13,11 @@ from ..tool import sunbeam
 def render(
     output: Path, method: str, mesh: Path, skin: dict, light: Light, view: View, supersample: int = 1, **options
 ) -> dict:
-    """Draws the snake on the GPU with the plugin's parameters `skin`, and returns the command's report.
+    """Draws the snake on the GPU, without pigment and ground, into the EXR `output`, in linear sRGB.
 
-    The light is a directional sun. Pigment and ground are left out.
+    `mesh` is a PLY, `skin` has the plugin's parameters, `supersample` is the number of rays along each side of a pixel.
+    Only the direction of `light` is used: the sun is directional, and there is no sky. `options` are further options of
+    `sunbeam render`. Returns the command's report, with `quadrature`, `gpu_ms`, `build_seconds` and `adapter`.
     """
     words = ["render", "-o", output, "--method", method, "--mesh", mesh, "--blend", "none", "--ground", "false"]
     words += ["--size", f"{view.width}x{view.height}", "--supersample", supersample, "--fov", view.fov_deg]
@@ -26,17 +28,21 @@ def render(
 
 
 def compare(a: Path, b: Path, **options) -> dict:
-    """The JSON report of `sunbeam compare`: FLIP, CIEDE2000 and relative MSE. `a` is the reference."""
+    """Compares the EXR `b` with the reference `a`. Returns the JSON report of `sunbeam compare`.
+
+    It has `flip` and `delta_e_2000` (CIEDE2000), each with `mean` and `p99`, and `relative_mse`. `options` are the
+    command's, such as `mask` and `png`.
+    """
     return json.loads(sunbeam("compare", a, b, *_named(options)))
 
 
 def surface_words(skin: dict) -> list:
-    """Arguments of the command for the plugin's parameters `skin`."""
+    """Arguments of `sunbeam` for the plugin's parameters `skin`; `filename` is called `--height-field` there."""
     return _named({"height-field" if name == "filename" else name: value for name, value in skin.items()})
 
 
 def _named(options: dict) -> list:
-    """Command-line options from their Python names: `max_height=2` gives `--max-height 2`."""
+    """Command-line options from their Python names: `max_height=2` gives `--max-height`, `2`."""
     words = []
     for name, value in options.items():
         words += [f"--{name.replace('_', '-')}", str(value).lower() if isinstance(value, bool) else value]

@@ -1,4 +1,4 @@
-"""Runs checks (a), (b) and (c) of the comparison (see the package's doc) on fixed views and lights."""
+"""Runs checks (a), (b) and (c) of the comparison (defined in __init__.py) in fixed views and lights."""
 
 from __future__ import annotations
 
@@ -21,16 +21,18 @@ CLOSE = View(96, 64, fov_deg=8.0)
 CLOSER = View(48, 32, fov_deg=4.0)
 # View of check (c): the whole snake, as in the demo.
 WHOLE = View(72, 48)
-# Suns by azimuth and elevation in degrees, chosen so that each shows an order of the blazed grating in CLOSE.
+# Suns of checks (a) and (b), by azimuth and elevation in degrees. Each shows an order of the blazed grating in CLOSE.
 LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-60.0, 40.0), (-30.0, 25.0)))
-# Samples a pixel of path-traced pictures of the patch model, whose speckle is noisy. Chosen.
+# The sun of check (b), and of the short form of check (a).
+SINGLE_LIGHT = LIGHTS[1]
+# Samples a pixel of path-traced pictures of the patch model, whose speckle is noisy. More lower the noise.
 SPP_PATCH = 2304
-# Samples a pixel of path-traced pictures of the ensemble, which has no speckle. Chosen.
+# Samples a pixel of path-traced pictures of the ensemble, which has no speckle and needs fewer.
 SPP_ENSEMBLE = 1024
 # Surfaces of check (c): a grating of few orders, and a skin.
-COMPARED = ("blazed", "xenopeltis")
+METHODS_SURFACES = ("blazed", "xenopeltis")
 # Number of surfaces of the short form: the scan and a grating, or without the scan a grating and a skin.
-SHORT = 2
+SHORT_SURFACES = 2
 
 
 class Disagreement(Exception):
@@ -38,42 +40,46 @@ class Disagreement(Exception):
 
 
 def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
-    """Runs the checks in the selected variant and returns the report, with failures under "failures".
+    """Runs the checks in the selected variant, prints their results and returns the report.
 
-    Writes `crosscheck.json` and the pictures. The `short` form has two surfaces in one light, and the methods on one.
+    The report has the entries "points", "pictures" and "methods", each by the surfaces' names, and the messages of all
+    failed checks as "failures". It is written to `crosscheck.json` in `output`, beside the pictures.
+
+    The `short` form has two surfaces in one light, and the methods on the grating only. Raises SetupError in a variant
+    without wavelengths.
     """
     if not mi.is_spectral:
         raise SetupError(f"the renderers are compared by wavelength: {mi.variant()} is not a spectral variant")
     output.mkdir(parents=True, exist_ok=True)
-    start, files, wrong = time.perf_counter(), snake_files(), []
-    chosen, lights, compared_on = cases(scan), LIGHTS, COMPARED
+    start, files, failures = time.perf_counter(), snake_files(), []
+    surfaces, lights, methods_surfaces = cases(scan), LIGHTS, METHODS_SURFACES
     if short:
-        chosen, lights, compared_on = chosen[:SHORT], LIGHTS[1:2], COMPARED[:1]
+        surfaces, lights, methods_surfaces = surfaces[:SHORT_SURFACES], (SINGLE_LIGHT,), METHODS_SURFACES[:1]
     report = {"views": {"points": vars(CLOSE), "pictures": vars(CLOSER)}, "points": {}, "pictures": {}, "methods": {}}
-    for case in chosen:
+    for case in surfaces:
         print(f"{case.name}: the same points ...", flush=True)
-        found = report["points"][case.name] = same_points.check(case, files, lights, CLOSE, output)
-        wrong += same_points.failures(case.name, found)
-        print("\n".join(same_points.lines(found)), flush=True)
+        at_points = report["points"][case.name] = same_points.check(case, files, lights, CLOSE, output)
+        failures += same_points.failures(case.name, at_points)
+        print("\n".join(same_points.lines(at_points)), flush=True)
         print(f"{case.name}: the same picture ...", flush=True)
-        seen = same_picture.check(case, files, LIGHTS[1], CLOSER, SPP_PATCH, output)
-        report["pictures"][case.name] = seen
-        wrong += same_picture.failures(case.name, seen)
-        print("\n".join(same_picture.lines(seen)), flush=True)
-    default = sun(Light.azimuth_deg, Light.elevation_deg)
-    for case in chosen:
-        if case.name in compared_on:
+        in_picture = same_picture.check(case, files, SINGLE_LIGHT, CLOSER, SPP_PATCH, output)
+        report["pictures"][case.name] = in_picture
+        failures += same_picture.failures(case.name, in_picture)
+        print("\n".join(same_picture.lines(in_picture)), flush=True)
+    demo_sun = sun(Light.azimuth_deg, Light.elevation_deg)
+    for case in surfaces:
+        if case.name in methods_surfaces:
             print(f"{case.name}: every realtime method against the path-traced ensemble ...", flush=True)
-            compared = report["methods"][case.name] = methods.check(case, files, default, WHOLE, SPP_ENSEMBLE, output)
+            compared = report["methods"][case.name] = methods.check(case, files, demo_sun, WHOLE, SPP_ENSEMBLE, output)
             print("\n".join(methods.lines(compared)), flush=True)
-    report["failures"] = wrong
+    report["failures"] = failures
     report["seconds"] = time.perf_counter() - start
-    (output / "crosscheck.json").write_text(json.dumps(report, indent=1, default=str) + "\n")
+    (output / "crosscheck.json").write_text(json.dumps(report, indent=1) + "\n")
     print(f"crosscheck.json and pictures are in {output} ({report['seconds']:.0f} s)")
     return report
 
 
 def insist(report: dict) -> None:
-    """Raises Disagreement if a check of the report failed."""
+    """Raises Disagreement if a check in the report of `crosscheck` failed."""
     if report["failures"]:
         raise Disagreement("; ".join(report["failures"]))

@@ -17,8 +17,8 @@ from .cases import SAME_MODEL, Case, mirrored, plugin, turned
 from .quadrature import Quadrature
 from .same_points import CONTROL_ROTATION_DEG
 
-# The limits cover Mitsuba's noise, and the speckle that the realtime renderer's rays miss. The largest measured values
-# are those of docs/crosscheck.md.
+# The limits below cover Mitsuba's noise and the speckle that the realtime renderer's rays miss. docs/crosscheck.md has
+# the measured values, of which the largest is given here.
 # Largest accepted mean of the colour difference ΔE (CIEDE2000); an eye just notices 1. The largest measured is 1.4.
 DELTA_E_MEAN_LIMIT = 2.5
 # Largest accepted 99th percentile of ΔE. The largest measured is 7.
@@ -26,18 +26,21 @@ DELTA_E_P99_LIMIT = 15.0
 # Largest accepted mean of FLIP, in [0, 1]. The largest measured is 0.03.
 FLIP_LIMIT = 0.05
 
-# Fraction of the samples per pixel that the negative controls take; their errors are far above the noise. Chosen.
-CONTROL_SHARE = 0.25
+# Samples per pixel of the negative controls, as a fraction of the comparison's. Fewer samples are faster, and the
+# controls' errors are far above the noise.
+CONTROL_SPP_FRACTION = 0.25
 
 
 def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, folder: Path) -> dict:
-    """Differences of the pictures, and of the negative controls: a relief rotated by 1° and a mirrored one.
+    """Differences of Mitsuba's picture from the realtime renderer's, as from `realtime.compare`, and whether they hold.
 
-    `spp` is the number of Mitsuba's samples per pixel. Writes the pictures into `folder`.
+    Entry "controls" has the differences of the negative controls: a relief rotated by CONTROL_ROTATION_DEG ("rotated"),
+    and one mirrored ("sign of u"). `spp` is the number of Mitsuba's samples per pixel. Writes the pictures into
+    `folder`.
     """
-    gpu = folder / f"picture-{case.name}-flss.exr"
+    gpu_exr = folder / f"picture-{case.name}-flss.exr"
     skin = {**case.skin, **SAME_MODEL}
-    report = realtime.render(gpu, "flss", files.mesh, skin, light, view, case.supersample)
+    report = realtime.render(gpu_exr, "flss", files.mesh, skin, light, view, case.supersample)
     quadrature = Quadrature.of_report(report)
 
     def compared(bsdf: mi.BSDF, name: str, spp_fraction: float = 1.0) -> dict:
@@ -48,14 +51,14 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         exr = folder / f"picture-{case.name}-{name}.exr"
         mi.Bitmap(pixels.astype(np.float32)).write(str(exr))
         picture.check(pixels, exr.name)
-        found = realtime.compare(exr, gpu, png=exr.with_suffix(".png"))
+        found = realtime.compare(exr, gpu_exr, png=exr.with_suffix(".png"))
         return {**found, "holds": holds(found), "seconds": seconds}
 
     bsdf = plugin(case, **SAME_MODEL)
     found = compared(bsdf, "mitsuba")
     with turned(bsdf, CONTROL_ROTATION_DEG):
-        rotated = compared(bsdf, "rotated", CONTROL_SHARE)
-    flipped = compared(plugin(mirrored(case, folder), **SAME_MODEL), "mirrored", CONTROL_SHARE)
+        rotated = compared(bsdf, "rotated", CONTROL_SPP_FRACTION)
+    flipped = compared(plugin(mirrored(case, folder), **SAME_MODEL), "mirrored", CONTROL_SPP_FRACTION)
     return {
         "light": vars(light),
         "supersample": case.supersample,
@@ -77,19 +80,22 @@ def holds(found: dict) -> bool:
 
 
 def text(found: dict) -> str:
-    """A report of `realtime.compare` as one line."""
+    """A report of `realtime.compare` as one line of text."""
     delta_e = found["delta_e_2000"]
     return f"ΔE mean {delta_e['mean']:.2f}, 99 % below {delta_e['p99']:.1f}, FLIP {found['flip']['mean']:.3f}"
 
 
 def lines(found: dict) -> list[str]:
-    """The result as lines of text."""
+    """The result of `check` as lines of text: the comparison, then its negative controls."""
     controls = [f"  {name}: {text(of_control)}" for name, of_control in found["controls"].items()]
     return [f"  {text(found)}", *controls]
 
 
 def failures(name: str, found: dict) -> list[str]:
-    """Messages of failures: pictures that differ, and negative controls whose error was not noticed."""
+    """Messages about failures in the result of `check` for the surface `name`.
+
+    Pictures must not differ, and the error of a negative control must be noticed.
+    """
     wrong = [] if found["holds"] else [f"{name}: the pictures differ, {text(found)}"]
     return wrong + [
         f"{name}: the control “{control}” was not noticed in the picture, {text(of_control)}"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import mitsuba as mi
@@ -15,52 +16,67 @@ from ..snake import SnakeFiles
 from . import points, realtime
 from .agreement import agreement
 from .cases import SAME_MODEL, Case, bare_scene, plugin, turned
+from .points import Points
 from .quadrature import Quadrature
 
-# Relative tolerance of the plugin's tables and the GPU's series. Chosen below the error of the realtime renderer's sums
-# in single precision, so that it does not contribute.
+# Relative tolerance of the plugin's tables and of the GPU's series. It is below the rounding error of the realtime
+# renderer's sums in single precision, so that it does not matter beside that error.
 TOLERANCE = 1e-5
 # Rotation of the relief in the negative control.
 CONTROL_ROTATION_DEG = 1.0
 
 
 def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, folder: Path) -> list[dict]:
-    """Agreement for each light, with the negative controls: mirrored points and a relief rotated by 1°."""
-    skin = {**case.skin, **SAME_MODEL}
+    """Agreement for each light and its negative controls, as from `compared`, with times in seconds.
+
+    Writes the pictures of both renderers into `folder`.
+    """
+    skin = {**case.skin, **SAME_MODEL, "tolerance": TOLERANCE}
     bsdf = plugin(case, **SAME_MODEL, tolerance=TOLERANCE)
     found = []
     for number, light in enumerate(lights, 1):
         exr = folder / f"points-{case.name}-{number}-flss.exr"
-        report = realtime.render(exr, "flss", files.mesh, {**skin, "tolerance": TOLERANCE}, light, view)
-        gpu = np.array(mi.Bitmap(str(exr)), dtype=np.float64)[..., :3]
+        report = realtime.render(exr, "flss", files.mesh, skin, light, view)
+        gpu = np.array(mi.Bitmap(str(exr)), dtype=np.float64)
         quadrature = Quadrature.of_report(report)
 
         start = time.perf_counter()
         hits = points.points(mi.load_dict(bare_scene(bsdf, files, light, view, 1)), light, view)
         mitsuba = points.radiance(bsdf, hits, quadrature)
         seconds = time.perf_counter() - start
-        mi.Bitmap(mitsuba.astype(np.float32)).write(str(exr.with_name(f"points-{case.name}-{number}-mitsuba.exr")))
-        mirrored = points.mirrored(hits, case.skin.get("rotation", 0.0))
-        controls = {"sign of u": points.radiance(bsdf, mirrored, quadrature)}
-        with turned(bsdf, CONTROL_ROTATION_DEG):
-            controls["rotated"] = points.radiance(bsdf, hits, quadrature)
-        found.append(
-            {
-                "light": vars(light),
-                "lit": int(hits.lit.sum()),
-                "compared": int(hits.inside.sum()),
-                **agreement(mitsuba, gpu, hits.inside).figures(),
-                "controls": {
-                    name: agreement(control, gpu, hits.inside).figures() for name, control in controls.items()
-                },
-                "seconds": {"mitsuba": seconds, "realtime": report["seconds"]},
-            }
-        )
+        mi.Bitmap(mitsuba.astype(np.float32)).write(str(folder / f"points-{case.name}-{number}-mitsuba.exr"))
+        figures = compared(case, bsdf, hits, mitsuba, gpu, partial(points.radiance, quadrature=quadrature))
+        times = {"mitsuba": seconds, "realtime": report["seconds"]}
+        found.append({"light": vars(light), **figures, "seconds": times})
     return found
 
 
+def compared(
+    case: Case,
+    bsdf: mi.BSDF,
+    hits: Points,
+    mitsuba: np.ndarray,
+    gpu: np.ndarray,
+    evaluate: Callable[[mi.BSDF, Points], np.ndarray],
+) -> dict:
+    """Agreement of the plugin's picture `mitsuba` with the realtime renderer's `gpu`, and of the negative controls.
+
+    Pictures are linear sRGB, (height, width, 3). `mitsuba` is `evaluate(bsdf, hits)`, which also evaluates the negative
+    controls: mirrored points ("sign of u") and a relief rotated by CONTROL_ROTATION_DEG ("rotated").
+    """
+    controls = {"sign of u": evaluate(bsdf, points.mirrored(hits, case.skin.get("rotation", 0.0)))}
+    with turned(bsdf, CONTROL_ROTATION_DEG):
+        controls["rotated"] = evaluate(bsdf, hits)
+    return {
+        "lit": int(hits.lit.sum()),
+        "compared": int(hits.inside.sum()),
+        **agreement(mitsuba, gpu, hits.inside).figures(),
+        "controls": {name: agreement(control, gpu, hits.inside).figures() for name, control in controls.items()},
+    }
+
+
 def lines(found: list[dict]) -> list[str]:
-    """The result as lines of text."""
+    """The result of `check`, one line of text for each light."""
     printed = []
     for figures in found:
         controls = ", ".join(f"{name} {of_control['median']:.1e}" for name, of_control in figures["controls"].items())
@@ -69,7 +85,10 @@ def lines(found: list[dict]) -> list[str]:
 
 
 def failures(name: str, found: list[dict]) -> list[str]:
-    """Messages of failures: points that differ, and negative controls whose error was not noticed."""
+    """Messages about failures in the result of `check` for the surface `name`.
+
+    Points must not differ, and the error of a negative control must be noticed.
+    """
     wrong = []
     for figures in found:
         light = f"the sun at azimuth {figures['light']['azimuth_deg']:g}°"

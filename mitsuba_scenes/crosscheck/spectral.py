@@ -1,7 +1,8 @@
 """Renders by Mitsuba with a film whose spectral bands reproduce the realtime renderer's quadrature.
 
 The quadrature (quadrature.py) sums reflectances at discrete wavelengths λᵢ of spacing Δ; a path tracer samples λ
-continuously. Each λᵢ therefore becomes a triangle of half width Δ, and a band's response is linear between the λᵢ.
+continuously. Each λᵢ therefore becomes a triangle of half width Δ and height 1. A band's response is a weighted sum of
+these triangles, hence linear between the λᵢ.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from .cases import bare_scene
 from .quadrature import Quadrature
 
 # Points of the numerical integral of D65 over a triangle. Its error is 1e-6: Mitsuba's D65 is piecewise linear.
-POINTS_PER_BAND = 101
+POINTS_PER_TRIANGLE = 101
 
 
 def film(view: View, quadrature: Quadrature) -> dict:
@@ -26,7 +27,7 @@ def film(view: View, quadrature: Quadrature) -> dict:
     step, nm = quadrature.step_nm, quadrature.wavelengths_nm
     nodes = [nm[0] - step, *nm, nm[-1] + step]
     bands = {
-        # Mitsuba sorts properties by name.
+        # Mitsuba sorts the bands by name; the names of at most six bands keep their order.
         f"band_{i}": {
             "type": "irregular",
             "wavelengths": ", ".join(map(str, nodes)),
@@ -45,22 +46,27 @@ def film(view: View, quadrature: Quadrature) -> dict:
 
 
 def colours(bands: np.ndarray, quadrature: Quadrature) -> np.ndarray:
-    """Linear sRGB of a picture in the bands of `film`."""
+    """Linear sRGB, (height, width, 3), of a picture in the bands of `film`, (height, width, bands)."""
     return bands @ np.array([signs for signs, _ in _responses(quadrature)])
 
 
 def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
-    """For each band its contribution to linear sRGB, ±1 in one channel, and its response at the wavelengths, ≥ 0.
+    """For each band its contribution to linear sRGB, ±1 in one of 3 channels, and its response ≥ 0 at the wavelengths.
 
-    Mitsuba's bands may not be negative, so the positive and the negative weights of a channel are two bands. The
-    weights multiply reflectances, but the film measures radiance under D65. A response is therefore the weight, divided
-    by the integral of D65 over the triangle at its wavelength.
+    Mitsuba's bands may not be negative, so the positive and the negative weights of a channel are two bands. Bands
+    without a weight are left out.
+
+    The weights multiply reflectances, but the film measures radiance under D65. A response is therefore the weight,
+    divided by the integral of D65 over the triangle at its wavelength.
     """
     # Positions in a triangle, in units of its half width.
-    offset = np.linspace(-1, 1, POINTS_PER_BAND)
+    offset = np.linspace(-1, 1, POINTS_PER_TRIANGLE)
+    # All arrays are (wavelengths, positions).
     nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * offset
-    light = np.interp(nm, *_d65()).reshape(nm.shape) * (1 - np.abs(offset))
-    weights = quadrature.weights.T / (light.sum(axis=1) * quadrature.step_nm * (offset[1] - offset[0]))
+    light = np.interp(nm, *_d65()) * (1 - np.abs(offset))
+    light_integral = light.sum(axis=1) * quadrature.step_nm * (offset[1] - offset[0])
+    # (channels, wavelengths).
+    weights = quadrature.weights.T / light_integral
     signed = [(sign * np.eye(3)[c], np.maximum(sign * weights[c], 0.0)) for c in range(3) for sign in (1, -1)]
     return [(signs, response) for signs, response in signed if response.any()]
 
@@ -73,7 +79,10 @@ def _d65() -> tuple[np.ndarray, np.ndarray]:
 
 
 def picture(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, quadrature: Quadrature, spp: int) -> np.ndarray:
-    """Linear sRGB, (height, width, 3), of the snake in the sun, with `spp` rounded up to a square number of samples."""
+    """Linear sRGB, (height, width, 3), of the snake in the sun, without the ground.
+
+    The sampler needs a square number of samples per pixel, so `spp` is rounded up to one.
+    """
     side = math.ceil(math.sqrt(spp))
     scene = mi.load_dict(bare_scene(bsdf, files, light, view, side**2, film(view, quadrature)))
     return colours(np.array(mi.render(scene), dtype=np.float64), quadrature)

@@ -1,6 +1,7 @@
 """Diffraction colours of measured nanostructures for Mitsuba 3 and NumPy.
 
-Importing this makes ``{"type": "diffraction"}`` available in Mitsuba, in the variant in use and in those set later::
+Importing the package makes ``{"type": "diffraction"}`` available in Mitsuba, in the current variant and in those set
+later::
 
     import mitsuba as mi
     import sunbeam_mitsuba
@@ -11,7 +12,7 @@ Importing this makes ``{"type": "diffraction"}`` available in Mitsuba, in the va
 :class:`Surface` evaluates and samples the same BSDF from NumPy, without a scene::
 
     surface = sunbeam_mitsuba.Surface(preset="blazed", coherence_length=30)
-    f = surface.eval(wi=[0, 0, 1], wo=directions, wavelength_nm=[450, 550, 650])
+    f = surface.eval(wi=[0, 0, 1], wo=[[0.28, 0, 0.96], [0.6, 0, 0.8]], wavelength_nm=[450, 550, 650])  # shape (2, 3)
 """
 
 from ._errors import SunbeamError

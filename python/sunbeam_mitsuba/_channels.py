@@ -1,4 +1,7 @@
-"""Channels of an instrument's file, and the choice of the one that holds the relief."""
+"""Channels of an instrument's file, and the choice of the one that holds the relief.
+
+A channel is one map of values over the scan: heights, or a signal of the instrument such as phase or friction.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +12,26 @@ from typing import Any
 from ._errors import SunbeamError
 from ._relief import is_length
 
-# Both lists equal those of the native readers (crates/height_field/src/file/channel.rs).
-# Lower-case parts of the titles of error signals, which are no reliefs even if their unit is a length.
+# Parts of the titles, in lower case, of signals that are no relief even if their unit is a length, such as the
+# deflection of a cantilever in nm. They equal those of the native readers (crates/height_field/src/file/channel.rs).
 # fmt: off
 _NO_RELIEF = (
     "error", "deflection", "amplitude", "phase", "friction", "lateral", "adhesion", "modulus", "dissipation",
     "deformation", "indentation", "potential", "current", "setpoint", "drive", "frequency", "stiffness", "bias",
 )
-# Lower-case parts, without blanks, of the titles of reliefs; "zaxis" is Nanosurf's.
+# Parts of the titles of reliefs, in lower case, without blanks, `_` and `-`. They are those of the native readers and
+# "zaxis", which Nanosurf uses.
 _RELIEF = ("height", "topo", "zsens", "zaxis", "elevation", "relief", "hauteur", "höhe", "altura")
 # fmt: on
-# Largest number of channels that a message lists. Chosen, for a message of one line.
+# Largest number of channels that a message lists; more would make its one line too long to read.
 _LISTED = 16
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel of a file: number from 0, title, and unit, which is empty if the file states none.
+    """A channel of a file: number from 0, title, and unit of the values, which is empty if the file states none.
 
-    ``can_be_heights`` holds for values that are lengths or have no unit.
+    ``can_be_heights`` is true for values that are lengths or have no unit.
     """
 
     number: int
@@ -42,38 +46,46 @@ class Channel:
     def rank(self) -> int | None:
         """Rank in the default choice, the lowest first; ``None`` for a channel that is no relief.
 
-        Titles of reliefs come before other titles, and lengths before numbers without a unit.
+        Lengths come before numbers without a unit. Within each of the two, titles of reliefs come before other titles.
         """
         title = self.title.lower()
         if not self.can_be_heights or any(part in title for part in _NO_RELIEF):
             return None
-        words = title.translate(str.maketrans("", "", " _-"))
-        titled = title == "z" or any(part in words for part in _RELIEF)
-        return (0 if titled else 1) + (0 if self.unit else 2)
+        joined = title.translate(str.maketrans("", "", " _-"))
+        has_relief_title = title == "z" or any(part in joined for part in _RELIEF)
+        return (0 if self.unit else 2) + (0 if has_relief_title else 1)
 
 
 def channel_of(info: Any) -> Channel:
     """Converts SurfaceTopography's description of a channel, a ``ChannelInfo``.
 
-    Some readers mark values that are no lengths by a pair in place of the unit, others by the channel's kind.
+    Its readers mark values that are no lengths in two ways: by the channel's kind, or by a tuple of units, lateral and
+    of the values, in place of the unit. The unit of such values is reported as "no length" if it is not a string.
     """
     title = " ".join(str(info.name).split())
-    lengths = info.is_height_channel and not isinstance(info.unit, tuple)
-    unit = info.data_unit if isinstance(info.data_unit, str) else "" if lengths else "no length"
-    return Channel(info.index, title, unit, lengths and (not unit or is_length(unit)))
+    may_be_lengths = info.is_height_channel and not isinstance(info.unit, tuple)
+    if isinstance(info.data_unit, str):
+        unit = info.data_unit
+    elif may_be_lengths:
+        unit = ""
+    else:
+        unit = "no length"
+    return Channel(info.index, title, unit, may_be_lengths and (not unit or is_length(unit)))
 
 
 def choose(channels: tuple[Channel, ...], wanted: int | str | None) -> Channel:
-    """Finds the channel with the number or title ``wanted``, or by default the first of the lowest rank.
+    """Finds the channel that is ``wanted``, or for ``None`` the first of the lowest rank.
 
-    Raises :class:`SunbeamError` with a list of the channels where none fits, or where its values are no heights.
+    ``wanted`` is a number, or a title without regard to case; a number comes first. Raises :class:`SunbeamError` with a
+    list of the channels where none fits, or where the wanted one has values that cannot be heights.
     """
     available = "there are " + listed(channels)
     if wanted is None:
         ranked = [(channel.rank, channel.number, channel) for channel in channels if channel.rank is not None]
         if not ranked:
             raise SunbeamError(f"no channel is a height by its title and unit, choose one with channel; {available}")
-        return min(ranked, key=lambda entry: entry[:2])[2]
+        _, _, best = min(ranked, key=lambda entry: entry[:2])
+        return best
     name = str(wanted).strip().lower()
     fitting = [channel for channel in channels if str(channel.number) == name]
     fitting += [channel for channel in channels if channel.title.lower() == name]
@@ -85,6 +97,6 @@ def choose(channels: tuple[Channel, ...], wanted: int | str | None) -> Channel:
 
 
 def listed(channels: Iterable[Channel]) -> str:
-    """Names the first 16 channels in one line."""
+    """Names the first channels, at most _LISTED, and the number of the others in one line."""
     names = [str(channel) for channel in channels]
     return ", ".join(names[:_LISTED]) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")

@@ -1,4 +1,4 @@
-"""The package's exception."""
+"""The exception of the package's functions."""
 
 
 class SunbeamError(ValueError):

@@ -9,22 +9,23 @@ _HERE = Path(__file__).resolve().parent
 
 
 def _plugin_folders() -> dict[str, Path]:
-    """Folders that hold ``plugins/diffraction.so``, by the Mitsuba release of the plugin.
+    """Folders that contain ``plugins/diffraction.so``, by the Mitsuba release for which it was compiled.
 
-    A wheel holds a folder for each supported release. In a checkout, the folder is that of the last build.
+    An installed package has a folder ``plugins/RELEASE`` for each supported release. A checkout has the folder of the
+    last build, ``target/mitsuba``, whose file ``version`` names the release.
     """
-    found = {folder.name: folder for folder in (_HERE / "plugins").glob("*")}
+    folders = {folder.name: folder for folder in (_HERE / "plugins").glob("*")}
     built = _HERE.parents[1] / "target" / "mitsuba"
-    if not found and (built / "version").exists():
-        found = {(built / "version").read_text().strip(): built}
-    return {release: folder for release, folder in found.items() if (folder / "plugins" / "diffraction.so").exists()}
+    if not folders and (built / "version").exists():
+        folders = {(built / "version").read_text().strip(): built}
+    return {release: folder for release, folder in folders.items() if (folder / "plugins" / "diffraction.so").exists()}
 
 
 def _choose() -> tuple[str, Path]:
     """Returns the installed Mitsuba's version and its plugin's folder.
 
-    The memory layout of Mitsuba's classes differs between releases, so a release without a plugin is refused before
-    anything is loaded.
+    The memory layout of Mitsuba's classes differs between releases. A release without a plugin is therefore refused
+    with an ``ImportError`` before anything is loaded, as are a missing Mitsuba and a missing plugin.
     """
     folders = _plugin_folders()
     if not folders:
@@ -34,22 +35,23 @@ def _choose() -> tuple[str, Path]:
         )
     accepted = " or ".join(f"mitsuba=={release}" for release in sorted(folders, reverse=True))
     try:
-        found = version("mitsuba")
+        installed = version("mitsuba")
     except PackageNotFoundError:
         raise ImportError(f"sunbeam_mitsuba needs {accepted}, which is not installed") from None
-    if found not in folders:
+    if installed not in folders:
         raise ImportError(
-            f"sunbeam_mitsuba was compiled for {accepted}, but {found} is installed; their memory layouts differ, so "
-            f"it would render garbage. Install {accepted}, or build the package with the installed one"
+            f"sunbeam_mitsuba was compiled for {accepted}, but {installed} is installed; their memory layouts differ, "
+            f"so it would render garbage. Install {accepted}, or build the package with the installed one"
         )
-    return found, folders[found]
+    return installed, folders[installed]
 
 
-_chosen = _choose()
 #: Version of the installed Mitsuba, for which the plugin was compiled.
-MITSUBA_VERSION: str = _chosen[0]
+MITSUBA_VERSION: str
 #: Folder that Mitsuba's file resolver searches; it contains ``plugins/``.
-PLUGIN_FOLDER: Path = _chosen[1]
+PLUGIN_FOLDER: Path
+MITSUBA_VERSION, PLUGIN_FOLDER = _choose()
+#: The plugin, a shared library that also exports the C interface.
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 
@@ -61,7 +63,8 @@ def register() -> None:
     import mitsuba as mi
 
     def add_folder(*_: object) -> None:
-        resolver = mi.file_resolver()  # type: ignore[operator]  # Mitsuba's stubs know it as an object
+        # Mitsuba's type stubs declare `file_resolver` as an object that cannot be called.
+        resolver = mi.file_resolver()  # type: ignore[operator]
         if str(PLUGIN_FOLDER) not in [str(folder) for folder in resolver]:
             resolver.append(str(PLUGIN_FOLDER))
 

@@ -1,6 +1,7 @@
 """Reliefs in memory: heights and pixel sizes, from arrays or from objects of the library SurfaceTopography.
 
-Arrays of heights are ``[iy, ix]``, with ix along +x and iy along +y. A hole is a point without a height.
+Arrays of heights are ``[iy, ix]``, with ix along +x and iy along +y. A hole is a point without a height: NaN or an
+infinity in an array.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from ._errors import SunbeamError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-# Ratio of the largest height to the peak-to-valley height above which the mean is subtracted. 32-bit floats have a
-# relative rounding error of 6e-8; at this ratio the error is 16 · 6e-8 = 1e-6 of the relief.
+# Largest accepted ratio of a height's magnitude to the peak-to-valley height; beyond it the mean is subtracted. 32-bit
+# floats have a relative rounding error of 6e-8; at this ratio it is 16 · 6e-8 = 1e-6 of the relief.
 _OFFSET_MAX = 16.0
-# Length of each of SurfaceTopography's units in µm.
+# Length in µm of each of SurfaceTopography's units. Micro has two signs in Unicode, U+00B5 and the Greek letter U+03BC.
 _UM_PER = {
     "Gm": 1e15,
     "Mm": 1e12,
@@ -39,17 +40,14 @@ _UM_PER = {
 
 @dataclass(frozen=True)
 class Relief:
-    """Heights ``heights_um[iy, ix]``, with ix along +x and iy along +y; and pixel edges along x and y, all in µm.
-
-    Points without a height are NaN.
-    """
+    """Heights ``heights_um[iy, ix]`` in µm, not finite at holes; and a pixel's edges along x and y in µm."""
 
     heights_um: NDArray[np.float64]
     pixel_um: tuple[float, float]
 
     @property
     def holes(self) -> int:
-        """Number of points without a height."""
+        """Number of points without a finite height."""
         return int(np.count_nonzero(~np.isfinite(self.heights_um)))
 
     @property
@@ -60,7 +58,10 @@ class Relief:
 
 
 def single_precision(heights: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Heights as 32-bit floats. A large mean is subtracted to keep digits; reflected light does not depend on it."""
+    """Heights as contiguous 32-bit floats, in the given unit.
+
+    A large mean is subtracted to keep digits (_OFFSET_MAX); the diffraction does not depend on it.
+    """
     finite = heights[np.isfinite(heights)]
     if finite.size and np.abs(finite).max() > _OFFSET_MAX * np.ptp(finite) > 0:
         heights = heights - finite.mean()
@@ -70,9 +71,10 @@ def single_precision(heights: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def relief_of_array(heights_um: ArrayLike, pixel_um: float | tuple[float, float] | None) -> Relief:
-    """Converts an array ``[iy, ix]`` of heights in µm; masked points have no height.
+    """Converts an array ``[iy, ix]`` of heights in µm; masked points become holes.
 
-    Raises :class:`SunbeamError` for another number of axes, for complex numbers, and where ``pixel_um`` is missing.
+    ``pixel_um`` is the edge of a pixel in µm, or a pair of edges along x and y. Raises :class:`SunbeamError` for
+    another number of axes, for complex numbers, and where ``pixel_um`` is missing.
     """
     if np.iscomplexobj(heights_um):
         raise SunbeamError("heights_um holds complex numbers; give real heights in µm")
@@ -89,12 +91,13 @@ def is_topography(given: object) -> bool:
 
 
 def relief_of_topography(topography: Any, unit: str | None = None, top_first: bool | None = None) -> Relief:
-    """Converts a ``SurfaceTopography.Topography`` with its heights, size and unit; undefined points have no height.
+    """Converts a ``SurfaceTopography.Topography``, which has its own size and unit; undefined points become holes.
 
-    ``unit`` serves a topography without a unit; otherwise the two must agree. ``top_first`` tells whether index 0 along
-    y is the largest y. By default it follows from the topography's origin (:func:`top_is_first`).
+    ``unit`` is for a topography without a unit; where both are given, they must agree. ``top_first`` tells whether
+    index 0 along y is the largest y. By default it follows from the topography's origin (:func:`top_is_first`).
 
-    Raises :class:`SunbeamError` for a line scan, and where the unit or the size is missing.
+    Raises :class:`SunbeamError` for a line scan, for a part of a distributed topography, where the unit or the size is
+    missing, and where the units differ.
     """
     if topography.dim != 2:
         raise SunbeamError("the topography is a line scan; a surface needs a map, with heights along x and y")
@@ -103,17 +106,20 @@ def relief_of_topography(topography: Any, unit: str | None = None, top_first: bo
     own = topography.unit
     if own is None and unit is None:
         raise SunbeamError("the topography has no unit; make it with unit='µm' or another length")
-    factor = um_per(unit if own is None else own)
-    if unit is not None and um_per(unit) != factor:
+    unit_um = um_per(unit if own is None else own)
+    if unit is not None and um_per(unit) != unit_um:
         raise SunbeamError(f"unit is given as {unit}, but the heights are in {own}")
     sizes = topography.physical_sizes
     if sizes is None or any(size is None for size in sizes):
         raise SunbeamError("the topography has no physical_sizes; make it with them, in its unit")
-    heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan).T * factor
-    dx, dy = (float(size) * factor / count for size, count in zip(sizes, heights.shape[::-1]))
+    # The library's arrays are [ix, iy], and its sizes are along x and y.
+    heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan).T * unit_um
+    rows, columns = heights.shape
+    size_x, size_y = sizes
+    pixel_um = (float(size_x) * unit_um / columns, float(size_y) * unit_um / rows)
     if top_is_first(topography.info) if top_first is None else top_first:
         heights = heights[::-1]
-    return Relief(heights, (dx, dy))
+    return Relief(heights, pixel_um)
 
 
 def is_length(unit: object) -> bool:
@@ -122,19 +128,20 @@ def is_length(unit: object) -> bool:
 
 
 def um_per(unit: object) -> float:
-    """Length of the unit in µm. Raises :class:`SunbeamError` where it is no unit of length."""
+    """Length in µm of one of SurfaceTopography's units. Raises :class:`SunbeamError` for anything else."""
     if not isinstance(unit, str) or unit not in _UM_PER:
         raise SunbeamError(f"the unit {unit!r} is no length; accepted are {', '.join(_UM_PER)}")
     return _UM_PER[unit]
 
 
 def top_is_first(info: Mapping[str, Any]) -> bool:
-    """Whether index 0 along y of a topography is the top of the picture, judged by its ``info``.
+    """Whether index 0 along y of a topography is the top of the picture, the largest y, judged by its ``info``.
 
-    In topographies made from arrays the index grows along +y, as in ``positions()``. Readers of files store the file's
-    header or instrument in ``info`` and put the top of the picture first. The readers of X3P and of surface data files
-    store neither, and count along +y.
+    In a topography made from an array the index grows along +y, as in its ``positions()``. Readers of files store the
+    file's header or the instrument in ``info`` and put the top of the picture first, with two exceptions: X3P, whose
+    header has ``Record1``, and surface data files (.sdf), whose header has ``ManufacID``, grow along +y.
     """
     header = info.get("raw_metadata") or {}
-    counts_up = "Record1" in header or "ManufacID" in header
-    return bool(header or info.get("instrument")) and not counts_up
+    is_from_file = bool(header or info.get("instrument"))
+    grows_along_y = "Record1" in header or "ManufacID" in header
+    return is_from_file and not grows_along_y

@@ -1,7 +1,9 @@
 """The BSDF for NumPy, through the C interface ``sunbeam.h`` (crates/c_abi) that the plugin's library exports.
 
-The C functions take batches: an array is a pointer and a stride in floats between items, 0 for one item that serves the
-whole batch. They may run in several threads at once.
+The C functions take batches of items. An array is a pointer to 32-bit floats and a stride in floats between items; the
+stride is 0 for one item that serves the whole batch. The functions may run in several threads at once.
+
+Shapes: ``...`` stands for the axes of the batch, ``m`` for the number of wavelengths of each item.
 """
 
 from __future__ import annotations
@@ -27,15 +29,18 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float32]
     # An object of SurfaceTopography, which has no types.
     Topography = Any
-    # The values that a parameter of the plugin can have.
+    # A value of a parameter of the plugin.
     Parameter = Union[str, float, bool, os.PathLike[str]]
 
 # Status of a successful call (``sunbeam_status`` of sunbeam.h).
 _OK = 0
 # Status of a call whose text does not fit into the given buffer.
 _BUFFER_TOO_SMALL = 6
-# Smallest number of evaluations for each thread. Chosen: starting one takes as long as some hundred evaluations.
-_WORTH_A_THREAD = 2000
+# Smallest number of evaluations, items times wavelengths, for each thread. Starting a thread takes as long as some
+# hundred evaluations, so smaller values waste time; larger ones leave cores idle.
+_EVALUATIONS_PER_THREAD = 2000
+# Parts of a batch per thread. Several parts balance the load, since some directions take longer.
+_PARTS_PER_THREAD = 4
 
 
 class _Floats(ctypes.Structure):
@@ -47,7 +52,8 @@ class _Floats(ctypes.Structure):
 @cache
 def _library() -> ctypes.CDLL:
     """The plugin's library with the C interface's signatures."""
-    # The plugin is linked to Mitsuba's libraries, so Mitsuba must have loaded them first.
+    # The plugin is linked to Mitsuba's libraries, which must be loaded first. Listing the variants loads them where the
+    # import alone has not.
     import mitsuba as mi
 
     if mi.variant() is None:
@@ -84,7 +90,11 @@ def _check(status: int) -> None:
 
 
 class _Items:
-    """An input array of the C interface: ``width`` floats for each item, or one item for the whole batch."""
+    """An input array of the C interface.
+
+    ``values`` has the shape ``[width]``, one item for the whole batch, or a shape that broadcasts to
+    ``[*batch, width]``.
+    """
 
     def __init__(self, values: Floats, batch: tuple[int, ...]):
         width = values.shape[-1]
@@ -94,12 +104,12 @@ class _Items:
         self._values = np.ascontiguousarray(values, dtype=np.float32)
 
     def at(self, first: int) -> _Floats:
-        """The pointer to item ``first``, and the stride."""
-        return _Floats(self._values.ctypes.data + 4 * first * self._stride, self._stride)
+        """The C structure of the array from item ``first`` of the batch on."""
+        return _Floats(self._values.ctypes.data + self._values.itemsize * first * self._stride, self._stride)
 
 
 class _Results(_Items):
-    """An output array of the C interface, ``width`` floats for each item."""
+    """An output array of the C interface, ``values`` of shape ``[*batch, width]``, not initialised."""
 
     def __init__(self, batch: tuple[int, ...], width: int):
         self.values = self._values = np.empty((*batch, width), dtype=np.float32)
@@ -129,8 +139,8 @@ class Surface:
 
     - ``preset``, with ``period`` and ``height``, or with ``region_size`` and ``region_spread``;
     - ``filename``, with ``pixel_size``, ``max_height``, ``channel`` and ``fill``;
-    - ``heights_um``, an array ``[iy, ix]`` with ix along +x and iy along +y, and ``pixel_um``, the pixel's edge or a
-      pair along x and y;
+    - ``heights_um``, an array ``[iy, ix]`` with ix along +x and iy along +y, and ``pixel_um``, the edge of a pixel in
+      µm or a pair of edges along x and y;
     - ``heights_um``, a ``SurfaceTopography.Topography``, which has its own size and unit.
 
     Heights that are NaN, infinite or masked are holes, and refused unless ``fill`` is ``laplace`` or ``mean``.
@@ -167,11 +177,13 @@ class Surface:
                 relief = relief_of_array(heights_um, pixel_um)
             heights = single_precision(relief.heights_um)
             (ny, nx), (dx, dy) = heights.shape, relief.pixel_um
+            # The library copies the heights.
             rows = _Floats(heights.ctypes.data, nx)
             _check(_library().sunbeam_surface_from_heights(config, rows, nx, ny, dx, dy, byref(handle)))
         self._handle = handle
 
     def __del__(self) -> None:
+        # The attribute is missing, or None, if the constructor has failed.
         if getattr(self, "_handle", None):
             _library().sunbeam_surface_free(self._handle)
             self._handle = None
@@ -181,7 +193,8 @@ class Surface:
         return f"Surface({given})"
 
     def describe(self) -> dict[str, Any]:
-        """The configuration, and the tables' origin, size and measured error."""
+        """The configuration, and the tables' origin (built or from the cache), size and measured error."""
+        # The first call, with an empty buffer, returns the size of the text.
         needed = c_size_t()
         status = _library().sunbeam_surface_describe(self._handle, None, 0, byref(needed))
         if status != _BUFFER_TOO_SMALL:
@@ -193,82 +206,90 @@ class Surface:
     def eval(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
         """The BSDF f_r in 1/sr, without the cosine.
 
-        ``wi`` and ``wo`` have the shape ``[..., 3]`` and broadcast against each other. The result has the shape
-        ``[...]`` for one wavelength, and ``[..., m]`` for ``m`` of them, given as ``[m]`` or ``[..., m]``.
+        ``wi`` and ``wo`` have the shape ``[..., 3]`` and broadcast against each other. ``wavelength_nm`` is one number,
+        or an array ``[m]`` or ``[..., m]``. The result has the shape ``[...]`` for one number, else ``[..., m]``.
         """
         return self._evaluate("eval", wi, wo, wavelength_nm)[0]
 
     def pdf(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
-        """The density per solid angle with which :meth:`sample` draws ``wo`` for the given wavelengths, in 1/sr."""
+        """The density per solid angle, in 1/sr, with which :meth:`sample` draws ``wo`` for the given wavelengths.
+
+        Arguments are those of :meth:`eval`. The result has the shape ``[...]``: the mean over an item's wavelengths.
+        """
         return self._evaluate("pdf", wi, wo, wavelength_nm)[0]
 
     def eval_pdf(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> tuple[Floats, Floats]:
-        """Both :meth:`eval` and :meth:`pdf`, in the time of :meth:`pdf` alone."""
+        """The results of :meth:`eval` and :meth:`pdf`, in the time of :meth:`pdf` alone."""
         f, pdf = self._evaluate("eval_pdf", wi, wo, wavelength_nm)
         return f, pdf
 
     def _evaluate(self, function: str, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> list[Floats]:
-        """Results of ``eval``, ``pdf`` or ``eval_pdf``, named by ``function``, for broadcast arguments."""
+        """Results of ``sunbeam_surface_FUNCTION``, where ``function`` is ``eval``, ``pdf`` or ``eval_pdf``."""
         wi, wo = _direction("wi", wi), _direction("wo", wo)
-        nm, single = _wavelengths(wavelength_nm)
+        nm, is_single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], wo.shape[:-1], nm.shape[:-1])
-        # Number of wavelengths of each item.
-        carried = nm.shape[-1]
+        wavelengths = nm.shape[-1]
         inputs = [_Items(array, batch) for array in (wi, wo, nm)]
-        widths = {"eval": [carried], "pdf": [1], "eval_pdf": [carried, 1]}[function]
+        widths = {"eval": [wavelengths], "pdf": [1], "eval_pdf": [wavelengths, 1]}[function]
         results = [_Results(batch, width) for width in widths]
         call = getattr(_library(), f"sunbeam_surface_{function}")
 
         def work(first: int, count: int) -> None:
-            a, b, c = (array.at(first) for array in inputs)
-            _check(call(self._handle, count, a, b, carried, c, *(array.at(first) for array in results)))
+            wi_at, wo_at, nm_at = (array.at(first) for array in inputs)
+            results_at = (array.at(first) for array in results)
+            _check(call(self._handle, count, wi_at, wo_at, wavelengths, nm_at, *results_at))
 
-        _in_parallel(work, math.prod(batch), carried)
-        scalar = {"eval": [single], "pdf": [True], "eval_pdf": [single, True]}[function]
-        return [array.values[..., 0] if one else array.values for array, one in zip(results, scalar)]
+        _in_parallel(work, math.prod(batch), wavelengths)
+        # A density has no axis for the wavelengths, and a value has none for a single number.
+        has_no_axis = {"eval": [is_single], "pdf": [True], "eval_pdf": [is_single, True]}[function]
+        return [array.values[..., 0] if drop else array.values for array, drop in zip(results, has_no_axis)]
 
     def sample(self, wi: ArrayLike, wavelength_nm: ArrayLike, u: ArrayLike) -> tuple[Floats, Floats, Floats]:
-        """Draws outgoing directions with random numbers ``u`` in [0, 1), ``[..., 3]``: ``wo``, ``pdf``, ``weight``.
+        """Draws outgoing directions. Returns ``wo`` ``[..., 3]``, ``pdf`` ``[...]`` in 1/sr, and ``weight``.
 
-        The weight is ``f cosθo / pdf``, with an axis for the wavelengths where there are several. Samples below the
-        horizon have zeros in all three arrays.
+        ``u`` are random numbers in [0, 1), ``[..., 3]``. ``wi`` and ``wavelength_nm`` are those of :meth:`eval`; all
+        broadcast against each other. The weight is ``f cosθo / pdf``, ``[...]`` for one wavelength given as a number,
+        else ``[..., m]``. Samples below the horizon have zeros in all three arrays.
         """
         wi, u = _direction("wi", wi), _direction("u", u)
-        nm, single = _wavelengths(wavelength_nm)
+        nm, is_single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], u.shape[:-1], nm.shape[:-1])
-        carried = nm.shape[-1]
+        wavelengths = nm.shape[-1]
         inputs = [_Items(array, batch) for array in (wi, nm, u)]
-        results = [_Results(batch, width) for width in (3, 1, carried)]
+        results = [_Results(batch, width) for width in (3, 1, wavelengths)]
 
         def work(first: int, count: int) -> None:
-            a, b, c = (array.at(first) for array in inputs)
-            outputs = (array.at(first) for array in results)
-            _check(_library().sunbeam_surface_sample(self._handle, count, a, carried, b, c, *outputs))
+            wi_at, nm_at, u_at = (array.at(first) for array in inputs)
+            results_at = (array.at(first) for array in results)
+            _check(_library().sunbeam_surface_sample(self._handle, count, wi_at, wavelengths, nm_at, u_at, *results_at))
 
-        _in_parallel(work, math.prod(batch), carried)
+        _in_parallel(work, math.prod(batch), wavelengths)
         wo, pdf, weight = (array.values for array in results)
-        return wo, pdf[..., 0], weight[..., 0] if single else weight
+        return wo, pdf[..., 0], weight[..., 0] if is_single else weight
 
 
 def _wavelengths(wavelength_nm: ArrayLike) -> tuple[Floats, bool]:
-    """The wavelengths with a last axis, and whether that axis was added."""
+    """The wavelengths in nm, ``[..., m]``, and whether they were a single number, to which the axis was added."""
     nm = _numbers("wavelength_nm", wavelength_nm)
     return (nm.reshape(1), True) if nm.ndim == 0 else (nm, False)
 
 
 def _threads() -> int:
-    """The library's number of threads: ``RAYON_NUM_THREADS``, or one a core."""
+    """The library's number of threads: ``RAYON_NUM_THREADS``, or one per core."""
     named = os.environ.get("RAYON_NUM_THREADS", "")
     return int(named) if named.isdecimal() and int(named) > 0 else os.cpu_count() or 1
 
 
-def _in_parallel(work: Callable[[int, int], None], count: int, carried: int) -> None:
-    """Calls ``work(first, count)`` for parts of the batch on all cores; the C functions release Python's lock."""
-    threads = min(_threads(), max(1, count * carried // _WORTH_A_THREAD))
+def _in_parallel(work: Callable[[int, int], None], count: int, wavelengths: int) -> None:
+    """Calls ``work(first, items)`` for parts of a batch of ``count`` items, in several threads if it is large.
+
+    The C functions release Python's lock.
+    """
+    threads = min(_threads(), max(1, count * wavelengths // _EVALUATIONS_PER_THREAD))
     if threads == 1:
         work(0, count)
         return
-    # More parts than threads balance the load: some directions take longer.
-    edges = np.linspace(0, count, 4 * threads + 1).astype(int)
+    edges = np.linspace(0, count, _PARTS_PER_THREAD * threads + 1).astype(int)
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(lambda ends: work(int(ends[0]), int(ends[1] - ends[0])), zip(edges[:-1], edges[1:])))
+        # The list waits for all parts and raises the first error.
+        list(pool.map(lambda first, end: work(int(first), int(end - first)), edges[:-1], edges[1:]))

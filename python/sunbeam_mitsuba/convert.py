@@ -1,6 +1,7 @@
 """Converts files of instruments to ``.gsf``, with the readers of the library SurfaceTopography.
 
-The library comes with the package's extra ``formats``. On the command line::
+The library comes with the package's extra ``formats``. Other formats have native readers, those of sunbeam itself
+(crates/height_field). On the command line::
 
     python -m sunbeam_mitsuba.convert scan.ibw -o scan.gsf [--channel 0]
 """
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["EXTENSIONS", "Channel", "Reading", "convert", "main", "read"]
 
 # fmt: off
-#: Extensions, without the dot, of the height maps that only SurfaceTopography reads.
+#: Extensions, without the dot, of the height maps that SurfaceTopography reads and the native readers do not.
 EXTENSIONS = frozenset({
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
@@ -38,21 +39,23 @@ EXTENSIONS = frozenset({
 #: Command that installs the reading library, for messages.
 INSTALL = 'pip install "sunbeam-mitsuba[formats]"'
 
-# SurfaceTopography's names of formats that hold bare arrays, without unit, size, or which index is x.
+# SurfaceTopography's names of formats with bare arrays, which have no unit, no size, and no order of the indices.
 _BARE = ("h5", "mat", "npy", "npz")
-# SurfaceTopography's names of text formats, which the native readers also know.
+# Its names of text formats, which the native readers also read.
 _TEXT = ("asc", "xyz")
-# SurfaceTopography's formats whose first row has the smallest y. In all others the first row is the top of the picture.
-_COUNT_UP = ("sdf", "x3p", "xyz")
-# SurfaceTopography's formats in which the order of rows depends on the program that wrote the file (`top_is_first`).
-_EITHER = ("nc",)
+# Its name of lists of points x, y, z, whose size follows from the points.
+_POINTS = "xyz"
+# Its names of formats whose first row has the smallest y. In all others the first row is the top of the picture.
+_BOTTOM_FIRST = ("sdf", "x3p", "xyz")
+# Its names of formats in which the order of rows depends on the program that wrote the file (`top_is_first`).
+_EITHER_FIRST = ("nc",)
 # Relative difference above which the given pixel size contradicts the file's, as in the native readers.
-_AGREEMENT = 1e-6
+_PIXEL_SIZE_RTOL = 1e-6
 # Largest accepted pixel and range of heights in µm, as in the native readers. A larger length is probably in a wrong
 # unit.
 _LARGEST_UM = 1e3
-# Largest number of characters of SurfaceTopography's messages that are shown. Chosen, for one line.
-_SHOWN = 160
+# Largest number of characters of SurfaceTopography's messages that are shown, so that a message stays readable.
+_MESSAGE_MAX = 160
 
 
 @dataclass(frozen=True)
@@ -69,12 +72,12 @@ def read(
 ) -> Reading:
     """Reads the relief in a file with SurfaceTopography.
 
-    ``channel`` is a number from 0 or a title. The default is the first channel whose title is that of a height, or
-    else the first of lengths whose title is not that of an error signal. ``pixel_size`` in µm and ``unit``, such as
-    ``"nm"``, serve files without them; otherwise they must agree with the file.
+    ``channel`` is a number from 0 or a title. By default lengths come before channels without a unit, and titles of
+    heights before others; error signals such as deflection are left out. ``pixel_size``, the edge of a pixel in µm, and
+    ``unit``, such as ``"nm"``, are for files without them; where both are given, they must agree with the file.
 
-    Raises :class:`SunbeamError` with one line where the library is missing or cannot read the file, and where the file
-    lacks the channel, a size or a unit.
+    Raises :class:`SunbeamError` with one line where the file or the library is missing, where the library cannot read
+    the file, where the file lacks the channel, a size or a unit, and where lengths are implausible.
     """
     path = Path(file)
     if not path.is_file():
@@ -96,10 +99,10 @@ def convert(
     pixel_size: float | None = None,
     unit: str | None = None,
 ) -> Reading:
-    """Writes the relief of :func:`read` to a ``.gsf`` with its size and unit; points without a height become NaN.
+    """Writes the relief that :func:`read` returns to the ``.gsf`` file ``output``, and returns it.
 
-    Raises :class:`SunbeamError` as :func:`read` does, and before reading where the output is no ``.gsf`` or its folder
-    cannot be written.
+    The file has heights and sizes in metres; points without a height are NaN. Raises :class:`SunbeamError` as
+    :func:`read` does, and before reading where the output is no ``.gsf`` or its folder cannot be written.
     """
     target = Path(output)
     if target.suffix != ".gsf":
@@ -114,7 +117,7 @@ def convert(
 def library() -> Any:
     """SurfaceTopography's readers, the module ``SurfaceTopography.IO``.
 
-    Raises :class:`SunbeamError` where it is not installed.
+    Raises :class:`SunbeamError` where it is not installed, or not completely.
     """
     try:
         from SurfaceTopography import IO
@@ -127,9 +130,9 @@ def library() -> Any:
 
 
 def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: str | None) -> Reading:
-    """Reads a file as :func:`read` does, without the file's name in messages."""
+    """Reads a file for :func:`read`, which adds the file's name to messages."""
     if unit is not None:
-        # Refuses an unknown unit before the file is read.
+        # An unknown unit is refused before the file is read.
         um_per(unit)
     if pixel_size is not None and not 0 < pixel_size < float("inf"):
         raise SunbeamError(f"pixel_size is {pixel_size} µm; it must be finite and positive")
@@ -141,22 +144,22 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
                 "it holds bare arrays, which tell neither unit nor size; save one as .npy, [iy, ix] in µm with iy "
                 "growing along +y, and read that with pixel_size"
             )
-        found = [info for info in reader.channels if info.dim == 2]
-        if not found:
+        maps = [info for info in reader.channels if info.dim == 2]
+        if not maps:
             raise SunbeamError("it holds profiles; a surface needs a map, with heights along x and y")
-        channels = tuple(channel_of(info) for info in found)
+        channels = tuple(channel_of(info) for info in maps)
         chosen = choose(channels, wanted)
-        info = found[channels.index(chosen)]
+        info = maps[channels.index(chosen)]
         if not chosen.unit and unit is None:
             raise SunbeamError(f"channel {chosen} does not tell its unit; give unit, such as nm (--unit nm)")
         sizes: dict[str, Any] = {}
-        # The size of a list of points follows from the points themselves.
-        if info.physical_sizes is None and format_name != "xyz":
+        if info.physical_sizes is None and format_name != _POINTS:
             sizes["physical_sizes"] = _given_sizes(format_name, info.nb_grid_pts, pixel_size, str(unit or info.unit))
-        top_first = None if format_name in _EITHER else format_name not in _COUNT_UP
+        top_first = None if format_name in _EITHER_FIRST else format_name not in _BOTTOM_FIRST
         relief = relief_of_topography(info.topography(**sizes), unit, top_first)
     except SunbeamError:
         raise
+    # The library's readers raise many kinds of exceptions for files that they cannot read.
     except Exception as error:
         raise SunbeamError(_failure(error) or type(error).__name__) from error
     finally:
@@ -166,9 +169,10 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
 
 
 def _open(path: Path) -> Any:
-    """Opens a file with the reader that its content names, or else with one for its extension.
+    """Opens a file with the reader that recognises its content, or else with one for its extension.
 
-    Some formats have no signature, and readers of other formats may accept such a file; the extension decides then.
+    Some formats have no signature, and readers of other formats may accept such a file. A reader that does not have
+    the file's extension is therefore only the last resort, unless it reads text.
     """
     readers = library()
     extension = path.suffix[1:].lower()
@@ -195,15 +199,15 @@ def _open(path: Path) -> Any:
 
 
 def _failure(error: Exception) -> str:
-    """The library's message in one line; empty where there is none, as for a file of no known format."""
+    """The exception's text as a message in one line; empty where it has none."""
     text = " ".join(str(error).split())
-    return f"SurfaceTopography fails on it: {text[:_SHOWN]}" if text else ""
+    return f"SurfaceTopography fails on it: {text[:_MESSAGE_MAX]}" if text else ""
 
 
 def _given_sizes(format_name: str, points: Iterable[int], pixel_size: float | None, unit: str) -> tuple[float, ...]:
-    """Sizes along x and y in the file's unit, for a file that tells none.
+    """Sizes along x and y in the unit ``unit``, for a file that does not tell them.
 
-    Raises :class:`SunbeamError` without a pixel size.
+    ``points`` are the numbers of points along x and y. Raises :class:`SunbeamError` without a pixel size, and for text.
     """
     if format_name in _TEXT:
         raise SunbeamError("it does not tell its size; sunbeam reads such text itself, with pixel_size in µm")
@@ -213,10 +217,14 @@ def _given_sizes(format_name: str, points: Iterable[int], pixel_size: float | No
 
 
 def _check(relief: Relief, pixel_size: float | None) -> None:
-    """Raises :class:`SunbeamError` where the pixel size is not the given one, and for lengths beyond 1 mm."""
+    """Refuses implausible reliefs with a :class:`SunbeamError`.
+
+    These are reliefs without any height, with another pixel size than the given one, and with lengths beyond
+    _LARGEST_UM.
+    """
     if pixel_size is not None:
         for edge_um in relief.pixel_um:
-            if abs(edge_um - pixel_size) > _AGREEMENT * edge_um:
+            if abs(edge_um - pixel_size) > _PIXEL_SIZE_RTOL * edge_um:
                 raise SunbeamError(f"pixel_size is given as {pixel_size} µm, but the file says {edge_um} µm")
     if relief.holes == relief.heights_um.size:
         raise SunbeamError("no point has a height")
@@ -232,13 +240,14 @@ def _write_gsf(target: Path, reading: Reading) -> None:
     relief = reading.relief
     rows, columns = relief.heights_um.shape
     dx_um, dy_um = relief.pixel_um
-    about = {"XReal": columns * dx_um * 1e-6, "YReal": rows * dy_um * 1e-6, "XYUnits": "m", "ZUnits": "m"}
-    # Values in the header may contain neither character.
+    header = {"XReal": columns * dx_um * 1e-6, "YReal": rows * dy_um * 1e-6, "XYUnits": "m", "ZUnits": "m"}
+    # A value in the header must not contain "=" or the null character.
     title = reading.channel.title.translate(str.maketrans("=\0", "  "))
     metres = single_precision(relief.heights_um[::-1] * 1e-6)
+    # The complete file replaces the target at once, so no reader sees a part of it.
     part = target.with_name(f".{target.stem}.{os.getpid()}.gsf")
     try:
-        write_gsf(part, metres, {**about, "Title": title})
+        write_gsf(part, metres, {**header, "Title": title})
         os.replace(part, target)
     except OSError as error:
         part.unlink(missing_ok=True)
@@ -246,14 +255,14 @@ def _write_gsf(target: Path, reading: Reading) -> None:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Reports wrong arguments in one line."""
+    """An argument parser that reports wrong arguments in one line, without the usage."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"convert: {message}\n")
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command line. Returns the exit code: 0, or 2 with one line on stderr."""
+    """Runs the command line. Returns the exit code: 0 with a report on stderr, or 2 with a one-line error there."""
     parser = _Parser(
         prog="python -m sunbeam_mitsuba.convert",
         description="Writes the heights of an instrument's file, with their size and unit, as .gsf.",
@@ -267,16 +276,16 @@ def main(words: list[str] | None = None) -> int:
     add("--unit", metavar="UNIT", help="unit of length, such as nm, for a file that does not tell it")
     given = parser.parse_args(words)
     try:
-        found = convert(given.file, given.output, given.channel, pixel_size=given.pixel_size, unit=given.unit)
+        reading = convert(given.file, given.output, given.channel, pixel_size=given.pixel_size, unit=given.unit)
     except SunbeamError as error:
         print(f"convert: {error}", file=sys.stderr)
         return 2
-    relief = found.relief
+    relief = reading.relief
     rows, columns = relief.heights_um.shape
     dx_um, dy_um = relief.pixel_um
-    print(f"channels: {listed(found.channels)}", file=sys.stderr)
+    print(f"channels: {listed(reading.channels)}", file=sys.stderr)
     print(
-        f"{given.output}: channel {found.channel}, {columns} × {rows} pixels of {dx_um:.6g} × {dy_um:.6g} µm, "
+        f"{given.output}: channel {reading.channel}, {columns} × {rows} pixels of {dx_um:.6g} × {dy_um:.6g} µm, "
         f"{relief.peak_to_valley_um:.6g} µm from peak to valley, {relief.holes} points without a height",
         file=sys.stderr,
     )

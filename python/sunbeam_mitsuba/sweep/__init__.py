@@ -13,9 +13,16 @@ and from Python::
 
 The extra ``sweep`` (``pip install "sunbeam-mitsuba[sweep]"``) installs its dependencies, among them Dask and PyArrow.
 
-Data flows one way: ``limits`` and ``sampling`` make ``spec``; ``reflector``, ``colours``, ``pictures`` and ``command``
-serve ``wants``; ``work`` computes a case with ``tables`` into the ``store``; ``drive`` hands cases to a ``cluster``;
-``report`` and ``sheet`` read the store.
+Modules, in the order of the data:
+
+- ``limits``, ``sampling`` and ``spec``: the specification, and the cases that it defines;
+- ``wants/``: the wanted figures, computed with ``reflector`` (BSDF and albedo), ``colours``, ``pictures`` and
+  ``command`` (the command ``sunbeam``);
+- ``work``: computes cases in the workers, with ``tables`` (memory of surfaces) and ``instruments`` (their files), and
+  writes the results into the ``store``;
+- ``cluster`` and ``drive``: start the workers, and distribute the cases among them;
+- ``report`` and ``sheet``: read the store, and write the tables and the contact sheet;
+- ``run`` and ``command_line``: the whole sweep, with ``progress``.
 """
 
 from __future__ import annotations

@@ -22,31 +22,38 @@ from .errors import SweepError
 from .tables import WORKER_BYTES
 from .work import Job, probe
 
-#: Number of killed workers after which their task is given up. Chosen: two may have died for another reason.
+#: Number of killed workers after which their task is given up. The first two may have died for another reason.
 KILLS = 3
-#: Fraction of the machine's free memory for all workers together. Chosen.
+# Fraction of the machine's free memory for all workers together. The rest is for this process and the system.
 _MEMORY_FRACTION = 0.9
-# Seconds to wait for the scheduler's first answer. Chosen.
+# Seconds to wait for the scheduler's first answer. A scheduler that is up answers at once.
 _CONNECT_SECONDS = 5
-# Seconds to wait for the scheduler's first worker. Chosen.
+# Seconds to wait for the scheduler's first worker, which may still be starting.
 _WAIT_SECONDS = 60
 
 
-def plan_workers(asked: int | None, memory_bytes: float | None, largest_bytes: float, cases: int) -> tuple[int, float]:
+def plan_workers(
+    wanted_workers: int | None, wanted_bytes: float | None, largest_bytes: float, cases: int
+) -> tuple[int, float]:
     """Number of workers of this machine, and the memory limit of each in bytes.
 
-    The default is one worker a core, at most one a case, and few enough that ``largest_bytes`` fits into each worker's
-    memory. ``asked`` and ``memory_bytes`` replace the number and the limit.
+    By default there is one worker per core, at most one per case, and so few that ``largest_bytes``, the peak memory of
+    the largest surface, fits into the memory of each; the limit is an equal part of the free memory.
+    ``wanted_workers`` and ``wanted_bytes`` replace the number and the limit.
     """
-    free = psutil.virtual_memory().available * _MEMORY_FRACTION
+    free_bytes = psutil.virtual_memory().available * _MEMORY_FRACTION
     cores = len(os.sched_getaffinity(0))
-    workers = asked or max(1, min(cores, cases, int(free / (largest_bytes + WORKER_BYTES))))
-    return workers, memory_bytes or free / workers
+    fitting = int(free_bytes / (largest_bytes + WORKER_BYTES))
+    workers = wanted_workers or max(1, min(cores, cases, fitting))
+    return workers, wanted_bytes or free_bytes / workers
 
 
 @contextmanager
 def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
-    """A client of a cluster of worker processes on this machine, which are killed when the context ends."""
+    """A client of a new cluster of ``workers`` worker processes on this machine, each limited to ``memory_bytes``.
+
+    The workers are killed when the context ends.
+    """
     before = {child.pid for child in psutil.Process().children(recursive=True)}
     _quiet()
     scratch = tempfile.mkdtemp(prefix="sunbeam-sweep-")
@@ -55,7 +62,8 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
         "distributed.scheduler.allowed-failures": KILLS - 1,
         "temporary-directory": scratch,
     }
-    # After an interruption Python's tracker of shared resources cleans up after the workers and would warn.
+    # Python's tracker of shared resources inherits these options. After an interruption it cleans up after the workers,
+    # and would warn about it.
     sys.warnoptions.append("ignore:resource_tracker")
     try:
         with dask.config.set(settings):
@@ -80,7 +88,7 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
 
 
 def kill_workers(before: Set[int] = frozenset()) -> list[psutil.Process]:
-    """Kills this process's workers except those with a PID in ``before``. Returns the killed ones."""
+    """Kills the worker processes below this one, except those with a PID in ``before``. Returns the killed ones."""
     workers = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
     for child in workers:
         with suppress(psutil.NoSuchProcess):
@@ -89,7 +97,10 @@ def kill_workers(before: Set[int] = frozenset()) -> list[psutil.Process]:
 
 
 def _is_worker(child: psutil.Process, before: Set[int]) -> bool:
-    """Whether the child is a new worker, not Python's tracker of shared resources, which ends by itself."""
+    """Whether the child process is a worker and its PID is not in ``before``.
+
+    Python starts workers with ``spawn_main``. Its tracker of shared resources, another child, ends by itself.
+    """
     try:
         return child.pid not in before and "spawn_main" in " ".join(child.cmdline())
     except psutil.NoSuchProcess:
@@ -100,12 +111,12 @@ def _is_worker(child: psutil.Process, before: Set[int]) -> bool:
 def remote_client(address: str, job: Job) -> Iterator[Client]:
     """A client of the scheduler at ``address``, such as ``tcp://host:8786``, with every worker probed.
 
-    Raises :class:`SweepError` where the scheduler does not answer within 5 s or has no worker within a minute, and
-    where a worker lacks a requirement of the sweep.
+    The workers stay when the context ends. Raises :class:`SweepError` where the scheduler does not answer within
+    _CONNECT_SECONDS or has no worker within _WAIT_SECONDS, and where a worker lacks a requirement of the sweep.
     """
     _quiet()
     try:
-        # Dask prints errors when it closes a client that never connected, so the address is tried first.
+        # Dask prints errors when it closes a client that never connected, so a bare connection is tried first.
         asyncio.run(_reach(address))
         client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TimeoutError, RuntimeError) as error:
@@ -119,21 +130,22 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
         _probe_all(client, job)
         yield client
     finally:
-        # The scheduler may be gone, which another error reports.
+        # The scheduler may be gone. The error that ended the context reports that.
         with suppress(Exception):
             client.close(timeout=1)
 
 
 async def _reach(address: str) -> None:
-    """Opens and drops a connection; raises an error where nothing answers."""
+    """Opens and drops a connection. Raises OSError, ValueError or another error where no scheduler answers."""
     comm = await connect(address, timeout=_CONNECT_SECONDS)
     comm.abort()
 
 
 def _probe_all(client: Client, job: Job) -> None:
-    """Runs :func:`work.probe` on every worker, with a token that it must find in the output folder.
+    """Runs :func:`work.probe` on every worker.
 
-    Raises :class:`SweepError` for the first worker that cannot take part.
+    Each must find a new random token in the output folder, which shows that it has the same disk. Raises
+    :class:`SweepError` for the first worker that cannot take part.
     """
     token, token_file = uuid.uuid4().hex, job.output / ".token"
     token_file.write_text(token)
@@ -158,9 +170,6 @@ def thread_count(client: Client) -> int:
 def _quiet() -> None:
     """Silences Dask's reports of lost workers and connections; the sweep reports them in one line."""
     for name in ["distributed", "tornado", "asyncio", *logging.root.manager.loggerDict]:
-        # Some of Dask's loggers do not inherit their level.
+        # Some of Dask's loggers have a level of their own, so each is set.
         if name.split(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-
-
-__all__ = ["KILLS", "local_client", "plan_workers", "remote_client", "thread_count"]
