@@ -144,6 +144,16 @@ def check_value(where: str, name: str, value: object) -> Value:
     return float(value) if isinstance(accepted, Numbers) else value  # type: ignore[arg-type,return-value]
 
 
+def check_whole(where: str, value: object, low: int, high: int) -> int:
+    """Returns the value if it is an integer from ``low`` to ``high``.
+
+    Raises :class:`SweepError` otherwise. ``where`` names the value in its message.
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise SweepError(f"{where} is {shown(value)}, but must be a whole number from {low} to {high}")
+    return value
+
+
 def shown(value: object) -> str:
     """The value as text for a message, a ``float`` with six digits."""
     return f"{value:g}" if isinstance(value, float) else repr(value)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from .errors import SweepError
-from .limits import PARAMETERS, Numbers, Value, check_keys, check_value, shown
+from .limits import PARAMETERS, Numbers, Value, check_keys, check_value, check_whole, shown
 
 #: Largest number of combinations in a sweep, checked before any is generated. All cases are in memory at once.
 ROWS_MAX = 1_000_000
@@ -110,8 +110,8 @@ def read_combinations(where: str, table: dict[str, object], accepted: list[str])
     values = tuple(_values(where, name, table[name], is_sample) for name in names)
     lengths = [1 if isinstance(listed, Span) else len(listed) for listed in values]
     if is_sample:
-        count = _whole(f"{where}: count", table.get("count"), 1, ROWS_MAX)
-        seed = _whole(f"{where}: seed", table.get("seed", 0), 0, 2**63)
+        count = check_whole(f"{where}: count", table.get("count"), 1, ROWS_MAX)
+        seed = check_whole(f"{where}: seed", table.get("seed", 0), 0, 2**63)
         return Combinations(names, count, "sample", values, seed)
     if kind == "list":
         longest = max(lengths, default=1)
@@ -159,7 +159,7 @@ def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> 
     if ("count" in given) == ("step" in given):
         raise SweepError(f"{where}: a range needs one of count and step")
     if "count" in given:
-        count = _whole(f"{where}: count", given["count"], 2, ROWS_MAX)
+        count = check_whole(f"{where}: count", given["count"], 2, ROWS_MAX)
         return tuple(span.at(i / (count - 1)) for i in range(count))
     return _stepped(where, given["step"], span)
 
@@ -181,10 +181,3 @@ def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
 def _rounded(value: float) -> float:
     """The value rounded to twelve digits, so that the third step of 0.1 is 0.3, not 0.30000000000000004."""
     return float(f"{value:.12g}")
-
-
-def _whole(where: str, given: object, low: int, high: int) -> int:
-    """Returns ``given`` if it is an integer from ``low`` to ``high``. Raises :class:`SweepError`."""
-    if isinstance(given, bool) or not isinstance(given, int) or not low <= given <= high:
-        raise SweepError(f"{where} is {shown(given)}, but must be a whole number from {low} to {high}")
-    return given

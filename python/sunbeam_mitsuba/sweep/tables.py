@@ -32,7 +32,7 @@ _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
 _SMALL_COHERENCE_UM = 1000.0
 # Default of the parameter `coherence_length` (src/config/).
 _DEFAULT_COHERENCE_UM = 65.0
-# Largest number of surfaces estimated before the workers start, since each runs the command. Workers estimate the others.
+# Largest number of surfaces estimated before the workers start. Each runs the command; workers estimate the others.
 _ESTIMATED_BEFORE = 32
 
 
@@ -126,8 +126,8 @@ class HeldSurfaces:
         if peak_bytes > available_bytes:
             raise TooLarge(
                 f"building the tables would take about {peak_bytes / 1e9:.1f} GB, and the worker has "
-                f"{max(available_bytes, 0) / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a larger "
-                "tolerance would do"
+                f"{max(available_bytes, 0) / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a "
+                "larger tolerance would do"
             )
         self._drop_until(available_bytes - peak_bytes)
 
