@@ -30,7 +30,7 @@ ALONE = {
 GROUND = " ".join(re.findall(r"^GROUND [:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
 # Packages that make up the library and its C interface.
 LIBRARY = ["sunbeam", "sunbeam-c", "sunbeam-fourier", "sunbeam-guard", "sunbeam-height-field", "sunbeam-rigorous"]
-# Limit on the library's dependencies. A higher limit lets the library take longer to build; an addition is a decision.
+# Limit on the library's dependencies, equal to their current number, so that every addition is a deliberate one.
 DEPENDENCIES_MAX = 15
 
 

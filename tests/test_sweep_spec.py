@@ -255,5 +255,22 @@ def test_surfaces_are_dropped_for_the_peak_of_a_build(sweep_package, monkeypatch
     assert held_at_builds == [0, 1, 0]
 
 
+def test_surfaces_of_unknown_size_count_by_their_estimate(sweep_package, monkeypatch):
+    from sunbeam_mitsuba.sweep import tables
+
+    class Unknown:
+        table_bytes = 0.0
+
+    monkeypatch.setattr(tables, "make_reflector", lambda parameters: Unknown())
+    monkeypatch.setattr(tables, "estimated_peak_bytes", lambda parameters: 6e9)
+    # By the ratio of peak and table each surface takes 1 GB, and half of 8 GB is for held surfaces.
+    monkeypatch.setattr(tables, "_PEAK_OVER_TABLE", 6.0)
+    held = tables.HeldSurfaces(8e9 + tables.WORKER_BYTES)
+    for eta in range(1, 9):
+        held.get({"preset": "flat", "eta": eta})
+    # Two stay beside the next build of 6 GB, which makes three.
+    assert len(held) == 3
+
+
 def test_the_shared_specification_has_twelve_cases(sweep_package, tmp_path):
     assert len(list(read(sweep_package, tmp_path, SPEC).cases("1"))) == 12

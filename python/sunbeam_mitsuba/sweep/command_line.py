@@ -36,9 +36,9 @@ def _parser() -> argparse.ArgumentParser:
     add("--scheduler", metavar="ADDRESS", help="compute on a Dask scheduler such as tcp://host:8786")
     add("--workers", type=_positive(int), metavar="N", help="processes on this machine (default: one per core)")
     add("--memory", type=_positive(float), metavar="GB", help="memory of each process (default: from free memory)")
-    begin = parser.add_mutually_exclusive_group()
-    begin.add_argument("--resume", action="store_true", help="keep the folder's results (the default)")
-    begin.add_argument("--fresh", action="store_true", help="remove the folder's results first")
+    earlier = parser.add_mutually_exclusive_group()
+    earlier.add_argument("--resume", action="store_true", help="keep the folder's results (the default)")
+    earlier.add_argument("--fresh", action="store_true", help="remove the folder's results first")
     add("--retry-failed", action="store_true", help="compute failed cases again")
     add("--plan", action="store_true", help="estimate the memory, and compute nothing")
     return parser
@@ -50,7 +50,7 @@ def _positive(kind: type[int] | type[float]) -> Callable[[str], float]:
     def convert(text: str) -> float:
         value = kind(text)
         if not 0 < value < float("inf"):
-            raise argparse.ArgumentTypeError(f"{text} is not above zero")
+            raise argparse.ArgumentTypeError(f"{text} is not a finite number above zero")
         return value
 
     # Argparse names the converter in its message on other text: "invalid int value".

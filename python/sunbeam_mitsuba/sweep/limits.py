@@ -1,7 +1,8 @@
 """Parameters of surfaces and settings, with the values that each accepts.
 
-The limits repeat those of the library (``src/config/``), so that a sweep refuses a range beyond a limit before it
-computes anything. ``tests/test_sweep_spec.py`` compares both.
+docs/plugin.md explains the parameters. The limits repeat those of the library (``src/config/``), so that a sweep
+refuses a range beyond a limit before it computes anything. ``tests/test_sweep_spec.py`` compares them with the
+library's.
 """
 
 from __future__ import annotations
@@ -162,7 +163,7 @@ def shown(value: object) -> str:
 def check_keys(where: str, given: object, accepted: tuple[str, ...] | list[str]) -> dict[str, object]:
     """Returns ``given`` if it is a table and all its keys are accepted.
 
-    Raises :class:`SweepError` otherwise, which names the table by ``where``, the first unknown key and accepted keys.
+    Raises :class:`SweepError` otherwise. ``where`` names the table in its message.
     """
     if not isinstance(given, dict):
         raise SweepError(f"{where} must be a table, but is {shown(given)}")

@@ -74,7 +74,7 @@ def columns_of(spec: Spec) -> list[Column]:
 
 
 def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Yields each case's row of the table, by column, and its record. A row leaves out columns without a value.
+    """Yields each case's row of the table, by column, and its record. Columns without a value are ``None`` or missing.
 
     Raises :class:`StoreError` where a result was removed after it was written.
     """
@@ -154,7 +154,7 @@ class _ParquetTable:
 
 
 def write_summary(spec: Spec, state: str, facts: dict[str, Any]) -> None:
-    """Writes ``sweep.json``: the state and the facts, the wants' options, the columns' meanings, the specification.
+    """Writes ``sweep.json``: the state, the facts, the wants' options, the columns' meanings, and the specification.
 
     ``state`` is "unfinished" or "finished"; ``facts`` are further entries. Raises :class:`StoreError`.
     """

@@ -68,7 +68,7 @@ def plan(spec: Spec, workers: int | None = None, memory_gb: float | None = None)
     cases = list(spec.cases(version()))
     surfaces = _surfaces(spec, cases)
     largest_bytes = largest_estimate(surfaces)
-    count, memory_bytes = plan_workers(workers, memory_gb and memory_gb * 1e9, largest_bytes, len(cases))
+    count, memory_bytes = plan_workers(workers, _in_bytes(memory_gb), largest_bytes, len(cases))
     return Plan(len(cases), len(surfaces), largest_bytes / 1e9, count, memory_bytes / 1e9)
 
 
@@ -177,10 +177,15 @@ def _client(
             yield client
         return
     largest_bytes = largest_estimate(_surfaces(spec, pending))
-    count, memory_bytes = plan_workers(workers, memory_gb and memory_gb * 1e9, largest_bytes, len(pending))
+    count, memory_bytes = plan_workers(workers, _in_bytes(memory_gb), largest_bytes, len(pending))
     with local_client(count, memory_bytes) as client:
         _tell(progress, f"{len(pending)} cases to do, {count} workers with {memory_bytes / 1e9:.1f} GB each", client)
         yield client
+
+
+def _in_bytes(memory_gb: float | None) -> float | None:
+    """The memory in bytes; ``None`` stays ``None``."""
+    return None if memory_gb is None else memory_gb * 1e9
 
 
 def _tell(progress: bool, line: str, client: Client) -> None:

@@ -48,7 +48,7 @@ class Combinations:
     count: int
     #: One of _KINDS.
     kind: str
-    #: Values of each of the parameters. Only a sample has spans. The tuples of a list have equal lengths.
+    #: Values of each of the parameters. Only a sample has spans. In a list all tuples have equal lengths.
     values: tuple[tuple[Value, ...] | Span, ...]
     #: Seed of a sample.
     seed: int = 0

@@ -1,7 +1,7 @@
 """The output folder of a sweep: results are written atomically, and a lock admits one sweep at a time.
 
-``results/`` has a JSON file for each case, its record (work.record_of), and ``pictures/`` its pictures. Both have a
-subfolder for each first two digits of the cases' identities, since folders with 10⁵ files are slow.
+``results/`` has a JSON file for each case, its record (work.record_of), and ``pictures/`` its pictures. Files are in
+subfolders named by the first two digits of the case's identity, since folders with 10⁵ files are slow.
 """
 
 from __future__ import annotations

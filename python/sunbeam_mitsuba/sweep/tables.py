@@ -88,8 +88,8 @@ class HeldSurfaces:
         self.memory_bytes = memory_bytes
         #: Seconds spent so far on building tables, or reading them from the disk cache.
         self.seconds = 0.0
-        # Surfaces by their keys, the least recently used first.
-        self._held: OrderedDict[str, Reflector] = OrderedDict()
+        # Surfaces and the bytes of their tables by key, the least recently used first.
+        self._held: OrderedDict[str, tuple[Reflector, float]] = OrderedDict()
 
     def get(self, parameters: Mapping[str, Value]) -> Reflector:
         """Returns the surface, which is built where it is not held.
@@ -100,13 +100,12 @@ class HeldSurfaces:
         key = _key(parameters)
         if key in self._held:
             self._held.move_to_end(key)
-            return self._held[key]
+            return self._held[key][0]
         start = time.perf_counter()
         try:
-            if self.memory_bytes:
-                self._make_room_for_build(parameters)
+            estimated_bytes = self._make_room_for_build(parameters) if self.memory_bytes else 0.0
             made = make_reflector(parameters)
-            self._held[key] = made
+            self._held[key] = (made, made.table_bytes or estimated_bytes)
             if self.memory_bytes:
                 self._drop_until(HELD_FRACTION * self._for_tables_bytes(), kept=1)
         finally:
@@ -117,10 +116,11 @@ class HeldSurfaces:
         """Number of held surfaces."""
         return len(self._held)
 
-    def _make_room_for_build(self, parameters: Mapping[str, Value]) -> None:
+    def _make_room_for_build(self, parameters: Mapping[str, Value]) -> float:
         """Drops surfaces until the others and the peak of the build fit into the memory for tables.
 
-        Raises :class:`TooLarge`, and drops nothing, if the build alone does not fit.
+        Returns the estimated bytes of the finished tables. Raises :class:`TooLarge`, and drops nothing, if the build
+        alone does not fit.
         """
         peak_bytes, available_bytes = estimated_peak_bytes(parameters), self._for_tables_bytes()
         if peak_bytes > available_bytes:
@@ -130,17 +130,15 @@ class HeldSurfaces:
                 "larger tolerance would do"
             )
         self._drop_until(available_bytes - peak_bytes)
+        return peak_bytes / _PEAK_OVER_TABLE
 
     def _for_tables_bytes(self) -> float:
         """Memory for tables of a worker with a limit; negative below WORKER_BYTES."""
         return self.memory_bytes - WORKER_BYTES
 
     def _drop_until(self, budget_bytes: float, kept: int = 0) -> None:
-        """Drops the least recently used surfaces until the others fit into the budget, or only ``kept`` are left.
-
-        Surfaces of unknown memory count as 0 bytes.
-        """
-        while len(self._held) > kept and sum(surface.table_bytes for surface in self._held.values()) > budget_bytes:
+        """Drops the least recently used surfaces until the others fit into the budget, or only ``kept`` are left."""
+        while len(self._held) > kept and sum(size for _, size in self._held.values()) > budget_bytes:
             self._held.popitem(last=False)
 
 

@@ -34,7 +34,7 @@ class BrdfMap(Want):
     lambda_step_nm: float
     #: Factor on linear sRGB in the PNG; 0 for automatic exposure.
     exposure: float
-    #: Kinds of files: "exr", "png", or both.
+    #: Kinds of written files, of "exr" and "png".
     files: tuple[str, ...]
 
     name = "map"

@@ -127,7 +127,7 @@ class Colour(Want):
         edges = np.linspace(-_VIEW_MAX_DEG, _VIEW_MAX_DEG, count * _DIRECTIONS_PER_VIEW + 1)
         thetas = np.radians((edges[:-1] + edges[1:]) / 2)
         phi = np.radians(question.phi_i_deg)
-        # Away from the light, which is at the azimuth phi.
+        # Positive angles are on the side away from the light, whose azimuth is phi.
         wo = np.stack([-np.sin(thetas) * np.cos(phi), -np.sin(thetas) * np.sin(phi), np.cos(thetas)], axis=-1)
         f = question.reflector().eval(question.wi(), wo.astype(np.float32), nm)
         bad = int(np.count_nonzero(~np.isfinite(f)))

@@ -39,7 +39,7 @@ class Peaks(Want):
     """
 
     wavelengths_nm: tuple[float, ...]
-    #: Step of the search.
+    #: Step between the angles of the search.
     angle_step_deg: float
     #: Expected period; ``None`` for that of the surface.
     period_um: float | None
@@ -97,6 +97,7 @@ class Peaks(Want):
             wo = np.stack([np.sin(radians), 0 * radians, np.cos(radians)], axis=-1)
             f = reflector.eval(question.wi(), wo, [nm])[:, 0]
             if not f.max() > 0:
+                # The surface is black here, or a value is NaN.
                 continue
             peak_deg = float(angles_deg[int(f.argmax())])
             grating_deg = float(np.degrees(np.arcsin(expected_sine)))

@@ -171,7 +171,7 @@ class Render(Want):
             for child in list(bsdf):
                 bsdf.remove(child)
             bsdf.set("type", "diffraction")
-        replaced = set(given).union(*(_REPLACED.get(name, ()) for name in given))
+        replaced = set(given).union(*(_REPLACED.get(name, set()) for name in given))
         for child in list(bsdf):
             if child.get("name") in replaced:
                 bsdf.remove(child)

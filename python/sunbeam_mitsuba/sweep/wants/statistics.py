@@ -27,7 +27,7 @@ _FIGURES: tuple[tuple[str, str, tuple[str | int, ...], str], ...] = (
         "period_x_direction_deg",
         "number",
         ("periods", "x", "direction_deg"),
-        "direction of its wave vector, in degrees from +x",
+        "direction of its waves from +x in degrees",
     ),
     ("period_x_share", "number", ("periods", "x", "power_share"), "fraction of the heights' variance near this period"),
     ("period_y_um", "number", ("periods", "y", "period_um"), "strongest period along y in µm; none without one"),
@@ -35,7 +35,7 @@ _FIGURES: tuple[tuple[str, str, tuple[str | int, ...], str], ...] = (
         "period_y_direction_deg",
         "number",
         ("periods", "y", "direction_deg"),
-        "direction of its wave vector, in degrees from +x",
+        "direction of its waves from +x in degrees",
     ),
     ("period_y_share", "number", ("periods", "y", "power_share"), "fraction of the heights' variance near this period"),
 )
@@ -66,7 +66,7 @@ class Statistics(Want):
         for name, kind, path, _ in _FIGURES:
             value: Any = report
             for key in path:
-                # A relief without a period has none in place of the whole entry.
+                # The entry of an axis is null where the relief has no period along it.
                 value = value[key] if value is not None else None
             if value is None:
                 continue
