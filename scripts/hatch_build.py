@@ -63,6 +63,7 @@ class PluginBuildHook(BuildHookInterface):
                 raise SystemExit("target/versions has no plugins: run `python scripts/versions.py build` first")
         for release, plugin in plugins.items():
             inside = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
+            # Cargo's target folder may be relative to the repository.
             build_data["force_include"][str(stripped(root / plugin, root / "target" / "wheel" / release))] = inside
         # The wheel serves all versions of Python on this platform.
         build_data["pure_python"] = False

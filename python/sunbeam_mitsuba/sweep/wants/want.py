@@ -48,7 +48,7 @@ class Answer:
     figures: dict[str, Any] = field(default_factory=dict)
     #: Contents of files by the ending of their name, such as ``map.exr``.
     pictures: dict[str, bytes] = field(default_factory=dict)
-    #: Small PNGs for the contact sheet by the head of their column there.
+    #: Small PNGs by the title of their column on the contact sheet.
     thumbnails: dict[str, bytes] = field(default_factory=dict)
 
     def number(self, name: str, value: float) -> None:
