@@ -12,32 +12,39 @@ from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+# Path of the plugin's library in Cargo's target folder.
 PLUGIN = "release/libsunbeam_mitsuba.so"
 
 
 def stripped(plugin: Path, folder: Path) -> Path:
-    """Removes debug information, nine tenths of the plugin; returns it unchanged where `strip` is missing."""
+    """Copies the plugin without debug information, nine tenths of it, to `diffraction.so` in `folder`.
+
+    Returns the copy's path, or the plugin's own where the program `strip` is missing.
+    """
     if not shutil.which("strip"):
         return plugin
     folder.mkdir(parents=True, exist_ok=True)
-    made = folder / "diffraction.so"
-    subprocess.run(["strip", "--strip-debug", "-o", str(made), str(plugin)], check=True)
-    return made
+    copy = folder / "diffraction.so"
+    subprocess.run(["strip", "--strip-debug", "-o", str(copy), str(plugin)], check=True)
+    return copy
 
 
 class PluginBuildHook(BuildHookInterface):
     """Runs ``cargo build`` and tags the wheel with its platform.
 
-    The wheel holds the plugin for the building interpreter's Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it
-    holds a plugin for every release that `scripts/versions.py` has built.
+    The wheel has the plugin for the building interpreter's Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it
+    has a plugin for every release that `scripts/versions.py` has built.
     """
 
     def initialize(self, version: str, build_data: dict) -> None:
-        """Called by hatchling before it collects the files of a wheel."""
+        """Builds and adds the plugins. Hatchling calls it before it collects the files of a wheel.
+
+        Raises SystemExit with one line where the plugin cannot be built.
+        """
         root = Path(self.root)
         environment = {"CARGO_TARGET_DIR": str(root / "target"), **os.environ}
-        # cpp_shim/build.rs finds Mitsuba through this interpreter, which has the packages that pyproject.toml requires.
-        # The checkout's interpreter is the default; naming it would make Cargo rebuild the plugin of `make plugin`.
+        # cpp_shim/build.rs finds Mitsuba through the interpreter SUNBEAM_PYTHON, by default the checkout's. Naming the
+        # default would make Cargo rebuild the plugin of `make plugin`.
         if Path(sys.prefix) != root / ".venv":
             environment.setdefault("SUNBEAM_PYTHON", sys.executable)
         command = ["cargo", "build", "--release", "--package", "sunbeam-mitsuba"]
@@ -47,13 +54,17 @@ class PluginBuildHook(BuildHookInterface):
             raise SystemExit("sunbeam-mitsuba needs Rust to be built: see https://rustup.rs") from None
         except subprocess.CalledProcessError as error:
             raise SystemExit(f"`{' '.join(command)}` failed with status {error.returncode}") from None
+        # Plugins by their release of Mitsuba.
         plugins = {importlib.metadata.version("mitsuba"): Path(environment["CARGO_TARGET_DIR"], PLUGIN)}
         if os.environ.get("SUNBEAM_ALL_RELEASES") == "1":
             built = (root / "target" / "versions").glob("*/plugins/diffraction.so")
             plugins = {path.parents[1].name: path for path in built}
+            if not plugins:
+                raise SystemExit("target/versions has no plugins: run `python scripts/versions.py build` first")
         for release, plugin in plugins.items():
             inside = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
+            # Cargo's target folder may be relative to the repository.
             build_data["force_include"][str(stripped(root / plugin, root / "target" / "wheel" / release))] = inside
-        # Any version of Python, on this platform.
+        # The wheel serves all versions of Python on this platform.
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"

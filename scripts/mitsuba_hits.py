@@ -1,6 +1,13 @@
-"""Writes the hits of Mitsuba's camera rays on the snake, for crates/realtime/tests/realtime/pictures.rs.
+"""Writes the hits of Mitsuba's camera rays on the snake and the ground, as a reference for the realtime renderer.
 
-Run it from the repository after `make tool`: PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
+crates/realtime/tests/realtime/pictures.rs reads them. The file has the version of Mitsuba, the size of the picture, and
+its pixels row by row from the top. A pixel is null for a ray without a hit, or an object:
+
+- `skin`: whether the ray hit the snake, and not the ground;
+- `lit`: whether the sun reaches the point from the viewer's side of the surface;
+- `wi_wo_uv`: unit vectors to the sun and to the viewer in the frame of shading, and texture coordinates; 8 numbers.
+
+Run it in the repository after `make tool`: PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
 """
 
 from __future__ import annotations
@@ -12,16 +19,19 @@ from pathlib import Path
 
 import mitsuba as mi
 
+from mitsuba_scenes.light import Light
+from mitsuba_scenes.scene import SOIL, View
+
 REPOSITORY = Path(__file__).resolve().parent.parent
+# The written file.
 HITS = REPOSITORY / "crates/realtime/tests/realtime/data/mitsuba_hits.json"
+# Size of the picture in pixels.
 WIDTH, HEIGHT = 36, 24
 
 
 def main() -> None:
+    """Traces a ray through the centre of each pixel and writes HITS."""
     mi.set_variant("scalar_rgb")
-    from mitsuba_scenes.light import Light
-    from mitsuba_scenes.scene import SOIL, View
-
     to_sun = mi.Vector3f(Light().to_sun())
     view = View(WIDTH, HEIGHT)
     with tempfile.TemporaryDirectory() as folder:
@@ -42,23 +52,26 @@ def main() -> None:
     pixels = []
     for y in range(HEIGHT):
         for x in range(WIDTH):
+            # Time, random number of the wavelength, place on the film, and place on the aperture.
             ray, _ = sensor.sample_ray(0, 0.5, [(x + 0.5) / WIDTH, (y + 0.5) / HEIGHT], [0.5, 0.5])
             si = scene.ray_intersect(ray)
             if not si.is_valid():
                 pixels.append(None)
                 continue
             skin = si.shape.id() == "snake"
-            to_viewer, light = si.wi, si.to_local(to_sun)
-            # `twosided` turns directions below the surface to its front.
-            if to_viewer.z < 0:
-                to_viewer.z, light.z = -to_viewer.z, -light.z
-            lit = bool(light.z > 0 and not scene.ray_test(si.spawn_ray(to_sun)))
-            rounded = [float(f"{value:.7g}") for value in [*light, *to_viewer, *si.uv]]
+            # Mitsuba names the direction to the viewer `wi`.
+            wi, wo = si.to_local(to_sun), si.wi
+            # Where the back of a surface is seen, it is mirrored to the front, like Mitsuba's BSDF `twosided` does.
+            if wo.z < 0:
+                wi.z, wo.z = -wi.z, -wo.z
+            lit = bool(wi.z > 0 and not scene.ray_test(si.spawn_ray(to_sun)))
+            rounded = [float(f"{value:.7g}") for value in [*wi, *wo, *si.uv]]
             pixels.append({"skin": skin, "lit": lit, "wi_wo_uv": rounded})
-    out = {"mitsuba": mi.__version__, "width": WIDTH, "height": HEIGHT, "pixels": pixels}
-    text = json.dumps(out).replace('{"skin"', '\n{"skin"')
+    hits = {"mitsuba": mi.__version__, "width": WIDTH, "height": HEIGHT, "pixels": pixels}
+    # A line for each pixel that was hit.
+    text = json.dumps(hits).replace('{"skin"', '\n{"skin"')
     HITS.write_text(text + "\n")
-    print(sum(bool(p and p["skin"]) for p in pixels), "pixels of skin")
+    print(sum(pixel is not None and pixel["skin"] for pixel in pixels), "pixels of skin")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Builds the plugin for each release of Mitsuba that it can be compiled against, and tests it there.
 
-Each release has an environment of its own in target/versions/, with its plugin beside it:
+target/versions/RELEASE/ has the release's environment, `venv/`, and its plugin, `plugins/diffraction.so`.
 
-    python scripts/versions.py build            # environments and plugins
-    python scripts/versions.py test [RELEASE …] # also runs the tests that every release must pass
+    python scripts/versions.py build [RELEASE …]  # environments and plugins
+    python scripts/versions.py test [RELEASE …]   # also runs the tests that every release must pass
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import sys
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+# Folder of the environments and plugins.
 FOLDER = REPOSITORY / "target" / "versions"
-# Packages of every release's environment, in the versions of requirements.lock.
+# Packages of every release's environment besides Mitsuba, in the versions of requirements.lock.
 SHARED = ("nanobind", "numpy", "pytest", "iniconfig", "packaging", "pluggy", "Pygments")
 # Files of tests/ that every release must pass.
 TESTS = (
@@ -29,10 +30,12 @@ TESTS = (
     "test_frozen.py",
     "test_lifetimes.py",
 )
-# Largest relative difference between a picture's mean colours in two releases. Random numbers and model are equal; the
-# releases' own code rounds differently.
-MEANS = 1e-4
-PICTURE = """
+# Largest relative difference between a picture's mean colours in two releases. Random numbers and model are equal, but
+# the releases round differently.
+MEANS_TOLERANCE = 1e-4
+# Program that renders a picture and prints the mean of each channel as JSON. Its arguments are the plugin's folder and
+# the variant.
+PICTURE_PROGRAM = """
 import json, sys
 import mitsuba as mi
 import numpy as np
@@ -48,6 +51,7 @@ scene = mi.load_dict({
 })
 print(json.dumps(np.array(mi.render(scene, spp=64, seed=1)).mean(axis=(0, 1)).tolist()))
 """
+# Variants of the compared pictures.
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral")
 
 
@@ -58,17 +62,18 @@ def releases() -> list[str]:
 
 
 def run(*words: object, **variables: str) -> None:
+    """Runs a command in the repository with further environment variables. Raises CalledProcessError if it fails."""
     subprocess.run([str(word) for word in words], check=True, cwd=REPOSITORY, env={**os.environ, **variables})
 
 
 def python_of(release: str) -> Path:
-    """Interpreter of the release's environment, which is made where it is missing or outdated."""
+    """Interpreter of the release's environment, which is created where it is missing or outdated."""
     environment = FOLDER / release / "venv"
     python = environment / "bin" / "python"
     lock = (REPOSITORY / "requirements.lock").read_text(encoding="utf-8")
     pinned = [line for line in lock.splitlines() if line.split("==")[0] in SHARED]
     wanted = "\n".join([f"mitsuba=={release}", *pinned]) + "\n"
-    # The installed requirements, written after a complete installation.
+    # Requirements of the last complete installation.
     installed = FOLDER / release / "installed.txt"
     if not installed.exists() or installed.read_text(encoding="utf-8") != wanted:
         run(sys.executable, "-m", "venv", "--clear", environment)
@@ -81,12 +86,12 @@ def python_of(release: str) -> Path:
 
 
 def plugin_folder(release: str) -> Path:
-    """Folder of the release's plugin for Mitsuba's file resolver."""
+    """Folder in which Mitsuba's file resolver finds the release's plugin as `plugins/diffraction.so`."""
     return FOLDER / release
 
 
 def build(release: str) -> None:
-    """Compiles the plugin against the release's wheel."""
+    """Compiles the plugin against the release's wheel, and copies it to the release's folder."""
     print(f"== the plugin for Mitsuba {release}", flush=True)
     run("cargo", "build", "--release", "--package", "sunbeam-mitsuba", SUNBEAM_PYTHON=str(python_of(release)))
     plugins = plugin_folder(release) / "plugins"
@@ -95,45 +100,53 @@ def build(release: str) -> None:
 
 
 def means(release: str) -> dict[str, list[float]]:
-    """Mean colours of a picture by variant, each rendered in a process of its own (see `test`)."""
-    found: dict[str, list[float]] = {}
+    """Mean colours of a picture, `[channels]`, by variant. Each variant has its own process, as in `test`."""
+    by_variant: dict[str, list[float]] = {}
     for variant in VARIANTS:
-        words = [python_of(release), "-c", PICTURE, plugin_folder(release), variant]
+        words = [python_of(release), "-c", PICTURE_PROGRAM, plugin_folder(release), variant]
         done = subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True)
-        found[variant] = json.loads(done.stdout)
-    return found
+        by_variant[variant] = json.loads(done.stdout)
+    return by_variant
 
 
-def test(release: str, newest: dict[str, list[float]]) -> None:
-    """Runs TESTS with the release, and compares its picture with the newest release's."""
+def test(release: str, newest_means: dict[str, list[float]]) -> None:
+    """Runs TESTS with the release, and compares the means of its picture with those of the newest release.
+
+    Raises CalledProcessError or SystemExit where it fails.
+    """
     print(f"== tests with Mitsuba {release}", flush=True)
     files = [REPOSITORY / "tests" / name for name in TESTS]
     folder = str(plugin_folder(release))
-    # Two processes: in 3.8.0 an LLVM render after a scalar one fails, with Mitsuba's own BSDFs too.
-    for which in ("scalar", "not scalar"):
-        run(python_of(release), "-m", "pytest", "-q", "-k", which, *files, SUNBEAM_PLUGIN_FOLDER=folder)
-    for variant, here in means(release).items():
-        off = max(abs(a - b) / b for a, b in zip(here, newest[variant]))
-        print(f"   {variant}: means within {off:.1e} of the newest release's")
-        if not off <= MEANS:
-            raise SystemExit(f"Mitsuba {release}, {variant}: the means are off by {off:.1e}, more than {MEANS}")
+    # Two processes, since in 3.8.0 an LLVM render fails after a scalar one, also with Mitsuba's own BSDFs.
+    for selection in ("scalar", "not scalar"):
+        run(python_of(release), "-m", "pytest", "-q", "-k", selection, *files, SUNBEAM_PLUGIN_FOLDER=folder)
+    for variant, found in means(release).items():
+        difference = max(abs(a - b) / b for a, b in zip(found, newest_means[variant]))
+        print(f"   {variant}: means within {difference:.1e} of the newest release's")
+        # The condition is also false for NaN.
+        if not difference <= MEANS_TOLERANCE:
+            raise SystemExit(
+                f"Mitsuba {release}, {variant}: the means are off by {difference:.1e}, more than {MEANS_TOLERANCE}"
+            )
 
 
 def main(words: list[str]) -> int:
-    what, *chosen = words or [""]
+    """Runs the command line with the arguments `words`. Returns the exit status: 0, or 2 for wrong arguments."""
+    action, *chosen = words or [""]
     known = releases()
-    if what not in ("build", "test") or not set(chosen) <= set(known):
+    if action not in ("build", "test") or not set(chosen) <= set(known):
         print(f"{sys.argv[0]} build|test [{'|'.join(known)} ...]", file=sys.stderr)
         return 2
     wanted = [release for release in known if release in chosen or not chosen]
     for release in wanted:
         build(release)
-    if what == "test":
-        if known[0] not in wanted:
-            build(known[0])
-        newest = means(known[0])
+    if action == "test":
+        newest = known[0]
+        if newest not in wanted:
+            build(newest)
+        newest_means = means(newest)
         for release in wanted:
-            test(release, newest)
+            test(release, newest_means)
     return 0
 
 

@@ -193,7 +193,8 @@ def test_the_summary_describes_the_columns(folder, rows):
     assert (summary["state"], summary["cases"], summary["failed"]) == ("finished", 4, 2)
     assert set(summary["columns"]) == set(rows[0])
     schema = pq.read_schema(folder / "out" / "sweep.parquet")
-    assert schema.field("peaks_variance_nm2").metadata[b"meaning"] == b"its variance over the wavelengths in nm\xc2\xb2"
+    meaning = schema.field("peaks_variance_nm2").metadata[b"meaning"].decode()
+    assert meaning == "variance of the spacing over the wavelengths, in nm²"
     times = pq.read_table(folder / "out" / "times.parquet").to_pylist()
     assert [row["identity"] for row in times] == [row["identity"] for row in rows]
     assert all(row["seconds"] > 0 for row in times)

@@ -218,23 +218,58 @@ def test_workers_follow_from_memory(sweep_package):
     assert memory > 0
 
 
+class OneGigabyte:
+    """A fake surface with tables of 1 GB."""
+
+    table_bytes = 1e9
+
+
 def test_surfaces_are_dropped_where_memory_is_short(sweep_package, monkeypatch):
     from sunbeam_mitsuba.sweep import tables
 
-    class Reflector:
-        table_bytes = 1e9
-
     built = []
-    monkeypatch.setattr(tables, "make_reflector", lambda parameters: built.append(parameters["eta"]) or Reflector())
+    monkeypatch.setattr(tables, "make_reflector", lambda parameters: built.append(parameters["eta"]) or OneGigabyte())
     held = tables.HeldSurfaces(2 * 2.5e9 + tables.WORKER_BYTES)
     for eta in (1, 2, 1, 3, 1, 2):
         held.get({"preset": "flat", "eta": eta, "theta_i_deg": 10 * eta})
     # Two surfaces fit: 3 replaces 2, which was used before 1.
     assert built == [1, 2, 3, 2]
     assert len(held) == 2
-    monkeypatch.setattr(tables, "estimated_bytes", lambda parameters: 7e9)
+    monkeypatch.setattr(tables, "estimated_peak_bytes", lambda parameters: 7e9)
     with pytest.raises(tables.TooLarge, match=r"about 7\.0 GB, and the worker has 5\.0 GB"):
         held.get({"preset": "flat", "eta": 9})
+    # A refused build drops nothing.
+    assert len(held) == 2
+
+
+def test_surfaces_are_dropped_for_the_peak_of_a_build(sweep_package, monkeypatch):
+    from sunbeam_mitsuba.sweep import tables
+
+    held = tables.HeldSurfaces(5e9 + tables.WORKER_BYTES)
+    held_at_builds = []
+    monkeypatch.setattr(tables, "make_reflector", lambda parameters: held_at_builds.append(len(held)) or OneGigabyte())
+    monkeypatch.setattr(tables, "estimated_peak_bytes", lambda parameters: parameters["scale"] * 1e9)
+    # Numbers of held surfaces that fit beside peaks of 1, 3 and 4.5 GB: any, two, none.
+    for peak_gb in (1, 3, 4.5):
+        held.get({"preset": "flat", "scale": peak_gb})
+    assert held_at_builds == [0, 1, 0]
+
+
+def test_surfaces_of_unknown_size_count_by_their_estimate(sweep_package, monkeypatch):
+    from sunbeam_mitsuba.sweep import tables
+
+    class Unknown:
+        table_bytes = 0.0
+
+    monkeypatch.setattr(tables, "make_reflector", lambda parameters: Unknown())
+    monkeypatch.setattr(tables, "estimated_peak_bytes", lambda parameters: 6e9)
+    # By the ratio of peak and table each surface takes 1 GB, and half of 8 GB is for held surfaces.
+    monkeypatch.setattr(tables, "_PEAK_OVER_TABLE", 6.0)
+    held = tables.HeldSurfaces(8e9 + tables.WORKER_BYTES)
+    for eta in range(1, 9):
+        held.get({"preset": "flat", "eta": eta})
+    # Two stay beside the next build of 6 GB, which makes three.
+    assert len(held) == 3
 
 
 def test_the_shared_specification_has_twelve_cases(sweep_package, tmp_path):

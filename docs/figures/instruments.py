@@ -98,12 +98,26 @@ def untried(formats: list[dict], refused: list[dict]) -> list[str]:
 
 
 def reasons(refused: list[dict]) -> dict[str, int]:
-    """Numbers of refused files: profiles, bare arrays, without a unit, with a size above the limit, unreadable."""
-    # Phrases of the converter's messages.
-    kinds = {"profiles": "profiles", "bare arrays": "arrays", "does not tell": "units", "more than the": "sizes"}
-    counts = dict.fromkeys([*kinds.values(), "unreadable"], 0)
+    """Numbers of refused files: profiles, bare arrays, without a unit, with a size above the limit, unreadable.
+
+    Raises SetupError for a message of none or of several kinds, so that a changed message is not counted wrongly.
+    """
+    # Kinds by phrases of the converter's messages.
+    kinds = {
+        "holds profiles": "profiles",
+        "holds bare arrays": "arrays",
+        "does not tell its unit": "units",
+        "more than the": "sizes",
+        "SurfaceTopography fails on it": "unreadable",
+        "SurfaceTopography knows no format": "unreadable",
+        "no point has a height": "unreadable",
+    }
+    counts = dict.fromkeys(kinds.values(), 0)
     for row in refused:
-        counts[next((kind for phrase, kind in kinds.items() if phrase in row["reason"]), "unreadable")] += 1
+        matching = [kind for phrase, kind in kinds.items() if phrase in row["reason"]]
+        if len(matching) != 1:
+            raise SetupError(f"{PART}: the refusal of {row['file']} is of no known kind: {row['reason']}")
+        counts[matching[0]] += 1
     return counts
 
 

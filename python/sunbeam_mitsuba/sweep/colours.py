@@ -1,6 +1,7 @@
-"""Colours of spectral reflectances: illuminants, the CIE 1931 observer, linear sRGB, CIELAB, chromaticities' hulls.
+"""Colours of spectral reflectances: CIE XYZ (1931 observer), linear sRGB, CIELAB, and gamuts in CIE 1976 u'v'.
 
-A colour of a reflectance R under an illuminant L is Σ R(λ) L(λ) x̄ȳz̄(λ) / Σ L(λ) ȳ(λ), at uniform wavelengths λ.
+The colour of a reflectance R under an illuminant L is XYZ = Σ R(λ) L(λ) x̄ȳz̄(λ) / Σ L(λ) ȳ(λ), summed over uniform
+wavelengths λ, so a perfect reflector (R = 1) has Y = 1. The sums also apply to a BSDF; colours are then in 1/sr.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 #: The CIE's names of the illuminants: daylight, equal energy, incandescent lamp.
 ILLUMINANTS = ("D65", "E", "A")
-#: Matrix from CIE XYZ, with Y = 1 for white, to linear sRGB (IEC 61966-2-1).
+# Matrix from CIE XYZ to linear sRGB (IEC 61966-2-1). White under D65 has Y = 1 and all channels 1.
 _SRGB_OF_XYZ = np.array(
     [
         [3.2404541621, -1.5371385128, -0.4985314096],
@@ -27,48 +28,62 @@ _SRGB_OF_XYZ = np.array(
         [0.0556434310, -0.2040259135, 1.0572251882],
     ]
 )
+# Temperature in K of the black body that defines illuminant A (CIE 15).
+_LAMP_K = 2848.0
+# Second radiation constant hc/k_B in nm·K, the value of 1931 to which _LAMP_K belongs (CIE 15).
+_C2_NM_K = 1.435e7
 
 
 def wavelengths_nm(step_nm: float) -> Doubles:
-    """Visible wavelengths from 380 to 780 nm in uniform steps."""
+    """Visible wavelengths in nm from 380 in uniform steps, up to at most 780."""
     return np.arange(380.0, 780.0 + 1e-9, step_nm)
 
 
 @lru_cache(maxsize=16)
 def xyz_weights(illuminant: str, step_nm: float) -> Doubles:
-    """Weights ``[wavelengths, 3]`` from a spectral reflectance to CIE XYZ, with Y = 1 for a perfect reflector."""
+    """Weights ``[wavelengths, 3]`` from a reflectance at ``wavelengths_nm(step_nm)`` to CIE XYZ.
+
+    ``illuminant`` is one of ILLUMINANTS. A perfect reflector has Y = 1.
+    """
+    # In a scalar variant Mitsuba's functions of wavelength take and return plain numbers.
     use_variant("scalar_spectral")
     mi = mitsuba()
     nm = wavelengths_nm(step_nm)
     observer = np.array([[float(value) for value in mi.cie1931_xyz(float(one))] for one in nm])
     if illuminant == "D65":
-        light = np.array([float(mi.cie_d65(float(one))) for one in nm])
+        power = np.array([float(mi.cie_d65(float(one))) for one in nm])
     elif illuminant == "A":
-        # CIE 15 defines illuminant A as a black body of 2848 K with the radiation constant of 1931.
-        light = (560.0 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560.0)) / np.expm1(1.435e7 / (2848 * nm))
+        # Planck's law relative to 560 nm.
+        power = (560.0 / nm) ** 5 * np.expm1(_C2_NM_K / (_LAMP_K * 560.0)) / np.expm1(_C2_NM_K / (_LAMP_K * nm))
     else:
-        light = np.ones_like(nm)
-    weights: Doubles = observer * light[:, None]
+        power = np.ones_like(nm)
+    weights: Doubles = observer * power[:, None]
     weights /= weights[:, 1].sum()
     return weights
 
 
 @lru_cache(maxsize=16)
 def rgb_weights(illuminant: str, step_nm: float) -> Doubles:
-    """Weights ``[wavelengths, 3]`` to linear sRGB, scaled by channel to (1, 1, 1) for a perfect reflector."""
+    """Weights ``[wavelengths, 3]`` from a reflectance at ``wavelengths_nm(step_nm)`` to linear sRGB.
+
+    Each channel is scaled so that a perfect reflector is (1, 1, 1) under any of the ILLUMINANTS.
+    """
     weights = np.einsum("ij,kj->ik", xyz_weights(illuminant, step_nm), _SRGB_OF_XYZ)
     scaled: Doubles = weights / weights.sum(axis=0)
     return scaled
 
 
 def weighted(values: NDArray[np.float32] | Doubles, weights: Doubles) -> Doubles:
-    """Weighted sums over wavelength, ``[directions, 3]``. The order of einsum's sums is independent of threads."""
+    """Sums over wavelength, ``[directions, 3]``, of ``values[directions, wavelengths]`` times ``weights``.
+
+    The order of einsum's additions does not depend on the number of threads, so results are reproducible.
+    """
     summed: Doubles = np.einsum("ij,jk->ik", values.astype(np.float64), weights)
     return summed
 
 
 def lab(xyz: Doubles, white: Doubles) -> Doubles:
-    """CIELAB ``[L*, a*, b*]`` of a colour, relative to the illuminant's white (CIE 15)."""
+    """CIELAB ``[L*, a*, b*]`` of the colour ``xyz[3]``, relative to ``white[3]``, the illuminant's XYZ (CIE 15)."""
     ratio = xyz / white
     linear = ratio / (3 * (6 / 29) ** 2) + 4 / 29
     f = np.where(ratio > (6 / 29) ** 3, np.cbrt(np.maximum(ratio, 0)), linear)
@@ -76,20 +91,24 @@ def lab(xyz: Doubles, white: Doubles) -> Doubles:
 
 
 def chromaticities(xyz: Doubles) -> Doubles:
-    """CIE 1976 u', v' of colours ``[n, 3]``, none of them black."""
+    """CIE 1976 u', v' ``[n, 2]`` of colours ``xyz[n, 3]``, none of them black."""
     denominator = xyz[:, 0] + 15 * xyz[:, 1] + 3 * xyz[:, 2]
     return np.stack([4 * xyz[:, 0] / denominator, 9 * xyz[:, 1] / denominator], axis=-1)
 
 
 def hull(points: Doubles) -> list[int]:
-    """Indices of the corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    """Indices of the corners of the convex hull of ``points[n, 2]``, counter-clockwise (Andrew's monotone chain).
+
+    Points on an edge are no corners. The list is empty without points, and [0] for a single one.
+    """
     order = sorted(range(len(points)), key=lambda i: (points[i, 0], points[i, 1]))
 
     def turns_left(a: int, b: int, c: int) -> bool:
         (ax, ay), (bx, by), (cx, cy) = points[a], points[b], points[c]
         return bool((bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 0)
 
-    def chain(indices: list[int]) -> list[int]:
+    def half_hull(indices: list[int]) -> list[int]:
+        """The lower hull for ascending points, the upper one for descending; its last corner begins the other half."""
         corners: list[int] = []
         for index in indices:
             while len(corners) > 1 and not turns_left(corners[-2], corners[-1], index):
@@ -97,7 +116,7 @@ def hull(points: Doubles) -> list[int]:
             corners.append(index)
         return corners[:-1]
 
-    return chain(order) + chain(order[::-1]) if len(order) > 1 else order
+    return half_hull(order) + half_hull(order[::-1]) if len(order) > 1 else order
 
 
 def polygon_area(corners: Doubles) -> float:

@@ -1,4 +1,4 @@
-"""Runs the command ``sunbeam``, which reports statistics and periods of a relief, and its orders by both theories."""
+"""Runs the command ``sunbeam``, which reports statistics and periods of a relief, and orders of a grating."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from typing import Any, cast
 from .errors import SweepError
 from .limits import SOURCE, SURFACE, Value
 
-# The command of the checkout's own build.
+# Path of the command in a checkout after `make tool`.
 _BUILT = Path(__file__).resolve().parents[3] / "target" / "release" / "sunbeam"
 _MISSING = "the command sunbeam is missing: put it on PATH, or name it in the environment variable SUNBEAM_COMMAND"
 
 
 class CommandError(ValueError):
-    """A refusal of the command, with the line that it printed."""
+    """Refusal by the command; the message is the last line that it printed on stderr."""
 
 
 def find_command() -> str | None:
-    """Finds the command: ``SUNBEAM_COMMAND``, or ``sunbeam`` on ``PATH``, or the one built in the checkout.
+    """Finds the command: ``SUNBEAM_COMMAND``, or ``sunbeam`` on ``PATH``, or the one built in the checkout, or none.
 
     Raises :class:`SweepError` where ``SUNBEAM_COMMAND`` cannot be run.
     """
@@ -37,7 +37,7 @@ def find_command() -> str | None:
 
 
 def require_command() -> str:
-    """The command's path. Raises :class:`SweepError` where it is missing."""
+    """Name or path of the command. Raises :class:`SweepError` where it is missing."""
     found = find_command()
     if found is None:
         raise SweepError(_MISSING)
@@ -45,7 +45,7 @@ def require_command() -> str:
 
 
 def surface_words(parameters: Mapping[str, Value]) -> list[str]:
-    """Arguments that describe a surface. Parameters that the command does not know are left out."""
+    """Command-line arguments that describe a surface. Parameters outside SOURCE and SURFACE are left out."""
     words = []
     for name, value in parameters.items():
         if name in SOURCE or name in SURFACE:
@@ -56,7 +56,10 @@ def surface_words(parameters: Mapping[str, Value]) -> list[str]:
 
 
 def ask(*words: str) -> dict[str, Any]:
-    """Runs the command and parses its JSON output. Raises :class:`CommandError` where the command refuses."""
+    """Runs the command with arguments ``words`` and parses its output, a JSON object.
+
+    Raises :class:`CommandError` where the command refuses, and :class:`SweepError` where it is missing.
+    """
     done = subprocess.run([require_command(), *words], capture_output=True, text=True)
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
@@ -64,19 +67,19 @@ def ask(*words: str) -> dict[str, Any]:
     return cast("dict[str, Any]", json.loads(done.stdout))
 
 
-@lru_cache(maxsize=64)
-def _described(words: tuple[str, ...], changed_ns: int) -> dict[str, Any]:
-    """The cached report. ``changed_ns``, the file's time of change, is only a part of the cache's key."""
-    return ask("height-field", *words)
-
-
 def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
-    """The report of ``sunbeam height-field``, cached for further settings of a surface.
+    """Report of ``sunbeam height-field`` on a surface. It is cached, since all settings of a surface need it.
 
-    Raises :class:`CommandError` where the surface is refused.
+    Raises :class:`CommandError` where the surface is refused, and :class:`SweepError` where the command is missing.
     """
     name = parameters.get("filename")
     changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
-    # The report does not depend on the index, so surfaces that differ in the index share one.
+    # The report depends on neither the index nor the obliquity factor, so surfaces that differ in these share it.
     relief = {key: value for key, value in parameters.items() if key not in ("eta", "k", "obliquity")}
     return _described(tuple(surface_words(relief)), changed_ns)
+
+
+@lru_cache(maxsize=64)
+def _described(words: tuple[str, ...], changed_ns: int) -> dict[str, Any]:
+    """The cached report. ``changed_ns``, the file's modification time, is only part of the cache key."""
+    return ask("height-field", *words)

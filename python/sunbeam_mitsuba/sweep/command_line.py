@@ -1,4 +1,4 @@
-"""``python -m sunbeam_mitsuba.sweep SPEC.toml``."""
+"""The command line ``python -m sunbeam_mitsuba.sweep SPEC.toml``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import os
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
@@ -23,42 +24,47 @@ INTERRUPTED = 130
 
 
 def _parser() -> argparse.ArgumentParser:
-    """The parser of the options."""
+    """Makes the parser of the options."""
     parser = argparse.ArgumentParser(
         prog="python -m sunbeam_mitsuba.sweep",
-        description="Computes figures and pictures of many surfaces under many settings; goes on where it was stopped.",
-        epilog="Exit status: 0, 1 where some cases failed, 2 with one line that says what is wrong, 130 on Ctrl-C.",
+        description="Computes figures and pictures of many surfaces under many settings; resumes after interruptions.",
+        epilog="Exit status: 0, 1 where some cases failed, 2 after a refusal in one line, 130 on Ctrl-C.",
     )
     add = parser.add_argument
-    add("spec", type=Path, metavar="SPEC.toml", help="what is wanted of which surfaces")
-    add("-o", "--output", type=Path, metavar="FOLDER", help="where results go, instead of what the specification says")
-    add("--scheduler", metavar="ADDRESS", help="a Dask scheduler such as tcp://host:8786, instead of this machine")
-    add("--workers", type=_positive(int), metavar="N", help="processes of this machine (default: one a core)")
-    add("--memory", type=_positive(float), metavar="GB", help="memory of each of them (default: what is free, divided)")
-    begin = parser.add_mutually_exclusive_group()
-    begin.add_argument("--resume", action="store_true", help="keep the results that are there (the default)")
-    begin.add_argument("--fresh", action="store_true", help="remove them and begin anew")
-    add("--retry-failed", action="store_true", help="try the cases again that failed")
-    add("--plan", action="store_true", help="say what it would take, and do nothing")
+    add("spec", type=Path, metavar="SPEC.toml", help="surfaces, settings and wanted figures")
+    add("-o", "--output", type=Path, metavar="FOLDER", help="folder of the results, instead of the specification's")
+    add("--scheduler", metavar="ADDRESS", help="compute on a Dask scheduler such as tcp://host:8786")
+    add("--workers", type=_positive(int), metavar="N", help="processes on this machine (default: one per core)")
+    add("--memory", type=_positive(float), metavar="GB", help="memory of each process (default: from free memory)")
+    earlier = parser.add_mutually_exclusive_group()
+    earlier.add_argument("--resume", action="store_true", help="keep the folder's results (the default)")
+    earlier.add_argument("--fresh", action="store_true", help="remove the folder's results first")
+    add("--retry-failed", action="store_true", help="compute failed cases again")
+    add("--plan", action="store_true", help="estimate the memory, and compute nothing")
     return parser
 
 
-def _positive(kind: type[int] | type[float]):  # type: ignore[no-untyped-def]
-    """An argparse type: a finite number of type ``kind`` above zero."""
+def _positive(kind: type[int] | type[float]) -> Callable[[str], float]:
+    """Makes the converter of an argument that is a finite number of type ``kind`` above zero."""
 
     def convert(text: str) -> float:
         value = kind(text)
         if not 0 < value < float("inf"):
-            raise argparse.ArgumentTypeError(f"{text} is not above zero")
+            raise argparse.ArgumentTypeError(f"{text} is not a finite number above zero")
         return value
 
+    # Argparse names the converter in its message on other text: "invalid int value".
     convert.__name__ = kind.__name__
     return convert
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command line. Returns the exit code."""
+    """Runs the command line with ``words``, or the process's arguments. Returns the exit code.
+
+    After an interruption it ends the process with INTERRUPTED instead of returning. Wrong arguments exit with status 2.
+    """
     options = _parser().parse_args(words)
+    # Batch systems end a job by SIGTERM.
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         spec = read_spec(options.spec, options.output)
@@ -82,11 +88,12 @@ def main(words: list[str] | None = None) -> int:
         print(f"sweep: {error}", file=sys.stderr)
         return REFUSED
     except KeyboardInterrupt:
+        # A second Ctrl-C would interrupt the clean-up.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         print("\nsweep: stopped; the same command goes on with the rest", file=sys.stderr, flush=True)
-        # Dask restarts workers that the interruption killed; once alone, these would print tracebacks.
+        # Dask restarts workers that the interruption killed. They would outlive this process and print tracebacks.
         kill_workers()
-        # Dask's threads may still wait for connections that will never answer.
+        # Dask's threads may wait for lost connections, and a normal exit would wait for these threads.
         os._exit(INTERRUPTED)
     print(
         f"{outcome.cases} cases, {outcome.failed} failed, {outcome.seconds:.1f} s: {outcome.folder}"
@@ -96,4 +103,5 @@ def main(words: list[str] | None = None) -> int:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Handles SIGTERM like Ctrl-C."""
     raise KeyboardInterrupt

@@ -1,9 +1,12 @@
 """Submits cases to the workers in batches, a few at a time, and collects the results.
 
-A worker can die, most often for lack of memory, and Dask then repeats its batch on another worker. Dask gives up after
-KILLS deaths. The cases of such a batch are submitted again one by one. A single case whose workers died may be
-innocent, because Dask counts a death against all tasks at that worker. Such *suspects* are tried at the end, each alone
-in the cluster (*on trial*), and fail if KILLS workers die again.
+A worker can die, most often for lack of memory, and Dask then repeats its batch on another worker. After KILLS deaths
+Dask gives the batch up with a KilledWorker error. Then:
+
+- The cases of a batch with several cases are submitted again, each alone in its batch.
+- A single case becomes a *suspect*. It may be innocent, because Dask counts a death against all tasks at that worker.
+- Suspects are tried at the end, one at a time, with nothing else at the workers (*on trial*). A case whose trial kills
+  KILLS workers again becomes a failed case.
 """
 
 from __future__ import annotations
@@ -14,9 +17,11 @@ import uuid
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import CancelledError
+from pathlib import Path
 from typing import Any
 
 from distributed import Client, Future
+from distributed import TimeoutError as DaskTimeoutError
 from distributed.scheduler import KilledWorker
 
 from .cluster import KILLS, thread_count
@@ -26,29 +31,34 @@ from .spec import Case
 from .store import StoreError, input_of, write_result
 from .work import Done, Job, record_of, run_batch
 
-#: Target duration of a batch in seconds. Chosen: long against the scheduler's milliseconds, short enough to lose.
+#: Shortest target duration of a batch in seconds. Longer batches spend less of the time on overhead, some
+#: milliseconds each; shorter ones balance the load better.
 BATCH_SECONDS = 1.0
-# : Target duration of a batch in seconds, per thread of the cluster, if their product exceeds BATCH_SECONDS. Chosen:
-# this : process and the scheduler spend some milliseconds on each batch.
+#: Target duration of a batch in seconds per thread of the cluster, where their product exceeds BATCH_SECONDS. This
+#: process and the scheduler spend some milliseconds on each batch, and must keep up with all threads.
 BATCH_SECONDS_PER_THREAD = 0.01
-#: Largest number of cases in a batch. Chosen.
+#: Largest number of cases in a batch. It limits the size of a message to a worker.
 BATCH_CASES_MAX = 500
-#: Batches at the workers for each of their threads: one being computed and one waiting.
+# Batches at the workers for each of their threads: one being computed and one waiting.
 _BATCHES_PER_THREAD = 2
-# Weight of the newest batch in the exponential mean of a case's duration. Chosen.
-_NEWEST = 0.5
-# Seconds between checks of the connection while no batch ends. Chosen.
-_LOOK_SECONDS = 0.25
+# Weight of the newest batch in the exponential mean of a case's duration. Larger values follow changes faster; smaller
+# ones average more batches.
+_NEWEST_WEIGHT = 0.5
+# Longest wait in seconds for the end of a batch, after which the connection is checked.
+_POLL_SECONDS = 0.25
 # Seconds between counts of the workers' threads.
 _RECOUNT_SECONDS = 2.0
-# Seconds to wait for a finished batch's result; it is small, so a longer wait means that its worker died.
+# Longest wait in seconds for a finished batch's result or error. Both are small, so a longer wait means that the worker
+# died after the batch.
 _RESULT_SECONDS = 10.0
 
 
 def drive(client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]) -> None:
-    """Computes all cases. After every batch calls ``finished`` with its number of cases and of failed ones.
+    """Computes all cases on the client's workers, which write the results.
 
-    The scheduler has few batches at a time, so its memory does not grow with the number of cases.
+    After every batch it calls ``finished`` with the batch's numbers of cases and of failed cases. The scheduler has few
+    batches at a time, so its memory does not grow with the number of cases.
+
     Raises :class:`SweepError` where the sweep cannot continue.
     """
     _Driver(client, job, cases, finished).run()
@@ -59,28 +69,33 @@ class _Driver:
 
     def __init__(self, client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]):
         self._client, self._job, self._finished = client, job, finished
+        # Cases that were not submitted yet.
         self._waiting: deque[Case] = deque(cases)
-        # Cases of a batch that killed its workers, each to be submitted alone.
-        self._alone: deque[list[Case]] = deque()
-        # Cases whose workers were killed while other batches were submitted. Dask counts a worker's death against all
-        # of its tasks, so suspects are tried again at the end, one at a time.
+        # Cases of batches that killed their workers, each to be submitted in a batch of its own.
+        self._single: deque[Case] = deque()
+        # Single cases whose workers were killed while other batches were submitted.
         self._suspects: deque[Case] = deque()
+        # The suspect that was submitted last.
         self._on_trial: Case | None = None
+        # Batches at the workers, by their futures.
         self._submitted: dict[Future[Done], list[Case]] = {}
-        self._arrived: queue.Queue[Future[Done]] = queue.Queue()
+        # Futures of batches that ended. Dask fills the queue in a thread of its own.
+        self._ended: queue.Queue[Future[Done]] = queue.Queue()
         # Exponential mean of a case's duration; 0 before the first batch ends.
         self._case_seconds = 0.0
         self._count_threads()
-        self._key, self._number = uuid.uuid4().hex[:8], 0
+        # Dask's keys of the batches are a random prefix, which differs between sweeps on one scheduler, and a number.
+        self._key_prefix = uuid.uuid4().hex[:8]
+        self._batches_made = 0
 
     def run(self) -> None:
         """Submits and collects batches until no case is left."""
         self._submit_batches()
         while self._submitted:
             try:
-                future = self._arrived.get(timeout=_LOOK_SECONDS)
+                future = self._ended.get(timeout=_POLL_SECONDS)
             except queue.Empty:
-                # The timeout also lets Python handle signals.
+                # A wait without a timeout would also delay the handling of signals.
                 if self._client.status != "running":
                     raise self._lost() from None
                 continue
@@ -88,12 +103,12 @@ class _Driver:
             self._submit_batches()
 
     def _submit_batches(self) -> None:
-        """Submits batches until each thread has its number; a suspect only if nothing else is submitted."""
+        """Submits batches until each thread has _BATCHES_PER_THREAD, and a suspect if nothing else is submitted."""
         if time.monotonic() - self._counted_at > _RECOUNT_SECONDS:
             self._count_threads()
-        while len(self._submitted) < _BATCHES_PER_THREAD * self._threads and (self._waiting or self._alone):
-            if self._alone:
-                self._submit(self._alone.popleft())
+        while len(self._submitted) < _BATCHES_PER_THREAD * self._threads and (self._waiting or self._single):
+            if self._single:
+                self._submit([self._single.popleft()])
             else:
                 size = min(self._batch_size(), len(self._waiting))
                 self._submit([self._waiting.popleft() for _ in range(size)])
@@ -102,7 +117,10 @@ class _Driver:
             self._submit([self._on_trial])
 
     def _count_threads(self) -> None:
-        """Updates the number of the workers' threads, which changes as workers join and leave."""
+        """Updates the number of the workers' threads, which changes as workers join and leave.
+
+        Raises :class:`SweepError` where the connection is lost.
+        """
         try:
             self._threads = max(1, thread_count(self._client))
         except OSError as error:
@@ -110,18 +128,19 @@ class _Driver:
         self._counted_at = time.monotonic()
 
     def _submit(self, batch: list[Case]) -> None:
-        self._number += 1
-        key = f"sweep-{self._key}-{self._number}"
+        """Submits a batch to the workers."""
+        self._batches_made += 1
+        key = f"sweep-{self._key_prefix}-{self._batches_made}"
         future = self._client.submit(run_batch, self._job, batch, key=key, pure=False)
         self._await(future, batch)
 
     def _await(self, future: Future[Done], batch: list[Case]) -> None:
-        """Registers a submitted batch; its future enters the queue of arrivals when it ends."""
+        """Registers a submitted batch, so that its future enters the queue ``_ended`` when it ends."""
         self._submitted[future] = batch
-        future.add_done_callback(self._arrived.put)
+        future.add_done_callback(self._ended.put)
 
     def _batch_size(self) -> int:
-        """Number of cases of the next batch, from the measured duration of a case; 1 before the first measurement."""
+        """Number of cases in the next batch, from the measured duration of a case; 1 before the first measurement."""
         if self._case_seconds <= 0:
             return 1
         target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * self._threads)
@@ -130,43 +149,49 @@ class _Driver:
         return max(1, min(int(target / self._case_seconds), BATCH_CASES_MAX, equal_parts))
 
     def _take(self, future: Future[Done], batch: list[Case]) -> None:
-        """Collects the result of a batch that ended, whatever its end."""
+        """Collects the result of a batch that ended. Raises :class:`SweepError` where the sweep cannot continue."""
         if future.status == "cancelled":
             raise self._lost()
-        if future.status == "error":
-            self._take_error(future.exception(timeout=_RESULT_SECONDS), batch)
-            return
+        done: Done | None = None
         try:
-            done: Done = future.result(timeout=_RESULT_SECONDS)
-        except TimeoutError as error:
+            # `result` would raise the batch's own error, in which an OSError could not be told from a lost connection.
+            error: Any = future.exception(timeout=_RESULT_SECONDS) if future.status == "error" else None
+            if error is None:
+                done = future.result(timeout=_RESULT_SECONDS)
+        except KilledWorker as killed:
+            # The worker died before its result was fetched, and so did those that repeated the batch.
+            error = killed
+        except DaskTimeoutError as late:
             if self._client.status != "running":
-                raise self._lost() from error
+                raise self._lost() from late
             # The worker died before its result was fetched, and Dask repeats the batch.
             self._await(future, batch)
             return
-        except KilledWorker as error:
-            # The workers that repeated the batch died, too.
+        except (OSError, CancelledError) as lost:
+            # The connection can also be lost after the status was read.
+            raise self._lost() from lost
+        if done is None:
             self._take_error(error, batch)
             return
-        except (OSError, CancelledError) as error:
-            # The connection can also be lost after the status was checked.
-            raise self._lost() from error
         future.release()
         if done.failed:
-            seconds = done.seconds / len(done.failed)
-            before = self._case_seconds or seconds
-            self._case_seconds = _NEWEST * seconds + (1 - _NEWEST) * before
+            newest = done.seconds / len(done.failed)
+            mean = self._case_seconds or newest
+            self._case_seconds = _NEWEST_WEIGHT * newest + (1 - _NEWEST_WEIGHT) * mean
         self._finished(len(done.failed), sum(done.failed.values()))
         if done.fatal:
             raise SweepError(done.fatal)
 
     def _take_error(self, error: Any, batch: list[Case]) -> None:
-        """Resubmits or fails the cases of a batch that killed its workers. Raises SweepError for another error."""
+        """Queues the cases of a batch that killed its workers again, or records the case on trial as failed.
+
+        Raises :class:`SweepError` for another error, and where the record cannot be written.
+        """
         if not isinstance(error, KilledWorker):
             raise SweepError(f"a worker cannot do its work: {type(error).__name__}: {' '.join(str(error).split())}")
         if len(batch) > 1:
-            # One of the cases killed the workers. Results of the cases before it are stored.
-            self._alone.extend([case] for case in batch)
+            # Cases before the deadly one have stored results, which `run_batch` finds.
+            self._single.extend(batch)
             return
         (case,) = batch
         if case is not self._on_trial:
@@ -177,11 +202,12 @@ class _Driver:
         parameters = with_full_path(case.parameters, self._job.folder)
         try:
             if "filename" in parameters:
-                record["input"] = input_of(self._job.folder / str(parameters["filename"]))
+                record["input"] = input_of(Path(str(parameters["filename"])))
             write_result(self._job.output, record, {})
-        except (OSError, StoreError) as error_of_disk:
-            raise SweepError(str(error_of_disk)) from error_of_disk
+        except (OSError, StoreError) as disk_error:
+            raise SweepError(str(disk_error)) from disk_error
         self._finished(1, 1)
 
     def _lost(self) -> SweepError:
+        """The error of a lost connection, to be raised."""
         return SweepError("the connection to the scheduler is lost")

@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class SweepError(Exception):
-    """A sweep cannot begin or continue. The message is one line with the fault and the accepted values."""
+    """A sweep cannot begin or continue. The message is one line that names the fault, and accepted values if any."""

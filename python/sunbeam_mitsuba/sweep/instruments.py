@@ -1,4 +1,4 @@
-"""Files of instruments in a sweep: each worker process converts a file once, to a temporary ``.gsf`` (convert.py)."""
+"""Files of instruments in a sweep: each worker process converts a file once to a temporary ``.gsf``, by convert.py."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def needs_converting(parameters: Mapping[str, Value]) -> bool:
 
 
 def check_library(surfaces: Iterable[Mapping[str, Value]]) -> None:
-    """Raises :class:`SweepError` where a surface needs SurfaceTopography and the library is not installed."""
+    """Raises :class:`SweepError` where the first surface that needs SurfaceTopography finds it not installed."""
     for parameters in surfaces:
         if needs_converting(parameters):
             try:
@@ -34,30 +34,36 @@ def check_library(surfaces: Iterable[Mapping[str, Value]]) -> None:
 def converted(parameters: Mapping[str, Value]) -> dict[str, Value]:
     """The parameters with an instrument's file replaced by a ``.gsf`` of the chosen channel.
 
-    Raises ``SunbeamError`` where the file is refused.
+    ``channel`` is removed, since a ``.gsf`` has a single one; ``pixel_size`` in µm is kept. Parameters of a surface
+    without such a file are copied. Raises ``SunbeamError`` where the file is refused.
     """
     surface = dict(parameters)
-    if needs_converting(surface):
-        name = str(surface["filename"])
-        channel, pixel_size = surface.pop("channel", None), surface.get("pixel_size")
-        try:
-            changed_ns = os.stat(name).st_mtime_ns
-        except OSError as error:
-            raise SunbeamError(f"{name}: cannot be read: {error.strerror}") from error
-        wanted = None if channel is None else str(channel)
-        surface["filename"] = _converted(name, changed_ns, wanted, None if pixel_size is None else float(pixel_size))
+    if not needs_converting(surface):
+        return surface
+    name = str(surface["filename"])
+    channel, pixel_size = surface.pop("channel", None), surface.get("pixel_size")
+    try:
+        changed_ns = os.stat(name).st_mtime_ns
+    except OSError as error:
+        raise SunbeamError(f"{name}: cannot be read: {error.strerror}") from error
+    surface["filename"] = _gsf_of(
+        name, changed_ns, None if channel is None else str(channel), None if pixel_size is None else float(pixel_size)
+    )
     return surface
 
 
 @cache
 def _folder() -> TemporaryDirectory[str]:
-    """A temporary folder that is removed when the process ends."""
+    """The process's folder of converted files, which is removed when the process ends."""
     return TemporaryDirectory(prefix="sunbeam-")
 
 
 @lru_cache(maxsize=4096)
-def _converted(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
-    """Path of the converted file. ``changed_ns``, the time of the last change, is only a part of the cache's key."""
+def _gsf_of(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
+    """Converts a file and returns the path of its ``.gsf``; ``pixel_size`` is in µm.
+
+    ``changed_ns``, the file's modification time, is only part of the cache key.
+    """
     gsf = Path(_folder().name) / f"{uuid.uuid4().hex}.gsf"
     convert.convert(name, gsf, channel, pixel_size=pixel_size)
     return str(gsf)

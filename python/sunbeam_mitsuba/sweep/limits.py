@@ -1,7 +1,8 @@
 """Parameters of surfaces and settings, with the values that each accepts.
 
-The limits repeat those of the library (``src/config/``), so that a range beyond one is refused before anything is
-computed. ``tests/test_sweep_spec.py`` compares them with the library's messages.
+docs/plugin.md explains the parameters. The limits repeat those of the library (``src/config/``), so that a sweep
+refuses a range beyond a limit before it computes anything. ``tests/test_sweep_spec.py`` compares them with the
+library's.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ Value = Union[str, float, bool]
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers from ``low`` to ``high``; ``open_low`` and ``open_high`` exclude the end."""
+    """Numbers from ``low`` to ``high`` in ``unit``; ``open_low`` and ``open_high`` exclude that end."""
 
     low: float
     high: float
@@ -59,7 +60,7 @@ class Text:
     """Any text that is not empty."""
 
     def accepts(self, value: object) -> bool:
-        """Whether the value is text."""
+        """Whether the value is a text that is not empty."""
         return isinstance(value, str) and value != ""
 
     def __str__(self) -> str:
@@ -78,25 +79,25 @@ class Truth:
         return "true or false"
 
 
-# Values that a parameter accepts. Its text completes "must be …" in messages.
+#: Accepted values of a parameter. Its text completes "must be …" in messages.
 Accepted = Union[Numbers, Words, Text, Truth]
 
-# Lengths of a relief.
-_LENGTH = Numbers(0, 1e3, "µm", open_low=True)
+#: Accepted lengths of a relief.
+LENGTH_UM = Numbers(0, 1e3, "µm", open_low=True)
 
 #: Sources of the heights, which belong to a surface and not to a setting.
 SOURCE: dict[str, Accepted] = {
     "preset": Words(("blazed", "sinusoidal", "lamellar", "cd", "elaphe", "xenopeltis", "flat")),
     "filename": Text(),
 }
-#: The library's other parameters, common to all interfaces; lengths are in µm.
+#: The library's other parameters, common to all interfaces. They belong to a surface or to a setting.
 SURFACE: dict[str, Accepted] = {
-    "period": _LENGTH,
-    "height": _LENGTH,
+    "period": LENGTH_UM,
+    "height": LENGTH_UM,
     "region_size": Numbers(3, 33, "µm"),
     "region_spread": Numbers(0, 0.1),
-    "pixel_size": _LENGTH,
-    "max_height": _LENGTH,
+    "pixel_size": LENGTH_UM,
+    "max_height": LENGTH_UM,
     "channel": Text(),
     "fill": Words(("none", "laplace", "mean")),
     "level": Words(("none", "mean", "plane", "quadratic", "lines")),
@@ -115,7 +116,7 @@ SURFACE: dict[str, Accepted] = {
     "tolerance": Numbers(1e-6, 0.1),
     "build_limit": Numbers(1, 1e6),
 }
-#: Parameters of Mitsuba's BSDF alone.
+#: Parameters of Mitsuba's BSDF alone. They belong to a surface or to a setting.
 SCENE: dict[str, Accepted] = {
     "material": Text(),
     "cover_reflection": Truth(),
@@ -123,7 +124,8 @@ SCENE: dict[str, Accepted] = {
     "diffuse_reflectance": Numbers(0, 1),
     "rotation": Numbers(-360, 360, "degrees"),
 }
-#: Angles of the light's direction in the surface's frame, (sin θ cos φ, sin θ sin φ, cos θ).
+#: Angles of the direction towards the light in the surface's frame, (sin θ cos φ, sin θ sin φ, cos θ). They belong to a
+#: setting.
 LIGHT: dict[str, Accepted] = {
     "theta_i_deg": Numbers(0, 90, "degrees", open_high=True),
     "phi_i_deg": Numbers(-360, 360, "degrees"),
@@ -133,10 +135,9 @@ PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **SCENE, **LIGHT}
 
 
 def check_value(where: str, name: str, value: object) -> Value:
-    """Returns the value if the parameter accepts it.
+    """Returns the value if the parameter ``name`` accepts it, numbers as ``float``.
 
-    Raises :class:`SweepError`, whose message has the table of the specification (``where``), the parameter, its value
-    and the accepted values.
+    Raises :class:`SweepError` otherwise. ``where`` names the specification's table in its message.
     """
     accepted = PARAMETERS[name]
     if not accepted.accepts(value):
@@ -144,15 +145,25 @@ def check_value(where: str, name: str, value: object) -> Value:
     return float(value) if isinstance(accepted, Numbers) else value  # type: ignore[arg-type,return-value]
 
 
+def check_whole(where: str, value: object, low: int, high: int) -> int:
+    """Returns the value if it is an integer from ``low`` to ``high``.
+
+    Raises :class:`SweepError` otherwise. ``where`` names the value in its message.
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise SweepError(f"{where} is {shown(value)}, but must be a whole number from {low} to {high}")
+    return value
+
+
 def shown(value: object) -> str:
-    """The value as text for a message."""
+    """The value as text for a message, a ``float`` with six digits."""
     return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
 def check_keys(where: str, given: object, accepted: tuple[str, ...] | list[str]) -> dict[str, object]:
     """Returns ``given`` if it is a table and all its keys are accepted.
 
-    Raises :class:`SweepError` with the first unknown key and the accepted keys.
+    Raises :class:`SweepError` otherwise. ``where`` names the table in its message.
     """
     if not isinstance(given, dict):
         raise SweepError(f"{where} must be a table, but is {shown(given)}")

@@ -8,22 +8,34 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-# Seconds before the first report; shorter sweeps show none.
-_DELAY_SECONDS = 2.0
-# Seconds between lines where there is no terminal.
+# Seconds before a terminal's bar appears; shorter sweeps show none.
+_BAR_DELAY_SECONDS = 2.0
+# Seconds before the first line, and between lines, where stderr is no terminal.
 _LINE_SECONDS = 30.0
 
 
 class Progress:
-    """Counts cases. Shows a bar with rate and time left on a terminal, and a line each half minute in a file."""
+    """Counts cases, and shows their number on stderr with the rate and the time left.
+
+    A terminal shows a bar, a file gets a line each half minute.
+    """
 
     def __init__(self, total: int, done: int, failed: int, shown: bool):
+        """``done`` of the ``total`` cases have results of an earlier sweep, ``failed`` of them failures.
+
+        Without ``shown`` cases are only counted.
+        """
         self.total, self.done, self.failed = total, done, failed
-        self._shown, self._line_at = shown, time.monotonic() + _LINE_SECONDS
-        self._start, self._done_before = time.monotonic(), done
+        self._shown = shown
+        self._start = time.monotonic()
+        # Time of the next line.
+        self._line_at = self._start + _LINE_SECONDS
+        self._done_before = done
         self._bar: tqdm[object] | None = None
         if shown and sys.stderr.isatty():
-            self._bar = tqdm(total=total, initial=done, unit="case", delay=_DELAY_SECONDS, file=sys.stderr, leave=False)
+            self._bar = tqdm(
+                total=total, initial=done, unit="case", delay=_BAR_DELAY_SECONDS, file=sys.stderr, leave=False
+            )
 
     def __enter__(self) -> Progress:
         return self
@@ -35,7 +47,7 @@ class Progress:
             self._bar.close()
 
     def advance(self, done: int, failed: int) -> None:
-        """Adds a number of finished cases, ``failed`` of which failed."""
+        """Adds ``done`` finished cases, ``failed`` of which failed."""
         self.done += done
         self.failed += failed
         if self._bar is not None:

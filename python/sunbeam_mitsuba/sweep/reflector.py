@@ -1,6 +1,10 @@
 """BSDF and albedo of a surface for the figures: by the C interface (`Surface`), or by the plugin's BSDF in Mitsuba.
 
-Mitsuba serves surfaces with parameters that only its BSDF has, such as `material`; all others need no Mitsuba variant.
+Mitsuba evaluates surfaces with parameters that only its BSDF has, such as `material`. The C interface evaluates all
+others and needs no Mitsuba variant.
+
+Directions are unit vectors in the surface's frame (z is its normal) and point away from the surface: ``wi`` towards the
+light, ``wo`` towards the viewer.
 """
 
 from __future__ import annotations
@@ -22,32 +26,36 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float32]
 
 # Number of wavelengths that Mitsuba's spectral variants evaluate at once.
-_CARRIED = 4
-# The variant that evaluates many directions in one call.
+_WAVELENGTHS_PER_CALL = 4
+# A variant that evaluates many directions in one call.
 _VARIANT = "llvm_ad_spectral"
-# Largest number of values of f_r in one call, 4 bytes each. Chosen, to limit the memory to some 10 MB.
-_VALUES_MAX = 2_000_000
 
 
 class ReflectorError(ValueError):
-    """Mitsuba refuses the surface; the message is one line."""
+    """Refusal by Mitsuba of a surface, scene or variant; the message is one line."""
 
 
 class Reflector(Protocol):
-    """A surface for figures. Directions point away from the surface; wavelengths are in nm."""
+    """A surface for figures."""
 
-    #: Memory of the tables in bytes; 0 where it is unknown.
+    #: Memory of the finished tables in bytes; 0 where it is unknown.
     table_bytes: float
 
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
-        """The BSDF ``f_r`` in 1/sr for one direction of light, ``[directions, wavelengths]``."""
+        """The BSDF ``f_r`` in 1/sr, ``[directions, wavelengths]``, for one ``wi`` and ``wo[directions, 3]``.
+
+        It is 0 for ``wo`` below the horizon.
+        """
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
-        """The reflected fraction at each wavelength, a mean over samples with random numbers ``u[samples, 3]``."""
+        """The reflected fraction of light from ``wi``, ``[wavelengths]``, for unpolarised light.
+
+        It is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1).
+        """
 
 
 def make_reflector(parameters: Mapping[str, Value]) -> Reflector:
-    """Builds the surface's tables, or reads them from the cache.
+    """Builds the surface's tables, or reads them from the disk cache. Parameters in ``LIGHT`` are ignored.
 
     Parameters in ``SCENE`` (``material``, ``rotation``, …) need Mitsuba's BSDF; other surfaces use the C interface.
     Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
@@ -62,43 +70,25 @@ class _OfLibrary:
     def __init__(self, parameters: Mapping[str, Value]):
         given: dict[str, Any] = dict(parameters)
         self._surface = Surface(**given)
-        self.table_bytes = _table_bytes(self._surface.describe())
+        self.table_bytes = float(self._surface.describe()["bytes"])
 
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
-        nm = np.array(list(wavelengths_nm), dtype=np.float32)
-        slab = max(1, _VALUES_MAX // len(nm))
-        light = list(wi)
-        parts = [self._surface.eval(light, wo[first : first + slab], nm) for first in range(0, len(wo), slab)]
-        return np.concatenate(parts)
+        return self._surface.eval(list(wi), wo, list(wavelengths_nm))
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
-        nm = np.array(list(wavelengths_nm), dtype=np.float32)
-        weight = self._surface.sample(list(wi), nm, u)[2]
+        _, _, weight = self._surface.sample(list(wi), list(wavelengths_nm), u)
         mean: NDArray[np.float64] = weight.astype(np.float64).mean(axis=0)
         return mean
-
-
-def _table_bytes(described: Mapping[str, Any]) -> float:
-    """The largest of all numbers of bytes in the surface's description."""
-    found = 0.0
-    for name, value in described.items():
-        if isinstance(value, dict):
-            found = max(found, _table_bytes(value))
-        elif "bytes" in name and isinstance(value, (int, float)):
-            found = max(found, float(value))
-    return found
 
 
 class _OfMitsuba:
     """A reflector by the plugin's BSDF in Mitsuba's variant _VARIANT."""
 
-    # The plugin tells the size of its tables only as text.
+    # Unknown: the plugin reports the size of its tables only within a text.
     table_bytes = 0.0
 
     def __init__(self, parameters: Mapping[str, Value]):
         mi = mitsuba()
-
-        self._parameters = dict(parameters)
         use_variant(_VARIANT)
         try:
             self._bsdf = mi.load_dict({"type": "diffraction", **bsdf_entries(parameters)})
@@ -107,33 +97,33 @@ class _OfMitsuba:
 
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
         mi = mitsuba()
-
         use_variant(_VARIANT)
         nm = list(wavelengths_nm)
         result = np.empty((len(wo), len(nm)), dtype=np.float32)
         outgoing = np.ascontiguousarray(wo.T, dtype=np.float32)
+        # Mitsuba's values include the cosine. Division by infinity gives 0 below the horizon.
         cosine = np.where(wo[:, 2] > 0, wo[:, 2], np.inf).astype(np.float32)
-        for first in range(0, len(nm), _CARRIED):
-            carried = nm[first : first + _CARRIED]
-            si = _interactions(list(wi), carried, len(wo))
+        for first in range(0, len(nm), _WAVELENGTHS_PER_CALL):
+            chosen_nm = nm[first : first + _WAVELENGTHS_PER_CALL]
+            si = _interactions(list(wi), chosen_nm, len(wo))
+            # [_WAVELENGTHS_PER_CALL, directions].
             value = np.array(self._bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(outgoing)))
-            # Mitsuba's values include the cosine.
-            result[:, first : first + len(carried)] = (value / cosine)[: len(carried)].T
+            result[:, first : first + len(chosen_nm)] = (value / cosine)[: len(chosen_nm)].T
         return result
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
         mi = mitsuba()
-
         use_variant(_VARIANT)
         nm = list(wavelengths_nm)
-        found: list[float] = []
+        means: list[float] = []
         columns = np.ascontiguousarray(u.T, dtype=np.float32)
-        for first in range(0, len(nm), _CARRIED):
-            carried = nm[first : first + _CARRIED]
-            si = _interactions(list(wi), carried, len(u))
+        for first in range(0, len(nm), _WAVELENGTHS_PER_CALL):
+            chosen_nm = nm[first : first + _WAVELENGTHS_PER_CALL]
+            si = _interactions(list(wi), chosen_nm, len(u))
+            # The weight is [_WAVELENGTHS_PER_CALL, samples].
             _, weight = self._bsdf.sample(mi.BSDFContext(), si, mi.Float(columns[0]), mi.Point2f(columns[1:]))
-            found += np.array(weight).astype(np.float64).mean(axis=1)[: len(carried)].tolist()
-        return np.array(found)
+            means += np.array(weight).astype(np.float64).mean(axis=1)[: len(chosen_nm)].tolist()
+        return np.array(means)
 
 
 def mitsuba() -> Any:
@@ -141,15 +131,14 @@ def mitsuba() -> Any:
     return importlib.import_module("mitsuba")
 
 
-def _interactions(wi: list[float], carried: list[float], count: int) -> Any:
-    """``count`` equal interactions with up to _CARRIED wavelengths; missing ones repeat the last."""
+def _interactions(wi: list[float], chosen_nm: list[float], count: int) -> Any:
+    """``count`` equal interactions with 1 to _WAVELENGTHS_PER_CALL wavelengths in nm; missing ones repeat the last."""
     import drjit as dr
 
     mi = mitsuba()
-
     si = dr.zeros(mi.SurfaceInteraction3f, count)
     si.wi = mi.Vector3f(np.repeat(np.array(wi, dtype=np.float32)[:, None], count, axis=1))
-    padded = carried + [carried[-1]] * (_CARRIED - len(carried))
+    padded = chosen_nm + [chosen_nm[-1]] * (_WAVELENGTHS_PER_CALL - len(chosen_nm))
     si.wavelengths = [mi.Float(np.full(count, nm, dtype=np.float32)) for nm in padded]
     return si
 
@@ -167,9 +156,9 @@ def use_variant(name: str) -> None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Limits Mitsuba to one thread: a worker has one core, and sums over a picture keep their order.
+    """Limits Mitsuba to one thread: a worker has one core, and a picture's sums over samples keep their order.
 
-    For rendering only: on one thread Mitsuba never finishes writing an OpenEXR file.
+    Only for rendering: on one thread Mitsuba never finishes writing an OpenEXR file.
     """
     dr = importlib.import_module("drjit")
     before = dr.thread_count()
@@ -182,7 +171,7 @@ def one_thread() -> Iterator[None]:
 
 
 def bsdf_entries(parameters: Mapping[str, Value]) -> dict[str, Any]:
-    """The parameters as entries of Mitsuba's dictionary."""
+    """Entries of Mitsuba's BSDF dictionary for the parameters. ``LIGHT`` is left out; reflectances become spectra."""
     spectra = ("specular_reflectance", "diffuse_reflectance")
     entries: dict[str, Any] = {name: value for name, value in parameters.items() if name not in (*spectra, *LIGHT)}
     for name in spectra:
@@ -198,7 +187,7 @@ def one_line(error: BaseException) -> str:
 
 
 def with_full_path(parameters: Mapping[str, Value], folder: Path) -> dict[str, Value]:
-    """The parameters with the file's name made absolute."""
+    """The parameters with ``filename``, if any, as a path; a relative one is taken from ``folder``."""
     named = dict(parameters)
     if "filename" in named:
         named["filename"] = str(folder / str(named["filename"]))

@@ -1,6 +1,7 @@
 """Writes the sweep's table of settings and figures, the table of times, and the summary.
 
-A case is a row. Each wanted figure (wants/) declares its columns; the record of a case (store.py) has the values.
+A row is a case. Each want (wants/want.py) declares the columns of its figures. The record of a case (work.record_of)
+has the figures by column.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from .spec import Case, Spec
 from .store import SUMMARY, TABLE, TIMES, StoreError, picture_name, read_result, write_whole
 from .wants import Column
 
-#: Arrow type of each kind of column.
+#: Arrow type of each kind of column (Column.kind). The last three kinds are tables within a cell.
 KINDS: dict[str, pa.DataType] = {
     "number": pa.float64(),
     "whole": pa.int64(),
@@ -44,7 +45,8 @@ KINDS: dict[str, pa.DataType] = {
     ),
     "gamut": pa.list_(pa.struct([("view_deg", pa.float64()), ("u", pa.float64()), ("v", pa.float64())])),
 }
-# Number of rows of a group of the Parquet file, which are in memory at a time. Chosen.
+# Number of rows in a group of the Parquet file. Larger groups compress better; smaller ones take less memory, since a
+# group's rows are in memory as Python objects.
 _GROUP_ROWS = 10_000
 
 
@@ -52,19 +54,19 @@ def columns_of(spec: Spec) -> list[Column]:
     """Columns of the table in order: the case, its parameters, its outcome, and the wanted figures."""
     found = [
         Column("row", "whole", "place in the order of the specification, from 0"),
-        Column("identity", "text", "names the case's files"),
-        Column("surface", "text", "the surface's name, or its file's or preset's"),
+        Column("identity", "text", "identity of the case, in the names of its files"),
+        Column("surface", "text", "the surface's name, or that of its file or preset"),
     ]
     for name in spec.parameter_names:
         accepted = PARAMETERS[name]
         kind = "number" if isinstance(accepted, Numbers) else "truth" if isinstance(accepted, Truth) else "text"
-        unit = f", {accepted}" if isinstance(accepted, Numbers) else ""
-        found.append(Column(name, kind, f"parameter {name}{unit}; none where it has its default"))
+        unit_and_range = f", {accepted}" if isinstance(accepted, Numbers) else ""
+        found.append(Column(name, kind, f"parameter {name}{unit_and_range}; none where it has its default"))
     found += [
         Column("input_sha256", "text", "checksum of the height field's file; none for a preset"),
         Column("version", "text", "versions of the package, its library and Mitsuba"),
         Column("status", "text", "done or failed"),
-        Column("error", "text", "in one line, what is wrong; none where all was found"),
+        Column("error", "text", "all errors in one line; none without an error"),
     ]
     for want in spec.wants:
         found += [Column(f"{want.name}_{column.name}", column.kind, column.meaning) for column in want.columns()]
@@ -72,7 +74,7 @@ def columns_of(spec: Spec) -> list[Column]:
 
 
 def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Yields each case's row of the table and its record.
+    """Yields each case's row of the table, by column, and its record. Columns without a value are ``None`` or missing.
 
     Raises :class:`StoreError` where a result was removed after it was written.
     """
@@ -92,23 +94,29 @@ def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any],
             **record["figures"],
         }
         for ending in record["pictures"]:
-            # The name of map.exr is in the column map_exr, the name of strip.png in colour_strip.
-            name = "colour_strip" if ending == "strip.png" else ending.replace(".", "_")
-            row[name] = picture_name(case.identity, ending)
+            # The path of map.exr is in the column map_exr, that of strip.png in colour_strip.
+            column = "colour_strip" if ending == "strip.png" else ending.replace(".", "_")
+            row[column] = picture_name(case.identity, ending)
         yield row, record
 
 
 def write_tables(spec: Spec, cases: list[Case]) -> None:
     """Writes ``sweep.parquet``, whose bytes depend on the results alone, and ``times.parquet``.
 
-    Raises :class:`StoreError`.
+    Raises :class:`StoreError` where a result is missing, or a table cannot be written.
     """
     fields = [
         pa.field(column.name, KINDS[column.kind], metadata={"meaning": column.meaning}) for column in columns_of(spec)
     ]
-    timed = [("row", pa.int64()), ("identity", pa.string()), ("seconds", pa.float64())]
-    timed += [("tables_seconds", pa.float64()), ("finished", pa.string()), ("worker", pa.string())]
-    table, times = _Written(pa.schema(fields)), _Written(pa.schema(timed))
+    time_fields = [
+        ("row", pa.int64()),
+        ("identity", pa.string()),
+        ("seconds", pa.float64()),
+        ("tables_seconds", pa.float64()),
+        ("finished", pa.string()),
+        ("worker", pa.string()),
+    ]
+    table, times = _ParquetTable(pa.schema(fields)), _ParquetTable(pa.schema(time_fields))
     for row, record in read_rows(spec.output, cases):
         table.add(row)
         times.add({"row": row["row"], "identity": row["identity"], **record["time"]})
@@ -116,31 +124,40 @@ def write_tables(spec: Spec, cases: list[Case]) -> None:
     write_whole(spec.output / TIMES, times.finish())
 
 
-class _Written:
-    """Encodes rows as a Parquet file, a group of rows at a time."""
+class _ParquetTable:
+    """Encodes rows as a Parquet file in memory, a group of rows at a time."""
 
     def __init__(self, schema: pa.Schema):
-        self._schema, self._rows, self._buffer = schema, list[dict[str, Any]](), io.BytesIO()
+        self._schema = schema
+        # Rows of the group that is not encoded yet.
+        self._rows: list[dict[str, Any]] = []
+        self._buffer = io.BytesIO()
         self._writer = pq.ParquetWriter(self._buffer, schema, compression="zstd")
 
     def add(self, row: dict[str, Any]) -> None:
+        """Adds a row by column; missing columns become null, and keys outside the schema are ignored."""
         self._rows.append(row)
         if len(self._rows) >= _GROUP_ROWS:
             self._flush()
 
     def finish(self) -> bytes:
+        """Ends the table and returns the file's content."""
         if self._rows:
             self._flush()
         self._writer.close()
         return self._buffer.getvalue()
 
     def _flush(self) -> None:
+        """Encodes the group's rows."""
         self._writer.write_table(pa.Table.from_pylist(self._rows, schema=self._schema))
         self._rows = []
 
 
 def write_summary(spec: Spec, state: str, facts: dict[str, Any]) -> None:
-    """Writes ``sweep.json``: the state, the facts, the columns' meanings, and the specification."""
+    """Writes ``sweep.json``: the state, the facts, the wants' options, the columns' meanings, and the specification.
+
+    ``state`` is "unfinished" or "finished"; ``facts`` are further entries. Raises :class:`StoreError`.
+    """
     content = {
         "state": state,
         **facts,

@@ -31,33 +31,45 @@ from .work import Job, version
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a sweep: folder, number of cases and of failed ones, and duration in seconds."""
+    """Result of a sweep."""
 
+    #: Folder of the results.
     folder: Path
+    #: Number of cases.
     cases: int
+    #: Number of cases in which some figure failed.
     failed: int
+    #: Duration of the run.
     seconds: float
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Demand of a sweep: cases, different surfaces, peak memory of the largest build in GB, and this machine's workers
-    with the memory of each in GB."""
+    """Demand of a sweep on this machine."""
 
+    #: Number of cases.
     cases: int
+    #: Number of different surfaces.
     surfaces: int
+    #: Estimated peak memory of the largest build of tables.
     largest_gb: float
+    #: Number of worker processes.
     workers: int
+    #: Memory limit of each worker.
     worker_gb: float
 
 
 def plan(spec: Spec, workers: int | None = None, memory_gb: float | None = None) -> Plan:
-    """Estimates the sweep's demand on this machine, without computing it. Raises :class:`SweepError`."""
+    """Estimates the sweep's demand on this machine without computing it.
+
+    ``workers`` and ``memory_gb`` are those of :func:`run`. Raises :class:`SweepError` where ``SUNBEAM_COMMAND`` cannot
+    be run.
+    """
     cases = list(spec.cases(version()))
     surfaces = _surfaces(spec, cases)
-    largest = largest_estimate(surfaces)
-    count, memory = plan_workers(workers, memory_gb and memory_gb * 1e9, largest, len(cases))
-    return Plan(len(cases), len(surfaces), largest / 1e9, count, memory / 1e9)
+    largest_bytes = largest_estimate(surfaces)
+    count, memory_bytes = plan_workers(workers, _in_bytes(memory_gb), largest_bytes, len(cases))
+    return Plan(len(cases), len(surfaces), largest_bytes / 1e9, count, memory_bytes / 1e9)
 
 
 def run(
@@ -72,10 +84,12 @@ def run(
 ) -> Outcome:
     """Computes the missing cases of a sweep and writes its table, sheet and summary.
 
-    The cases run in ``workers`` processes of this machine, each with at most ``memory_gb``: by default one process a
-    core, fewer where memory is short. With ``scheduler``, an address, they run on the workers of that Dask scheduler.
-    Earlier results in the folder are kept unless ``fresh``. ``retry_failed`` computes failed cases again. ``progress``
-    reports from the third second on.
+    - ``workers`` and ``memory_gb``: number of processes on this machine, and memory of each. The default is one process
+      per core, or fewer where memory is short, with equal parts of the free memory.
+    - ``scheduler``: address of a Dask scheduler, whose workers compute the cases instead.
+    - ``fresh``: removes earlier results in the folder, which are kept otherwise.
+    - ``retry_failed``: computes failed cases again.
+    - ``progress``: reports on stderr.
 
     A script that calls this function needs ``if __name__ == "__main__":``, since worker processes import the script.
 
@@ -93,44 +107,45 @@ def run(
     begun = {"version": version(), "cases": len(cases), "started": _now()}
     try:
         write_summary(spec, "unfinished", begun)
-        pending, failed = _pending(spec, cases, retry_failed)
-        with Progress(len(cases), len(cases) - len(pending), failed, progress) as count:
+        pending, failed = _pending_cases(spec, cases, retry_failed)
+        with Progress(len(cases), len(cases) - len(pending), failed, progress) as counter:
             try:
                 if pending:
                     with _client(spec, job, pending, scheduler, workers, memory_gb, progress) as client:
-                        drive(client, job, pending, count.advance)
-                facts = {**begun, "failed": count.failed, "finished": _now()}
+                        drive(client, job, pending, counter.advance)
+                facts = {**begun, "failed": counter.failed, "finished": _now()}
                 write_tables(spec, cases)
                 write_sheet(spec, read_rows(spec.output, cases), facts)
                 write_summary(spec, "finished", {**facts, "seconds": round(time.perf_counter() - start, 3)})
             except (SweepError, StoreError) as error:
-                if count.done == 0:
+                if counter.done == 0:
                     raise SweepError(str(error)) from error
-                raise SweepError(
-                    f"{error} ({count.done} of {count.total} cases are done; the same command goes on with the rest)"
-                ) from error
+                progress_text = f"{counter.done} of {counter.total} cases are done"
+                raise SweepError(f"{error} ({progress_text}; the same command goes on with the rest)") from error
     except StoreError as error:
         raise SweepError(str(error)) from error
     finally:
         store.close()
-    return Outcome(spec.output, len(cases), count.failed, time.perf_counter() - start)
+    return Outcome(spec.output, len(cases), counter.failed, time.perf_counter() - start)
 
 
-def _pending(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Case], int]:
-    """The cases without a valid result, and the number of failed ones among the others."""
+def _pending_cases(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Case], int]:
+    """The cases to compute, and the number of failed cases among the others. Raises :class:`StoreError`.
+
+    Cases to compute have no result, an outdated one, or with ``retry_failed`` a failed one. Their results are removed,
+    since workers skip a case with a result.
+    """
     pending, failed = [], 0
     for case in cases:
         record = read_result(spec.output, case.identity)
         name = case.parameters.get("filename")
-        if record is None or not is_current(record, None if name is None else spec.folder / str(name)):
-            # Workers skip a case with a result, so an outdated result is removed.
-            _forget(spec.output, case)
-            pending.append(case)
-        elif record["status"] == "failed" and retry_failed:
+        is_valid = record is not None and is_current(record, None if name is None else spec.folder / str(name))
+        has_failed = record is not None and record["status"] == "failed"
+        if not is_valid or (has_failed and retry_failed):
             _forget(spec.output, case)
             pending.append(case)
         else:
-            failed += record["status"] == "failed"
+            failed += has_failed
     return pending, failed
 
 
@@ -152,21 +167,29 @@ def _client(
     memory_gb: float | None,
     progress: bool,
 ) -> Iterator[Client]:
-    """A client of the given scheduler, or of new workers on this machine."""
+    """A client of the scheduler at the address ``scheduler``, or of new workers on this machine.
+
+    Raises :class:`SweepError` where the scheduler or one of its workers cannot take part.
+    """
     if scheduler is not None:
         with remote_client(scheduler, job) as client:
             _tell(progress, f"{len(pending)} cases to do, {thread_count(client)} threads at {scheduler}", client)
             yield client
         return
-    largest = largest_estimate(_surfaces(spec, pending))
-    count, memory = plan_workers(workers, memory_gb and memory_gb * 1e9, largest, len(pending))
-    with local_client(count, memory) as client:
-        _tell(progress, f"{len(pending)} cases to do, {count} workers with {memory / 1e9:.1f} GB each", client)
+    largest_bytes = largest_estimate(_surfaces(spec, pending))
+    count, memory_bytes = plan_workers(workers, _in_bytes(memory_gb), largest_bytes, len(pending))
+    with local_client(count, memory_bytes) as client:
+        _tell(progress, f"{len(pending)} cases to do, {count} workers with {memory_bytes / 1e9:.1f} GB each", client)
         yield client
 
 
+def _in_bytes(memory_gb: float | None) -> float | None:
+    """The memory in bytes; ``None`` stays ``None``."""
+    return None if memory_gb is None else memory_gb * 1e9
+
+
 def _tell(progress: bool, line: str, client: Client) -> None:
-    """Prints a line on stderr, with the address of Dask's dashboard if its library is installed."""
+    """Prints a line on stderr if ``progress``, with the address of Dask's dashboard if its library is installed."""
     if not progress:
         return
     where = f"; {client.dashboard_link}" if importlib.util.find_spec("bokeh") else ""
@@ -174,7 +197,7 @@ def _tell(progress: bool, line: str, client: Client) -> None:
 
 
 def _surfaces(spec: Spec, cases: list[Case]) -> list[dict[str, Any]]:
-    """The different surfaces of the cases, with absolute paths."""
+    """Parameters of the different surfaces of the cases, without the light, with files in the spec's folder."""
     found: dict[str, dict[str, Any]] = {}
     for case in cases:
         surface = {name: value for name, value in case.parameters.items() if name not in LIGHT}
@@ -183,4 +206,5 @@ def _surfaces(spec: Spec, cases: list[Case]) -> list[dict[str, Any]]:
 
 
 def _now() -> str:
+    """UTC time in ISO 8601, to the second."""
     return datetime.now(timezone.utc).isoformat(timespec="seconds")

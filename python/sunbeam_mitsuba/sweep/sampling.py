@@ -1,4 +1,4 @@
-"""Combinations of parameters' values: a product, a list or a seeded sample."""
+"""Combinations of parameters' values: a product, a list or a random sample."""
 
 from __future__ import annotations
 
@@ -9,69 +9,76 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from .errors import SweepError
-from .limits import PARAMETERS, Numbers, Value, check_keys, check_value, shown
+from .limits import PARAMETERS, Numbers, Value, check_keys, check_value, check_whole, shown
 
-#: Largest number of combinations in a sweep, checked before any is generated. Chosen.
+#: Largest number of combinations in a sweep, checked before any is generated. All cases are in memory at once.
 ROWS_MAX = 1_000_000
 #: Keys of a table of values besides its parameters.
 KEYS = ("combine", "count", "seed")
 # Values of ``combine``.
 _KINDS = ("product", "list", "sample")
 # Keys of a range.
-_RANGE = ("from", "to", "count", "step", "scale")
+_RANGE_KEYS = ("from", "to", "count", "step", "scale")
 
 
 @dataclass(frozen=True)
 class Span:
-    """A range of numbers from ``first`` to ``last``, uniform or uniform in the logarithm."""
+    """A range of numbers from ``first`` to ``last``, uniform in the value, or in the logarithm if ``logarithmic``."""
 
     first: float
     last: float
     logarithmic: bool
 
     def at(self, fraction: float) -> float:
-        """The number at a fraction of the range, rounded to twelve digits, so that 0.1 · 3 is 0.3."""
+        """The number at a fraction, 0 to 1, of the range."""
         if self.logarithmic:
             value = self.first * (self.last / self.first) ** fraction
         else:
             value = self.first + (self.last - self.first) * fraction
-        return float(f"{value:.12g}")
+        return _rounded(value)
 
 
 @dataclass(frozen=True)
 class Combinations:
     """Parameters' values and the way to combine them into ``count`` combinations."""
 
+    #: Names of the parameters.
     names: tuple[str, ...]
+    #: Number of combinations.
     count: int
-    _kind: str
-    _values: tuple[tuple[Value, ...] | Span, ...]
-    _seed: int = 0
+    #: One of _KINDS.
+    kind: str
+    #: Values of each of the parameters. Only a sample has spans. In a list all tuples have equal lengths.
+    values: tuple[tuple[Value, ...] | Span, ...]
+    #: Seed of a sample.
+    seed: int = 0
 
     def __iter__(self) -> Iterator[dict[str, Value]]:
-        """Yields the combinations. In a product the last parameter changes fastest."""
-        if self._kind == "sample":
+        """Yields the combinations, values by parameter. In a product the last parameter changes fastest."""
+        if self.kind == "sample":
             yield from self._drawn()
             return
-        lists = [values for values in self._values if not isinstance(values, Span)]
-        rows = itertools.product(*lists) if self._kind == "product" else zip(*lists)
-        for row in rows if self.names else [()]:
+        if not self.names:
+            yield {}
+            return
+        lists = [values for values in self.values if not isinstance(values, Span)]
+        for row in itertools.product(*lists) if self.kind == "product" else zip(*lists):
             yield dict(zip(self.names, row))
 
     def listed(self) -> dict[str, tuple[Value, ...]]:
-        """The values of each parameter, or the ends of a range that is sampled."""
+        """The values of each parameter, or both ends of a span."""
         return {
             name: (values.first, values.last) if isinstance(values, Span) else values
-            for name, values in zip(self.names, self._values)
+            for name, values in zip(self.names, self.values)
         }
 
     def _drawn(self) -> Iterator[dict[str, Value]]:
-        """Yields random combinations, each parameter uniform over its range or list."""
+        """Yields random combinations, each parameter uniform over its span or tuple."""
         # Python guarantees that random() gives equal numbers for a seed in all versions.
-        source = random.Random(self._seed)
+        source = random.Random(self.seed)
         for _ in range(self.count):
             row: dict[str, Value] = {}
-            for name, values in zip(self.names, self._values):
+            for name, values in zip(self.names, self.values):
                 u = source.random()
                 row[name] = values.at(u) if isinstance(values, Span) else values[int(u * len(values))]
             yield row
@@ -80,14 +87,15 @@ class Combinations:
 def read_combinations(where: str, table: dict[str, object], accepted: list[str]) -> Combinations:
     """Reads a table of parameters, each a value, a list, or a range ``{from, to, count}`` or ``{from, to, step}``.
 
-    ``combine`` is one of
+    The key ``combine`` is one of
 
-    - ``product``, the default;
-    - ``list``: the first values together, then the second values, …; a single value serves all;
-    - ``sample``: ``count`` random combinations with ``seed`` (0); a range gives any number in it.
+    - ``product``: all combinations (the default);
+    - ``list``: the first values together, then the second values, and so on; a single value is repeated;
+    - ``sample``: ``count`` random combinations with ``seed`` (0). A range is ``{from, to}`` and gives any number in it.
 
-    ``scale = "log"`` makes a range uniform in its logarithm.
+    ``scale = "log"`` in a range makes it uniform in its logarithm.
 
+    ``where`` names the table in messages; ``accepted`` are names of parameters, in the order of the result's ``names``.
     Raises :class:`SweepError` for unknown keys, contradictions, and values that a parameter does not accept.
     """
     check_keys(where, table, [*KEYS, *accepted])
@@ -102,8 +110,8 @@ def read_combinations(where: str, table: dict[str, object], accepted: list[str])
     values = tuple(_values(where, name, table[name], is_sample) for name in names)
     lengths = [1 if isinstance(listed, Span) else len(listed) for listed in values]
     if is_sample:
-        count = _whole(f"{where}: count", table.get("count"), 1, ROWS_MAX)
-        seed = _whole(f"{where}: seed", table.get("seed", 0), 0, 2**63)
+        count = check_whole(f"{where}: count", table.get("count"), 1, ROWS_MAX)
+        seed = check_whole(f"{where}: seed", table.get("seed", 0), 0, 2**63)
         return Combinations(names, count, "sample", values, seed)
     if kind == "list":
         longest = max(lengths, default=1)
@@ -118,7 +126,7 @@ def read_combinations(where: str, table: dict[str, object], accepted: list[str])
 
 
 def _values(where: str, name: str, given: object, is_sample: bool) -> tuple[Value, ...] | Span:
-    """Reads the values of one parameter: a range, a list, or a single value."""
+    """Reads the value ``given`` of the parameter ``name``: a range, a list, or a single value."""
     if isinstance(given, dict):
         return _range(f"{where}: {name}", name, given, is_sample)
     if isinstance(given, list):
@@ -129,8 +137,8 @@ def _values(where: str, name: str, given: object, is_sample: bool) -> tuple[Valu
 
 
 def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> tuple[Value, ...] | Span:
-    """Reads a range: its values, or for a sample the range itself."""
-    check_keys(where, given, list(_RANGE))
+    """Reads a range of the parameter ``name``: its values, or a span for a sample."""
+    check_keys(where, given, list(_RANGE_KEYS))
     if not isinstance(PARAMETERS[name], Numbers):
         raise SweepError(f"{where} is a range, but must be {PARAMETERS[name]}")
     ends = []
@@ -151,13 +159,13 @@ def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> 
     if ("count" in given) == ("step" in given):
         raise SweepError(f"{where}: a range needs one of count and step")
     if "count" in given:
-        count = _whole(f"{where}: count", given["count"], 2, ROWS_MAX)
+        count = check_whole(f"{where}: count", given["count"], 2, ROWS_MAX)
         return tuple(span.at(i / (count - 1)) for i in range(count))
     return _stepped(where, given["step"], span)
 
 
 def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
-    """The values of a linear range from its first in steps of ``step``, up to its last."""
+    """The values of a linear span from its first in steps of ``step``, up to its last at most."""
     if isinstance(step, bool) or not isinstance(step, (int, float)) or not 0 < step < math.inf or span.logarithmic:
         raise SweepError(f"{where}: step is {shown(step)}, but must be a number above 0, and is for linear ranges")
     if span.last < span.first:
@@ -166,11 +174,10 @@ def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
     if steps > ROWS_MAX:
         raise SweepError(f"{where}: the range has {steps:.3g} values; accepted are at most {ROWS_MAX}")
     # The margins, 1e-12 relative and 1e-9 absolute, keep a last value that rounding puts beyond the end.
-    return tuple(float(f"{span.first + i * step:.12g}") for i in range(int(steps * (1 + 1e-12) + 1e-9) + 1))
+    count = int(steps * (1 + 1e-12) + 1e-9) + 1
+    return tuple(_rounded(span.first + i * step) for i in range(count))
 
 
-def _whole(where: str, given: object, low: int, high: int) -> int:
-    """Returns ``given`` if it is an integer from ``low`` to ``high``. Raises :class:`SweepError`."""
-    if isinstance(given, bool) or not isinstance(given, int) or not low <= given <= high:
-        raise SweepError(f"{where} is {shown(given)}, but must be a whole number from {low} to {high}")
-    return given
+def _rounded(value: float) -> float:
+    """The value rounded to twelve digits, so that the third step of 0.1 is 0.3, not 0.30000000000000004."""
+    return float(f"{value:.12g}")

@@ -1,8 +1,9 @@
-"""The contact sheet: one HTML file with thumbnails and figures, sortable by every column."""
+"""The contact sheet ``index.html``: one HTML file with thumbnails and figures, sortable by every column."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -12,29 +13,39 @@ from .report import columns_of
 from .spec import Spec
 from .store import SHEET, write_whole
 
-#: Largest number of rows on the sheet. Chosen: a page of some 20 MB with two pictures a row. The table has all rows.
-ROWS_MAX = 2000
-# Kinds of columns with one value a row; tables within a cell are left out.
-_PLAIN = ("number", "whole", "text", "truth")
-# Columns left out: stated below the title, or of use to programs alone.
+# Largest number of rows on the sheet, about 20 MB with two pictures in each row. Larger pages open slowly. The table
+# has all rows.
+_ROWS_MAX = 2000
+# Kinds of columns with a single value in a row, unlike those with a table in a cell.
+_SINGLE_VALUE_KINDS = ("number", "whole", "text", "truth")
+# Columns left out. The version is below the title, failed rows are coloured, and the others are for programs.
 _LEFT_OUT = ("identity", "version", "input_sha256", "status")
 
 
 def write_sheet(spec: Spec, rows: Iterable[tuple[dict[str, Any], dict[str, Any]]], facts: dict[str, Any]) -> None:
-    """Writes ``index.html`` from the table's rows and their records. Raises ``StoreError``."""
-    shown = [(row, record) for (row, record), _ in zip(rows, range(ROWS_MAX))]
-    columns = [column for column in columns_of(spec) if column.kind in _PLAIN and column.name not in _LEFT_OUT]
+    """Writes ``index.html`` from the table's rows and their records (report.read_rows).
+
+    The page states the ``facts`` ``cases``, ``failed`` and ``version``. Raises ``StoreError`` where a record is missing
+    or the page cannot be written.
+    """
+    shown = list(islice(rows, _ROWS_MAX))
+    columns = [
+        column for column in columns_of(spec) if column.kind in _SINGLE_VALUE_KINDS and column.name not in _LEFT_OUT
+    ]
     # Empty columns are left out, such as the errors of a sweep without any.
     columns = [column for column in columns if any(row.get(column.name) is not None for row, _ in shown)]
-    is_file = {
+    # Texts of wants are paths of files.
+    file_columns = {
         f"{want.name}_{column.name}" for want in spec.wants for column in want.columns() if column.kind == "text"
     }
+    # Names of the thumbnails, each a column of pictures.
     pictures = sorted({name for _, record in shown for name in record["thumbnails"]})
     lines = [
         {
             "failed": record["status"] == "failed",
-            "pictures": [(record["thumbnails"].get(name), _full(row, name)) for name in pictures],
-            "cells": [_cell(row.get(column.name), column.name in is_file) for column in columns],
+            # For each name the thumbnail, a PNG in base 64, and the path of the full picture, or none.
+            "pictures": [(record["thumbnails"].get(name), _full_picture(row, name)) for name in pictures],
+            "cells": [_cell(row.get(column.name), column.name in file_columns) for column in columns],
         }
         for row, record in shown
     ]
@@ -42,19 +53,19 @@ def write_sheet(spec: Spec, rows: Iterable[tuple[dict[str, Any], dict[str, Any]]
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, autoescape=True, trim_blocks=True
     )
     page = templates.get_template("sheet.html.j2").render(
-        columns=columns, pictures=pictures, lines=lines, facts=facts, rows_max=ROWS_MAX, title=spec.output.name
+        columns=columns, pictures=pictures, lines=lines, facts=facts, rows_max=_ROWS_MAX, title=spec.output.name
     )
     write_whole(spec.output / SHEET, page.encode())
 
 
-def _full(row: dict[str, Any], name: str) -> str | None:
-    """Path of the full picture of the thumbnail ``name``, relative to the sweep's folder."""
+def _full_picture(row: dict[str, Any], name: str) -> str | None:
+    """Path of the full picture of the thumbnail ``name``, relative to the sweep's folder; none without one."""
     found = row.get("colour_strip") if name == "strip" else row.get(f"{name}_png")
     return str(found) if found else None
 
 
 def _cell(value: Any, is_file: bool) -> dict[str, Any]:
-    """A cell of the template: its text, the key by which the column sorts, and a link for a file."""
+    """A cell of the template: its text, ``shown``; the key for sorting its column, ``sorts``; and a link for a file."""
     if value is None:
         return {"shown": "", "sorts": "", "link": None}
     if isinstance(value, float):

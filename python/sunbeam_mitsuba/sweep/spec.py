@@ -23,53 +23,61 @@ else:
     import tomli as tomllib
 
 # Keys of the specification.
-_TOP = ("output", "surface", "settings", "want")
+_SPEC_KEYS = ("output", "surface", "settings", "want")
 # Keys of a ``[[surface]]`` besides its parameters.
 _SURFACE_KEYS = ("name", "files")
-#: Default direction of the light: along the normal.
+# Default direction of the light: along the normal.
 _LIGHT_DEFAULTS: dict[str, Value] = {"theta_i_deg": 0.0, "phi_i_deg": 0.0}
 
 
 @dataclass(frozen=True)
 class Case:
-    """A row of the table: a surface under a setting.
+    """A row of the table: a surface under a setting."""
 
-    ``parameters`` are the plugin's and the light's; file names are relative to the specification's folder.
-    """
-
+    #: Place in the table, from 0.
     row: int
+    #: Hash of all inputs except contents of files, in hexadecimal digits. It names the case's files.
     identity: str
+    #: Name of the surface, or else its file's name or its preset.
     surface: str
+    #: Parameters of the surface and angles of the light. ``filename`` is relative to the specification's folder.
     parameters: dict[str, Value]
 
 
 @dataclass(frozen=True)
 class SurfaceSpec:
-    """A ``[[surface]]``: its name in the table, empty where the relief's own name serves, and its variations."""
+    """A ``[[surface]]`` of the specification."""
 
+    #: Name in the table; where it is empty, the file's name or the preset replaces it.
     name: str
+    #: Parameters of its variants.
     combinations: Combinations
 
 
 @dataclass(frozen=True)
 class Spec:
-    """A specification. File names are relative to ``folder``; results go to the folder ``output``."""
+    """A checked specification."""
 
+    #: Folder to which file names are relative.
     folder: Path
+    #: Folder of the results, an absolute path.
     output: Path
     surfaces: tuple[SurfaceSpec, ...]
+    #: Settings of every surface.
     settings: Combinations
+    #: Wanted figures, in the order of WANTS.
     wants: tuple[Want, ...]
+    #: The specification as it was given.
     source: dict[str, Any]
 
     @property
     def count(self) -> int:
-        """Number of cases, with equal ones counted separately."""
+        """Number of cases; equal ones, which :meth:`cases` merges, count separately."""
         return sum(surface.combinations.count for surface in self.surfaces) * self.settings.count
 
     @property
     def parameter_names(self) -> list[str]:
-        """Parameters that any case has, in the order of the table's columns."""
+        """Names of the parameters that at least one case has, in the order of the table's columns."""
         used = set(self.settings.names) | set(_LIGHT_DEFAULTS)
         for surface in self.surfaces:
             used |= set(surface.combinations.names)
@@ -78,15 +86,16 @@ class Spec:
     def cases(self, version: str) -> Iterator[Case]:
         """Yields the different cases in the order of the table: by surface, then by setting.
 
-        A case's identity is a hash of its parameters, the wanted figures and ``version``. Equal cases are yielded once.
+        A case's identity is a hash of the surface's name, the parameters, the wanted figures with their options, and
+        ``version``. Of equal cases only the first is yielded.
         """
         wanted = [want.identity() for want in self.wants]
         seen: set[str] = set()
         for surface in self.surfaces:
-            for relief in surface.combinations:
-                name = surface.name or str(relief.get("filename") or relief["preset"])
+            for variant in surface.combinations:
+                name = surface.name or str(variant.get("filename") or variant["preset"])
                 for setting in self.settings:
-                    parameters = {**_LIGHT_DEFAULTS, **relief, **setting}
+                    parameters = {**_LIGHT_DEFAULTS, **variant, **setting}
                     text = json.dumps([name, parameters, wanted, version], sort_keys=True)
                     identity = hashlib.sha256(text.encode()).hexdigest()[:20]
                     if identity not in seen:
@@ -97,8 +106,10 @@ class Spec:
 def read_spec(path: str | os.PathLike[str], output: str | os.PathLike[str] | None = None) -> Spec:
     """Reads a specification from a TOML file; its paths are relative to the file's folder.
 
-    ``output`` replaces the specification's own. Raises :class:`SweepError` with one line for a file that cannot be
-    read, for unknown keys, contradictions and values out of range, and for a glob without matches.
+    ``output`` replaces the specification's own; it is relative to the working folder.
+
+    Raises :class:`SweepError` with one line for a file that cannot be read, for unknown keys, contradictions and values
+    out of range, and for a glob without matches.
     """
     path = Path(path)
     try:
@@ -111,13 +122,16 @@ def read_spec(path: str | os.PathLike[str], output: str | os.PathLike[str] | Non
 
 
 def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[str] | None = None) -> Spec:
-    """Reads a specification from a dictionary, as :func:`read_spec` does; file names are relative to ``folder``."""
-    check_keys("the specification", source, _TOP)
+    """Reads a specification from a dictionary with the keys of the TOML file; its paths are relative to ``folder``.
+
+    ``output`` and errors are those of :func:`read_spec`.
+    """
+    check_keys("the specification", source, _SPEC_KEYS)
     surfaces = source.get("surface")
     if not isinstance(surfaces, list) or not surfaces:
         raise SweepError("the specification needs at least one [[surface]]")
     settings = _settings(source.get("settings", {}))
-    read = tuple(
+    surface_specs = tuple(
         _surface(f"surface {number}", table, folder, settings) for number, table in enumerate(surfaces, start=1)
     )
     where = output if output is not None else source.get("output")
@@ -125,10 +139,9 @@ def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[st
         raise SweepError('the specification needs an output, a folder: output = "…" in it, or --output')
     if not isinstance(where, (str, os.PathLike)):
         raise SweepError(f"output is {shown(where)}, but must be a folder's name")
-    # The argument is relative to the working folder, the specification's own to the specification.
     output_folder = Path(where) if output is not None else folder / where
     wants = _wants(source.get("want"), folder)
-    spec = Spec(folder, output_folder.resolve(), read, settings, wants, source)
+    spec = Spec(folder, output_folder.resolve(), surface_specs, settings, wants, source)
     if spec.count > ROWS_MAX:
         raise SweepError(f"the specification has {spec.count} cases; accepted are at most {ROWS_MAX}")
     for want in wants:
@@ -137,7 +150,7 @@ def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[st
 
 
 def _values_of(spec: Spec) -> dict[str, set[Value]]:
-    """Values of each parameter over all cases; a sampled range counts with its ends."""
+    """Values of each parameter over all cases; of a sampled range both ends."""
     found: dict[str, set[Value]] = {}
     for combinations in (spec.settings, *(surface.combinations for surface in spec.surfaces)):
         for name, values in combinations.listed().items():
@@ -152,12 +165,17 @@ def _settings(table: object) -> Combinations:
 
 
 def _surface(where: str, table: object, folder: Path, settings: Combinations) -> SurfaceSpec:
-    """Reads a table ``[[surface]]``, which ``where`` names in messages. Raises :class:`SweepError`."""
+    """Reads a table ``[[surface]]``, which ``where`` names in messages.
+
+    Parameters may not be in ``settings``, too. Raises :class:`SweepError`.
+    """
     accepted = [*SOURCE, *SURFACE, *SCENE]
     given = dict(check_keys(where, table, [*_SURFACE_KEYS, *KEYS, *accepted]))
-    name = given.pop("name", "")
-    if "name" in dict(table) and not Text().accepts(name):  # type: ignore[call-overload]
-        raise SweepError(f"{where}: name is {shown(name)}, but must be a text")
+    name: object = ""
+    if "name" in given:
+        name = given.pop("name")
+        if not Text().accepts(name):
+            raise SweepError(f"{where}: name is {shown(name)}, but must be a text")
     if "files" in given:
         if "filename" in given:
             raise SweepError(f"{where}: filename and files are both given; give one of the two")
@@ -171,9 +189,12 @@ def _surface(where: str, table: object, folder: Path, settings: Combinations) ->
 
 
 def _matching(where: str, patterns: object, folder: Path) -> list[str]:
-    """Sorted paths of the files that match the globs, relative to ``folder`` for relative globs."""
+    """Sorted paths of the files that match a glob or any of a list of globs.
+
+    They are relative to ``folder`` for relative globs. Raises :class:`SweepError` where a glob matches no file.
+    """
     listed = [patterns] if isinstance(patterns, str) else patterns
-    if not isinstance(listed, list) or not listed or not all(isinstance(one, str) for one in listed):
+    if not isinstance(listed, list) or not listed or not all(isinstance(pattern, str) for pattern in listed):
         raise SweepError(f"{where}: files is {shown(patterns)}, but must be a glob or a list of globs")
     found: set[str] = set()
     for pattern in listed:
@@ -185,6 +206,7 @@ def _matching(where: str, patterns: object, folder: Path) -> list[str]:
 
 
 def _wants(table: object, folder: Path) -> tuple[Want, ...]:
+    """Reads the tables ``[want.NAME]``. Raises :class:`SweepError`."""
     if not isinstance(table, dict) or not table:
         raise SweepError(f"the specification needs at least one [want.NAME]; there are {', '.join(WANTS)}")
     check_keys("want", table, list(WANTS))

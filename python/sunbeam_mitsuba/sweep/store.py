@@ -1,8 +1,7 @@
 """The output folder of a sweep: results are written atomically, and a lock admits one sweep at a time.
 
-``results/`` holds a JSON file for each case, with its settings, version, the input's checksum and the time;
-``pictures/`` holds the pictures. Both are divided by the first two digits of the cases' identities, since folders with
-10⁵ files are slow.
+``results/`` has a JSON file for each case, its record (work.record_of), and ``pictures/`` its pictures. Files are in
+subfolders named by the first two digits of the case's identity, since folders with 10⁵ files are slow.
 """
 
 from __future__ import annotations
@@ -32,10 +31,13 @@ TIMES = "times.parquet"
 SHEET = "index.html"
 #: File name of the summary.
 SUMMARY = "sweep.json"
-# Folders of results and pictures.
+# Files that the driver writes after the cases.
+_FILES = (TABLE, TIMES, SHEET, SUMMARY)
+# Folders that the workers write to.
 _FOLDERS = ("results", "pictures")
+# File name of the lock.
 _LOCK = ".lock"
-# Age in seconds from which an unfinished file is removed. Chosen: no write takes this long, so its worker has died.
+# Age in seconds from which an unfinished file is removed. No write takes this long, so its worker has died.
 _ABANDONED_SECONDS = 600.0
 
 
@@ -46,7 +48,7 @@ class StoreError(Exception):
 def write_whole(path: Path, content: bytes) -> None:
     """Writes a file under a temporary name and renames it, so that readers see all of it or nothing.
 
-    Raises :class:`StoreError` after removing the temporary file.
+    Its folder is created where it is missing. Raises :class:`StoreError` where writing fails.
     """
     part = path.with_name(f".{path.name}.{socket.gethostname()}.{os.getpid()}.{uuid.uuid4().hex[:8]}.part")
     try:
@@ -60,17 +62,20 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def picture_name(identity: str, ending: str) -> str:
-    """Path of a picture relative to the sweep's folder."""
+    """Path of a picture relative to the sweep's folder; ``ending`` is a key of Answer.pictures, such as ``map.exr``."""
     return f"pictures/{identity[:2]}/{identity}-{ending}"
 
 
 def result_path(folder: Path, identity: str) -> Path:
-    """Path of a case's result."""
+    """Path of a case's record in the sweep's folder."""
     return folder / "results" / identity[:2] / f"{identity}.json"
 
 
 def write_result(folder: Path, record: Mapping[str, Any], pictures: Mapping[str, bytes]) -> None:
-    """Writes the pictures, then the record, which marks the case as finished. Raises :class:`StoreError`."""
+    """Writes the pictures by their endings, then the record, which marks the case as finished.
+
+    The record's key ``pictures`` becomes their sizes in bytes. Raises :class:`StoreError`.
+    """
     identity = record["identity"]
     sizes = {}
     for ending, content in pictures.items():
@@ -81,7 +86,7 @@ def write_result(folder: Path, record: Mapping[str, Any], pictures: Mapping[str,
 
 
 def read_result(folder: Path, identity: str) -> dict[str, Any] | None:
-    """Reads the record of a case; ``None`` where the record or one of its pictures is missing."""
+    """Reads the record of a case; ``None`` where the record or one of its pictures is missing or damaged."""
     try:
         record = json.loads(result_path(folder, identity).read_bytes())
     except (OSError, ValueError):
@@ -98,7 +103,7 @@ def read_result(folder: Path, identity: str) -> dict[str, Any] | None:
 
 
 def input_of(path: Path) -> dict[str, Any]:
-    """Checksum, size and modification time of a file. Raises ``OSError``."""
+    """Checksum, size and modification time of an input file, for the record's key ``input``. Raises ``OSError``."""
     status = os.stat(path)
     digest = _checksum(str(path), status.st_size, status.st_mtime_ns)
     return {"sha256": digest, "bytes": status.st_size, "mtime_ns": status.st_mtime_ns}
@@ -106,7 +111,7 @@ def input_of(path: Path) -> dict[str, Any]:
 
 @lru_cache(maxsize=4096)
 def _checksum(path: str, size: int, mtime_ns: int) -> str:
-    """SHA-256 of a file. Size and time are only parts of the cache's key."""
+    """SHA-256 of a file in hexadecimal digits. Size and modification time are only parts of the cache key."""
     digest = sha256()
     with open(path, "rb") as file:
         while block := file.read(1 << 20):
@@ -115,7 +120,7 @@ def _checksum(path: str, size: int, mtime_ns: int) -> str:
 
 
 def is_current(record: Mapping[str, Any], path: Path | None) -> bool:
-    """Whether the input file is unchanged: by size and time, or else by checksum."""
+    """Whether the record's input file at ``path``, if it has one, is unchanged: by size and time, or by checksum."""
     recorded = record.get("input")
     if path is None:
         return True
@@ -132,7 +137,7 @@ def is_current(record: Mapping[str, Any], path: Path | None) -> bool:
 
 
 def _can_hold_files(folder: Path) -> bool:
-    """Whether the folder is missing or writable."""
+    """Whether the path is free, or a folder in which this process can create files."""
     return not folder.exists() or (folder.is_dir() and os.access(folder, os.W_OK | os.X_OK))
 
 
@@ -144,10 +149,10 @@ class Store:
         self._lock = FileLock(str(folder / _LOCK))
 
     def open(self, fresh: bool) -> None:
-        """Locks the folder and makes it where it is missing; ``fresh`` removes an earlier sweep's results.
+        """Locks the folder and creates it where it is missing; ``fresh`` removes an earlier sweep's results.
 
-        Raises :class:`SweepError` where another sweep has the folder, where it holds other files, and where it cannot
-        be written.
+        Raises :class:`SweepError` where another sweep has locked the folder, where it holds other files and no earlier
+        sweep, and where it cannot be written.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -158,7 +163,7 @@ class Store:
             ) from None
         except OSError as error:
             raise SweepError(f"{self.folder} cannot be written: {error.strerror or error}") from error
-        expected = {*_FOLDERS, TABLE, TIMES, SHEET, SUMMARY, _LOCK}
+        expected = {*_FOLDERS, *_FILES, _LOCK}
         others = [entry.name for entry in os.scandir(self.folder) if entry.name not in expected]
         others = [name for name in others if not (name.startswith(".") and name.endswith(".part"))]
         if others and not (self.folder / SUMMARY).exists():
@@ -168,13 +173,16 @@ class Store:
         if fresh:
             for name in _FOLDERS:
                 shutil.rmtree(self.folder / name, ignore_errors=True)
-            for name in (TABLE, TIMES, SHEET, SUMMARY):
+            for name in _FILES:
                 (self.folder / name).unlink(missing_ok=True)
         self._remove_abandoned()
 
     def _check_places(self) -> None:
-        """Refuses folders in the place of the sweep's files and the reverse, before hours of work."""
-        blocked = [name for name in (TABLE, TIMES, SHEET, SUMMARY) if (self.folder / name).is_dir()]
+        """Refuses folders in the places of the sweep's files and the reverse, before hours of work.
+
+        Raises :class:`SweepError` after unlocking the folder.
+        """
+        blocked = [name for name in _FILES if (self.folder / name).is_dir()]
         blocked += [name for name in _FOLDERS if not _can_hold_files(self.folder / name)]
         if blocked:
             self.close()
@@ -185,7 +193,7 @@ class Store:
         self._lock.release()
 
     def _remove_abandoned(self) -> None:
-        """Removes unfinished files that dead workers left."""
+        """Removes unfinished files (write_whole) that dead workers left."""
         oldest = time.time() - _ABANDONED_SECONDS
         for part in [*self.folder.glob(".*.part"), *self.folder.glob("*/*/.*.part")]:
             try:

@@ -1,4 +1,8 @@
-"""Surfaces that a worker holds, and the memory of their tables: estimated before a build, limited by a cache."""
+"""Surfaces that a worker holds, and the memory of their tables: estimated before a build, limited by a cache.
+
+A worker's memory is WORKER_BYTES and the memory *for tables*. Held surfaces and the peak of a build fit into the memory
+for tables. Between builds the held surfaces take at most HELD_FRACTION of it, unless only the newest is left.
+"""
 
 from __future__ import annotations
 
@@ -14,75 +18,84 @@ from .instruments import converted
 from .limits import LIGHT, Value
 from .reflector import Reflector, make_reflector
 
-#: Peak memory of a build divided by the estimated size of the finished spectral table. Chosen with a margin: the build
-#: also holds nodes in complex double precision, grids of transforms, the sampler and the albedo.
-BUILD_PEAK = 6.0
-#: Memory of a worker in bytes without tables: Python, Mitsuba, and one batch of directions. Chosen with a margin.
+# Peak memory of a build divided by the estimated size of the finished spectral table. A build also holds the values at
+# all knots, grids of transforms, the sampler and the albedo. Larger values refuse surfaces that would fit; with smaller
+# ones the system kills workers.
+_PEAK_OVER_TABLE = 6.0
+#: Memory of a worker in bytes without tables: Python, Mitsuba, and one batch of directions, with a margin.
 WORKER_BYTES = 0.6e9
-#: Fraction of a worker's memory for finished tables. Chosen; the rest is for the next build and a picture.
+#: Largest fraction of the memory for tables that held surfaces take between builds. Larger values build fewer surfaces
+#: again; smaller ones leave more for pictures.
 HELD_FRACTION = 0.5
-# Presets whose tables take only some megabytes at coherence lengths up to _SMALL_COHERENCE_UM: they need no estimate.
+# Presets whose tables take only some megabytes at coherence lengths up to _SMALL_COHERENCE_UM. They need no estimate.
 _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
-# Coherence length in µm up to which _SMALL_PRESETS need no estimate.
 _SMALL_COHERENCE_UM = 1000.0
-# Largest number of surfaces estimated before the workers start; workers estimate the others.
+# Default of the parameter `coherence_length` (src/config/).
+_DEFAULT_COHERENCE_UM = 65.0
+# Largest number of surfaces estimated before the workers start. Each runs the command; workers estimate the others.
 _ESTIMATED_BEFORE = 32
 
 
 class TooLarge(ValueError):
-    """Tables do not fit into the worker's memory; the message is one line with the estimate."""
+    """A build does not fit into the worker's memory; the message is one line with the estimate."""
 
 
-def estimated_bytes(parameters: Mapping[str, Value]) -> float:
+def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
     """Peak memory in bytes while the tables are built; 0 for a small surface and where it is unknown.
 
-    The library's own estimate of the table comes from ``sunbeam height-field``. Without the command it is unknown, and
-    only the library's build limit refuses large tables. Raises :class:`CommandError` where the surface is refused.
+    It follows from the library's estimate of the finished table, by ``sunbeam height-field``. Without the command it is
+    unknown, and only the library's build limit refuses large tables. Raises :class:`CommandError` where the surface is
+    refused, and ``SweepError`` where ``SUNBEAM_COMMAND`` cannot be run.
     """
-    coherence_um = float(parameters.get("coherence_length", 65.0))
     if parameters.get("theory") == "rigorous" or find_command() is None:
         return 0.0
-    if parameters.get("preset") in _SMALL_PRESETS and coherence_um <= _SMALL_COHERENCE_UM:
+    if parameters.get("preset") in _SMALL_PRESETS and _coherence_um(parameters) <= _SMALL_COHERENCE_UM:
         return 0.0
-    return BUILD_PEAK * float(describe(parameters)["table_bytes_estimate"])
+    return _PEAK_OVER_TABLE * float(describe(parameters)["table_bytes_estimate"])
+
+
+def _coherence_um(parameters: Mapping[str, Value]) -> float:
+    """Coherence length of a surface in µm."""
+    return float(parameters.get("coherence_length", _DEFAULT_COHERENCE_UM))
 
 
 def largest_estimate(surfaces: Iterable[Mapping[str, Value]]) -> float:
-    """The largest estimate in bytes among the 32 surfaces with the largest files and coherence lengths.
+    """The largest estimated peak in bytes among the _ESTIMATED_BEFORE surfaces with the largest files.
 
-    Refused surfaces count as 0, since they become rows with an error.
+    Among files of equal size, and presets, longer coherence lengths come first. Refused surfaces count as 0, since they
+    become rows with an error.
     """
 
     def size(parameters: Mapping[str, Value]) -> tuple[float, float]:
         name = str(parameters.get("filename", ""))
-        stored = os.path.getsize(name) if name and os.path.exists(name) else 0
-        return stored, float(parameters.get("coherence_length", 65.0))
+        file_bytes = os.path.getsize(name) if name and os.path.exists(name) else 0
+        return file_bytes, _coherence_um(parameters)
 
     largest = 0.0
     for parameters in sorted(surfaces, key=size, reverse=True)[:_ESTIMATED_BEFORE]:
         try:
-            largest = max(largest, estimated_bytes(converted(parameters)))
+            largest = max(largest, estimated_peak_bytes(converted(parameters)))
         except (CommandError, SunbeamError):
             continue
     return largest
 
 
 class HeldSurfaces:
-    """Cache of surfaces by their parameters, which drops the least recently used where memory is short.
-
-    ``memory_bytes`` is the worker's limit, or 0 where it has none.
-    """
+    """Cache of surfaces by their parameters, which drops the least recently used where memory is short."""
 
     def __init__(self, memory_bytes: float):
+        #: Memory limit of the worker, which may be changed between calls; 0 where it has none.
         self.memory_bytes = memory_bytes
         #: Seconds spent so far on building tables, or reading them from the disk cache.
         self.seconds = 0.0
+        # Surfaces and the bytes of their tables by key, the least recently used first.
         self._held: OrderedDict[str, tuple[Reflector, float]] = OrderedDict()
 
     def get(self, parameters: Mapping[str, Value]) -> Reflector:
         """Returns the surface, which is built where it is not held.
 
-        Raises :class:`TooLarge` where its tables do not fit, and the library's errors.
+        Raises :class:`TooLarge` where its build does not fit, and errors of :func:`estimated_peak_bytes` and
+        ``make_reflector``.
         """
         key = _key(parameters)
         if key in self._held:
@@ -90,43 +103,48 @@ class HeldSurfaces:
             return self._held[key][0]
         start = time.perf_counter()
         try:
-            expected = self._checked(parameters) if self.memory_bytes else 0.0
-            self._make_room(expected / BUILD_PEAK)
+            estimated_bytes = self._make_room_for_build(parameters) if self.memory_bytes else 0.0
             made = make_reflector(parameters)
-            self._held[key] = (made, made.table_bytes)
-            self._make_room(0.0)
+            self._held[key] = (made, made.table_bytes or estimated_bytes)
+            if self.memory_bytes:
+                self._drop_until(HELD_FRACTION * self._for_tables_bytes(), kept=1)
         finally:
             self.seconds += time.perf_counter() - start
         return made
 
     def __len__(self) -> int:
+        """Number of held surfaces."""
         return len(self._held)
 
-    def _checked(self, parameters: Mapping[str, Value]) -> float:
-        """Estimated peak memory of a build in bytes. Raises :class:`TooLarge` if the worker has less."""
-        expected = estimated_bytes(parameters)
-        available = self.memory_bytes - WORKER_BYTES
-        if expected > available:
-            raise TooLarge(
-                f"building the tables would take about {expected / 1e9:.1f} GB, and the worker has "
-                f"{max(available, 0) / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a larger "
-                "tolerance would do"
-            )
-        return expected
+    def _make_room_for_build(self, parameters: Mapping[str, Value]) -> float:
+        """Drops surfaces until the others and the peak of the build fit into the memory for tables.
 
-    def _make_room(self, needed_bytes: float) -> None:
-        """Drops surfaces until the others and ``needed_bytes`` fit; with 0 bytes the newest stays."""
-        if not self.memory_bytes:
-            return
-        budget = HELD_FRACTION * max(self.memory_bytes - WORKER_BYTES, 0)
-        keep = 1 if needed_bytes == 0 else 0
-        while len(self._held) > keep and sum(size for _, size in self._held.values()) + needed_bytes > budget:
+        Returns the estimated bytes of the finished tables. Raises :class:`TooLarge`, and drops nothing, if the build
+        alone does not fit.
+        """
+        peak_bytes, available_bytes = estimated_peak_bytes(parameters), self._for_tables_bytes()
+        if peak_bytes > available_bytes:
+            raise TooLarge(
+                f"building the tables would take about {peak_bytes / 1e9:.1f} GB, and the worker has "
+                f"{max(available_bytes, 0) / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a "
+                "larger tolerance would do"
+            )
+        self._drop_until(available_bytes - peak_bytes)
+        return peak_bytes / _PEAK_OVER_TABLE
+
+    def _for_tables_bytes(self) -> float:
+        """Memory for tables of a worker with a limit; negative below WORKER_BYTES."""
+        return self.memory_bytes - WORKER_BYTES
+
+    def _drop_until(self, budget_bytes: float, kept: int = 0) -> None:
+        """Drops the least recently used surfaces until the others fit into the budget, or only ``kept`` are left."""
+        while len(self._held) > kept and sum(size for _, size in self._held.values()) > budget_bytes:
             self._held.popitem(last=False)
 
 
 def _key(parameters: Mapping[str, Value]) -> str:
-    """Key of a surface's tables: all parameters except the light's, and the file's modification time."""
+    """Key of a surface in the cache: all parameters except the light's, and the file's modification time."""
     surface = {name: value for name, value in parameters.items() if name not in LIGHT}
     name = str(surface.get("filename", ""))
-    changed = os.stat(name).st_mtime_ns if name and os.path.exists(name) else 0
-    return json.dumps([surface, changed], sort_keys=True)
+    changed_ns = os.stat(name).st_mtime_ns if name and os.path.exists(name) else 0
+    return json.dumps([surface, changed_ns], sort_keys=True)

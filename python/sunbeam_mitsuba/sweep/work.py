@@ -1,4 +1,4 @@
-"""Runs in the workers: computes the cases of a batch, and writes each result before the next case begins."""
+"""Computation of cases in the workers, which write each result before the next case begins."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .store import StoreError, input_of, read_result, write_result, write_whole
 from .tables import HeldSurfaces, TooLarge
 from .wants import Question, Want, WantError
 
-# Errors whose message is one line for the user; any other exception is reported as a defect.
+# Expected errors, whose messages are for the user; any other exception is reported as a defect.
 _REFUSALS = (SunbeamError, CommandError, ReflectorError, WantError, TooLarge, SweepError)
 
 
@@ -38,7 +38,7 @@ class Job:
     output: Path
     #: Folder to which file names in the specification are relative.
     folder: Path
-    #: Quantities to compute for each case.
+    #: Wanted figures of each case.
     wants: tuple[Want, ...]
     #: :func:`version` of the process that began the sweep, which every worker must have.
     version: str
@@ -50,9 +50,9 @@ class Done:
 
     #: Whether each finished case failed, by identity.
     failed: dict[str, bool]
-    #: Wall time, with the wait for other threads of the worker.
+    #: Wall time, including the wait for other threads of the worker.
     seconds: float
-    #: Error that stops the whole sweep; empty without one.
+    #: One-line error that stops the whole sweep; empty without one.
     fatal: str = ""
 
 
@@ -66,9 +66,9 @@ def version() -> str:
 
 
 class _CaseQuestion(Question):
-    """A case as wants see it (wants/want.py): parameters, light, and the surface with its tables."""
+    """A case whose surface is one of the held surfaces."""
 
-    def __init__(self, parameters: dict[str, Value], held: HeldSurfaces):
+    def __init__(self, parameters: Mapping[str, Value], held: HeldSurfaces):
         self.parameters = parameters
         self.theta_i_deg = float(parameters["theta_i_deg"])
         self.phi_i_deg = float(parameters["phi_i_deg"])
@@ -80,17 +80,17 @@ class _CaseQuestion(Question):
 
 # A process has one variant of Mitsuba at a time, so the threads of a worker take turns.
 _mitsuba_lock = threading.Lock()
-# Surfaces kept between cases. `run_batch` sets the worker's memory limit, of which they use a part.
+# Surfaces kept between cases. `run_batch` sets their memory limit to the worker's.
 _held = HeldSurfaces(0.0)
 
 
 def run_batch(job: Job, cases: list[Case]) -> Done:
-    """Computes the cases and writes their results; a case with a result, from a worker that died, is skipped.
+    """Computes the cases and writes their results. A case with a result, by a worker that died, is skipped.
 
-    A case's error becomes its record and does not raise. An error that stops the whole sweep, such as a full disk or
-    another version, is in the result's ``fatal``.
+    An error of a case is in its record. An error that stops the whole sweep, such as a full disk or another version, is
+    in ``fatal`` of the returned object.
     """
-    # One thread for the library, unless the user chose otherwise: each worker has one core.
+    # One thread for the library, unless the user set another number: a worker has one core.
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
     start = time.perf_counter()
     failed: dict[str, bool] = {}
@@ -111,7 +111,7 @@ def run_batch(job: Job, cases: list[Case]) -> Done:
 
 
 def _memory_bytes() -> float:
-    """Memory limit of this worker in bytes; 0 where there is no limit, and outside of workers."""
+    """Memory limit of this worker in bytes; 0 without a limit, and outside of workers."""
     from distributed import get_worker
 
     try:
@@ -122,28 +122,34 @@ def _memory_bytes() -> float:
 
 
 def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Computes the record and the pictures of a case. A want that is refused leaves the others' results valid."""
+    """Computes a case. Returns its record (record_of), and the contents of its pictures by ending (Answer.pictures).
+
+    The record has the figures of all wants with an answer, even if other wants have none.
+    """
     start, tables_before = time.perf_counter(), held.seconds
     parameters = with_full_path(case.parameters, job.folder)
-    # Name of the want, empty for an error of the input file, and message.
+    # For each error the name of the want, empty for an error of the input file, and the message.
     errors: list[tuple[str, str]] = []
+    # Values by column of the table.
     figures: dict[str, Any] = {}
     pictures: dict[str, bytes] = {}
+    # Small PNGs in base 64 by name.
     thumbnails: dict[str, str] = {}
-    source: dict[str, Any] | None = None
+    # Checksum, size and modification time of the input file.
+    input_file: dict[str, Any] | None = None
     if "filename" in parameters:
         try:
-            source = input_of(Path(str(parameters["filename"])))
+            input_file = input_of(Path(str(parameters["filename"])))
         except OSError as error:
             errors.append(("", f"{case.parameters['filename']}: cannot be read: {error.strerror or error}"))
-        try:
-            # An instrument's file is replaced by a temporary .gsf.
-            parameters = parameters if errors else converted(parameters)
-        except (OSError, SunbeamError) as error:
-            errors.append(("", _one_line(str(error), case, parameters)))
+        else:
+            try:
+                # An instrument's file is replaced by a temporary .gsf.
+                parameters = converted(parameters)
+            except (OSError, SunbeamError) as error:
+                errors.append(("", _one_line(str(error), case, parameters)))
     question = _CaseQuestion(parameters, held)
-    wants = () if errors else job.wants
-    for want in wants:
+    for want in () if errors else job.wants:
         try:
             answer = want.compute(question)
         except _REFUSALS as error:
@@ -156,19 +162,24 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
             errors.append((want.name, f"{', '.join(not_finite)}: not a finite number"))
             continue
         figures.update({f"{want.name}_{name}": value for name, value in answer.figures.items()})
-        # Endings of pictures contain the want's name already.
+        # Endings of pictures differ between wants.
         pictures.update(answer.pictures)
         # A record is JSON, which has no bytes.
         thumbnails.update({name: base64.b64encode(content).decode() for name, content in answer.thumbnails.items()})
     record = record_of(job, case, _joined_errors(errors))
-    spent = time.perf_counter() - start
-    record.update(figures=figures, thumbnails=thumbnails, input=source)
-    record["time"].update(seconds=round(spent, 4), tables_seconds=round(held.seconds - tables_before, 4))
+    record.update(figures=figures, thumbnails=thumbnails, input=input_file)
+    seconds = time.perf_counter() - start
+    record["time"].update(seconds=round(seconds, 4), tables_seconds=round(held.seconds - tables_before, 4))
     return record, pictures
 
 
 def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
-    """A record without figures: of a failed case with its one-line error, or with an empty error to be filled."""
+    """The record of a case without figures, as a JSON object. The case has failed unless ``error`` is empty.
+
+    ``parameters`` are the specification's. ``input`` becomes ``store.input_of`` the surface's file if it has one.
+    ``time`` has the end in UTC, the wall time in seconds, the part of it spent on tables, and the worker's machine and
+    process.
+    """
     return {
         "identity": case.identity,
         "surface": case.surface,
@@ -189,11 +200,15 @@ def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
 
 
 def _is_finite(value: Any) -> bool:
+    """Whether the value is a finite number, or no number at all. Lists are not examined."""
     return not isinstance(value, float) or math.isfinite(value)
 
 
 def _joined_errors(errors: list[tuple[str, str]]) -> str:
-    """Joins the wants' errors in one line: a common error once, different errors with the names of their wants."""
+    """Joins errors, each the name of a want and a message, in one line; empty without errors.
+
+    Several equal messages are given once, without names.
+    """
     if len(errors) == 1:
         name, message = errors[0]
         return f"{name}: {message}" if name else message
@@ -204,20 +219,25 @@ def _joined_errors(errors: list[tuple[str, str]]) -> str:
 
 
 def _other_version(job: Job) -> str:
+    """The error of a worker whose version is not the sweep's."""
     return f"a worker on {socket.gethostname()} has {version()}, but the sweep {job.version}"
 
 
 def _one_line(message: str, case: Case, parameters: Mapping[str, Value]) -> str:
-    """The message in one line. The specification's name replaces the full path, which differs between machines."""
+    """The message in one line, with the file's name in the specification in place of its path.
+
+    Paths differ between machines, and those of converted files between runs.
+    """
     if "filename" in parameters:
         message = message.replace(str(parameters["filename"]), str(case.parameters["filename"]))
     return " ".join(message.split())
 
 
 def probe(job: Job, token: str) -> str:
-    """Checks a worker before a sweep begins. Returns one line if it cannot take part, else an empty text.
+    """Checks a worker before a sweep begins. Returns one line if it cannot take part, and else an empty text.
 
-    ``token`` is the content of ``.token`` in the output folder; a worker that reads another text sees another folder.
+    ``token`` is the content of the file ``.token`` in the driver's output folder. A worker that reads another text sees
+    another folder.
     """
     here = socket.gethostname()
     if version() != job.version:
@@ -228,6 +248,7 @@ def probe(job: Job, token: str) -> str:
     except OSError:
         return f"a worker on {here} does not see {job.output}; it must be on a disk that all share"
     try:
+        # Whether the worker can write.
         trial = job.output / f".probe-{here}-{os.getpid()}"
         write_whole(trial, b"")
         trial.unlink()

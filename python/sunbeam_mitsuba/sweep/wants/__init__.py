@@ -1,4 +1,4 @@
-"""Kinds of wanted figures of a sweep (``[want.NAME]``), one class and file each; want.py has their base class."""
+"""Kinds of wants of a sweep (``[want.NAME]``), one class and file each; want.py has their base class."""
 
 from __future__ import annotations
 

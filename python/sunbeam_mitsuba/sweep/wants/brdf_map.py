@@ -1,4 +1,4 @@
-"""The BRDF map: colours over the hemisphere of outgoing directions, as ``sunbeam brdf-map`` draws it."""
+"""The BRDF map: colours over the hemisphere of outgoing directions, the picture of ``sunbeam brdf-map``."""
 
 from __future__ import annotations
 
@@ -14,18 +14,27 @@ from ..pictures import exr, png, thumbnail
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want
 
+# Largest number of values of f_r in one call, 8 MB. Larger values take more memory; smaller ones more calls.
+_VALUES_PER_CALL = 2_000_000
+
 
 @dataclass(frozen=True)
 class BrdfMap(Want):
-    """``[want.map]``: ``size`` in pixels (128), ``lambda_step_nm`` (5), ``exposure`` (that at which 1 % clips).
+    """``[want.map]``: ``size`` in pixels (128), ``lambda_step_nm`` (5), ``exposure`` (automatic), ``exr`` (true),
+    ``png`` (true).
 
-    Right is +x and up is +y. The EXR holds ``f_r`` in 1/sr as linear sRGB under D65, where a reflectance of 1 is
-    (1, 1, 1). The PNG holds its product with the exposure. ``exr = false`` or ``png = false`` leaves a file out.
+    The map is the unit disc of outgoing directions, seen along the normal: right is +x and up is +y. The EXR has
+    ``f_r`` in 1/sr as linear sRGB under D65; a spectrum that is 1 everywhere would be (1, 1, 1). The PNG has the
+    product of ``f_r`` and the exposure. ``exr = false`` or ``png = false`` leaves a file out.
     """
 
+    #: Side of the picture in pixels.
     size: int
+    #: Step between wavelengths.
     lambda_step_nm: float
+    #: Factor on linear sRGB in the PNG; 0 for automatic exposure.
     exposure: float
+    #: Kinds of written files, of "exr" and "png".
     files: tuple[str, ...]
 
     name = "map"
@@ -33,14 +42,11 @@ class BrdfMap(Want):
     @classmethod
     def read(cls, table: object, folder: Path) -> BrdfMap:
         options = Options(cls.name, table, ["size", "lambda_step_nm", "exposure", "exr", "png"])
-        exposure = 0.0
-        if "exposure" in options.table:
-            exposure = options.number("exposure", 1.0, Numbers(0, 1e9, open_low=True))
         return cls(
-            options.whole("size", 128, 8, 4096),
-            options.number("lambda_step_nm", 5.0, Numbers(1, 20, "nm")),
-            exposure,
-            tuple(kind for kind in ("exr", "png") if options.truth(kind, True)),
+            size=options.whole("size", 128, 8, 4096),
+            lambda_step_nm=options.number("lambda_step_nm", 5.0, Numbers(1, 20, "nm")),
+            exposure=options.exposure(),
+            files=tuple(kind for kind in ("exr", "png") if options.truth(kind, True)),
         )
 
     def identity(self) -> dict[str, Any]:
@@ -55,12 +61,15 @@ class BrdfMap(Want):
     def columns(self) -> list[Column]:
         return [
             Column("exposure", "number", "factor on the PNG's linear values"),
-            *(Column(f"mean_{channel}", "number", f"mean of f_r over the disc, linear sRGB {channel}, in 1/sr")
-              for channel in "rgb"),
+            *(
+                Column(f"mean_{channel}", "number", f"mean of f_r over the disc, linear sRGB {channel}, in 1/sr")
+                for channel in "rgb"
+            ),
             *(Column(kind, "text", f"the map's {kind.upper()} file, below the sweep's folder") for kind in self.files),
-        ]  # fmt: skip
+        ]
 
     def compute(self, question: Question) -> Answer:
+        # Centres of the pixels; the first row is the top.
         centres = (np.arange(self.size) + 0.5) / self.size * 2 - 1
         x, y = np.meshgrid(centres, -centres)
         inside = x**2 + y**2 < 1
@@ -69,13 +78,12 @@ class BrdfMap(Want):
         nm = wavelengths_nm(self.lambda_step_nm)
         weights = rgb_weights("D65", self.lambda_step_nm)
         reflector = question.reflector()
-        pixels = np.zeros((self.size, self.size, 3))
-        # Slabs of directions limit the memory to 2e6 values of f_r at a time. Chosen.
-        slab = max(1, 2_000_000 // len(nm))
+        count = max(1, _VALUES_PER_CALL // len(nm))
         parts = [
-            weighted(reflector.eval(question.wi(), wo[first : first + slab], nm), weights)
-            for first in range(0, len(wo), slab)
+            weighted(reflector.eval(question.wi(), wo[first : first + count], nm), weights)
+            for first in range(0, len(wo), count)
         ]
+        pixels = np.zeros((self.size, self.size, 3))
         pixels[inside] = np.concatenate(parts)
         answer, shown = exposed(pixels, pixels[inside], self.exposure)
         if "exr" in self.files:

@@ -1,4 +1,4 @@
-"""Exposure of a picture of radiance, with the figures that every such picture has."""
+"""Exposure of a picture, and the figures that maps and renders have in common."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ if TYPE_CHECKING:
 
 
 def exposed(pixels: Doubles, seen: Doubles, exposure: float) -> tuple[Answer, Bytes8]:
-    """Encodes a picture at an exposure, with the figures exposure and mean colour of the pixels ``seen[count, 3]``.
+    """Exposes the picture ``pixels[height, width, 3]`` in linear sRGB; an exposure of 0 selects the automatic one.
 
-    An exposure of 0 selects the automatic one. Returns the answer with these figures, and the picture in 8-bit sRGB.
-    Raises :class:`WantError` where a number is not finite.
+    Returns an answer with the figures ``exposure``, ``mean_r``, ``mean_g`` and ``mean_b``, and the 8-bit sRGB picture.
+    The means are over the pixels ``seen[count, 3]`` before exposure. Raises :class:`WantError` where a pixel is not
+    finite.
     """
     bad = int(np.count_nonzero(~np.isfinite(pixels)))
     if bad:

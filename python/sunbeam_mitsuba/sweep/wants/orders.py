@@ -1,4 +1,4 @@
-"""The orders of a grating by both theories, as ``sunbeam orders`` computes them."""
+"""Directions and efficiencies of a grating's orders by both theories, computed by ``sunbeam orders``."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 from ..command import ask, require_command, surface_words
 from ..errors import SweepError
-from ..limits import SCENE, shown
+from ..limits import shown
 from .want import Answer, Column, Options, Question, Want
 
 # Theories in the order of the table's columns.
 _THEORIES = ("scalar", "rigorous")
-# Parameters of the scalar theory, without meaning for Maxwell's equations.
+# Parameters that the rigorous theory, Maxwell's equations, refuses.
 _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
 
 
@@ -21,32 +21,33 @@ _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
 class Orders(Want):
     """``[want.orders]``: ``wavelengths_nm`` (450, 550, 650) and ``theories`` (both).
 
-    For reliefs that vary along x alone. The surface's own ``theory`` is ignored.
+    It is for reliefs that vary along x alone. The surface's own ``theory`` is ignored.
     """
 
     wavelengths_nm: tuple[float, ...]
     theories: tuple[str, ...]
 
     name = "orders"
-    needs_command = True
 
     @classmethod
     def read(cls, table: object, folder: Path) -> Orders:
         options = Options(cls.name, table, ["wavelengths_nm", "theories"])
         theories = options.table.get("theories", list(_THEORIES))
-        if not isinstance(theories, list) or not theories or any(one not in _THEORIES for one in theories):
+        if not isinstance(theories, list) or not theories or any(theory not in _THEORIES for theory in theories):
             raise SweepError(
                 f"want.orders: theories is {shown(theories)}, but must be a list of {', '.join(_THEORIES)}"
             )
-        chosen = tuple(theory for theory in _THEORIES if theory in theories)
-        return cls(options.wavelengths_nm((450.0, 550.0, 650.0), 401), chosen)
+        return cls(
+            wavelengths_nm=options.wavelengths_nm((450.0, 550.0, 650.0)),
+            theories=tuple(theory for theory in _THEORIES if theory in theories),
+        )
 
     def identity(self) -> dict[str, Any]:
         return {"want": self.name, "wavelengths_nm": list(self.wavelengths_nm), "theories": list(self.theories)}
 
     def columns(self) -> list[Column]:
         columns = [
-            Column(f"{theory}_reflected", "number", f"{theory}: share of unpolarised light in all orders, mean over λ")
+            Column(f"{theory}_reflected", "number", f"{theory}: reflected fraction of unpolarised light, mean over λ")
             for theory in self.theories
         ]
         listed = "theory, wavelength in nm, order, direction in degrees and efficiencies of each order"
@@ -54,7 +55,7 @@ class Orders(Want):
 
     def check_parameters(self, names: set[str], values: Any) -> None:
         for name in ("material", "rotation"):
-            if name in names and name in SCENE:
+            if name in names:
                 raise SweepError(f"want.orders: {name} is not known to it; give eta and k, and phi_i_deg")
 
     def check_here(self) -> None:
@@ -66,10 +67,12 @@ class Orders(Want):
             left_out = ("theory", *(_SCALAR_ONLY if theory == "rigorous" else ()))
             parameters = {name: value for name, value in question.parameters.items() if name not in left_out}
             words = [f"--theta-i={question.theta_i_deg!r}", f"--phi-i={question.phi_i_deg!r}", f"--theory={theory}"]
+            # Sum of the efficiencies over wavelengths and orders.
             total = 0.0
             for nm in self.wavelengths_nm:
-                solved = ask("orders", "--json", *words, f"--wavelength={nm!r}", *surface_words(parameters))
-                for order in solved["orders"]:
+                report = ask("orders", "--json", *words, f"--wavelength={nm!r}", *surface_words(parameters))
+                for order in report["orders"]:
+                    # Efficiencies: `te` and `tm` by polarisation, which the scalar theory lacks, and `mean` of both.
                     kept = {key: order.get(key) for key in ("order", "theta_deg", "phi_deg", "te", "tm", "mean")}
                     rows.append({"theory": theory, "wavelength_nm": nm, **kept})
                     total += order["mean"]

@@ -1,4 +1,11 @@
-"""Angles of the first order's peak for each wavelength, against the grating equation."""
+"""Angles of the first order's peak at each wavelength, and the spacing that follows by the grating equation.
+
+The grating equation of the first order in the x–z plane is sin θr = λ/d − sin θi, with
+
+- θi, the angle of incidence, on the side of +x;
+- θr, the peak's angle with the normal, positive towards +x;
+- d, the spacing.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +17,15 @@ import numpy as np
 
 from ..command import describe, find_command
 from ..errors import SweepError
-from ..limits import Numbers, Value, shown
+from ..limits import LENGTH_UM, Numbers, Value, shown
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Search range of the apparent spacing, relative to the expected period. Chosen so that it excludes order 2, whose
-# apparent spacing is 1/2 of the period, and order 0, whose is infinite.
-_WITHIN = (0.7, 1.4)
-# Largest angle with the normal of the search in degrees.
-_STEEPEST_DEG = 89.0
-# Default periods of presets in µm.
+# Range of spacings in which the peak is searched, relative to the expected period. It excludes order 2, which appears
+# as a spacing of half the period, and order 0, which appears as an infinite one.
+_SPACING_MIN, _SPACING_MAX = 0.7, 1.4
+# Largest angle with the normal at which the peak is searched, in degrees.
+_THETA_MAX_DEG = 89.0
+# Default periods of presets in µm (src/config/).
 _PRESET_PERIODS_UM = {"blazed": 2.5, "sinusoidal": 2.5, "lamellar": 2.5}
 
 
@@ -26,13 +33,15 @@ _PRESET_PERIODS_UM = {"blazed": 2.5, "sinusoidal": 2.5, "lamellar": 2.5}
 class Peaks(Want):
     """``[want.peaks]``: ``wavelengths_nm`` (450 to 650 in steps of 25), ``angle_step_deg`` (0.02), ``period_um``.
 
-    The peak is the angle θr of the largest ``f_r`` in the x–z plane, for light from ``theta_i_deg``. Its spacing
-    λ/(sin θi + sin θr) is searched between 0.7 and 1.4 of the expected period. The expected period is ``period_um``, or
-    the preset's, or the strongest along x by ``sunbeam height-field``.
+    The peak is the direction in the x–z plane with the largest ``f_r``. It is searched where the spacing
+    d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is ``period_um``, or the
+    surface's parameter ``period``, or the preset's default, or the strongest along x by ``sunbeam height-field``.
     """
 
     wavelengths_nm: tuple[float, ...]
+    #: Step between the angles of the search.
     angle_step_deg: float
+    #: Expected period; ``None`` for that of the surface.
     period_um: float | None
 
     name = "peaks"
@@ -40,13 +49,11 @@ class Peaks(Want):
     @classmethod
     def read(cls, table: object, folder: Path) -> Peaks:
         options = Options(cls.name, table, ["wavelengths_nm", "angle_step_deg", "period_um"])
-        nm = options.wavelengths_nm(tuple(450.0 + 25 * i for i in range(9)), 401)
-        step = options.number("angle_step_deg", 0.02, Numbers(1e-3, 1, "degrees"))
-        period = options.table.get("period_um")
-        accepted = Numbers(0, 1e3, "µm", open_low=True)
-        if period is not None and not accepted.accepts(period):
-            raise SweepError(f"want.peaks: period_um is {shown(period)}, but must be {accepted}")
-        return cls(nm, step, None if period is None else float(period))  # type: ignore[arg-type]
+        return cls(
+            wavelengths_nm=options.wavelengths_nm(tuple(450.0 + 25 * i for i in range(9))),
+            angle_step_deg=options.number("angle_step_deg", 0.02, Numbers(1e-3, 1, "degrees")),
+            period_um=options.optional_number("period_um", LENGTH_UM),
+        )
 
     def identity(self) -> dict[str, Any]:
         return {
@@ -59,54 +66,58 @@ class Peaks(Want):
     def columns(self) -> list[Column]:
         return [
             Column("spacing_nm", "number", "mean over the wavelengths of the spacing by the grating equation, in nm"),
-            Column("variance_nm2", "number", "its variance over the wavelengths in nm²"),
-            Column("period_nm", "number", "the period that was expected, in nm"),
-            Column("rms_error_deg", "number", "root mean square of peak angle minus that of the expected period"),
-            Column("angles", "angles", "peak angle and that of the grating equation at each wavelength, in degrees"),
+            Column("variance_nm2", "number", "variance of the spacing over the wavelengths, in nm²"),
+            Column("period_nm", "number", "the expected period in nm"),
+            Column("rms_error_deg", "number", "root mean square of peak_deg - grating_deg in degrees"),
+            Column("angles", "angles", "at each wavelength the peak's angle, and the grating equation's for period_nm"),
         ]
 
     def check_parameters(self, names: set[str], values: Any) -> None:
-        turned = [phi for phi in values.get("phi_i_deg", ()) if phi != 0]
-        if turned:
-            raise SweepError(f"want.peaks: phi_i_deg is {shown(turned[0])}, but peaks are along x: it must be 0")
+        off_plane = [phi for phi in values.get("phi_i_deg", ()) if phi != 0]
+        if off_plane:
+            raise SweepError(f"want.peaks: phi_i_deg is {shown(off_plane[0])}, but peaks are along x: it must be 0")
 
     def compute(self, question: Question) -> Answer:
         period_nm = 1e3 * self._period_um(question.parameters)
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
         reflector = question.reflector()
-        rows, spacings, errors = [], [], []
+        rows, spacings_nm, errors_deg = [], [], []
         for nm in self.wavelengths_nm:
-            low, high = (float(np.clip(nm / (ratio * period_nm) - sin_i, -1, 1)) for ratio in reversed(_WITHIN))
-            first, last = np.clip(np.degrees(np.arcsin([low, high])), -_STEEPEST_DEG, _STEEPEST_DEG)
+            sines = np.array([nm / (ratio * period_nm) - sin_i for ratio in (_SPACING_MAX, _SPACING_MIN)])
+            ends_deg = np.degrees(np.arcsin(np.clip(sines, -1, 1)))
+            first_deg, last_deg = np.clip(ends_deg, -_THETA_MAX_DEG, _THETA_MAX_DEG)
             # Angles are multiples of the step, independent of the search range.
-            angles = np.arange(np.ceil(first / self.angle_step_deg), last / self.angle_step_deg) * self.angle_step_deg
-            expected = nm / period_nm - sin_i
-            if len(angles) < 3 or abs(expected) >= 1:
+            multiples = np.arange(np.ceil(first_deg / self.angle_step_deg), last_deg / self.angle_step_deg)
+            angles_deg = multiples * self.angle_step_deg
+            expected_sine = nm / period_nm - sin_i
+            if len(angles_deg) < 3 or abs(expected_sine) >= 1:
+                # The order is below the horizon, or close to it.
                 continue
-            radians = np.radians(angles)
+            radians = np.radians(angles_deg)
             wo = np.stack([np.sin(radians), 0 * radians, np.cos(radians)], axis=-1)
             f = reflector.eval(question.wi(), wo, [nm])[:, 0]
             if not f.max() > 0:
+                # The surface is black here, or a value is NaN.
                 continue
-            peak = float(angles[int(f.argmax())])
-            grating = float(np.degrees(np.arcsin(expected)))
-            rows.append({"wavelength_nm": nm, "peak_deg": round(peak, 9), "grating_deg": grating})
-            spacings.append(nm / (sin_i + float(np.sin(np.radians(peak)))))
-            errors.append(peak - grating)
+            peak_deg = float(angles_deg[int(f.argmax())])
+            grating_deg = float(np.degrees(np.arcsin(expected_sine)))
+            rows.append({"wavelength_nm": nm, "peak_deg": round(peak_deg, 9), "grating_deg": grating_deg})
+            spacings_nm.append(nm / (sin_i + float(np.sin(np.radians(peak_deg)))))
+            errors_deg.append(peak_deg - grating_deg)
         if not rows:
             raise WantError(
                 f"no wavelength has a first order above the horizon for a period of {period_nm:g} nm and light "
                 f"from {question.theta_i_deg:g} degrees"
             )
         answer = Answer({"angles": rows})
-        answer.number("spacing_nm", float(np.mean(spacings)))
-        answer.number("variance_nm2", float(np.var(spacings)))
+        answer.number("spacing_nm", float(np.mean(spacings_nm)))
+        answer.number("variance_nm2", float(np.var(spacings_nm)))
         answer.number("period_nm", period_nm)
-        answer.number("rms_error_deg", float(np.sqrt(np.mean(np.square(errors)))))
+        answer.number("rms_error_deg", float(np.sqrt(np.mean(np.square(errors_deg)))))
         return answer
 
     def _period_um(self, parameters: Any) -> float:
-        """The expected period in µm, from the first source that has one. Raises :class:`WantError`."""
+        """The expected period in µm, from the first source that has one. Raises :class:`WantError` without any."""
         if self.period_um is not None:
             return self.period_um
         given: Value | None = parameters.get("period") or _PRESET_PERIODS_UM.get(str(parameters.get("preset")))

@@ -11,39 +11,50 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import SweepError
-from ..limits import LIGHT, Numbers, Text, shown
+from ..limits import LIGHT, Text, shown
 from ..pictures import exr, png, thumbnail
 from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_variant
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Parameters with numbers that Mitsuba takes as spectra; other numbers are `float` elements.
+# Parameters whose numbers become `spectrum` elements of the scene; other numbers become `float` elements.
 _SPECTRA = ("specular_reflectance", "diffuse_reflectance", "eta", "k")
-# Largest number of paths in one pass, about 4 GB at 1 kB a path. Chosen.
+# Parameters that a given parameter removes from the scene's BSDF, which accepts only one of them.
+_REPLACED = {"preset": {"filename"}, "filename": {"preset"}, "material": {"eta", "k"}, "eta": {"material"}}
+# Largest number of paths in a pass, about 4 GB at 1 kB a path.
 _PATHS_PER_PASS = 1 << 22
-# Largest number of paths of a render. Chosen: more would take days on any machine.
+# Largest number of paths of a render. More would take days.
 _PATHS_MAX = 1 << 34
 
 
 @dataclass(frozen=True)
 class Render(Want):
-    """``[want.render]``: ``scene``, a file of Mitsuba's; ``bsdf``, the id of the BSDF that the surface replaces
-    (``surface``); ``spp`` (64); ``seed`` (0); ``variant`` (``llvm_ad_spectral``); ``exposure`` (that at which 1 %
-    clips); ``parameters``, a table of the scene's own ``$parameters``.
+    """``[want.render]``: ``scene``, ``bsdf`` (``surface``), ``spp`` (64), ``seed`` (0), ``variant``
+    (``llvm_ad_spectral``), ``exposure`` (automatic), ``parameters``.
 
-    A BSDF of type ``diffraction`` keeps the parameters that the case does not give, such as a pigment or a rotation.
-    The scene has its own light. ``theta_i_deg`` and ``phi_i_deg`` serve only a scene that uses ``$theta_i_deg`` and
-    ``$phi_i_deg``.
+    ``scene`` is an XML file of Mitsuba, and ``bsdf`` the id of the BSDF that the surface replaces. A BSDF of type
+    ``diffraction`` keeps the parameters that the case does not give, such as a pigment. ``parameters`` is a table of
+    values for the scene's ``$names``. The scene has its own light. It can use the angles of the case's light as
+    ``$theta_i_deg`` and ``$phi_i_deg``.
     """
 
+    #: The scene's file as it was given.
     scene: str
+    #: Absolute path of the scene's file.
     path: Path
+    #: SHA-256 of the scene's file.
     digest: str
+    #: Id of the replaced BSDF.
     bsdf: str
+    #: Samples per pixel.
     spp: int
+    #: Seed of the first pass; later passes count up from it.
     seed: int
+    #: Name of Mitsuba's variant.
     variant: str
+    #: Factor on linear sRGB in the PNG; 0 for automatic exposure.
     exposure: float
+    #: Names and values of the scene's ``$names``, sorted.
     parameters: tuple[tuple[str, str], ...]
 
     name = "render"
@@ -53,7 +64,7 @@ class Render(Want):
         keys = ["scene", "bsdf", "spp", "seed", "variant", "exposure", "parameters"]
         options = Options(cls.name, table, keys)
         if "scene" not in options.table:
-            raise SweepError("want.render: needs scene, a file of Mitsuba's")
+            raise SweepError("want.render: needs scene, an XML file of Mitsuba")
         scene = options.choice("scene", "", Text())
         path = (folder / scene).resolve()
         bsdf = options.choice("bsdf", "surface", Text())
@@ -64,28 +75,25 @@ class Render(Want):
             raise SweepError(f"want.render: scene {scene} cannot be read: {error.strerror}") from error
         except ElementTree.ParseError as error:
             raise SweepError(f"want.render: scene {scene} is not XML: {error}") from error
-        known = [str(one.get("id")) for one in root.iter("bsdf") if one.get("id")]
-        if known.count(bsdf) != 1:
+        ids = [str(element.get("id")) for element in root.iter("bsdf") if element.get("id")]
+        if ids.count(bsdf) != 1:
             raise SweepError(
-                f"want.render: scene {scene} has {known.count(bsdf)} BSDFs with the id {bsdf!r}, but needs one; "
-                f"its ids are {', '.join(known) or 'none'}"
+                f"want.render: scene {scene} has {ids.count(bsdf)} BSDFs with the id {bsdf!r}, but needs one; "
+                f"its ids are {', '.join(ids) or 'none'}"
             )
         given = options.table.get("parameters", {})
-        if not isinstance(given, dict) or not all(isinstance(one, (str, int, float)) for one in given.values()):
+        if not isinstance(given, dict) or not all(isinstance(value, (str, int, float)) for value in given.values()):
             raise SweepError(f"want.render: parameters is {shown(given)}, but must be a table of numbers and texts")
-        exposure = 0.0
-        if "exposure" in options.table:
-            exposure = options.number("exposure", 1.0, Numbers(0, 1e9, open_low=True))
         return cls(
-            scene,
-            path,
-            hashlib.sha256(content).hexdigest(),
-            bsdf,
-            options.whole("spp", 64, 1, 1_000_000),
-            options.whole("seed", 0, 0, 2**31),
-            options.choice("variant", "llvm_ad_spectral", Text()),
-            exposure,
-            tuple(sorted((str(key), str(value)) for key, value in given.items())),
+            scene=scene,
+            path=path,
+            digest=hashlib.sha256(content).hexdigest(),
+            bsdf=bsdf,
+            spp=options.whole("spp", 64, 1, 1_000_000),
+            seed=options.whole("seed", 0, 0, 2**31),
+            variant=options.choice("variant", "llvm_ad_spectral", Text()),
+            exposure=options.exposure(),
+            parameters=tuple(sorted((str(key), str(value)) for key, value in given.items())),
         )
 
     def identity(self) -> dict[str, Any]:
@@ -97,7 +105,7 @@ class Render(Want):
             Column("exposure", "number", "factor on the PNG's linear values"),
             *(Column(f"mean_{channel}", "number", f"mean of the picture, linear sRGB {channel}") for channel in "rgb"),
             Column("exr", "text", "the picture as EXR, linear sRGB, below the sweep's folder"),
-            Column("png", "text", "the picture as PNG"),
+            Column("png", "text", "the picture as PNG, sRGB, below the sweep's folder"),
         ]
 
     def check_here(self) -> None:
@@ -113,11 +121,15 @@ class Render(Want):
         return answer
 
     def _rendered(self, question: Question) -> Any:
-        """The picture of the scene with the case's surface, linear sRGB ``[height, width, 3]``, rendered in passes."""
+        """The picture of the scene with the case's surface, linear sRGB ``[height, width, 3]``.
+
+        It is rendered in passes of at most _PATHS_PER_PASS paths, or one sample a pixel. Raises :class:`WantError` for
+        too many paths, and :class:`ReflectorError` where Mitsuba fails.
+        """
         mi = mitsuba()
         use_variant(self.variant)
         resolver = mi.file_resolver()
-        before = [str(folder) for folder in resolver]
+        folders_before = [str(folder) for folder in resolver]
         text = self._scene_with(question)
         given = dict(self.parameters)
         for name in LIGHT:
@@ -133,44 +145,36 @@ class Render(Want):
                     f"{width} × {height} pixels with {self.spp} samples are {width * height * self.spp:.2g} "
                     f"paths; accepted are at most {_PATHS_MAX:.2g}"
                 )
-            passes = max(1, -(-width * height * self.spp // _PATHS_PER_PASS))
-            # The first passes take the remainder, one sample each.
+            passes = min(self.spp, -(-width * height * self.spp // _PATHS_PER_PASS))
+            # Samples per pixel of each pass; the first passes have one of the remainder each.
             counts = [self.spp // passes + (number < self.spp % passes) for number in range(passes)]
-            total: Any = 0.0
-            for number, spp in enumerate(count for count in counts if count):
+            mean: Any = 0.0
+            for number, spp in enumerate(counts):
                 with one_thread():
-                    one = np.array(mi.render(scene, spp=spp, seed=self.seed + number)).astype(np.float64)
-                total = total + one * (spp / self.spp)
+                    picture = np.array(mi.render(scene, spp=spp, seed=self.seed + number)).astype(np.float64)
+                mean = mean + picture * (spp / self.spp)
         except RuntimeError as error:
-            raise ReflectorError(f"{one_line(error)}") from error
+            raise ReflectorError(one_line(error)) from error
         finally:
             resolver.clear()
-            for folder in before:
+            for folder in folders_before:
                 resolver.append(folder)
-        return total[..., :3] if total.shape[-1] >= 3 else np.repeat(total[..., :1], 3, axis=-1)
+        # Colours may be followed by alpha. A film of luminance has one channel, repeated here.
+        return mean[..., :3] if mean.shape[-1] >= 3 else np.repeat(mean[..., :1], 3, axis=-1)
 
     def _scene_with(self, question: Question) -> str:
-        """The scene's XML with the case's surface."""
+        """The scene's XML with the case's surface in place of its BSDF."""
         root = ElementTree.parse(self.path).getroot()
-        (element,) = [one for one in root.iter("bsdf") if one.get("id") == self.bsdf]
+        (bsdf,) = [element for element in root.iter("bsdf") if element.get("id") == self.bsdf]
         given = {name: value for name, value in question.parameters.items() if name not in LIGHT}
-        if element.get("type") != "diffraction":
-            for child in list(element):
-                element.remove(child)
-            element.set("type", "diffraction")
-        # A preset replaces a file, and a material replaces an index.
-        replaced = set(given)
-        for one, others in (
-            ("preset", {"filename"}),
-            ("filename", {"preset"}),
-            ("material", {"eta", "k"}),
-            ("eta", {"material"}),
-        ):
-            if one in given:
-                replaced |= others
-        for child in list(element):
+        if bsdf.get("type") != "diffraction":
+            for child in list(bsdf):
+                bsdf.remove(child)
+            bsdf.set("type", "diffraction")
+        replaced = set(given).union(*(_REPLACED.get(name, set()) for name in given))
+        for child in list(bsdf):
             if child.get("name") in replaced:
-                element.remove(child)
+                bsdf.remove(child)
         for name, value in given.items():
             if isinstance(value, bool):
                 kind, written = "boolean", str(value).lower()
@@ -178,5 +182,5 @@ class Render(Want):
                 kind, written = "spectrum" if name in _SPECTRA else "float", repr(value)
             else:
                 kind, written = "string", str(value)
-            ElementTree.SubElement(element, kind, {"name": name, "value": written})
+            ElementTree.SubElement(bsdf, kind, {"name": name, "value": written})
         return ElementTree.tostring(root, encoding="unicode")

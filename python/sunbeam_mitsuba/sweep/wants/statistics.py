@@ -1,4 +1,4 @@
-"""Size, roughness and periods of the relief, as ``sunbeam height-field`` reports them."""
+"""Size, roughness and periods of the relief, reported by ``sunbeam height-field``."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 from ..command import describe, require_command
 from .want import Answer, Column, Options, Question, Want
 
-# Column, its kind, its path in the report, and its meaning.
-_FIGURES = (
+# Name of each column, its kind, keys and indices that lead to its value in the report, and its meaning.
+_FIGURES: tuple[tuple[str, str, tuple[str | int, ...], str], ...] = (
     ("pixels_x", "whole", ("pixels", 0), "pixels along x"),
     ("pixels_y", "whole", ("pixels", 1), "pixels along y"),
     ("extent_x_um", "number", ("extent_um", 0), "extent along x in µm"),
@@ -23,23 +23,31 @@ _FIGURES = (
     ("sku", "number", ("roughness", "sku"), "ISO 25178 Sku; none for a flat relief"),
     ("sdq", "number", ("roughness", "sdq"), "ISO 25178 Sdq"),
     ("period_x_um", "number", ("periods", "x", "period_um"), "strongest period along x in µm; none without one"),
-    ("period_x_direction_deg", "number", ("periods", "x", "direction_deg"), "direction of its waves in degrees"),
-    ("period_x_share", "number", ("periods", "x", "power_share"), "its share of the variance"),
+    (
+        "period_x_direction_deg",
+        "number",
+        ("periods", "x", "direction_deg"),
+        "direction of its waves from +x in degrees",
+    ),
+    ("period_x_share", "number", ("periods", "x", "power_share"), "fraction of the heights' variance near this period"),
     ("period_y_um", "number", ("periods", "y", "period_um"), "strongest period along y in µm; none without one"),
-    ("period_y_direction_deg", "number", ("periods", "y", "direction_deg"), "direction of its waves in degrees"),
-    ("period_y_share", "number", ("periods", "y", "power_share"), "its share of the variance"),
+    (
+        "period_y_direction_deg",
+        "number",
+        ("periods", "y", "direction_deg"),
+        "direction of its waves from +x in degrees",
+    ),
+    ("period_y_share", "number", ("periods", "y", "power_share"), "fraction of the heights' variance near this period"),
 )
 
 
 class Statistics(Want):
-    """``[want.statistics]``, without options. Settings other than those of the heights do not change it."""
+    """``[want.statistics]``, without options. It depends only on parameters that change the relief."""
 
     name = "statistics"
-    needs_command = True
 
     @classmethod
     def read(cls, table: object, folder: Path) -> Statistics:
-        """Accepts an empty table."""
         Options(cls.name, table, [])
         return cls()
 
@@ -55,9 +63,10 @@ class Statistics(Want):
     def compute(self, question: Question) -> Answer:
         report = describe(question.parameters)
         answer = Answer()
-        for name, kind, place, _ in _FIGURES:
+        for name, kind, path, _ in _FIGURES:
             value: Any = report
-            for key in place:
+            for key in path:
+                # The entry of an axis is null where the relief has no period along it.
                 value = value[key] if value is not None else None
             if value is None:
                 continue

@@ -1,7 +1,7 @@
 """The interface of wanted figures, and the reader of their options.
 
-A *want* is a kind of figure with its options (``[want.NAME]`` of a specification). It declares columns of the table and
-answers a *question*, one case, with figures and pictures.
+A *want* is a group of figures with its options (``[want.NAME]`` of a specification). It declares columns of the table.
+It answers a *question*, which is one case, with figures and pictures.
 """
 
 from __future__ import annotations
@@ -14,48 +14,56 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..errors import SweepError
-from ..limits import Accepted, Numbers, Value, check_keys, shown
-from ..reflector import Reflector, ReflectorError
+from ..limits import Accepted, Numbers, Truth, Value, check_keys, check_whole, shown
+from ..reflector import Reflector
 
-#: Wavelengths accepted in options, those that the CIE observer sees.
-VISIBLE_NM = Numbers(380, 780, "nm")
+# Wavelengths accepted in options: the visible ones.
+_VISIBLE_NM = Numbers(380, 780, "nm")
+# Largest number of wavelengths in an option: each whole nm of _VISIBLE_NM.
+_WAVELENGTHS_MAX = 401
+# Accepted exposures.
+_EXPOSURE = Numbers(0, 1e9, open_low=True)
 
 
 class WantError(ValueError):
-    """A figure is not available for this case; the message is one line. The case's other figures stay valid."""
+    """A want has no answer for this case; the message is one line. The answers of the other wants stay valid."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table: name, kind (a key of ``report.KINDS``), and meaning with unit."""
+    """A column of the table."""
 
     name: str
+    #: A key of ``report.KINDS``.
     kind: str
+    #: Meaning with unit, in a few words.
     meaning: str
 
 
 @dataclass
 class Answer:
-    """Results of a want: figures by column, pictures as encoded files, and their thumbnails as PNG for the sheet.
+    """Results of a want for one case."""
 
-    Keys of ``pictures`` are endings of file names, such as ``map.exr``.
-    """
-
+    #: Values by name of their column, without the want's prefix, of the Arrow type of its kind. Missing ones are null.
     figures: dict[str, Any] = field(default_factory=dict)
+    #: Contents of files by the ending of their name, such as ``map.exr``.
     pictures: dict[str, bytes] = field(default_factory=dict)
+    #: Small PNGs by the title of their column on the contact sheet.
     thumbnails: dict[str, bytes] = field(default_factory=dict)
 
     def number(self, name: str, value: float) -> None:
-        """Adds a figure. Raises :class:`WantError` where it is not finite."""
+        """Adds the figure of the column ``name``. Raises :class:`WantError` where it is not finite."""
         if not math.isfinite(value):
             raise WantError(f"{name} is {value}, which is no finite number")
         self.figures[name] = float(value)
 
 
 class Question(ABC):
-    """A case for a want: its parameters, with the file's absolute path, and its surface on demand."""
+    """A case for a want."""
 
+    #: Parameters of the surface and angles of the light, with the file's absolute path.
     parameters: Mapping[str, Value]
+    #: Angles of the direction towards the light: polar from the normal, and azimuthal from the x axis.
     theta_i_deg: float
     phi_i_deg: float
 
@@ -63,7 +71,7 @@ class Question(ABC):
     def reflector(self) -> Reflector:
         """The surface, built at the first call and cached for later cases.
 
-        Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
+        Raises ``SunbeamError`` or ``ReflectorError`` where the surface is refused.
         """
 
     def wi(self) -> list[float]:
@@ -73,17 +81,18 @@ class Question(ABC):
 
 
 class Want(ABC):
-    """A kind of figure, with its options."""
+    """A group of figures, with its options."""
 
     #: Name in ``[want.NAME]``, and prefix of the columns.
     name: ClassVar[str]
-    #: Whether computing needs the command ``sunbeam``.
-    needs_command: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
     def read(cls, table: object, folder: Path) -> Want:
-        """Reads the options of ``[want.NAME]``. Raises :class:`SweepError` for unknown keys and values out of range."""
+        """Reads the options of ``[want.NAME]``, in which file names are relative to ``folder``.
+
+        Raises :class:`SweepError` for unknown keys and values out of range.
+        """
 
     @abstractmethod
     def identity(self) -> dict[str, Any]:
@@ -91,28 +100,37 @@ class Want(ABC):
 
     @abstractmethod
     def columns(self) -> list[Column]:
-        """Columns of the figures, without the prefix of their names."""
+        """Columns of the figures in order, their names without the prefix."""
 
     @abstractmethod
     def compute(self, question: Question) -> Answer:
         """Computes the figures of a case.
 
-        Raises :class:`WantError`, ``SunbeamError``, ``CommandError`` or :class:`ReflectorError` with one line.
+        Raises :class:`WantError`, ``SunbeamError``, ``CommandError`` or ``ReflectorError`` with one line.
         """
 
     def check_parameters(self, names: set[str], values: Mapping[str, set[Value]]) -> None:
-        """Raises :class:`SweepError` for parameters that the figure cannot respect; by default there are none."""
+        """Raises :class:`SweepError` for parameters that the want cannot take into account.
+
+        ``names`` are those of all parameters of the sweep, and ``values`` their values (of a sampled range both ends).
+        By default all are accepted.
+        """
         return
 
     def check_here(self) -> None:
-        """Raises :class:`SweepError` where this machine lacks a requirement; by default there are none."""
+        """Raises :class:`SweepError` where this machine lacks a requirement; by default there is none."""
         return
 
 
 class Options:
-    """Reader of the options of one ``[want.NAME]``; refuses unknown keys."""
+    """Reader of the options of one ``[want.NAME]``.
+
+    Its methods return the option ``key``, or ``default`` where it is missing, and raise :class:`SweepError` for a value
+    that is not accepted.
+    """
 
     def __init__(self, name: str, table: object, accepted: list[str]):
+        """Raises :class:`SweepError` for keys of ``table`` that are not ``accepted``."""
         self.where = f"want.{name}"
         self.table = check_keys(self.where, table, accepted)
 
@@ -120,48 +138,38 @@ class Options:
         """A number within ``accepted``."""
         return float(self._checked(key, default, accepted))
 
+    def optional_number(self, key: str, accepted: Accepted) -> float | None:
+        """A number within ``accepted``; ``None`` where it is missing."""
+        return None if self.table.get(key) is None else self.number(key, 0.0, accepted)
+
     def whole(self, key: str, default: int, low: int, high: int) -> int:
         """A whole number from ``low`` to ``high``."""
-        value = self.table.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise SweepError(f"{self.where}: {key} is {shown(value)}, but must be a whole number from {low} to {high}")
-        return value
+        return check_whole(f"{self.where}: {key}", self.table.get(key, default), low, high)
 
     def choice(self, key: str, default: str, accepted: Accepted) -> str:
-        """One of the accepted words."""
+        """A text that is accepted."""
         return str(self._checked(key, default, accepted))
 
     def truth(self, key: str, default: bool) -> bool:
         """A truth value."""
-        value = self.table.get(key, default)
-        if not isinstance(value, bool):
-            raise SweepError(f"{self.where}: {key} is {shown(value)}, but must be true or false")
-        return value
+        return bool(self._checked(key, default, Truth()))
 
-    def wavelengths_nm(self, default: tuple[float, ...], most: int) -> tuple[float, ...]:
-        """The list ``wavelengths_nm`` of at most ``most`` visible wavelengths."""
+    def exposure(self) -> float:
+        """The option ``exposure``, a factor on linear sRGB; 0 where it is missing, for automatic exposure."""
+        return self.optional_number("exposure", _EXPOSURE) or 0.0
+
+    def wavelengths_nm(self, default: tuple[float, ...]) -> tuple[float, ...]:
+        """The option ``wavelengths_nm``, a wavelength or a list of at most _WAVELENGTHS_MAX."""
         given = self.table.get("wavelengths_nm", list(default))
         listed = given if isinstance(given, list) else [given]
-        if not 1 <= len(listed) <= most or not all(VISIBLE_NM.accepts(value) for value in listed):
-            accepted = f"a list of at most {most}, each {VISIBLE_NM}"
+        if not 1 <= len(listed) <= _WAVELENGTHS_MAX or not all(_VISIBLE_NM.accepts(value) for value in listed):
+            accepted = f"a list of at most {_WAVELENGTHS_MAX}, each {_VISIBLE_NM}"
             raise SweepError(f"{self.where}: wavelengths_nm is {shown(given)}, but must be {accepted}")
         return tuple(float(value) for value in listed)
 
     def _checked(self, key: str, default: Any, accepted: Accepted) -> Any:
+        """The option as it was given, or the default."""
         value = self.table.get(key, default)
         if not accepted.accepts(value):
             raise SweepError(f"{self.where}: {key} is {shown(value)}, but must be {accepted}")
         return value
-
-
-__all__ = [
-    "VISIBLE_NM",
-    "Answer",
-    "Column",
-    "Options",
-    "Question",
-    "Reflector",
-    "ReflectorError",
-    "Want",
-    "WantError",
-]
