@@ -15,11 +15,13 @@ namespace sunbeam {
 template <typename Float, typename Spectrum>
 std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> otherwise) {
     const std::string_view kind = texture.class_name();
-    if (kind != "BitmapTexture" && kind != "UniformSpectrum")
+    // The class behind the plugin has a longer name.
+    const bool is_bitmap = kind.substr(0, 13) == "BitmapTexture";
+    if (!is_bitmap && kind != "UniformSpectrum")
         return otherwise;
     // A uniform texture has one value.
     uint32_t width = 1, height = 1;
-    if (kind == "BitmapTexture") {
+    if (is_bitmap) {
         const auto size = texture.resolution();
         width           = uint32_t(size.x());
         height          = uint32_t(size.y());

@@ -26,8 +26,12 @@ const WAVELENGTHS_OF_RIDGES: usize = 32;
 const CELLS: u32 = 16;
 /// Number of cells along each side where the albedo has ridges.
 const CELLS_OF_RIDGES: u32 = 32;
-/// Mean wavelengths in nm of red, green and blue, weighted with the bands ([`WavelengthWeights`]).
-pub const CHANNEL_NM: [f64; BANDS] = [606.0, 548.0, 452.0];
+/// Wavelengths in nm at which an albedo by wavelength is read for the bands.
+pub(crate) const BAND_NODES_NM: [f64; 4] = [440.0, 510.0, 580.0, 650.0];
+/// Weights `[band][node]` of [`BAND_NODES_NM`] in the mean over a band, exact for an albedo that is linear between the
+/// nodes and constant beyond them. Derived from [`WavelengthWeights`].
+pub(crate) const BAND_NODE_WEIGHTS: [[f64; 4]; BANDS] =
+    [[0.0214, -0.3405, 0.7375, 0.5815], [-0.0423, 0.5939, 0.4722, -0.0238], [0.8513, 0.2268, -0.0694, -0.0088]];
 /// Words of a cell: two for each band, and two of padding.
 const WORDS: usize = 8;
 
@@ -154,12 +158,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn channels_have_the_mean_wavelengths_of_their_bands() {
-        let bands = bands(471).wavelengths;
-        for (band, expected) in CHANNEL_NM.into_iter().enumerate() {
-            let mean: f64 = bands.iter().map(|(nm, weights)| nm * weights[band]).sum();
-            // Rounded to whole nanometres.
-            assert!((mean - expected).abs() <= 0.5, "{band}: {mean}");
+    fn weights_of_nodes_are_those_of_linear_interpolation() {
+        let mut expected = [[0.0; 4]; BANDS];
+        for (nm, weights) in bands(471).wavelengths {
+            let position = ((nm - BAND_NODES_NM[0]) / (BAND_NODES_NM[1] - BAND_NODES_NM[0])).clamp(0.0, 3.0);
+            for (node, at) in [0.0f64, 1.0, 2.0, 3.0].into_iter().enumerate() {
+                let tent = (1.0 - (position - at).abs()).max(0.0);
+                (0..BANDS).for_each(|band| expected[band][node] += tent * weights[band]);
+            }
+        }
+        for (found, expected) in BAND_NODE_WEIGHTS.as_flattened().iter().zip(expected.as_flattened()) {
+            // Rounded to four digits.
+            assert!((found - expected).abs() < 6e-5, "{expected:?}: {found}");
         }
     }
 }

@@ -39,7 +39,8 @@ mod quadrature;
 mod report;
 mod sizes;
 
-pub use colour::{CHANNEL_NM, ColourAlbedoTable, ColourAlbedoView};
+pub(crate) use colour::{BAND_NODE_WEIGHTS, BAND_NODES_NM};
+pub use colour::{ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::GridPlace;
 pub(crate) use integral::AlbedoIntegral;
 pub use report::AlbedoReport;

@@ -12,8 +12,12 @@ use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
 
 /// Phase in radians between the relief's lowest and highest point, per unit of w, by which two slabs differ at most.
-/// The albedo is interpolated linearly between slabs. See `tests/core/sizes.rs` for the error.
-const SLAB_PHASE: f64 = 1.0;
+/// The albedo is interpolated linearly between slabs. Measured on `xenopeltis` at half its size: with 3 and with 0.75
+/// albedos reach 0.98.
+const SLAB_PHASE: f64 = 3.0;
+/// [`SLAB_PHASE`] of reliefs with ridges. Measured on `blazed` at half its size: with 1 an albedo of 1.017 remains,
+/// with 0.5 one of 1.010.
+const SLAB_PHASE_OF_RIDGES: f64 = 0.5;
 
 /// Planes and slabs of an [`AlbedoTable`] for several relative sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,7 +67,8 @@ pub(super) fn build(
     let wavenumbers = [sizes.depth[0] / WAVELENGTH_MAX_NM, sizes.depth[1] / WAVELENGTH_MIN_NM];
     // The phase at the shortest wavelength belongs to the wavenumber 1/λ_min.
     let phase = integral.phase_max() * (wavenumbers[1] - wavenumbers[0]) * WAVELENGTH_MIN_NM;
-    let slabs = (phase / SLAB_PHASE).ceil().max(1.0) as u32 + 1;
+    let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
+    let slabs = (phase / slab_phase).ceil().max(1.0) as u32 + 1;
     let slabs_per_wavenumber = f64::from(slabs - 1) / (wavenumbers[1] - wavenumbers[0]);
     let layout = AlbedoLayout {
         cells,
@@ -84,6 +89,7 @@ pub(super) fn build(
         let nm = shortest_nm * (at / planes_per_octave).exp2();
         Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
     };
+    // Orders of gratings keep their width, and are narrowest in the tables' units at the smallest scale.
     integral.narrow(sizes.scale[0]);
     let mut words = Vec::new();
     for slab in 0..slabs {
@@ -102,64 +108,63 @@ mod tests {
     use super::*;
     use crate::height_field::random::Random;
     use crate::height_field::{HeightField, Preset};
-    use crate::lobe::{SpectralLayout, Surface};
+    use crate::lobe::Surface;
     use crate::numeric::Plain;
-    use crate::scattering::{Options, Reading, RelativeSize, Vec3, build_table};
-    use crate::table::{CoherenceWindow, Tiling};
+    use crate::scattering::{Options, Reading, RelativeSize, build_table};
     use std::f64::consts::TAU;
 
-    /// Largest albedo of `field` at random sizes, incidences and wavelengths, after division by the table of all sizes.
-    fn largest_albedo(field: &HeightField, options: &Options, count: usize) -> (f64, f64) {
+    /// Largest albedos after division by the table of all sizes, of random sizes, incidences and wavelengths: below 87°
+    /// and beyond. Reliefs of the sizes are built anew and integrated accurately.
+    fn largest_albedos(field: &HeightField, options: &Options, count: usize) -> [f64; 2] {
         let surface = Surface::new(field, options).unwrap();
-        let Some(table) = surface.albedo_table() else { return (0.0, 0.0) };
-        let (view, layout): (_, &SpectralLayout) = (table.view::<f64>(), surface.layout());
-        let sizes = options.sizes.unwrap();
+        let (view, keeps_window) = (surface.albedo_table().unwrap().view::<f64>(), surface.layout().keeps_window());
         let mut random = Random::new(11);
-        let (mut largest, mut sum) = (0f64, 0.0);
+        let mut largest = [0f64; 2];
         for _ in 0..count {
-            let [scale, depth] =
-                [sizes.scale, sizes.depth].map(|[low, high]| random.between(low, high.max(low + 1e-9)));
-            let size = RelativeSize { scale, depth };
-            let window = if layout.keeps_window() { 1.0 } else { scale };
-            let own =
-                Options { coherence_length_um: window * options.coherence_length_um, sizes: None, ..options.clone() };
+            let SizeRange { scale, depth } = options.sizes.unwrap();
+            let [scale, depth] = [scale, depth].map(|[low, high]| low + (high - low) * random.between(0.0, 1.0));
+            let window = if keeps_window { 1.0 } else { scale };
+            let coherence_length_um = window * options.coherence_length_um;
+            let own = Options { coherence_length_um, sizes: None, ..options.clone() };
             let resized = build_table(&field.resized(scale, depth), &own, &Progress::none()).unwrap().table;
             let integral = AlbedoIntegral::accurate(&resized, &own).unwrap();
             for _ in 0..40 {
                 let (theta, phi) = (random.between(0.0, 1.55f64), random.between(0.0, TAU));
-                let wi: Vec3 = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
+                let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
                 let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
-                let reading = Reading::<Plain<f64>>::resized(nm, Some(size), layout.keeps_window());
+                let size = Some(RelativeSize { scale, depth });
+                let reading = Reading::<Plain<f64>>::resized(nm, size, keeps_window);
                 let mut albedo = 0.0;
-                integral
-                    .visit::<Plain<f64>>(wi, nm, None, |wo, part| albedo += part * view.factor(wi, wo, &reading, true));
-                largest = largest.max(albedo);
-                sum += albedo / 40.0;
+                integral.visit::<Plain<f64>>(wi, nm, None, |wo, part| {
+                    albedo += part * view.factor(wi, wo, &reading, true);
+                });
+                let beyond = usize::from(theta > 87f64.to_radians());
+                largest[beyond] = largest[beyond].max(albedo);
             }
         }
-        (largest, sum / count as f64)
+        largest
     }
 
     #[test]
-    fn albedos_of_resized_reliefs_stay_below_one() {
+    fn albedos_of_resized_reliefs_are_limited() {
+        // Of one size, albedos between nodes reach 1.01 and the tolerance of the tables.
+        const LIMIT: f64 = 1.011;
+        // Orders at scales between the ends of the range are wider than the table's, and so is their pole at the horizon.
+        const AT_HORIZON: f64 = 1.12;
         let sizes = |scale, depth| Options {
             coherence_length_um: 20.0,
             sizes: Some(SizeRange { scale, depth }),
             ..Options::default()
         };
-        let rough = {
-            let mut random = Random::new(5);
-            HeightField::new(0.4 * random.smooth_field(24, 20, 3), 0.1, 0.1).unwrap()
-        };
-        for (name, field, options) in [
-            ("blazed", Preset::Blazed.build(None, None).unwrap(), sizes([0.5, 1.0], [1.0, 1.0])),
-            ("sinusoidal", Preset::Sinusoidal.build(None, None).unwrap(), sizes([0.35, 1.0], [0.25, 1.0])),
-            ("crossed", rough.clone(), sizes([0.5, 1.0], [0.5, 1.0])),
-            ("scan", rough, Options { tiling: Tiling::Aperiodic, ..sizes([0.5, 1.0], [0.5, 1.0]) }),
+        for (preset, options, count) in [
+            (Preset::Blazed, sizes([0.5, 1.0], [1.0, 1.0]), 150),
+            (Preset::Blazed, sizes([0.5, 0.5], [1.0, 1.0]), 150),
+            (Preset::Sinusoidal, sizes([0.35, 1.0], [0.25, 1.0]), 200),
+            (Preset::Xenopeltis, sizes([0.5, 1.0], [0.5, 1.0]), 3),
         ] {
-            let start = std::time::Instant::now();
-            let (largest, mean) = largest_albedo(&field, &options, 60);
-            println!("{name}: {largest} mean {mean} in {:?}", start.elapsed());
+            let [largest, at_horizon] = largest_albedos(&preset.build(None, None).unwrap(), &options, count);
+            println!("{preset:?}: {largest}, {at_horizon} beyond 87 degrees");
+            assert!(largest < LIMIT && at_horizon < AT_HORIZON, "{preset:?}: {largest}, {at_horizon}");
         }
     }
 }

@@ -13,7 +13,7 @@
 
 use super::{BandRatio, Gamut, InColour, are_above};
 use crate::colour_table::{ColourView, SUM_SQUARED_MAX};
-use crate::energy::{AlbedoView, CHANNEL_NM, ColourAlbedoView};
+use crate::energy::{AlbedoView, BAND_NODE_WEIGHTS, BAND_NODES_NM, ColourAlbedoView};
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::ColourSamplerView;
 use crate::scattering::{ComplexIndex, Obliquity, Reading, RelativeSize, Scattering};
@@ -52,7 +52,7 @@ pub struct ColourLobe<N: Numbers> {
 pub enum ColourAlbedo<N: Numbers> {
     /// Albedos of bands, for the relief's own size.
     Bands(ColourAlbedoView<N>),
-    /// Albedos by wavelength for several sizes. A channel takes that of its mean wavelength.
+    /// Albedos by wavelength for several sizes. A channel takes the mean over its band.
     Sizes(AlbedoView<N>),
 }
 
@@ -64,11 +64,18 @@ impl<N: Numbers> ColourLobe<N> {
             None => [N::Real::lit(1.0); 3],
             Some(ColourAlbedo::Bands(albedo)) => albedo.factor(wi, wo, active),
             Some(ColourAlbedo::Sizes(albedo)) => {
-                let (place_i, place_o) = (albedo.place(wi), albedo.place(wo));
-                CHANNEL_NM.map(|nm| {
-                    let reading = Reading::resized(N::Real::lit(nm), self.size, false);
-                    albedo.factor_at(&place_i, &place_o, &reading, active)
-                })
+                let lit = N::Real::lit;
+                let [excess_i, excess_o] = [wi, wo].map(|w| {
+                    let place = albedo.place(w);
+                    let at_nodes = BAND_NODES_NM.map(|nm| {
+                        let reading = Reading::resized(lit(nm), self.size, false);
+                        albedo.excess(&place, &reading, active)
+                    });
+                    BAND_NODE_WEIGHTS.map(|weights| {
+                        (0..4).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)).max(lit(0.0))
+                    })
+                });
+                array::from_fn(|c| lit(1.0) / (lit(1.0) + excess_i[c].max(excess_o[c])))
             }
         }
     }

@@ -1,0 +1,205 @@
+"""Textures of relative sizes, `scale` and `depth`, in Mitsuba: values, sampling, derivatives, and what is refused."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+from batches import direction, eval_pdf, interactions, random_directions, random_wavelengths, sample
+from conftest import VARIANTS, built, use_variant
+
+from mitsuba_scenes.chi_square import bsdf_test
+
+# Probability that any of the χ² tests rejects a correct density.
+SIGNIFICANCE = 0.01
+ANGLES = [(0, 0), (20, 45), (30, 70), (45, 180), (55, 10), (60, 0), (75, 120), (80, 70)]
+# Orders are wide, so that histograms resolve them.
+GRATING = {"preset": "sinusoidal", "period": 2.4, "height": 0.25, "material": "Al", "coherence_length": 12.0}
+SKIN = {"preset": "xenopeltis", "material": "Au", "coherence_length": 10.0}
+SURFACES = {"grating": GRATING, "skin": SKIN, "covered": {**GRATING, "cover_eta": 1.5, "cover_reflection": False}}
+SCALE, DEPTH = 0.6, 0.8
+
+
+def texture(value):
+    return {"type": "uniform", "value": value}
+
+
+def bitmap(values):
+    """A texture of raw values, one row."""
+    array = np.asarray(values, dtype=np.float32).reshape(1, -1, 1)
+    return {"type": "bitmap", "bitmap": mi.Bitmap(array), "raw": True, "filter_type": "nearest"}
+
+
+def sized(variant, scale=SCALE, depth=DEPTH, **parameters):
+    return built(variant, scale=texture(scale), depth=texture(depth), **parameters)
+
+
+def random_queries(seed, count=20_000):
+    rng = np.random.default_rng(seed)
+    return random_directions(rng, count), random_directions(rng, count), random_wavelengths(rng, count)
+
+
+@pytest.mark.parametrize("angles", ANGLES, ids=str)
+@pytest.mark.parametrize("name", SURFACES)
+def test_samples_follow_the_density(name, angles):
+    bsdf = sized("llvm_ad_spectral", **SURFACES[name])
+    test = bsdf_test(bsdf, direction(*angles))
+    assert test.run(SIGNIFICANCE, len(SURFACES) * len(ANGLES), quiet=True), test.messages
+
+
+@pytest.mark.parametrize("angles", ANGLES[::2], ids=str)
+@pytest.mark.parametrize("name", ["grating", "skin"])
+def test_colour_samples_follow_the_density(name, angles):
+    bsdf = sized("llvm_ad_rgb", **SURFACES[name])
+    test = bsdf_test(bsdf, direction(*angles), res=51, ires=8)
+    assert test.run(SIGNIFICANCE, len(ANGLES), quiet=True), test.messages
+
+
+@pytest.mark.parametrize(
+    ("variant", "name", "tolerance"),
+    [
+        # Two tables, each to 1e-3 of its peaks.
+        ("llvm_ad_spectral", "grating", 5e-3),
+        ("llvm_ad_spectral", "skin", 5e-3),
+        # Colours are fitted to the sizes of their own tables, and R of gold is corrected by band means.
+        ("llvm_ad_rgb", "grating", 1e-2),
+        ("llvm_ad_rgb", "skin", 2e-2),
+    ],
+)
+def test_textures_equal_a_relief_of_that_size(variant, name, tolerance):
+    surface = {**SURFACES[name], "conserve_energy": False}
+    # A grating's window keeps its width in spectral variants. Elsewhere the window is resized with the pattern.
+    keeps_window = name == "grating" and variant == "llvm_ad_spectral"
+    length = surface.pop("coherence_length") * (1 if keeps_window else SCALE)
+    by_texture = sized(variant, coherence_length=SURFACES[name]["coherence_length"], **surface)
+    by_number = built(variant, scale=SCALE, depth=DEPTH, coherence_length=length, **surface)
+    wi, wo, nm = random_queries(5)
+    found, expected = eval_pdf(by_texture, wi, wo, nm)[0], eval_pdf(by_number, wi, wo, nm)[0]
+    assert expected.max() > 0
+    assert np.abs(found - expected).sum() < tolerance * expected.sum()
+
+
+def test_every_variant_takes_textures(variant):
+    if "polarized" in variant and "mono" in variant:
+        pytest.skip("as mono without polarisation")
+    wi, wo, nm = random_queries(6, 200)
+    surface = {**GRATING, "conserve_energy": False}
+    if not mi.is_spectral:
+        surface["coherence_length"] *= SCALE
+    expected = eval_pdf(built(variant, scale=SCALE, depth=DEPTH, **surface), wi, wo, nm)[0]
+    found = eval_pdf(sized(variant, **{**surface, "coherence_length": GRATING["coherence_length"]}), wi, wo, nm)[0]
+    # As above, of few queries.
+    assert np.abs(found - expected).sum() < 2e-2 * np.abs(expected).sum()
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_values_are_reciprocal_and_no_light_is_made(name):
+    bsdf = sized("llvm_ad_spectral", **SURFACES[name])
+    wi, wo, nm = random_queries(3)
+    there, back = eval_pdf(bsdf, wi, wo, nm)[0], eval_pdf(bsdf, wo, wi, nm)[0]
+    there, back = there / wo[:, 2:], back / wi[:, 2:]
+    # Rounding of positions on the lattice, where orders are narrow.
+    np.testing.assert_allclose(there, back, rtol=2e-3, atol=2e-4 * there.max())
+    rng = np.random.default_rng(4)
+    for angles in ANGLES:
+        count = 20_000
+        wi, nm = np.tile(direction(*angles), (count, 1)), random_wavelengths(rng, count)
+        weights = sample(bsdf, wi, nm, rng.random((count, 3)))[2]
+        # Five standard errors, and the limiter's bound.
+        error = weights.std(axis=0) / np.sqrt(count)
+        assert np.all(weights.mean(axis=0) < 1.01 + 5 * error), angles
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_weights_are_as_even_as_those_of_one_size(name):
+    rng = np.random.default_rng(9)
+    spreads = []
+    for bsdf in (
+        sized("llvm_ad_spectral", **SURFACES[name]),
+        built("llvm_ad_spectral", scale=SCALE, depth=DEPTH, **SURFACES[name]),
+    ):
+        count = 100_000
+        wi, nm = np.tile(direction(30, 40), (count, 1)), np.repeat(random_wavelengths(rng, count)[:, :1], 4, axis=1)
+        weights = sample(bsdf, wi, nm, rng.random((count, 3)))[2][:, 0]
+        spreads.append(weights.std() / weights.mean())
+    assert spreads[0] < 1.2 * spreads[1], spreads
+
+
+@pytest.mark.parametrize("variant", ["llvm_ad_spectral", "llvm_ad_rgb"])
+@pytest.mark.parametrize("name", ["scale", "depth"])
+def test_derivatives_match_central_differences(variant, name):
+    use_variant(variant)
+    bsdf = mi.load_dict(
+        {"type": "diffraction", **GRATING, "conserve_energy": False, "scale": texture(SCALE), "depth": texture(DEPTH)}
+    )
+    params = mi.traverse(bsdf)
+    key = f"{name}.value"
+    wi, wo, nm = random_queries(12, 2000)
+    si, wo = interactions(wi, nm), mi.Vector3f(np.ascontiguousarray(wo.T))
+    start = float(params[key][0]) if hasattr(params[key], "__len__") else float(params[key])
+
+    def values(at):
+        params[key] = at
+        params.update()
+        return np.array(bsdf.eval(mi.BSDFContext(), si, wo))
+
+    step = 1e-3
+    expected = (values(start + step) - values(start - step)) / (2 * step)
+    size = mi.Float(start)
+    dr.enable_grad(size)
+    params[key] = size
+    params.update()
+    value = bsdf.eval(mi.BSDFContext(), si, wo)
+    dr.forward(size)
+    found = np.array(dr.grad(value))
+    # Both are difference quotients with steps of their own.
+    assert np.abs(found - expected).sum() < 0.02 * np.abs(expected).sum()
+
+
+def test_bitmaps_give_each_place_its_size():
+    use_variant("llvm_ad_spectral")
+    surface = {"type": "diffraction", **GRATING, "conserve_energy": False}
+    varying = mi.load_dict({**surface, "scale": bitmap([0.5, 0.75, 1.0]), "depth": bitmap([1.0, 0.8, 0.6])})
+    assert mi.has_flag(varying.flags(), mi.BSDFFlags.SpatiallyVarying)
+    wi, wo, nm = random_queries(13, 2000)
+    for place, (scale, depth) in enumerate([(0.5, 1.0), (0.75, 0.8), (1.0, 0.6)]):
+        si = interactions(wi, nm)
+        si.uv = mi.Point2f((place + 0.5) / 3, 0.5)
+        outgoing = mi.Vector3f(np.ascontiguousarray(wo.T))
+        found = np.array(varying.eval(mi.BSDFContext(), si, outgoing))
+        expected = np.array(
+            sized("llvm_ad_spectral", scale, depth, **GRATING, conserve_energy=False).eval(
+                mi.BSDFContext(), si, outgoing
+            )
+        )
+        # Rounding of the textures' own interpolation.
+        np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-4 * expected.max())
+
+
+def test_numbers_are_live():
+    use_variant("llvm_ad_spectral")
+    wi, wo, nm = random_queries(14, 2000)
+    bsdf = mi.load_dict({"type": "diffraction", **GRATING})
+    params = mi.traverse(bsdf)
+    params["scale"], params["depth"] = SCALE, DEPTH
+    params.update()
+    expected = eval_pdf(built("llvm_ad_spectral", scale=SCALE, depth=DEPTH, **GRATING), wi, wo, nm)[0]
+    np.testing.assert_array_equal(eval_pdf(bsdf, wi, wo, nm)[0], expected)
+    params["scale"] = 1.5
+    with pytest.raises(RuntimeError, match='"scale" is 1.5'):
+        params.update()
+    assert params["scale"] == pytest.approx(SCALE)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"scale": [0.5, 1.5]}, 'parameter "scale" has values from 0.5 to 1.5 in its texture'),
+        ({"depth": [-0.5, 1.0]}, 'parameter "depth" has values from -0.5 to 1 in its texture'),
+        ({"scale": [0.5, 1.0], "theory": "rigorous"}, "give numbers"),
+    ],
+)
+def test_refused_in_one_line(parameters, message):
+    use_variant("scalar_rgb")
+    read = {name: bitmap(value) if isinstance(value, list) else value for name, value in parameters.items()}
+    with pytest.raises(RuntimeError, match=message):
+        mi.load_dict({"type": "diffraction", **GRATING, **read})
