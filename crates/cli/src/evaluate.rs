@@ -21,7 +21,9 @@ use ndarray::Array2;
 use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::time::Instant;
+use sunbeam::config::Theory;
 use sunbeam::methods::MethodKind;
+use sunbeam::scattering::ComplexIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::periods;
 
@@ -163,6 +165,12 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, false)?;
     let values = args.values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
     if let Some(dark_row) = values.iter().position(|row| row.iter().all(|value| *value == 0.0)) {
+    let has_no_interface = config.index_inside().is_some_and(|index| index == ComplexIndex { eta: 1.0, k: 0.0 });
+    if config.theory == Theory::Rigorous && has_no_interface {
+        let eta = config.eta.unwrap_or(1.0);
+        let reason = "the index of the medium above the relief, and nothing is reflected";
+        return Err(format!("parameter \"eta\" is {eta}, {reason}: --theory scalar or another index would do").into());
+    }
         let nm = wavelengths_nm[dark_row];
         return Err(format!("no light leaves at {nm} nm: parameter \"angles\" needs a wider range").into());
     }
