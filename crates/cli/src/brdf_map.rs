@@ -38,8 +38,8 @@ pub(crate) struct BrdfMapArgs {
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
     /// Factor on the colours of the picture [default: the factor that clips 1 % of the pixels that are not
-    /// black]
-    #[arg(long, allow_negative_numbers = true)]
+    /// black]; needs --png
+    #[arg(long, requires = "png", allow_negative_numbers = true)]
     exposure: Option<f64>,
     /// Angle of wi with the normal in degrees, in [0, 90)
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -130,6 +130,9 @@ impl BrdfMapArgs {
             return Err(no_effect_with_gems("--eta"));
         }
         match self.exposure {
+        if self.adapter.is_some() && self.backend == Backend::Cpu {
+            return Err("--adapter has no effect with --backend cpu; --backend gpu has one".to_owned());
+        }
             Some(exposure) if !(exposure.is_finite() && exposure > 0.0) => {
                 Err(out_of_range("exposure", exposure, "finite and positive"))
             }
