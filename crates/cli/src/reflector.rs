@@ -273,13 +273,18 @@ impl Reflector {
         Some(Sample { wo, pdf: density * drawn.pdf, weight })
     }
 
-    /// Applies `answer` to every item, concurrently where the method allows it; the order is kept. A task takes at
-    /// least eight items, since a look-up is short.
+    /// Applies `answer` to every item as [`Reflector::map_indices`] does.
     pub(crate) fn map<T: Sync, A: Send>(&self, items: &[T], answer: impl Fn(&T) -> A + Sync + Send) -> Vec<A> {
+        self.map_indices(items.len(), |i| answer(&items[i]))
+    }
+
+    /// Applies `answer` to the indices below `count`, concurrently where the method allows it; the order is kept. A
+    /// task takes at least eight indices, since a look-up is short.
+    pub(crate) fn map_indices<A: Send>(&self, count: usize, answer: impl Fn(usize) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
-            items.par_iter().with_min_len(8).map(answer).collect()
+            (0..count).into_par_iter().with_min_len(8).map(answer).collect()
         } else {
-            items.iter().map(answer).collect()
+            (0..count).map(answer).collect()
         }
     }
 }
