@@ -35,7 +35,7 @@ const WAVELENGTH_STEP_NM: RangeInclusive<f64> = 0.1..=20.0;
 const MARGIN_DEG: f64 = 1.0;
 /// Largest angle of the default range, in degrees: the horizon is left out.
 const ANGLE_MAX_DEG: f64 = 89.0;
-/// Largest number of values that are computed: 800 MB in double precision.
+/// Largest number of values that are computed: 800 MB in double precision, and twice that while --response is written.
 const VALUES_MAX: f64 = 1e8;
 
 /// Find the spacing of a grating from the angles at which its colours are brightest
