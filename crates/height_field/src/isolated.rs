@@ -19,8 +19,8 @@ const KNOWN_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A spike of dust is less than ten times as high as the relief, and its points
 /// have different values.
 const GAP_MIN: f64 = 10.0;
-/// Smallest fraction of the points at a number outside of [`MISSING_NUMBERS`] that may be a level of the relief. Missing
-/// points are usually fewer; narrower levels are rare.
+/// Smallest fraction of the points at a number that may be a level of the relief; a number in [`MISSING_NUMBERS`] may
+/// not. Missing points are usually fewer, and narrower levels are rare.
 const LEVEL_MIN: f64 = 0.05;
 /// Smallest fraction of the points at one of the other values beside such a level. Quantised measurements of common
 /// surfaces are spread over more than four values.
