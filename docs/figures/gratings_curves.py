@@ -23,9 +23,10 @@ class Relief:
     period_um: float
 
 
-def preset(name: str, period_um: float, height_um: float) -> Relief:
-    """A preset of `sunbeam` with this period and height."""
-    return Relief(("--preset", name, "--period", period_um, "--height", height_um), period_um)
+def preset(name: str, period_um: float, height_um: float | None = None) -> Relief:
+    """A preset of `sunbeam` with this period and height; without a height, one for a curve over heights."""
+    height_words = () if height_um is None else ("--height", height_um)
+    return Relief(("--preset", name, "--period", period_um, *height_words), period_um)
 
 
 def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
@@ -98,7 +99,7 @@ def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
 def littrow_against_height(name: str, period_um: float, ratio: float, heights_um: tuple[float, float, int]) -> dict:
     """The curve of a preset in a perfect conductor over its height; `heights_um` are first, last and their number."""
     over = ("--over", "height", "--range", ",".join(map(str, heights_um)))
-    points = solved(preset(name, period_um, heights_um[0]), *littrow_words(period_um, ratio), *over)["points"]
+    points = solved(preset(name, period_um), *littrow_words(period_um, ratio), *over)["points"]
     orders = [efficiencies(point, -1) for point in points]
     return {
         "height_um": [point["at"] for point in points],

@@ -70,10 +70,7 @@ class Tile:
     def write(self, folder: Path) -> tuple:
         """Writes the relief; returns the arguments of `sunbeam` that read it."""
         file = folder / f"{self.name}.npy"
-        # Half of a grating's points have one height, which the command would take for missing points. A ripple of
-        # 1e-7 µm makes all heights different.
-        ripple_um = 1e-7 * np.sin(np.arange(self.heights_um.size)).reshape(self.heights_um.shape)
-        np.save(file, self.heights_um + ripple_um)
+        np.save(file, self.heights_um)
         return ("--height-field", file, "--pixel-size", self.pixel_um, "--level", "none", "--tiling", "periodic")
 
 

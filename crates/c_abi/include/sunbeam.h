@@ -90,7 +90,8 @@ sunbeam_status sunbeam_surface_new(const char *config_json, sunbeam_surface **su
 //
 // The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files. `level`
 // defaults to `plane` and `tiling` to `aperiodic`, as for files. Heights that are NaN, infinite or of magnitude
-// 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`.
+// 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`. More heights than
+// `build_limit` allows are an error: each takes at least 24 bytes of the 8 GB that a build may take.
 //
 // `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
 //

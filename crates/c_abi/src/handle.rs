@@ -8,7 +8,11 @@ use std::ffi::c_char;
 use sunbeam::cache::{Cache, Origin};
 use sunbeam::config::{BuildError, BuiltReport, BuiltSurface, SurfaceConfig};
 use sunbeam::height_field::{FileField, HeightField, Provenance};
-use sunbeam::table::Progress;
+use sunbeam::table::{LIMIT_BYTES, Progress};
+
+/// Bytes that each height of an array takes at least while its tables are built: the heights and copies of them, in
+/// double precision.
+const HEIGHT_BYTES: f64 = 24.0;
 
 /// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.
 pub struct SurfaceHandle {
@@ -101,7 +105,8 @@ pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface
 ///
 /// The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files. `level`
 /// defaults to `plane` and `tiling` to `aperiodic`, as for files. Heights that are NaN, infinite or of magnitude
-/// 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`.
+/// 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`. More heights than
+/// `build_limit` allows are an error: each takes at least 24 bytes of the 8 GB that a build may take.
 ///
 /// `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
 ///
@@ -126,22 +131,38 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
             *result = std::ptr::null_mut();
             (result, utf8("config_json", config_json)?, Input::new("heights_um", heights_um, nx, row_count)?)
         };
-        // Larger arrays make `Array2` panic.
-        if nx.checked_mul(ny).is_none_or(|n| n > isize::MAX as usize / size_of::<f64>()) {
-            return Err(CallError::Size {
-                argument: "nx",
-                found: nx,
-                accepted: "such that nx * ny heights fit memory".into(),
-            });
-        }
         let config = SurfaceConfig::from_json_for_array(json).map_err(BuildError::from)?;
-        let heights = Array2::from_shape_fn((ny, nx), |(iy, ix)| f64::from(rows.at(iy, ix)));
+        let heights = copied(&rows, nx, ny, config.build_limit)?;
         let fill = config.fill.unwrap_or_default();
         let field = HeightField::with_holes(heights, pixel_x_um, pixel_y_um, fill).map_err(BuildError::from)?;
         let (surface, origin) = config.build_of(&field, &Cache::from_env().map_err(BuildError::from)?)?;
         SurfaceHandle { surface, config, origin, file: None }.publish(result);
         Ok(())
     })
+}
+
+/// Copies `ny` rows of `nx` heights.
+///
+/// # Errors
+/// More heights than `build_limit` (a factor on [`LIMIT_BYTES`]) allows, or more than fit memory.
+fn copied(rows: &Input, nx: usize, ny: usize, build_limit: f64) -> Result<Array2<f64>, CallError> {
+    if nx == 0 || ny == 0 {
+        return Ok(Array2::zeros((0, 0)));
+    }
+    let too_many = |accepted: String| CallError::Size { argument: "nx", found: nx, accepted };
+    let count_max = build_limit * LIMIT_BYTES / HEIGHT_BYTES;
+    if nx as f64 * ny as f64 > count_max {
+        let advice = "a larger `build_limit` allows more";
+        return Err(too_many(format!("such that nx * ny is at most {count_max:.0}, with `ny` {ny}; {advice}")));
+    }
+    let mut heights = Vec::new();
+    let is_reserved = nx.checked_mul(ny).is_some_and(|count| heights.try_reserve_exact(count).is_ok());
+    if !is_reserved {
+        return Err(too_many(format!("such that nx * ny heights fit memory, with `ny` {ny}")));
+    }
+    heights.extend((0..ny).flat_map(|iy| (0..nx).map(move |ix| f64::from(rows.at(iy, ix)))));
+    // The shape has as many heights as were copied, so that it is accepted.
+    Array2::from_shape_vec((ny, nx), heights).map_err(|error| sunbeam_guard::Panic(error.to_string()).into())
 }
 
 /// Frees a surface. Null is ignored.

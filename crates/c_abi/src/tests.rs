@@ -263,7 +263,12 @@ fn heights_from_memory_are_those_of_a_scan() {
     for (json, nx, ny, pixel, status, mentioned) in [
         (json, 0, ny, 0.1, Status::BadHeightField, "pixel"),
         (json, nx, ny, 0.0, Status::BadHeightField, "finite and positive"),
+        (json, 0, usize::MAX, 0.1, Status::BadHeightField, "pixel"),
         (json, usize::MAX, 2, 0.1, Status::BadValue, "nx"),
+        // Products beyond the address space, beyond the limit of a build, and beyond memory for any limit.
+        (json, 1 << 40, 1 << 40, 0.1, Status::BadValue, "`build_limit`"),
+        (json, 1 << 20, 1 << 20, 0.1, Status::BadValue, "at most 333333333, with `ny` 1048576"),
+        (r#"{"build_limit":1e6}"#, 1 << 24, 1 << 24, 0.1, Status::BadValue, "fit memory"),
         (r#"{"preset":"flat"}"#, nx, ny, 0.1, Status::BadConfig, "\"preset\""),
     ] {
         let (found, surface) = make(json, nx, ny, pixel);

@@ -14,7 +14,7 @@ use serde::Serialize;
 use std::error::Error;
 use std::time::Instant;
 use sunbeam::cache::Cache;
-use sunbeam::config::{Source, SurfaceConfig};
+use sunbeam::config::{Source, SurfaceConfig, Theory};
 use sunbeam::height_field::Preset;
 use sunbeam_realtime::{Gpu, GpuError};
 
@@ -65,7 +65,7 @@ pub(crate) struct BenchArgs {
     /// Measure few directions, parameters and repetitions: seconds instead of minutes
     #[arg(long)]
     quick: bool,
-    /// Measure no times of the GPU
+    /// Measure no times of the GPU; with --what methods
     #[arg(long)]
     cpu_only: bool,
     #[command(flatten)]
@@ -180,8 +180,8 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
 
 fn bench_stability(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
-    if args.surface.is_given() || args.plot.is_some() {
-        return Err("--what stability accepts no surface and no --plot".into());
+    if args.surface.config()? != SurfaceConfig::default() || args.plot.is_some() || args.cpu_only {
+        return Err("--what stability accepts no argument of a surface, no --plot and no --cpu-only".into());
     }
     let effort = if args.quick { stability::Effort::QUICK } else { stability::Effort::FULL };
     let figures = stability::measure(&effort, &mut |stage: &str| log(start, stage))?;
@@ -191,13 +191,16 @@ fn bench_stability(args: &BenchArgs) -> Outcome {
 
 fn bench_sampler(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
-    if args.plot.is_some() {
-        return Err("--what sampler accepts no --plot".into());
+    if args.plot.is_some() || args.cpu_only {
+        return Err("--what sampler accepts no --plot and no --cpu-only".into());
     }
     let samples = if args.quick { QUICK_SAMPLES } else { SAMPLES };
     let mut surfaces = Vec::new();
     for surface_args in args.surfaces(&SAMPLER_PRESETS) {
         let config = surface_args.config()?;
+        if config.theory == Theory::Rigorous {
+            return Err("--what sampler measures the sampler of phase screens: --theory must be scalar".into());
+        }
         let name = surface_name(&config);
         log(start, &name);
         let (surface, _) = config.build(&Cache::off())?;

@@ -16,8 +16,12 @@ use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_bytes};
 use sunbeam::scattering::{Vec3, map_direction};
 use sunbeam_realtime::{AdapterChoice, Query};
 
-/// Accepted numbers of pixels along a side of the map. The largest map takes 6 GB in double precision.
+/// Accepted numbers of pixels along a side of the map. The largest map takes 6.5 GB, 24 bytes a pixel: 12 for the
+/// colour, and up to 12 for the encoded EXR, or afterwards for the automatic exposure.
 const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
+/// Largest number of directions that are on the way to the GPU at once, 50 MB. It is a multiple of the shader's batch,
+/// so that it changes nothing else.
+const DIRECTIONS_MAX: usize = 1 << 20;
 /// Direction of the pixels outside the disc: any direction below the surface, where the reflectance is 0.
 const OUTSIDE: [f32; 3] = [0.0, 0.0, -1.0];
 
@@ -38,8 +42,8 @@ pub(crate) struct BrdfMapArgs {
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
     /// Factor on the colours of the picture [default: the factor that clips 1 % of the pixels that are not
-    /// black]
-    #[arg(long, allow_negative_numbers = true)]
+    /// black]; needs --png
+    #[arg(long, requires = "png", allow_negative_numbers = true)]
     exposure: Option<f64>,
     /// Angle of wi with the normal in degrees, in [0, 90)
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -75,7 +79,7 @@ enum Backend {
 /// A computed map.
 struct Map {
     /// Linear sRGB of `f_r` in 1/sr for each pixel, by rows from the top; black outside the disc.
-    rgb: Vec<[f64; 3]>,
+    rgb: Vec<[f32; 3]>,
     /// Number of wavelengths that a colour sums; `None` for methods without a fixed number.
     wavelengths: Option<usize>,
     /// Seconds for all directions, without building the method's data.
@@ -107,7 +111,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     wavelengths: Option<usize>,
     /// Largest value of each channel in 1/sr, at least 0.
-    max: [f64; 3],
+    max: [f32; 3],
     /// Seconds for all directions, as in [`Map`].
     seconds: f64,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
@@ -126,6 +130,9 @@ impl BrdfMapArgs {
         if !SIDE_PIXELS.contains(&self.size) {
             return Err(out_of_range("size", self.size, "1 to 16384 pixels"));
         }
+        if self.adapter.is_some() && self.backend == Backend::Cpu {
+            return Err("--adapter has no effect with --backend cpu; --backend gpu has one".to_owned());
+        }
         if self.method.is_gems() && self.surface.has_index() {
             return Err(no_effect_with_gems("--eta"));
         }
@@ -141,28 +148,36 @@ impl BrdfMapArgs {
     fn wi(&self) -> Vec3 {
         direction_from_degrees(self.theta_i, self.phi_i)
     }
+
+    /// The number of pixels.
+    fn pixels(&self) -> usize {
+        self.size * self.size
+    }
+
+    /// The outgoing direction of the pixel with index `i` by rows from the top; `None` outside the disc.
+    fn wo(&self, i: usize) -> Option<Vec3> {
+        map_direction(i % self.size, i / self.size, self.size)
+    }
 }
 
 /// Runs `sunbeam brdf-map`.
 pub(crate) fn run(args: &BrdfMapArgs) -> Outcome {
     args.check()?;
     let size = args.size;
-    // The outgoing direction of each pixel by rows from the top; `None` outside the disc.
-    let outgoing: Vec<Option<Vec3>> = (0..size * size).map(|i| map_direction(i % size, i / size, size)).collect();
     let Map { rgb: colours, wavelengths, seconds, gpu } = match args.backend {
-        Backend::Cpu => on_cpu(args, &outgoing)?,
-        Backend::Gpu => on_gpu(args, &outgoing)?,
+        Backend::Cpu => on_cpu(args)?,
+        Backend::Gpu => on_gpu(args)?,
     };
-    args.output.write(&encode::exr((size, size), |i| colours[i].map(|value| value as f32))?)?;
+    args.output.write(&encode::exr((size, size), |i| colours[i])?)?;
     let mut exposure = None;
     if let Some(file) = &args.png {
-        let in_disc = colours.iter().zip(&outgoing).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
-        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(in_disc));
-        let bytes: Vec<u8> = colours.iter().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
+        let in_double = || colours.iter().map(|rgb| rgb.map(f64::from));
+        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(in_double()));
+        let bytes: Vec<u8> = in_double().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
         file.write(&encode::png((size, size), png::ColorType::Rgb, &bytes)?)?;
         exposure = Some(factor);
     }
-    let max = colours.iter().fold([0.0f64; 3], |max, rgb| std::array::from_fn(|c| max[c].max(rgb[c])));
+    let max = colours.iter().fold([0.0f32; 3], |max, rgb| std::array::from_fn(|c| max[c].max(rgb[c])));
     print_json(&Report {
         output: &args.output,
         png: &args.png,
@@ -178,14 +193,15 @@ pub(crate) fn run(args: &BrdfMapArgs) -> Outcome {
 }
 
 /// Evaluates the colours of the outgoing directions on the CPU.
-fn on_cpu(args: &BrdfMapArgs, outgoing: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let method = args.method.method();
     let options = args.method.options(Quantity::Colour)?;
     let spectrum = SpectralToRgb::visible(options.lambda_step_nm)?;
     let reflector = Reflector::new(&args.surface, method, &options, false)?;
     let wi = args.wi();
     let start = Instant::now();
-    let rgb = reflector.map(outgoing, |wo| wo.map_or([0.0; 3], |wo| reflector.eval_rgb(wi, wo, &spectrum)));
+    let colour = |wo| reflector.eval_rgb(wi, wo, &spectrum).map(|value| value as f32);
+    let rgb = reflector.map_indices(args.pixels(), |i| args.wo(i).map_or([0.0; 3], colour));
     let seconds = start.elapsed().as_secs_f64();
     let has_fixed_steps = match method {
         Method::Exact | Method::Table => true,
@@ -195,19 +211,25 @@ fn on_cpu(args: &BrdfMapArgs, outgoing: &[Option<Vec3>]) -> Result<Map, Box<dyn 
 }
 
 /// Evaluates the colours of the outgoing directions on the GPU.
-fn on_gpu(args: &BrdfMapArgs, outgoing: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+fn on_gpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let realtime = Realtime::new(&args.method, &args.surface)?;
     let index = args.surface.config()?.index();
     let gpu = realtime::open(args.adapter)?;
     let (shader, report) = realtime.build(&gpu, index)?;
     let wi = single(args.wi());
     let start = Instant::now();
-    let queries: Vec<Query> = outgoing.iter().map(|wo| Query::new(wi, wo.map_or(OUTSIDE, single))).collect();
-    let answers = shader.evaluate(&gpu, &queries)?;
+    let (mut rgb, mut gpu_ms) = (Vec::with_capacity(args.pixels()), 0.0);
+    for first in (0..args.pixels()).step_by(DIRECTIONS_MAX) {
+        let part = first..args.pixels().min(first + DIRECTIONS_MAX);
+        let queries: Vec<Query> = part.map(|i| Query::new(wi, args.wo(i).map_or(OUTSIDE, single))).collect();
+        let answers = shader.evaluate(&gpu, &queries)?;
+        rgb.extend(answers.reflectances);
+        gpu_ms += answers.gpu_ms;
+    }
     Ok(Map {
-        rgb: answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect(),
+        rgb,
         wavelengths: report.wavelengths(),
         seconds: start.elapsed().as_secs_f64(),
-        gpu: Some(GpuReport { adapter: gpu.adapter(), gpu_ms: answers.gpu_ms }),
+        gpu: Some(GpuReport { adapter: gpu.adapter(), gpu_ms }),
     })
 }

@@ -21,7 +21,9 @@ use ndarray::Array2;
 use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::time::Instant;
+use sunbeam::config::Theory;
 use sunbeam::methods::MethodKind;
+use sunbeam::scattering::ComplexIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::periods;
 
@@ -33,7 +35,7 @@ const WAVELENGTH_STEP_NM: RangeInclusive<f64> = 0.1..=20.0;
 const MARGIN_DEG: f64 = 1.0;
 /// Largest angle of the default range, in degrees: the horizon is left out.
 const ANGLE_MAX_DEG: f64 = 89.0;
-/// Largest number of values that are computed: 800 MB in double precision.
+/// Largest number of values that are computed: 800 MB in double precision, and twice that while --response is written.
 const VALUES_MAX: f64 = 1e8;
 
 /// Find the spacing of a grating from the angles at which its colours are brightest
@@ -152,13 +154,22 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     let period = periods(&field, config.tiling() == Tiling::Periodic).x;
     let (low_deg, high_deg) = match (args.angles, &period) {
         (Some(angles), _) => angles,
-        (None, Some(period)) => first_order_range(args.theta_i, period.period_um),
+        (None, Some(period)) => first_order_range(args.theta_i, period.period_um).ok_or_else(|| {
+            let um = period.period_um;
+            format!("no visible first order of the period of {um} µm leaves: parameter \"angles\" is needed")
+        })?,
         (None, None) => return Err("the surface has no period along x: parameter \"angles\" is needed".into()),
     };
     let wavelengths_nm = steps(*VISIBLE_NM.start(), *VISIBLE_NM.end(), args.wavelength_step);
     let angles_deg = steps(low_deg, high_deg, args.angle_step);
     if (wavelengths_nm.len() * angles_deg.len()) as f64 > VALUES_MAX {
         return Err("there are more than 1e8 pairs of an angle and a wavelength: use larger steps".into());
+    }
+    let has_no_interface = config.index_inside().is_some_and(|index| index == ComplexIndex { eta: 1.0, k: 0.0 });
+    if config.theory == Theory::Rigorous && has_no_interface {
+        let eta = config.eta.unwrap_or(1.0);
+        let reason = "the index of the medium above the relief, and nothing is reflected";
+        return Err(format!("parameter \"eta\" is {eta}, {reason}: --theory scalar or another index would do").into());
     }
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, false)?;
     let values = args.values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
@@ -168,6 +179,14 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     }
     let response = Response { wavelengths_nm, angles_deg, values };
     let peaks_deg = response.peaks_deg();
+    let is_order_zero = |peak_deg: &f64| (peak_deg + args.theta_i).abs() < 0.5 * args.angle_step;
+    if let Some(row) = peaks_deg.iter().position(is_order_zero) {
+        let nm = response.wavelengths_nm[row];
+        let advice = "which leaves there at every wavelength: parameter \"angles\" must leave it out";
+        return Err(
+            format!("the brightest angle at {nm} nm is {}°, that of order zero, {advice}", -args.theta_i).into()
+        );
+    }
     let sin_i = args.theta_i.to_radians().sin();
     let spacing = Spacing::new(&response.wavelengths_nm, &peaks_deg, sin_i);
     let grating_deg: Vec<f64> = response.wavelengths_nm.iter().map(|nm| spacing.angle_deg(*nm, sin_i)).collect();
@@ -243,10 +262,11 @@ impl EvaluateArgs {
     }
 }
 
-/// The values `low`, `low + step`, … below `high`: `⌈(high − low)/step⌉` of them, as in Single 2014.
+/// The values `low`, `low + step`, … below `high`, which is larger than `low`: `⌈(high − low)/step⌉` of them, as in
+/// Single 2014.
 fn steps(low: f64, high: f64, step: f64) -> Vec<f64> {
-    // The subtraction undoes the rounding of a whole number of steps.
-    let count = ((high - low) / step - 1e-9).ceil() as usize;
+    // The subtraction undoes the rounding of a whole number of steps. `low` itself is always a value.
+    let count = ((high - low) / step - 1e-9).ceil().max(1.0) as usize;
     (0..count).map(|i| low + i as f64 * step).collect()
 }
 
@@ -265,14 +285,15 @@ fn nearest(angles_deg: &[f64], step_deg: f64, angle_deg: f64) -> Option<usize> {
 }
 
 /// Range of the angles of view of the first order over the visible wavelengths, in whole degrees with a margin of at
-/// least [`MARGIN_DEG`].
-fn first_order_range(theta_i_deg: f64, spacing_um: f64) -> (f64, f64) {
+/// least [`MARGIN_DEG`]. `None` for a spacing whose first order leaves at no visible wavelength.
+fn first_order_range(theta_i_deg: f64, spacing_um: f64) -> Option<(f64, f64)> {
     let angle = |nm: f64| {
         let sin = 1e-3 * nm / spacing_um - theta_i_deg.to_radians().sin();
         sin.clamp(-1.0, 1.0).asin().to_degrees()
     };
     let (low, high) = (angle(*VISIBLE_NM.start()) - MARGIN_DEG, angle(*VISIBLE_NM.end()) + MARGIN_DEG);
-    (low.floor().max(-ANGLE_MAX_DEG), high.ceil().min(ANGLE_MAX_DEG))
+    let (low, high) = (low.floor().max(-ANGLE_MAX_DEG), high.ceil().min(ANGLE_MAX_DEG));
+    (low < high).then_some((low, high))
 }
 
 /// Parses `MIN,MAX`, two angles within ±90°.
@@ -289,8 +310,10 @@ mod tests {
     #[test]
     fn default_angles_include_the_first_order_of_the_blazed_grating() {
         // asin(0.38/2.5 − sin 75°) = −54.5° and asin(0.78/2.5 − sin 75°) = −40.8°.
-        let (low, high) = first_order_range(75.0, 2.5);
+        let (low, high) = first_order_range(75.0, 2.5).unwrap();
         assert!((-57.0..=-54.0).contains(&low) && (-42.0..=-39.0).contains(&high), "{low} {high}");
+        // At normal incidence, periods below the shortest wavelength have no first order.
+        assert_eq!(first_order_range(0.0, 0.3), None);
     }
 
     #[test]
@@ -301,6 +324,8 @@ mod tests {
         assert_eq!(steps(380.0, 780.0, 1.0).len(), 400);
         // 13.33 steps give 14 values.
         assert_eq!(steps(380.0, 780.0, 30.0).last(), Some(&770.0));
+        // A range far below a step has one value.
+        assert_eq!(steps(-45.0, -45.0 + 1e-13, 0.01), [-45.0]);
     }
 
     #[test]

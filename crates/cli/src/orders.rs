@@ -20,6 +20,8 @@ use sunbeam::config::{BuildError, SurfaceConfig};
 
 /// Accepted wavelengths in nm.
 const WAVELENGTH_NM: RangeInclusive<f64> = 1.0..=1e6;
+/// Wavelength in nm where none is given.
+const WAVELENGTH_DEFAULT_NM: f64 = 550.0;
 /// Largest number of points of a curve. Each may take a minute.
 const POINTS_MAX: usize = 2000;
 
@@ -36,22 +38,22 @@ const POINTS_MAX: usize = 2000;
 /// real and imaginary parts; its rows are the outgoing states without Hy and without Ey, its columns the incident ones.
 #[derive(clap::Args)]
 pub(crate) struct OrdersArgs {
-    /// Angle of incidence with the normal in degrees, in [0, 90)
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
-    theta_i: f64,
-    /// Azimuth of incidence in degrees; 0 is +x, across the grooves
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
-    phi_i: f64,
-    /// Wavelength in nm, 1 to 1e6
-    #[arg(long, value_name = "NM", default_value_t = 550.0, allow_negative_numbers = true)]
-    wavelength: f64,
+    /// Angle of incidence with the normal in degrees, in [0, 90) [default: 0]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    theta_i: Option<f64>,
+    /// Azimuth of incidence in degrees; 0 is +x, across the grooves [default: 0]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    phi_i: Option<f64>,
+    /// Wavelength in nm, 1 to 1e6 [default: 550]
+    #[arg(long, value_name = "NM", allow_negative_numbers = true)]
+    wavelength: Option<f64>,
     /// Print JSON in place of the table
     #[arg(long)]
     json: bool,
     /// File for a plot of the efficiencies of the strongest orders along the curve (.svg)
     #[arg(long, value_name = "FILE", requires = "over", value_parser = output(&["svg"]))]
     plot: Option<Output>,
-    /// Quantity that varies along a curve
+    /// Quantity that varies along a curve, in place of its own argument
     #[arg(long, value_enum, requires = "range")]
     over: Option<Over>,
     /// First value, last value and number of points (2 to 2000) of the curve
@@ -134,6 +136,7 @@ struct Point {
 
 /// Runs `sunbeam orders`.
 pub(crate) fn run(args: &OrdersArgs) -> Outcome {
+    args.refuse_replaced()?;
     let (Some(over), Some(range)) = (args.over, args.range) else {
         let (config, incidence) = args.problem(None)?;
         let solved = SolvedOrders::new(&config, &incidence)?;
@@ -162,16 +165,34 @@ pub(crate) fn run(args: &OrdersArgs) -> Outcome {
 }
 
 impl OrdersArgs {
-    /// The surface and the incidence to solve. `varied` replaces one of the given quantities by a value.
+    /// Refuses the argument of the quantity that varies: the range replaces it.
+    fn refuse_replaced(&self) -> Result<(), String> {
+        let (flag, is_given) = match self.over {
+            None => return Ok(()),
+            Some(Over::Wavelength) => ("--wavelength", self.wavelength.is_some()),
+            Some(Over::ThetaI) => ("--theta-i", self.theta_i.is_some()),
+            Some(Over::PhiI) => ("--phi-i", self.phi_i.is_some()),
+            Some(Over::Height) => ("--height", self.surface.has_height()),
+        };
+        if !is_given {
+            return Ok(());
+        }
+        let name = flag.trim_start_matches('-');
+        Err(format!("{flag} has no effect with --over {name}, whose values --range gives: leave it out"))
+    }
+
+    /// The surface and the incidence to solve. `varied` is the value of the quantity that varies.
     ///
     /// # Errors
     /// A quantity out of range, or arguments of the surface that contradict each other.
     fn problem(&self, varied: Option<(Over, f64)>) -> Result<(SurfaceConfig, Incidence), Box<dyn Error>> {
-        let value = |over: Over, given: f64| varied.filter(|(which, _)| *which == over).map_or(given, |(_, at)| at);
+        let value = |over: Over, given: Option<f64>, default: f64| {
+            varied.filter(|(which, _)| *which == over).map(|(_, at)| at).or(given).unwrap_or(default)
+        };
         let incidence = Incidence {
-            theta_i_deg: value(Over::ThetaI, self.theta_i),
-            phi_i_deg: value(Over::PhiI, self.phi_i),
-            wavelength_nm: value(Over::Wavelength, self.wavelength),
+            theta_i_deg: value(Over::ThetaI, self.theta_i, 0.0),
+            phi_i_deg: value(Over::PhiI, self.phi_i, 0.0),
+            wavelength_nm: value(Over::Wavelength, self.wavelength, WAVELENGTH_DEFAULT_NM),
         };
         if !(0.0..90.0).contains(&incidence.theta_i_deg) {
             return Err(out_of_range("theta-i", incidence.theta_i_deg, "in [0, 90) degrees").into());

@@ -170,30 +170,39 @@ impl Reflector {
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return 0.0 };
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
-        // `O·M·S/λ²`, divided by the albedo where energy is conserved. The answer of gratings is f_r itself.
-        let relief = match &self.evaluator {
-            Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
-            Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
-            Evaluator::Realtime(method) => {
-                let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
-                self.options.angular_factor(&pair) * f64::from(spectral)
-            }
-            Evaluator::Grating(grating) => return factor * grating.0.eval(wi, wo, wavelength_nm),
-            Evaluator::ExactGrating(_) => return 0.0,
+        let reflectance = match &self.evaluator {
+            Evaluator::Grating(grating) => grating.0.eval(wi, wo, wavelength_nm),
+            _ => self.fresnel(&pair) * self.relief(wi, wo, wavelength_nm),
         };
-        factor * self.fresnel(&pair) * relief
+        factor * reflectance
     }
 
-    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M`, divided by the albedo where energy is conserved.
+    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. It is
+    /// known where `R` is 0, too, at an interface between equal indices.
     ///
     /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate.
     pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-        let Some(inside) = Inside::new(self.cover, wi, wo) else { return 0.0 };
-        let Some(pair) = Pair::new(inside.wi, inside.wo) else { return 0.0 };
-        if self.grating.is_some() {
+        if matches!(self.evaluator, Evaluator::Grating(_)) {
             return self.eval(wi, wo, wavelength_nm);
         }
-        self.eval(wi, wo, wavelength_nm) / (inside.factor * self.fresnel(&pair) * self.options.angular_factor(&pair))
+        let Some(Inside { wi, wo, .. }) = Inside::new(self.cover, wi, wo) else { return 0.0 };
+        let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+        self.relief(wi, wo, wavelength_nm) / self.options.angular_factor(&pair)
+    }
+
+    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, divided by the albedo where energy is conserved. Zero unless both
+    /// directions are above the surface, and for gratings by Maxwell's equations, which have `f_r` alone.
+    fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        match &self.evaluator {
+            Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
+            Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
+            Evaluator::Realtime(method) => {
+                let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+                let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
+                self.options.angular_factor(&pair) * f64::from(spectral)
+            }
+            Evaluator::Grating(_) | Evaluator::ExactGrating(_) => 0.0,
+        }
     }
 
     /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods of
@@ -264,13 +273,18 @@ impl Reflector {
         Some(Sample { wo, pdf: density * drawn.pdf, weight })
     }
 
-    /// Applies `answer` to every item, concurrently where the method allows it; the order is kept. A task takes at
-    /// least eight items, since a look-up is short.
+    /// Applies `answer` to every item as [`Reflector::map_indices`] does.
     pub(crate) fn map<T: Sync, A: Send>(&self, items: &[T], answer: impl Fn(&T) -> A + Sync + Send) -> Vec<A> {
+        self.map_indices(items.len(), |i| answer(&items[i]))
+    }
+
+    /// Applies `answer` to the indices below `count`, concurrently where the method allows it; the order is kept. A
+    /// task takes at least eight indices, since a look-up is short.
+    pub(crate) fn map_indices<A: Send>(&self, count: usize, answer: impl Fn(usize) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
-            items.par_iter().with_min_len(8).map(answer).collect()
+            (0..count).into_par_iter().with_min_len(8).map(answer).collect()
         } else {
-            items.iter().map(answer).collect()
+            (0..count).map(answer).collect()
         }
     }
 }

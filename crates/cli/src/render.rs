@@ -28,8 +28,8 @@ pub(crate) struct RenderArgs {
     /// File for the picture as shown: sRGB with compressed highlights (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
-    /// Exposure of the PNG in stops
-    #[arg(long, value_name = "STOPS", default_value_t = 2.0, allow_negative_numbers = true)]
+    /// Exposure of the PNG in stops; needs --png
+    #[arg(long, value_name = "STOPS", default_value_t = 2.0, requires = "png", allow_negative_numbers = true)]
     exposure: f64,
     /// File for the directions at each pixel's centre, as float32 (height, width, 8) (.npy)
     ///

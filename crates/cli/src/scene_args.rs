@@ -6,6 +6,9 @@ use std::str::FromStr;
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{Blend, Camera, Light, Mesh, Shape, View};
 
+/// Default factor on the snake's cells along each direction. More cells make the outline rounder and take more time.
+const RESOLUTION: f64 = 4.0;
+
 /// The mesh, the camera and the light.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Scene")]
@@ -16,9 +19,9 @@ pub struct SceneArgs {
     /// Mesh in place of the shape: triangles with normals and texture coordinates (.ply)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["resolution", "shape"])]
     mesh: Option<PathBuf>,
-    /// Factor on the snake's cells along each direction
-    #[arg(long, value_name = "FACTOR", default_value_t = 4.0, allow_negative_numbers = true)]
-    resolution: f64,
+    /// Factor on the snake's cells along each direction; with --shape snake [default: 4]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    resolution: Option<f64>,
     /// Draw the ground at z = 0
     #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
     ground: bool,
@@ -113,12 +116,16 @@ impl SceneArgs {
     /// The mesh, and the snake's pigment over the texture coordinates.
     ///
     /// # Errors
-    /// A resolution that is not finite and positive, or a mesh that cannot be read.
+    /// A resolution that is not finite and positive or belongs to another shape, or a mesh that cannot be read.
     pub fn mesh(&self) -> Result<(Mesh, PigmentTexture), Box<dyn std::error::Error>> {
-        if !(self.resolution.is_finite() && self.resolution > 0.0) {
-            return Err(out_of_range("resolution", self.resolution, "finite and positive").into());
+        let resolution = self.resolution.unwrap_or(RESOLUTION);
+        if !(resolution.is_finite() && resolution > 0.0) {
+            return Err(out_of_range("resolution", resolution, "finite and positive").into());
         }
-        let Some(path) = &self.mesh else { return Ok(self.shape.make(self.resolution, PIGMENT_SIZE)?) };
+        if self.resolution.is_some() && self.shape != Shape::Snake {
+            return Err("parameter \"resolution\" needs --shape snake: the other shapes have a fixed mesh".into());
+        }
+        let Some(path) = &self.mesh else { return Ok(self.shape.make(resolution, PIGMENT_SIZE)?) };
         let pigment = pigment_texture(&SnakeOptions::default(), PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
         Ok((Mesh::read_ply(path)?, pigment))
     }

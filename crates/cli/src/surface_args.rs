@@ -212,6 +212,11 @@ impl SurfaceArgs {
         self.eta.is_some() || self.k.is_some()
     }
 
+    /// Whether the arguments give the height of a preset.
+    pub fn has_height(&self) -> bool {
+        self.height.is_some()
+    }
+
     /// Whether the arguments name a relief, a preset or a file.
     pub fn is_given(&self) -> bool {
         self.preset.is_some() || self.height_field.is_some()
@@ -224,8 +229,8 @@ impl SurfaceArgs {
 
     /// Refuses the arguments that `sunbeam bench --what methods` chooses itself.
     ///
-    /// The benchmark compares each method with its own model, on a periodic tile, without Fresnel factor and energy
-    /// conservation.
+    /// The benchmark compares each method with its own model, on a periodic tile, by scalar theory, without Fresnel
+    /// factor, cover and energy conservation.
     ///
     /// # Errors
     /// A message that names the first such argument.
@@ -236,6 +241,8 @@ impl SurfaceArgs {
             ("--conserve-energy", self.conserve_energy.is_some()),
             ("--eta", self.eta.is_some()),
             ("--k", self.k.is_some()),
+            ("--cover-eta", self.cover_eta.is_some()),
+            ("--theory", self.theory == Some(Theory::Rigorous)),
         ];
         match flags.iter().find(|(_, is_given)| *is_given) {
             Some((flag, _)) => Err(format!("{flag} has no effect here: each method is compared with its own model")),

@@ -3,6 +3,10 @@
 //! Such a number is the lowest or the highest value of the file and lies far from all other values. The criterion is
 //! the ratio gap/range: the gap is the distance from the number to the nearest other value, the range that of the other
 //! values (highest minus lowest).
+//!
+//! A level of a relief, such as the floor of a lamellar grating, may lie as far from the others. It differs from a
+//! number for missing points in two properties: it covers an area, and the other values have a level, too. Measured
+//! heights do not, since noise makes them differ.
 
 use ndarray::Array2;
 
@@ -15,6 +19,12 @@ const KNOWN_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A spike of dust is less than ten times as high as the relief, and its points
 /// have different values.
 const GAP_MIN: f64 = 10.0;
+/// Smallest fraction of the points at a number that may be a level of the relief; a number in [`MISSING_NUMBERS`] may
+/// not. Missing points are usually fewer, and narrower levels are rare.
+const LEVEL_MIN: f64 = 0.05;
+/// Smallest fraction of the points at one of the other values beside such a level. Quantised measurements of common
+/// surfaces are spread over more than four values.
+const OTHER_LEVEL_MIN: f64 = 0.25;
 /// Largest fraction of points that isolated numbers may have together. Beyond it they are levels of the relief, and
 /// none is isolated.
 const FRACTION_MAX: f64 = 0.5;
@@ -27,7 +37,7 @@ const IGNORED_DIVISOR: usize = 20;
 /// Numbers for missing points among the stored `values`, each with its count. NaN are ignored.
 ///
 /// The lowest or the highest number is isolated if its gap to the rest is at least [`GAP_MIN`] times the range of the
-/// rest, or [`KNOWN_GAP_MIN`] times for [`MISSING_NUMBERS`]. A relief of two levels has no isolated number.
+/// rest, or [`KNOWN_GAP_MIN`] times for [`MISSING_NUMBERS`]. A relief of levels has no isolated number.
 pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -36,7 +46,9 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut found = Vec::new();
     // Splits off one isolated number at a time.
     while found.len() < KINDS_MAX {
-        let Some((value, count, others)) = split_lowest(rest).or_else(|| split_highest(rest)) else { break };
+        let Some((value, count, others)) = split_lowest(rest, total).or_else(|| split_highest(rest, total)) else {
+            break;
+        };
         if (total - others.len()) as f64 > FRACTION_MAX * total as f64 {
             return Vec::new();
         }
@@ -49,18 +61,20 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
 /// An isolated number, its count, and the remaining sorted values.
 type Split<'a> = Option<(f64, usize, &'a [f64])>;
 
-/// Splits off the lowest number if it is isolated.
-fn split_lowest(sorted: &[f64]) -> Split<'_> {
+/// Splits off the lowest number if it is isolated. `total` is the number of all points, as in the functions below.
+fn split_lowest(sorted: &[f64], total: usize) -> Split<'_> {
     let value = *sorted.first()?;
     let (same, rest) = sorted.split_at(sorted.partition_point(|other| *other <= value));
-    is_isolated(value, rest.first()? - value, rest).then_some((value, same.len(), rest))
+    let gap = rest.first()? - value;
+    (is_isolated(value, gap, rest) && !is_level(same, rest, total)).then_some((value, same.len(), rest))
 }
 
 /// Splits off the highest number if it is isolated.
-fn split_highest(sorted: &[f64]) -> Split<'_> {
+fn split_highest(sorted: &[f64], total: usize) -> Split<'_> {
     let value = *sorted.last()?;
     let (rest, same) = sorted.split_at(sorted.partition_point(|other| *other < value));
-    is_isolated(value, value - rest.last()?, rest).then_some((value, same.len(), rest))
+    let gap = value - rest.last()?;
+    (is_isolated(value, gap, rest) && !is_level(same, rest, total)).then_some((value, same.len(), rest))
 }
 
 /// Whether `value` is isolated: `gap` is its distance from the `rest`, which is sorted and not empty.
@@ -74,6 +88,14 @@ fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
     };
     // A range of 0 has one level only: the number is then the second level of the relief.
     range > 0.0 && gap >= gap_min * range
+}
+
+/// Whether the equal numbers `same` are a level of the relief beside another level in the `rest`, which is sorted.
+fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
+    let is_known = same.first().is_some_and(|value| MISSING_NUMBERS.contains(value));
+    let largest_other = rest.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0);
+    let fraction = |count: usize| count as f64 / total as f64;
+    !is_known && fraction(same.len()) >= LEVEL_MIN && fraction(largest_other) >= OTHER_LEVEL_MIN
 }
 
 #[cfg(test)]
@@ -99,12 +121,40 @@ mod tests {
     }
 
     #[test]
+    fn numbers_that_cover_an_area_of_a_measured_relief_are_isolated() {
+        for value in [-9999.0, 77.0] {
+            let mut values = relief(0.1);
+            values.slice_mut(ndarray::s![..8, ..]).fill(value);
+            assert_eq!(isolated(&values), [(value, 240)]);
+        }
+        // Heights of a scan in whole steps of its converter, with 9 values.
+        let mut coarse = relief(2.0).mapv(f64::round);
+        coarse.slice_mut(ndarray::s![..3, ..]).fill(300.0);
+        assert_eq!(isolated(&coarse), [(300.0, 90)]);
+    }
+
+    #[test]
     fn levels_spikes_and_flat_fields_are_reliefs() {
         assert!(isolated(&relief(0.1)).is_empty());
         assert!(isolated(&Array2::from_elem((4, 5), 0.0)).is_empty());
         // Two exact levels: a lamellar grating.
         let lamellar = Array2::from_shape_fn((4, 20), |(_, ix)| if ix % 10 == 0 { 0.5 } else { 0.0 });
         assert!(isolated(&lamellar).is_empty());
+        // The same with a few heights at the walls, which a tip rounds: either level is far from the rest.
+        for (floor, top) in [(0.0, 0.125), (0.125, 0.0), (3.0, -7.0)] {
+            let rounded = |ix: usize| if ix % 20 == 10 { top + 0.02 * (floor - top) } else { top };
+            let walls = Array2::from_shape_fn((4, 40), |(_, ix)| if ix % 20 < 9 { floor } else { rounded(ix) });
+            assert!(isolated(&walls).is_empty(), "{floor} {top}");
+            // A number for missing points is found on such a grating, too.
+            for value in [-9999.0, 1e4] {
+                let mut values = walls.clone();
+                values[[2, 3]] = value;
+                assert_eq!(isolated(&values), [(value, 1)]);
+            }
+        }
+        // Three exact levels.
+        let levels = Array2::from_shape_fn((4, 30), |(_, ix)| [0.0, 1.0, 1.05][ix / 10]);
+        assert!(isolated(&levels).is_empty());
         // Dust: five ranges high, with values in between.
         let mut dust = relief(0.1);
         for (ix, height) in [(4, 0.9), (5, 2.0), (6, 1.0)] {

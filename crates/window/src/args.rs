@@ -36,9 +36,9 @@ pub(crate) struct ViewArgs {
     /// Rays along each side of a pixel, 1 to 64; their mean is the pixel
     #[arg(long, value_name = "COUNT", default_value_t = 1)]
     supersample: u32,
-    /// Pixels of the picture for each pixel of the window, along each side
+    /// Pixels of the picture for each pixel of the window, along each side, 0.1 to 4
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
-    scale: f32,
+    picture_scale: f32,
     /// The GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
     #[arg(long, value_name = "any|software")]
     adapter: Option<AdapterChoice>,
@@ -55,8 +55,8 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     if !args.exposure.is_finite() {
         return Err(format!("parameter \"exposure\" is {}, but must be finite", args.exposure).into());
     }
-    if !(0.1..=4.0).contains(&args.scale) {
-        return Err(format!("parameter \"scale\" is {}, but must be 0.1 to 4", args.scale).into());
+    if !(0.1..=4.0).contains(&args.picture_scale) {
+        return Err(format!("parameter \"picture-scale\" is {}, but must be 0.1 to 4", args.picture_scale).into());
     }
     let (kind, options, surface, cache) = Realtime::new(&args.method, &args.surface)?.into_parts();
     // Errors of the surface are reported before the window opens.
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
         sun: Sun::from(&view.light),
         view,
         exposure: args.exposure,
-        scale: args.scale,
+        scale: args.picture_scale,
         cache,
     };
     let scene = args.scene.clone();
@@ -92,7 +92,18 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::Parser;
+    use clap::{CommandFactory, Parser};
+
+    #[test]
+    fn no_two_arguments_have_the_same_name() {
+        // Clap checks this in debug builds only.
+        let mut names: Vec<_> =
+            ViewArgs::command().get_arguments().filter_map(|arg| arg.get_long()).map(str::to_owned).collect();
+        names.sort();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
+        let args = ViewArgs::try_parse_from(["view", "--scale", "0.5", "--picture-scale", "2"]).unwrap();
+        assert_eq!((args.surface.config().unwrap().scale, args.picture_scale), (0.5, 2.0));
+    }
 
     #[test]
     fn a_screenshot_that_is_no_png_is_refused_before_there_is_a_window() {

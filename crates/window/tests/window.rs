@@ -211,7 +211,8 @@ fn a_window_that_cannot_open_ends_with_one_line_and_status_2() {
     // Faults that are found before the display is opened.
     for (arguments, mentioned) in [
         (&["--size", "large"][..], "--size"),
-        (&["--scale", "9"], "\"scale\""),
+        (&["--scale", "9"], "\"scale\" is 9, but must be a size relative to the relief"),
+        (&["--picture-scale", "9"], "\"picture-scale\""),
         (&["--exposure", "NaN"], "\"exposure\""),
         (&["--supersample", "0"], "\"supersample\""),
         (&["--camera-target", "-1.2,-7,8.5"], "\"camera-target\""),

@@ -1,7 +1,7 @@
 //! A mask of the pixels to compare, from an OpenEXR or PNG file.
 
 use super::CompareError;
-use super::picture::exr_channels;
+use super::picture::{PIXELS_MAX, exr_channels};
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufReader;
@@ -67,6 +67,11 @@ impl Mask {
         let mut decoder = png::Decoder::new(BufReader::new(file));
         // Palettes become colours, and samples of less than 8 bits become bytes.
         decoder.set_transformations(png::Transformations::EXPAND);
+        let (width, height) = decoder.read_header_info().map_err(|error| unreadable(error.to_string()))?.size();
+        // A header may state any size, whatever the size of the file.
+        if u64::from(width) * u64::from(height) > PIXELS_MAX as u64 {
+            return Err(unreadable(format!("it has {width} x {height} pixels; at most 2^28 can be compared")));
+        }
         let mut reader = decoder.read_info().map_err(|error| unreadable(error.to_string()))?;
         let length = reader.output_buffer_size().ok_or_else(|| unreadable("it is too large".to_owned()))?;
         let mut bytes = vec![0; length];
@@ -99,6 +104,17 @@ impl Mask {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_size_beyond_memory_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mask.png");
+        let mut encoder = png::Encoder::new(File::create(&path).unwrap(), 200_000, 200_000);
+        encoder.set_color(png::ColorType::Rgba);
+        drop(encoder.write_header().unwrap());
+        let message = Mask::read(&path).unwrap_err().to_string();
+        assert!(message.contains("mask.png") && message.contains("200000 x 200000 pixels; at most 2^28"), "{message}");
+    }
 
     #[test]
     fn the_smallest_value_of_16_bits_counts() {

@@ -95,7 +95,13 @@ fn arguments_without_effect_are_refused() {
     for (arguments, mentioned) in [
         (&["bench", "--quick", "--model", "patch"][..], "--model"),
         (&["bench", "--quick", "--tiling", "aperiodic"], "--tiling"),
+        (&["bench", "--quick", "--theory", "rigorous", "--preset", "blazed"], "--theory"),
+        (&["bench", "--quick", "--cover-eta", "1.5"], "--cover-eta"),
         (&["bench", "--what", "stability", "--preset", "flat"], "stability"),
+        (&["bench", "--what", "stability", "--eta", "1.5"], "stability"),
+        (&["bench", "--what", "stability", "--cpu-only"], "--cpu-only"),
+        (&["bench", "--what", "sampler", "--cpu-only"], "--cpu-only"),
+        (&["bench", "--what", "sampler", "--theory", "rigorous", "--preset", "blazed"], "must be scalar"),
         (&["bench", "--what", "sampler", "--plot", "a.svg"], "sampler"),
         (&["bench", "--what", "everything"], "methods, stability, sampler"),
     ] {

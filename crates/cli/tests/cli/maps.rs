@@ -60,6 +60,37 @@ fn a_map_has_y_upwards() {
     assert!((19..=20).contains(&column) && (29..=30).contains(&row), "column {column}, row {row}");
 }
 
+/// The largest map, of 16 384² pixels, must fit the memory that `SIDE_PIXELS` of `brdf_map.rs` states.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_map_takes_24_bytes_a_pixel() {
+    use std::fs;
+    use std::process::{Command, Stdio};
+    const SIDE: usize = 2048;
+    /// Memory in bytes of the program and of the method's data.
+    const OTHER_BYTES: usize = 60_000_000;
+    let folder = tempfile::tempdir().unwrap();
+    let (map, picture) = (folder.path().join("map.exr"), folder.path().join("map.png"));
+    let mut child = Command::new(env!("CARGO_BIN_EXE_sunbeam"))
+        .args(["brdf-map", "--preset", "blazed", "--method", "stam", "--size", &SIDE.to_string()])
+        .args([["-o".as_ref(), map.as_os_str()], ["--png".as_ref(), picture.as_os_str()]].concat())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    // The peak of the memory until now, in kB; encoding the PNG at the end takes longer than the pause.
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak_kb = 0;
+    while child.try_wait().unwrap().is_none() {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        peak_kb = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse().ok()).unwrap_or(peak_kb);
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(child.wait().unwrap().success());
+    let (found, allowed) = (1000 * peak_kb, 24 * SIDE * SIDE + OTHER_BYTES);
+    assert!(found > 12 * SIDE * SIDE && found < allowed, "{found} bytes, {allowed} allowed");
+}
+
 /// The pixels, by rows from the top.
 fn read_exr(path: &str) -> Vec<[f32; 3]> {
     use exr::prelude::*;

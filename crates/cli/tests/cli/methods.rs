@@ -49,6 +49,18 @@ fn arguments_that_contradict_the_method_are_refused() {
         (&["evaluate", "--angles=-40,-50"], &["--angles", "-55,-40"]),
         (&["evaluate", "--preset", "flat"], &["no period", "\"angles\""]),
         (&["evaluate", "--wavelength-step", "0"], &["\"wavelength-step\"", "0.1 to 20"]),
+        (
+            &["evaluate", "--preset", "blazed", "--period", "0.2", "--theta-i", "0"],
+            &["no visible first order", "0.2", "\"angles\""],
+        ),
+        (
+            &["evaluate", "--preset", "blazed", "--angles=-80,-70", "--angle-step", "0.1"],
+            &["-75°", "order zero", "\"angles\""],
+        ),
+        (
+            &["evaluate", "--preset", "lamellar", "--theory", "rigorous", "--eta", "1.5", "--cover-eta", "1.5"],
+            &["\"eta\"", "1.5", "nothing is reflected", "--theory scalar"],
+        ),
     ];
     for (arguments, mentioned) in cases {
         let message = refused(arguments);
@@ -114,5 +126,42 @@ fn published_methods_find_the_spacing_of_the_blazed_grating() {
         assert_eq!(found["peaks_deg"].as_array().unwrap().len(), 80);
         let drawing = std::fs::read_to_string(&plot).unwrap();
         assert!(drawing.contains("<svg") && drawing.contains("grating equation"), "{method}");
+    }
+}
+
+/// The index scales the reflectance of all angles, down to zero where it is that of the medium above the relief. The
+/// response of the relief does not depend on it.
+#[test]
+fn the_spacing_does_not_depend_on_the_index() {
+    let arguments = ["evaluate", "--preset", "blazed", "--wavelength-step", "20", "--angle-step", "0.05"];
+    let evaluated = |index: &[&str]| {
+        let unscaled = ["--conserve-energy", "false", "--obliquity", "stam"];
+        let text = succeeded(run(&[&arguments[..], &unscaled, index].concat(), ""));
+        serde_json::from_str::<Value>(&text).unwrap()
+    };
+    let cover = ["--cover-eta", "1.5"];
+    for (with, without) in [
+        (vec!["--eta", "1"], vec![]),
+        (vec!["--eta", "1", "--method", "flss"], vec!["--method", "flss"]),
+        ([&["--eta", "1.5"], &cover[..]].concat(), cover.to_vec()),
+    ] {
+        let (found, expected) = (evaluated(&with), evaluated(&without));
+        assert!((found["mean_nm"].as_f64().unwrap() - 2500.0).abs() < 2.0, "{with:?}: {found}");
+        assert_eq!(found["peaks_deg"], expected["peaks_deg"], "{with:?}");
+    }
+}
+
+#[test]
+fn a_range_far_below_a_step_is_one_angle() {
+    let angles = "--angles=-45,-44.9999999999999";
+    let arguments = |method| ["evaluate", "--preset", "blazed", "--wavelength-step", "20", angles, "--method", method];
+    for method in ["table", "exact", "pq"] {
+        let found: Value = serde_json::from_str(&succeeded(run(&arguments(method), ""))).unwrap();
+        assert_eq!(found["peaks_deg"], json!(vec![-45.0; 20]), "{method}");
+    }
+    // Methods of a narrow window, and of separate orders, have no light at this angle at most wavelengths.
+    for method in ["flss", "nmm", "stam"] {
+        let message = refused(&arguments(method));
+        assert!(message.contains("\"angles\" needs a wider range"), "{method}: {message}");
     }
 }

@@ -183,6 +183,10 @@ fn wrong_arguments_of_render_are_named_in_one_line() {
         let message = refused(&[&["render", "-o", "a.exr", "--resolution", "0.2"], *arguments].concat());
         assert!(mentioned.iter().all(|part| message.contains(part)), "{arguments:?}: {message}");
     }
+    for shape in ["flat", "sphere"] {
+        let message = refused(&["render", "-o", "a.exr", "--method", "stam", "--shape", shape, "--resolution", "2"]);
+        assert!(message.contains("\"resolution\" needs --shape snake"), "{message}");
+    }
     let message = refused(&["render", "-o", "a.exr", "--method", "stam", "--mesh", "no/such.ply"]);
     assert!(message.contains("no/such.ply"), "{message}");
 }

@@ -327,6 +327,20 @@ fn isolated_numbers_are_missing_points() {
 }
 
 #[test]
+fn exact_levels_are_no_missing_points() {
+    // A lamellar grating as a tip with rounded corners images it: 20 of 40 heights are 0.
+    let row: Vec<f64> =
+        (0..40).map(|ix| [0.0, 0.125, 0.1275][usize::from(ix % 20 > 9) + usize::from(ix % 20 == 15)]).collect();
+    let line = row.iter().map(f64::to_string).collect::<Vec<_>>().join(" ") + "\n";
+    let grating = self::read("grating.txt", line.repeat(6).as_bytes(), &scale(0.05, None));
+    assert!(grating.doubts.is_empty(), "{:?}", grating.doubts);
+    assert_eq!(grating.field.range_um(), (0.0, 0.1275));
+    let marked = line.repeat(6).replacen("0.1275", "-9999", 1);
+    let message = refusal("grating.txt", marked.as_bytes(), &scale(0.05, None));
+    assert!(message.contains("1 of 240 points") && message.contains("1 of them -9999"), "{message}");
+}
+
+#[test]
 fn implausible_reliefs_are_doubted() {
     let metres = self::read("skin.txt", rows(false, 1e6, " ").as_bytes(), &scale(0.05, None));
     assert!(matches!(metres.doubts[..], [Doubt::Shallow { .. }]), "{:?}", metres.doubts);
