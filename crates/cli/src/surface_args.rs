@@ -132,6 +132,7 @@ impl SurfaceArgs {
             obliquity: self.obliquity.unwrap_or(default.obliquity),
             conserve_energy: self.conserve_energy,
             shadowing: self.shadowing.unwrap_or(default.shadowing),
+            sizes: None,
             eta: self.eta,
             k: self.k,
             cover_eta: self.cover_eta,
