@@ -26,8 +26,9 @@
  * level                 string           none, mean, plane, quadratic, lines: form subtracted from the heights (plane
  *                                        for files, none for presets)
  * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
- * scale, depth          float            size of the pattern, and of its heights, relative to the relief given; in
- *                                        [1e-3, 1] (1)
+ * scale, depth          float or         size of the pattern, and of its heights, relative to the relief given; in
+ *                       texture          [1e-3, 1] (1). Exposed; a change of a number builds the tables anew, and
+ *                                        textures are differentiable. Textures need scalar theory
  * theory                string           scalar, or rigorous: Maxwell's equations, for reliefs that vary only along x
  *                                        (scalar)
  * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;
@@ -107,6 +108,7 @@
  *     lobe.h             the diffracted lobe, evaluated in Rust
  *     cover.h            a clear layer over the relief
  *     interface.h        Fresnel and small-slope factors, and their Mueller matrices
+ *     texture_range.h    smallest and largest value of a texture
  *     spectral_ends.h    eta and k beyond the ends of their spectra
  *     parameters.cpp     checks of Mitsuba's properties, and their conversion to the JSON that Rust reads
  *     buffers.h          tables in a backend's memory

@@ -33,7 +33,7 @@ impl SurfaceConfig {
     /// A realtime method by the configuration's theory. The scalar theory has all kinds ([`methods::build`]), which are
     /// built anew. The rigorous theory has [`MethodKind::Table`] only, which reads its tables from `cache`.
     ///
-    /// `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
+    /// Under a cover, the method takes directions inside it. `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
     /// Maxwell's equations include the material's reflectance in their answers. [`Method::answers`] tells whether
     /// other methods do.
     ///
@@ -48,10 +48,9 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Box<dyn Method>, BuildError> {
-        self.refuse_cover("the realtime methods")?;
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
-                let (field, surface) = (self.height_field()?, self.options_for(index));
+                let (field, surface) = (self.height_field_inside()?, self.options_for(index));
                 Ok(methods::build_watched(kind, &field, &surface, options, progress)?)
             }
             (Theory::Rigorous, MethodKind::Table) => {

@@ -26,12 +26,14 @@ const WAVELENGTHS_OF_RIDGES: usize = 32;
 const CELLS: u32 = 16;
 /// Number of cells along each side where the albedo has ridges.
 const CELLS_OF_RIDGES: u32 = 32;
+/// Number of [`BAND_NODES_NM`]. Four take a tenth longer for each evaluation.
+pub(crate) const BAND_NODES: usize = 3;
 /// Wavelengths in nm at which an albedo by wavelength is read for the bands.
-pub(crate) const BAND_NODES_NM: [f64; 4] = [440.0, 510.0, 580.0, 650.0];
+pub(crate) const BAND_NODES_NM: [f64; BAND_NODES] = [460.0, 540.0, 620.0];
 /// Weights `[band][node]` of [`BAND_NODES_NM`] in the mean over a band, exact for an albedo that is linear between the
 /// nodes and constant beyond them. Derived from [`WavelengthWeights`].
-pub(crate) const BAND_NODE_WEIGHTS: [[f64; 4]; BANDS] =
-    [[0.0214, -0.3405, 0.7375, 0.5815], [-0.0423, 0.5939, 0.4722, -0.0238], [0.8513, 0.2268, -0.0694, -0.0088]];
+pub(crate) const BAND_NODE_WEIGHTS: [[f64; BAND_NODES]; BANDS] =
+    [[-0.0940, -0.0078, 1.1019], [0.0823, 0.8087, 0.1090], [1.0350, 0.0006, -0.0355]];
 /// Words of a cell: two for each band, and two of padding.
 const WORDS: usize = 8;
 
@@ -159,10 +161,10 @@ mod tests {
 
     #[test]
     fn weights_of_nodes_are_those_of_linear_interpolation() {
-        let mut expected = [[0.0; 4]; BANDS];
+        let mut expected = [[0.0; BAND_NODES]; BANDS];
         for (nm, weights) in bands(471).wavelengths {
-            let position = ((nm - BAND_NODES_NM[0]) / (BAND_NODES_NM[1] - BAND_NODES_NM[0])).clamp(0.0, 3.0);
-            for (node, at) in [0.0f64, 1.0, 2.0, 3.0].into_iter().enumerate() {
+            let position = ((nm - BAND_NODES_NM[0]) / (BAND_NODES_NM[1] - BAND_NODES_NM[0])).clamp(0.0, 2.0);
+            for (node, at) in [0.0f64, 1.0, 2.0].into_iter().enumerate() {
                 let tent = (1.0 - (position - at).abs()).max(0.0);
                 (0..BANDS).for_each(|band| expected[band][node] += tent * weights[band]);
             }

@@ -39,7 +39,7 @@ mod quadrature;
 mod report;
 mod sizes;
 
-pub(crate) use colour::{BAND_NODE_WEIGHTS, BAND_NODES_NM};
+pub(crate) use colour::{BAND_NODE_WEIGHTS, BAND_NODES, BAND_NODES_NM};
 pub use colour::{ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::GridPlace;
 pub(crate) use integral::AlbedoIntegral;

@@ -13,7 +13,7 @@
 
 use super::{BandRatio, Gamut, InColour, are_above};
 use crate::colour_table::{ColourView, SUM_SQUARED_MAX};
-use crate::energy::{AlbedoView, BAND_NODE_WEIGHTS, BAND_NODES_NM, ColourAlbedoView};
+use crate::energy::{AlbedoView, BAND_NODE_WEIGHTS, BAND_NODES, BAND_NODES_NM, ColourAlbedoView};
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::ColourSamplerView;
 use crate::scattering::{ComplexIndex, Obliquity, Reading, RelativeSize, Scattering};
@@ -72,7 +72,9 @@ impl<N: Numbers> ColourLobe<N> {
                         albedo.excess(&place, &reading, active)
                     });
                     BAND_NODE_WEIGHTS.map(|weights| {
-                        (0..4).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)).max(lit(0.0))
+                        (0..BAND_NODES)
+                            .fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum))
+                            .max(lit(0.0))
                     })
                 });
                 array::from_fn(|c| lit(1.0) / (lit(1.0) + excess_i[c].max(excess_o[c])))

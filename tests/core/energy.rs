@@ -7,7 +7,7 @@ use sunbeam::colour::WavelengthWeights;
 use sunbeam::energy::ColourAlbedoTable;
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::Surface;
-use sunbeam::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex, Vec3};
+use sunbeam::scattering::{ComplexIndex, Obliquity, Options, Reading, SpectralIndex, Vec3};
 use sunbeam::table::{Progress, Tiling};
 
 /// Largest albedo accepted between the nodes of the table (docs/tables.md, "Energy").
@@ -254,7 +254,7 @@ fn the_factor_of_a_pair_is_the_lesser_of_its_directions() {
         let pair = table.factor(wi, wo, nm);
         assert_eq!(pair, table.factor(wo, wi, nm));
         assert_eq!(pair, factor(&surface, wi, nm).min(factor(&surface, wo, nm)));
-        let narrow = single.factor(wi.map(|c| c as f32), wo.map(|c| c as f32), nm as f32, true);
+        let narrow = single.factor(wi.map(|c| c as f32), wo.map(|c| c as f32), &Reading::at(nm as f32), true);
         // Towards the horizon the direction itself is rounded, and 1/cos² with it.
         if wi[2].min(wo[2]) > 0.05 {
             assert!((f64::from(narrow) - pair).abs() < SINGLE, "{wi:?} {wo:?} {nm}: {pair} {narrow}");

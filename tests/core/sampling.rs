@@ -249,7 +249,7 @@ fn single_precision_matches_double() {
         }
         assert!(f64::from(same) >= AGREE * f64::from(compared), "{name}: {same} of {compared}");
         let none = single.pdf([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], &Reading::at(550.0), false);
-        assert_eq!((none, single.sample([0.0, 0.0, 1.0], 550.0, [0.5; 2], false)), (0.0, [0.0; 3]));
+        assert_eq!((none, single.sample([0.0, 0.0, 1.0], &Reading::at(550.0), [0.5; 2], false)), (0.0, [0.0; 3]));
     }
 }
 

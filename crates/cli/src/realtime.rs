@@ -10,7 +10,7 @@ use sunbeam::cache::Cache;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::methods::{MethodKind, MethodOptions};
-use sunbeam::scattering::{ComplexIndex, SpectralIndex};
+use sunbeam::scattering::{ComplexIndex, Options, SpectralIndex};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 
 /// Opens the adapter of the argument `--adapter`; without one, that of the variable `SUNBEAM_ADAPTER`, else any.
@@ -100,8 +100,8 @@ impl Realtime {
             config.build_method(*kind, options, spectral_index.as_ref(), cache, progress)
         })?;
         let build_seconds = start.elapsed().as_secs_f64();
-        let surface_options = config.options_for(spectral_index.as_ref());
-        let optics = Optics { index, obliquity: surface_options.obliquity, shadowing: surface_options.shadowing };
+        let Options { obliquity, shadowing, .. } = config.options_for(spectral_index.as_ref());
+        let optics = Optics { index, cover: config.cover(), obliquity, shadowing };
         let shader = Shader::new(gpu, &*method, &optics)?;
         let report = MethodReport {
             method: kind.name(),

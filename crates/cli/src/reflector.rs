@@ -209,11 +209,11 @@ impl Reflector {
     /// colours have their own wavelengths.
     pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, to_rgb: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
+        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
-        // `build_method` refuses a cover, so that these directions are those of the relief.
         let factor = match method.answers() {
-            AnswerKind::Relief => self.fresnel(&pair) * self.options.angular_factor(&pair),
-            AnswerKind::Reflectance => 1.0,
+            AnswerKind::Relief => factor * self.fresnel(&pair) * self.options.angular_factor(&pair),
+            AnswerKind::Reflectance => factor,
         };
         method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }

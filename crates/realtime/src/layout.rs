@@ -4,7 +4,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
-use sunbeam::scattering::{ComplexIndex, Obliquity};
+use sunbeam::scattering::{ComplexIndex, Cover, Obliquity};
 
 /// A pair of directions for a [`super::Shader`] to answer; same layout as `Query` in `query.wgsl`.
 #[repr(C)]
@@ -44,6 +44,8 @@ impl Query {
 pub struct Optics {
     /// The refractive index; `None` is a perfect conductor, which reflects all light at every angle.
     pub index: Option<ComplexIndex>,
+    /// The cover; `None` for a bare surface. The method takes directions inside it.
+    pub cover: Option<Cover>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
     /// V-cavity shadowing and masking.
@@ -60,12 +62,14 @@ pub(super) struct OpticsUniform {
     pub obliquity: u32,
     pub shadowing: u32,
     pub answers: u32,
+    pub cover_eta: f32,
 }
 
 impl OpticsUniform {
     /// The uniform for `optics` and a method whose answers are of the kind `answers`.
     pub(crate) fn new(optics: &Optics, answers: AnswerKind) -> Self {
-        let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
+        let cover_eta = optics.cover.map_or(1.0, Cover::eta);
+        let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 }).relative_to(cover_eta);
         Self {
             eta: index.eta as f32,
             k: index.k as f32,
@@ -80,6 +84,7 @@ impl OpticsUniform {
                 AnswerKind::Relief => 0,
                 AnswerKind::Reflectance => 1,
             },
+            cover_eta: cover_eta as f32,
         }
     }
 }

@@ -272,7 +272,12 @@ impl Settings {
     /// The optics that the renderer's shader adds to the method's answer: index, obliquity factor and shadowing.
     pub fn optics(&self) -> Optics {
         let model = self.model();
-        Optics { index: Some(self.index()), obliquity: model.obliquity, shadowing: model.shadowing }
+        Optics {
+            index: Some(self.index()),
+            cover: self.surface.cover(),
+            obliquity: model.obliquity,
+            shadowing: model.shadowing,
+        }
     }
 
     /// Camera, light and blending for the renderer, with `supersample` rays along each side of a pixel.

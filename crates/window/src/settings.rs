@@ -38,7 +38,7 @@ impl Settings {
     /// The optics around the relief.
     pub(crate) fn optics(&self) -> Optics {
         let obliquity = self.surface.obliquity.resolved(self.index.map(SpectralIndex::Constant).as_ref());
-        Optics { index: self.index, obliquity, shadowing: self.surface.shadowing }
+        Optics { index: self.index, cover: self.surface.cover(), obliquity, shadowing: self.surface.shadowing }
     }
 
     /// The view for the renderer.

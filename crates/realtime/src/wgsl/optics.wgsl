@@ -3,13 +3,16 @@
 // f_r is R·O·M times the relief's factor ∫ S/λ² weight(λ) dλ, which the method computes (src/methods/mod.rs). R is the
 // Fresnel reflectance (fresnel.wgsl), O the obliquity factor, and M shadowing and masking (both pair.wgsl). With the
 // small-slope factor Q (small_slope.wgsl), f_r is Q·M times the relief's factor.
+//
+// Under a cover of index n, all of these are taken between the directions inside it, and f_r is multiplied by
+// T(θi)·T(θo)/n², with the transmittance T of its flat side. Counterpart of `Cover` in src/scattering/cover.rs.
 
 // Value of `Optics.answers` for methods whose answer is f_r itself.
 const OPTICS_ANSWERS_REFLECTANCE: u32 = 1u;
 
 // Optical options of the surface; counterpart of `OpticsUniform` in layout.rs.
 struct Optics {
-    // Real part of the refractive index eta + i k.
+    // Real part of the refractive index eta + i k, relative to the cover's.
     eta: f32,
     // Imaginary part of the refractive index; 0 for a dielectric.
     k: f32,
@@ -21,6 +24,30 @@ struct Optics {
     shadowing: u32,
     // Meaning of the method's answer: OPTICS_ANSWERS_REFLECTANCE, or 0 for the relief's factor.
     answers: u32,
+    // Index of the cover; 1 without one.
+    cover_eta: f32,
+}
+
+// Direction inside the cover of light that has the direction w outside, above the surface.
+fn optics_inside(optics: Optics, w: vec3<f32>) -> vec3<f32> {
+    let n = optics.cover_eta;
+    if n == 1.0 {
+        return w;
+    }
+    return vec3<f32>(w.xy, sqrt((n - 1.0) * (n + 1.0) + w.z * w.z)) / n;
+}
+
+// Fresnel transmittance T of the cover's flat side for unpolarised light that has the direction w outside.
+fn optics_transmittance(optics: Optics, w: vec3<f32>) -> f32 {
+    if optics.cover_eta == 1.0 {
+        return 1.0;
+    }
+    return 1.0 - fresnel_unpolarised(w.z, optics.cover_eta, 0.0);
+}
+
+// Factor of the cover on the reflectance inside, from the directions outside: T(θi)·T(θo)/n².
+fn optics_cover(optics: Optics, wi: vec3<f32>, wo: vec3<f32>) -> f32 {
+    return optics_transmittance(optics, wi) * optics_transmittance(optics, wo) / (optics.cover_eta * optics.cover_eta);
 }
 
 // Fresnel reflectance R at the cosine of an angle of incidence.

@@ -3,7 +3,8 @@
 //
 // Radiance L = E·cosθi·f, where E = π is the sun's irradiance: a white diffuse plane that faces the sun has L = 1.
 // The reflectance f in 1/sr blends the diffraction f_r and the pigment ρ/π according to `frame.blend` (frame.wgsl):
-//     physical   f = f_r + ρ/π·(1 - R(θi))·(1 - R(θo)), with the Fresnel reflectance R of optics.wgsl
+//     physical   f = f_r + ρ/π·(1 - R(θi))·(1 - R(θo)), with the Fresnel reflectance R of optics.wgsl; under a cover
+//                with R inside, and times the cover's factor
 //     fixed mix  f = (1 - mix)·ρ/π + mix·f_r
 //     none       f = f_r
 
@@ -76,7 +77,9 @@ fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
     if frame.blend == FRAME_FIXED_MIX {
         return mix(diffuse, reflectance, frame.mix);
     }
-    return reflectance + diffuse * optics_remainder(optics, query.wi.z) * optics_remainder(optics, query.wo.z);
+    let passed = optics_remainder(optics, optics_inside(optics, query.wi).z) *
+        optics_remainder(optics, optics_inside(optics, query.wo).z);
+    return reflectance + diffuse * passed * optics_cover(optics, query.wi, query.wo);
 }
 
 // Adds the radiance of the answered queries to the picture.

@@ -48,12 +48,14 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let index = chosen[range.first + id.x];
     let query = queries[index];
-    let pair = pair_of(query.wi, query.wo);
     var reflectance = vec3<f32>(0.0);
-    if pair.valid {
+    if pair_of(query.wi, query.wo).valid {
         answer_part = range.part;
         answer_parts = range.parts;
-        reflectance = optics_factor(optics, pair) * answer_rgb(query.wi, query.wo);
+        let wi = optics_inside(optics, query.wi);
+        let wo = optics_inside(optics, query.wo);
+        let factor = optics_cover(optics, query.wi, query.wo) * optics_factor(optics, pair_of(wi, wo));
+        reflectance = factor * answer_rgb(wi, wo);
         if loops_are_cut_short() {
             atomicAdd(&cut_short, 1u);
         }

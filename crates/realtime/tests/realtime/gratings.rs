@@ -131,8 +131,12 @@ fn wgsl_of_gratings_agrees_with_rust() {
         let method = &grating.0;
         assert_eq!(method.answers(), AnswerKind::Reflectance);
         // Nothing is multiplied by what is around it.
-        let optics =
-            Optics { index: Some(ComplexIndex { eta: 1.5, k: 0.1 }), obliquity: Obliquity::Stam, shadowing: true };
+        let optics = Optics {
+            index: Some(ComplexIndex { eta: 1.5, k: 0.1 }),
+            cover: None,
+            obliquity: Obliquity::Stam,
+            shadowing: true,
+        };
         let shader = Shader::new(&gpu, method, &optics).unwrap();
         let mut asked = pairs(period_um, 12_000);
         asked.extend(hard_pairs());

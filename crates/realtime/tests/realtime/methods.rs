@@ -132,7 +132,12 @@ fn optics_do_not_change_the_colours_of_gpu_gems() {
     let Some(gpu) = gpu() else { return };
     let (field, queries) = (preset(Preset::Blazed), pairs(500));
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
-    let optics = Optics { index: Some(ComplexIndex { eta: 1.5, k: 0.0 }), obliquity: Obliquity::Unit, shadowing: true };
+    let optics = Optics {
+        index: Some(ComplexIndex { eta: 1.5, k: 0.0 }),
+        cover: None,
+        obliquity: Obliquity::Unit,
+        shadowing: true,
+    };
     for (stam_form, changed) in [(StamForm::Gems, false), (StamForm::Spacing, true)] {
         let options = MethodOptions { stam_form, ..MethodOptions::default() };
         let method = build(MethodKind::Stam, &field, &surface, &options).unwrap();

@@ -3,7 +3,7 @@
 use super::common::{Random, direction};
 use super::support::{Lobe, White, gpu, query, worst};
 use sunbeam::methods::{MethodShader, Relief};
-use sunbeam::scattering::{ComplexIndex, Obliquity, Pair};
+use sunbeam::scattering::{ComplexIndex, Cover, Inside, Obliquity, Pair};
 use sunbeam_realtime::{Optics, Query, Shader};
 
 /// Tolerance: some twenty roundings of single precision, and the inexact division and roots of graphics interfaces.
@@ -29,12 +29,15 @@ fn pairs() -> Vec<Query> {
     pairs
 }
 
-/// `R·O·M`, or `Q·M`, in double precision.
+/// `R·O·M`, or `Q·M`, in double precision, between the directions inside the cover and with its factor.
 fn expected(queries: &[Query], optics: &Optics) -> Vec<[f32; 3]> {
     let factor = |query: &Query| {
-        let pair = Pair::new(query.wi.map(f64::from), query.wo.map(f64::from))?;
+        let inside = Inside::new(optics.cover, query.wi.map(f64::from), query.wo.map(f64::from))?;
+        let pair = Pair::new(inside.wi, inside.wo)?;
         let shadowing = if optics.shadowing { pair.shadowing() } else { 1.0 };
-        Some(pair.interface(optics.index, optics.obliquity) * pair.obliquity(optics.obliquity) * shadowing)
+        let index = optics.index.map(|index| index.relative_to(optics.cover.map_or(1.0, Cover::eta)));
+        let interface = pair.interface(index, optics.obliquity);
+        Some(inside.factor * interface * pair.obliquity(optics.obliquity) * shadowing)
     };
     queries.iter().map(|query| [factor(query).unwrap_or(0.0) as f32; 3]).collect()
 }
@@ -45,10 +48,12 @@ fn all_optics() -> Vec<Optics> {
         indices.iter().map(|&(eta, k)| Optics { index: Some(ComplexIndex { eta, k }), ..Optics::default() }).collect();
     optics.push(Optics { obliquity: Obliquity::Unit, ..Optics::default() });
     optics.push(Optics { shadowing: true, ..Optics::default() });
-    optics.push(Optics { index: optics[0].index, obliquity: Obliquity::Unit, shadowing: true });
+    optics.push(Optics { index: optics[0].index, obliquity: Obliquity::Unit, shadowing: true, ..optics[0] });
     let bent = [0, 1, 3, 5].map(|i| Optics { obliquity: Obliquity::SmallSlope, ..optics[i] });
     optics.extend(bent);
     optics.push(Optics { obliquity: Obliquity::SmallSlope, ..Optics::default() });
+    let covered = [1, 2, 8, 10].map(|i| Optics { cover: Some(Cover::new(1.58)), ..optics[i] });
+    optics.extend(covered);
     optics
 }
 

@@ -67,7 +67,7 @@ pub(super) fn times(
     gpu: &Gpu,
 ) -> Result<Vec<Option<Timing>>, BenchError> {
     let queries: Vec<Query> = pairs.iter().map(DirectionPair::single).map(|[wi, wo]| Query::new(wi, wo)).collect();
-    let optics = Optics { index: None, obliquity: options.obliquity, shadowing: options.shadowing };
+    let optics = Optics { index: None, cover: None, obliquity: options.obliquity, shadowing: options.shadowing };
     let mut first_shader: Option<TimedShader> = None;
     let mut timings = Vec::new();
     for candidate in candidates {
