@@ -52,7 +52,11 @@ public:
 
     /// Fresnel transmittance of unpolarised light that passes the side along both directions.
     Float transmittance(const Vector3f &wi, const Vector3f &wo) const {
-        return exists() ? (1.f - reflectance(wi.z())) * (1.f - reflectance(wo.z())) : Float(1.f);
+        if (!exists())
+            return Float(1.f);
+        const auto [s_i, p_i] = transmittances(wi.z());
+        const auto [s_o, p_o] = transmittances(wo.z());
+        return .25f * (s_i + p_i) * (s_o + p_o);
     }
 
     /// Mueller matrix outside, transmittances included, of light that arrives from `from` and leaves towards `to`.
@@ -101,12 +105,19 @@ private:
         return { s * s, p * p };
     }
 
+    /// Fresnel transmittances of s and p polarised light. The products do not cancel near the horizon, as 1 − R would.
+    std::pair<Float, Float> transmittances(const Float &cos_theta) const {
+        const Float normal = dr::sqrt(dr::fmadd(cos_theta, cos_theta, m_eta * m_eta - 1.f));
+        const Float s = cos_theta + normal, p = dr::fmadd(m_eta * m_eta, cos_theta, normal),
+                    product = 4.f * cos_theta * normal;
+        return { product / (s * s), m_eta * m_eta * product / (p * p) };
+    }
+
     /// Mueller matrix of the transmission, whose first axis is s. Both amplitudes are real and positive.
     Spectrum transmission(const Float &cos_theta) const {
-        const auto [r_s, r_p] = reflectances(cos_theta);
-        const Float s = 1.f - r_s, p = 1.f - r_p, mean = .5f * (s + p), difference = .5f * (s - p),
-                    product = dr::sqrt(dr::maximum(s * p, 1e-12f));
-        Spectrum matrix     = dr::zeros<Spectrum>();
+        const auto [s, p] = transmittances(cos_theta);
+        const Float mean = .5f * (s + p), difference = .5f * (s - p), product = dr::sqrt(dr::maximum(s * p, 1e-12f));
+        Spectrum matrix = dr::zeros<Spectrum>();
         matrix(0, 0) = matrix(1, 1) = mean;
         matrix(0, 1) = matrix(1, 0) = difference;
         matrix(2, 2) = matrix(3, 3) = product;

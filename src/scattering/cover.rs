@@ -12,7 +12,6 @@
 //! relative to the cover's. The magnified relief's `f_r` is `f_in`: a density over solid angle does not change with
 //! size. Light that is reflected to and fro inside the cover is left out.
 
-use super::fresnel::fresnel_unpolarised;
 use super::{ComplexIndex, Pair, SpectralIndex, Vec3, direction_above};
 
 /// The flat side of a cover, seen from air.
@@ -55,7 +54,11 @@ impl Cover {
 
     /// Fresnel transmittance of the flat side for unpolarised light that has the direction `w` outside.
     pub fn transmittance(self, w: Vec3) -> f64 {
-        1.0 - fresnel_unpolarised(w[2], ComplexIndex { eta: self.eta, k: 0.0 })
+        let squared = self.eta * self.eta;
+        let normal = (squared - 1.0 + w[2] * w[2]).sqrt();
+        // Mean of s and p; n cosθ' = √(n² − sin²θ). The products do not cancel near the horizon, as 1 − R would.
+        let (s, p) = (w[2] + normal, squared * w[2] + normal);
+        2.0 * w[2] * normal * (1.0 / (s * s) + squared / (p * p))
     }
 
     /// Factor on the reflectance inside: `T(θi)·T(θo)/n²`, from the directions outside.
@@ -119,6 +122,7 @@ impl SpectralIndex {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fresnel_unpolarised;
     use super::*;
 
     #[test]
@@ -132,6 +136,16 @@ mod tests {
         }
         // Beyond the critical angle, asin(1/1.58) = 39°.
         assert_eq!(cover.outside([0.64, 0.0, 0.768]), None);
+    }
+
+    #[test]
+    fn transmittance_is_the_rest_of_fresnel_reflectance() {
+        let cover = Cover::new(1.58);
+        for degrees in 0..90 {
+            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            let reflectance = fresnel_unpolarised(cos, ComplexIndex { eta: 1.58, k: 0.0 });
+            assert!((cover.transmittance([sin, 0.0, cos]) - (1.0 - reflectance)).abs() < 1e-14, "{degrees}");
+        }
     }
 
     #[test]

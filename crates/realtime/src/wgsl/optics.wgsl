@@ -39,10 +39,15 @@ fn optics_inside(optics: Optics, w: vec3<f32>) -> vec3<f32> {
 
 // Fresnel transmittance T of the cover's flat side for unpolarised light that has the direction w outside.
 fn optics_transmittance(optics: Optics, w: vec3<f32>) -> f32 {
-    if optics.cover_eta == 1.0 {
+    let n = optics.cover_eta;
+    if n == 1.0 {
         return 1.0;
     }
-    return 1.0 - fresnel_unpolarised(w.z, optics.cover_eta, 0.0);
+    // n cosθ' = √(n² − sin²θ). The products do not cancel near the horizon, as 1 − R would.
+    let normal = sqrt((n - 1.0) * (n + 1.0) + w.z * w.z);
+    let s = w.z + normal;
+    let p = n * n * w.z + normal;
+    return 2.0 * w.z * normal * (1.0 / (s * s) + n * n / (p * p));
 }
 
 // Factor of the cover on the reflectance inside, from the directions outside: T(θi)·T(θo)/n².

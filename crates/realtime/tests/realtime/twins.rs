@@ -52,7 +52,8 @@ fn all_optics() -> Vec<Optics> {
     let bent = [0, 1, 3, 5].map(|i| Optics { obliquity: Obliquity::SmallSlope, ..optics[i] });
     optics.extend(bent);
     optics.push(Optics { obliquity: Obliquity::SmallSlope, ..Optics::default() });
-    let covered = [1, 2, 8, 10].map(|i| Optics { cover: Some(Cover::new(1.58)), ..optics[i] });
+    // An index below the cover's is left out: R has a square root's slope where total reflection begins.
+    let covered = [1, 4, 5, 11].map(|i| Optics { cover: Some(Cover::new(1.58)), ..optics[i] });
     optics.extend(covered);
     optics
 }
@@ -78,7 +79,11 @@ fn optics_of_a_pair_agree_with_the_library() {
             let error = worst(&found, &expected(queries, &other), 1e-6);
             assert!(error > TOLERANCE, "{optics:?} is taken for {other:?}: {error}");
         }
-        other = Optics { shadowing: !optics.shadowing, ..optics };
+        // No direction inside the cover is flat enough for shadowing.
+        other = match optics.cover {
+            None => Optics { shadowing: !optics.shadowing, ..optics },
+            Some(_) => Optics { cover: None, ..optics },
+        };
         if optics.index.is_none_or(|index| index.eta != 1.0) {
             assert!(worst(&found, &expected(queries, &other), 1e-6) > TOLERANCE, "{optics:?} is taken for {other:?}");
         }
