@@ -70,11 +70,18 @@ class Case:
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
-    """The measured scan, if its file exists, and the presets; a missing scan is reported on stdout."""
+    """The measured scan, if its file exists, the presets, and two of them under a cover and at another size.
+
+    A missing scan is reported on stdout.
+    """
     presets = [
         Case(name, preset_skin(name), SUPERSAMPLE_FEW_ORDERS if name == "blazed" else SUPERSAMPLE_MANY_ORDERS)
         for name in SKINS
     ]
+    # A clear cover, whose mirror reflects no light from the sun to the camera, and another size than the tables'.
+    presets.append(Case("blazed-covered", {**preset_skin("blazed"), "cover_eta": 1.5}, SUPERSAMPLE_FEW_ORDERS))
+    resized = {**preset_skin("xenopeltis"), "scale": 0.7, "depth": 0.8}
+    presets.append(Case("xenopeltis-resized", resized, SUPERSAMPLE_MANY_ORDERS))
     if not scan.exists():
         print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
         return presets

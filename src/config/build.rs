@@ -114,8 +114,8 @@ impl SurfaceConfig {
         Ok(self.inside(self.height_field()?))
     }
 
-    /// A relief magnified by the index of the cover.
-    fn inside(&self, field: HeightField) -> HeightField {
+    /// A relief magnified by the index of the cover, as tables are built from it.
+    pub fn inside(&self, field: HeightField) -> HeightField {
         match self.cover_eta {
             Some(eta) => field.resized(eta, eta),
             None => field,

@@ -1,6 +1,7 @@
 // Listens to the controls, each of which changes a setting. panel.js shows the settings in them.
 
 import { goBack } from "./making.js";
+import { showPercent } from "./panel.js";
 import { recover, resetView } from "./picture.js";
 import { refreshMap } from "./reading.js";
 import { change } from "./settings.js";
@@ -8,6 +9,9 @@ import { chooseFile, choosePreset } from "./sources.js";
 import { byId, page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress } from "./words.js";
+
+/** Smallest size of the heights relative to those given. */
+const SIZE_MIN = 1e-3;
 
 /** Adds the listeners of all controls. */
 export function listenToControls() {
@@ -21,7 +25,14 @@ export function listenToControls() {
       });
     });
   const number = (field) => (field.value === "" ? undefined : field.valueAsNumber);
-  for (const id of ["period", "height", "coherence_length", "eta"]) listenForSurface(id, number);
+  for (const id of ["period", "height", "coherence_length", "eta", "cover_eta"]) listenForSurface(id, number);
+  // Sliders of relative sizes, in percent. Each change builds the tables anew, so they act when released.
+  for (const [id, key] of [["pattern", "scale"], ["depth", "depth"]]) {
+    byId(id).addEventListener("change", () =>
+      change(({ surface }) => (surface[key] = Math.max(byId(id).valueAsNumber / 100, SIZE_MIN))),
+    );
+    byId(id).addEventListener("input", () => showPercent(id, byId(id).valueAsNumber));
+  }
   // The library accepts `k` only with `eta`, so both are set. A `k` of 0 is left out.
   byId("k").addEventListener("change", () => change(({ surface }) => {
     surface.k = number(byId("k")) || undefined;

@@ -36,6 +36,12 @@ export function showControls() {
   const method = page.engine.catalogue.methods.find(({ name }) => name === settings.method);
   byId("method-note").textContent = method?.title ?? "";
   put("coherence_length", surface.coherence_length);
+  for (const [id, size] of [["pattern", surface.scale], ["depth", surface.depth]]) {
+    const percent = Math.round(100 * (size ?? 1));
+    byId(id).value = percent;
+    showPercent(id, percent);
+  }
+  put("cover_eta", surface.cover_eta);
   const canConserve = method?.conserves_energy;
   byId("conserve_energy").disabled = !canConserve;
   byId("conserve_energy").checked = Boolean(canConserve && surface.conserve_energy);
@@ -55,6 +61,11 @@ export function showControls() {
   }
   showSun();
   showMapLight();
+}
+
+/** Shows the value of a slider of relative sizes, in percent. */
+export function showPercent(id, percent) {
+  byId(`${id}-value`).textContent = `${percent} %`;
 }
 
 /** Shows the light of the BRDF map. */

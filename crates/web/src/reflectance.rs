@@ -6,40 +6,45 @@
 //! `f_r` = interface · angular factor · relief's part
 //!
 //! The interface factor ([`Pair::interface`]) is Fresnel's reflectance or the small-slope factor. The angular factor
-//! ([`Options::angular_factor`]) has the obliquity and shadowing.
+//! ([`Options::angular_factor`]) has the obliquity and shadowing. Under a cover all are taken between the directions
+//! inside, and multiplied by the cover's factor ([`Inside`]).
 
 use crate::settings::Settings;
 use sunbeam::methods::{AnswerKind, Method};
-use sunbeam::scattering::{ComplexIndex, Options, Pair, Vec3, map_direction};
+use sunbeam::scattering::{ComplexIndex, Cover, Inside, Options, Pair, Vec3, map_direction};
 use sunbeam::table::Progress;
 
-/// A realtime method with the refractive index and the options that complete its answers to `f_r`.
+/// A realtime method with the cover, the refractive index relative to it, and the options that complete its answers to
+/// `f_r`.
 pub struct Reflectance {
     method: Box<dyn Method>,
     model: Options,
     index: ComplexIndex,
+    cover: Option<Cover>,
 }
 
 impl Reflectance {
     /// Combines `method`, which was built with `settings`, with their index and options.
     pub fn new(method: Box<dyn Method>, settings: &Settings) -> Self {
-        Self { method, model: settings.model(), index: settings.index() }
+        let (index, cover) = (settings.index_inside(), settings.surface.cover());
+        Self { method, model: settings.model(), index, cover }
     }
 
     /// Replaces the refractive index by that of `settings`. With energy conservation the method's data also depend on
     /// the index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
-        self.index = settings.index();
+        self.index = settings.index_inside();
     }
 
     /// `f_r` in 1/sr, integrated over the visible spectrum to linear sRGB. `wi` is the unit vector to the light and
     /// `wo` that to the viewer. It is 0 unless both lie above the surface.
     pub fn rgb(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
+        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
-            AnswerKind::Reflectance => 1.0,
+            AnswerKind::Reflectance => factor,
             AnswerKind::Relief => {
-                pair.interface(Some(self.index), self.model.obliquity) * self.model.angular_factor(&pair)
+                factor * pair.interface(Some(self.index), self.model.obliquity) * self.model.angular_factor(&pair)
             }
         };
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))

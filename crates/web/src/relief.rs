@@ -121,6 +121,11 @@ impl Relief {
         &self.field
     }
 
+    /// The heights as methods are built from them: magnified by the index of the cover.
+    fn inside(&self, settings: &Settings) -> HeightField {
+        settings.surface.inside(self.field.clone())
+    }
+
     /// Size, heights, roughness and periods of the relief, with the reader's findings. `settings` says whether the tile
     /// repeats, which the periods depend on.
     pub fn facts(&self, settings: &Settings) -> Facts {
@@ -173,7 +178,7 @@ impl Relief {
             MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: true },
             _ => Purpose::Table,
         };
-        BuildDemand { purpose, ..model.demand(&self.field) }
+        BuildDemand { purpose, ..model.demand(&self.inside(settings)) }
     }
 
     /// Builds the realtime method of the settings for this relief.
@@ -187,8 +192,8 @@ impl Relief {
         {
             return Err(WebError::Limit(line));
         }
-        let method =
-            methods::build_watched(settings.method, &self.field, &settings.model(), &settings.options, progress)?;
+        let (field, model) = (self.inside(settings), settings.model());
+        let method = methods::build_watched(settings.method, &field, &model, &settings.options, progress)?;
         progress.report(1.0);
         Ok(method)
     }
@@ -217,6 +222,6 @@ impl Relief {
         if let Some(line) = self.estimate(settings).too_much {
             return Err(WebError::Limit(line));
         }
-        Spectra::new(&self.field, settings, progress)
+        Spectra::new(&self.inside(settings), settings, progress)
     }
 }

@@ -259,6 +259,11 @@ impl Settings {
         surface
     }
 
+    /// The refractive index relative to that of the cover.
+    pub fn index_inside(&self) -> ComplexIndex {
+        self.index().relative_to(self.surface.cover_eta.unwrap_or(1.0))
+    }
+
     /// The refractive index; that of keratin if none is given.
     pub fn index(&self) -> ComplexIndex {
         self.surface.index().unwrap_or(KERATIN)
@@ -326,6 +331,7 @@ impl Settings {
         // Heights do not depend on the tiling.
         let mut relief = SurfaceConfig::default();
         relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
+        (relief.scale, relief.depth) = (config.scale, config.depth);
         let mut method = config;
         if method.conserve_energy != Some(true) {
             // Without energy conservation the method's data do not depend on these fields. The shader applies them.

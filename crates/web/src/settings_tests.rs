@@ -77,6 +77,10 @@ fn each_key_changes_only_with_its_own_data() {
     assert!(conserving.method != base.method && conserving.relief == base.relief);
     let preset = keys(r#"{"surface": {"preset": "cd"}}"#);
     assert!(preset.relief != base.relief && preset.method != base.method && preset.scene == base.scene);
+    let resized = keys(r#"{"surface": {"preset": "xenopeltis", "scale": 0.5}}"#);
+    assert!(resized.relief != base.relief && resized.method != base.method);
+    let covered = keys(r#"{"surface": {"preset": "xenopeltis", "cover_eta": 1.5}}"#);
+    assert!(covered.relief == base.relief && covered.method != base.method);
     let sphere = keys(r#"{"shape": "sphere"}"#);
     assert!(sphere.scene != base.scene && sphere.method == base.method);
     assert_eq!(keys(r#"{"shape": "sphere", "resolution": 4}"#), sphere);

@@ -193,6 +193,7 @@ fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
     number("tolerance", config.tolerance, default.tolerance);
     number("build_limit", config.build_limit, default.build_limit);
     number("k", settings.index().k, 0.0);
+    number("cover_eta", config.cover_eta.unwrap_or(1.0), 1.0);
     // `eta` is always written: without an index the surface of the command would reflect all light.
     parameters.push(("eta", settings.index().eta.to_string()));
     let mut choice = |name, value: Option<String>| parameters.extend(value.map(|value| (name, value)));

@@ -7,7 +7,7 @@ use crate::settings::Settings;
 use sunbeam::height_field::HeightField;
 use sunbeam::lobe::Surface;
 use sunbeam::methods::{self, Method, MethodKind};
-use sunbeam::scattering::{ComplexIndex, Options, Pair, Vec3};
+use sunbeam::scattering::{ComplexIndex, Cover, Inside, Options, Pair, Vec3};
 use sunbeam::table::Progress;
 
 /// Number of wavelengths of a spectrum: 380, 385, …, 780 nm.
@@ -17,11 +17,13 @@ const FIRST_NM: f64 = 380.0;
 /// Step between the wavelengths of a spectrum in nm.
 const STEP_NM: f64 = 5.0;
 
-/// A source of values by wavelength, with the refractive index and the options that complete them to `f_r`.
+/// A source of values by wavelength, with the cover, the refractive index relative to it, and the options that complete
+/// them to `f_r`.
 pub struct Spectra {
     source: Source,
     model: Options,
     index: ComplexIndex,
+    cover: Option<Cover>,
 }
 
 /// Source of values by wavelength.
@@ -33,31 +35,33 @@ enum Source {
 }
 
 impl Spectra {
-    /// Builds the source of spectra for the settings' method.
+    /// Builds the source of spectra for the settings' method. `field` is magnified by the index of the cover.
     ///
     /// # Errors [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options
     /// that do not fit the relief.
     pub fn new(field: &HeightField, settings: &Settings, progress: &Progress) -> Result<Self, WebError> {
-        let (model, index) = (settings.model(), settings.index());
+        let (model, index, cover) = (settings.model(), settings.index_inside(), settings.surface.cover());
         let source = match settings.method {
             MethodKind::Table => Source::Surface(Box::new(Surface::watched(field, &model, progress)?)),
             kind => Source::Method(methods::build_watched(kind, field, &model, &settings.options, progress)?),
         };
         progress.report(1.0);
-        Ok(Self { source, model, index })
+        Ok(Self { source, model, index, cover })
     }
 
     /// Replaces the refractive index by that of `settings`. With energy conservation the tables also depend on the
     /// index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
-        self.index = settings.index();
+        self.index = settings.index_inside();
     }
 
     /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths. `wi` is the unit vector to the light and `wo` that to
     /// the viewer. It is empty if the method has no values by wavelength, and 0 unless both lie above the surface.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
-        let Some(pair) = Pair::new(wi, wo) else { return vec![0.0; SPECTRUM_COUNT] };
-        let interface = pair.interface(Some(self.index), self.model.obliquity);
+        let none = || vec![0.0; SPECTRUM_COUNT];
+        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return none() };
+        let Some(pair) = Pair::new(wi, wo) else { return none() };
+        let interface = factor * pair.interface(Some(self.index), self.model.obliquity);
         let f_r = |wavelength_nm: f64| match &self.source {
             Source::Surface(surface) => Some(interface * surface.eval(wi, wo, wavelength_nm)),
             Source::Method(method) => {
@@ -79,8 +83,13 @@ mod tests {
 
     /// A sinusoidal grating, and settings that draw it with this method.
     fn with_method(method: &str) -> (Relief, Settings) {
+        with_surface(method, "")
+    }
+
+    /// [`with_method`] with further parameters of the surface, as JSON that begins with a comma.
+    fn with_surface(method: &str, more: &str) -> (Relief, Settings) {
         let json =
-            format!(r#"{{"surface": {{"preset": "sinusoidal", "coherence_length": 10}}, "method": "{method}"}}"#);
+            format!(r#"{{"surface": {{"preset": "sinusoidal", "coherence_length": 10{more}}}, "method": "{method}"}}"#);
         let settings = Settings::from_json(&json).unwrap();
         (Relief::new(&settings, None).unwrap(), settings)
     }
@@ -90,8 +99,8 @@ mod tests {
         // Near the first order of 480 nm.
         let (wi, wo) = (direction(30.0, 180.0), direction(18.0, 0.0));
         let colours = SpectralToRgb::new(FIRST_NM, STEP_NM, SPECTRUM_COUNT).unwrap();
-        for method in ["table", "flss"] {
-            let (relief, settings) = with_method(method);
+        for (method, cover) in [("table", ""), ("flss", ""), ("table", r#", "cover_eta": 1.5"#)] {
+            let (relief, settings) = with_surface(method, cover);
             let spectra = relief.spectra(&settings, &Progress::none()).unwrap();
             let spectrum: Vec<f64> = spectra.spectrum(wi, wo).into_iter().map(f64::from).collect();
             assert_eq!(spectrum.len(), SPECTRUM_COUNT);

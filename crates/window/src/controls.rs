@@ -5,7 +5,7 @@ use super::surface_form::SurfaceForm;
 use super::widgets::{choice, number, optional, row, switch};
 use eframe::egui::{self, Ui};
 use std::ops::RangeInclusive;
-use sunbeam::config::{ObliquityChoice, Theory};
+use sunbeam::config::{COVER_ETA, ObliquityChoice, RELATIVE_SIZE, Theory};
 use sunbeam::methods::{
     GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
     TERMS_MAX,
@@ -32,6 +32,9 @@ pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm)
             let length = egui::DragValue::new(&mut settings.surface.coherence_length);
             ui.add(length.range(COHERENCE_LENGTH_UM).speed(0.5).suffix(" µm").max_decimals(2));
         });
+        number(ui, "Scale", &mut settings.surface.scale, RELATIVE_SIZE, 0.005, "");
+        number(ui, "Depth", &mut settings.surface.depth, RELATIVE_SIZE, 0.005, "");
+        optional(ui, "Cover's index", &mut settings.surface.cover_eta, 1.5, COVER_ETA, 0.01, "");
         choice(ui, "Theory", &mut settings.surface.theory, Theory::ALL.map(|theory| (theory, theory.name())));
         // The rigorous theory contains obliquity and shadowing.
         if settings.surface.theory == Theory::Scalar {
