@@ -78,8 +78,9 @@ def cases(scan: Path = SCAN) -> list[Case]:
         Case(name, preset_skin(name), SUPERSAMPLE_FEW_ORDERS if name == "blazed" else SUPERSAMPLE_MANY_ORDERS)
         for name in SKINS
     ]
-    # A clear cover, whose mirror reflects no light from the sun to the camera, and another size than the tables'.
-    presets.append(Case("blazed-covered", {**preset_skin("blazed"), "cover_eta": 1.5}, SUPERSAMPLE_FEW_ORDERS))
+    # A clear cover, and another size than that of the preset. Keratin (1.56) under an index of 1.5 would reflect next
+    # to nothing. The cover's mirror reflects no light of a directional sun.
+    presets.append(Case("blazed-covered", {**preset_skin("blazed"), "cover_eta": 1.2}, SUPERSAMPLE_FEW_ORDERS))
     resized = {**preset_skin("xenopeltis"), "scale": 0.7, "depth": 0.8}
     presets.append(Case("xenopeltis-resized", resized, SUPERSAMPLE_MANY_ORDERS))
     if not scan.exists():
