@@ -80,9 +80,9 @@ def cases(scan: Path = SCAN) -> list[Case]:
     ]
     # A clear cover, and another size than that of the preset. Keratin (1.56) under an index of 1.5 would reflect next
     # to nothing. The cover's mirror reflects no light of a directional sun.
-    presets.append(Case("blazed-covered", {**preset_skin("blazed"), "cover_eta": 1.2}, SUPERSAMPLE_FEW_ORDERS))
+    presets.append(Case("covered-blazed", {**preset_skin("blazed"), "cover_eta": 1.2}, SUPERSAMPLE_FEW_ORDERS))
     resized = {**preset_skin("xenopeltis"), "scale": 0.7, "depth": 0.8}
-    presets.append(Case("xenopeltis-resized", resized, SUPERSAMPLE_MANY_ORDERS))
+    presets.append(Case("resized-xenopeltis", resized, SUPERSAMPLE_MANY_ORDERS))
     if not scan.exists():
         print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
         return presets
