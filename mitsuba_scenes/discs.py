@@ -33,6 +33,8 @@ DISC_VIEW = View(origin_cm=(0, -24, 26), target_cm=(0, -0.2, 0), fov_deg=23.0)
 # Width of the coherence window, relative to the pitch of the tracks. A disc has thousands of pits in view of a pixel,
 # which together scatter evenly along the tracks; a wider window resolves those of the preset's tile.
 WINDOW_TRACKS = 10
+# Relative error of the tables: colours are smooth, and a larger error halves the time to build.
+TOLERANCE = 1e-2
 # Radiance of a white plane at the disc that faces the lamp.
 LAMP_BRIGHTNESS = 0.25
 # Edges of the window in cm: width and height.
@@ -60,6 +62,7 @@ class Format:
             "scale": self.pitch_um / CD.pitch_um,
             "depth": self.depth_um / CD.depth_um,
             "coherence_length": WINDOW_TRACKS * self.pitch_um,
+            "tolerance": TOLERANCE,
             "material": "Al",
             "cover_eta": POLYCARBONATE,
         }
