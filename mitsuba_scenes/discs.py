@@ -28,15 +28,19 @@ HOLE_CM = 0.75
 HEIGHT_CM = 0.12
 # Vertical distance between the disc's parts, enough for rays to tell them apart.
 LAYER_CM = 0.002
-# Camera, at the height of a person who bends over a table.
-DISC_VIEW = View(origin_cm=(0, -24, 26), target_cm=(0, -0.2, 0), fov_deg=23.0)
-# Width of the coherence window, relative to the pitch of the tracks. A disc has thousands of pits in view of a pixel,
-# which together scatter evenly along the tracks; a wider window resolves those of the preset's tile.
+# Camera, as far away as a person at a table.
+DISC_VIEW = View(origin_cm=(0, -40, 43), target_cm=(0, -0.2, 0), fov_deg=13.8)
+# Width of the coherence window, relative to the pitch of the tracks. Wider windows show streaks of the preset's tile,
+# which repeats a few hundred pits; on a disc the pits in view of a pixel are thousands, all different.
 WINDOW_TRACKS = 10
 # Relative error of the tables: colours are smooth, and a larger error halves the time to build.
 TOLERANCE = 1e-2
-# Radiance of a white plane at the disc that faces the lamp.
+# Radiance of a white plane at the disc that faces a lamp. All radiances have this unit (light.py).
 LAMP_BRIGHTNESS = 0.25
+# Radiance of the dim room, in all directions.
+ROOM_RADIANCE = 0.03
+# Radiance of the window.
+WINDOW_RADIANCE = 8.0
 # Edges of the window in cm: width and height.
 WINDOW_CM = (50.0, 70.0)
 
@@ -69,7 +73,7 @@ class Format:
 
 
 # Compact disc, as in the preset.
-CD = Format(pitch_um=1.6, depth_um=0.12, lamps=[(75, 63), (113, 61)], window_cm=(60, 150, 115))
+CD = Format(pitch_um=1.6, depth_um=0.12, lamps=[(73, 64), (114, 61)], window_cm=(60, 150, 115))
 # DVD (ECMA-267). Its depth is about a quarter of the wavelength of the player's laser, 0.65 µm, in polycarbonate.
 DVD = Format(pitch_um=0.74, depth_um=0.105, lamps=[(-11, 75), (160, 65)], window_cm=(111, 92, 115))
 
@@ -77,7 +81,7 @@ DVD = Format(pitch_um=0.74, depth_um=0.105, lamps=[(-11, 75), (160, 65)], window
 def disc(kind: Format) -> dict:
     """The disc as entries of a scene dictionary: horizontal disks, each slightly above the one before.
 
-    They are a mirror without tracks, the tracks, the mirror within them, the clear hub and the ground in the hole.
+    From below: a mirror without tracks, the tracks, the mirror inside them, the clear hub, and ground in the hole.
     """
     mirror = {"type": "conductor", "material": "Al"}
     # An opaque grey, since through a transparent hub the path tracer would find the lamps by chance alone.
@@ -105,10 +109,10 @@ def window(kind: Format) -> dict:
     transform = mi.ScalarTransform4f()
     place = transform.look_at(list(kind.window_cm), [0, 0, 0], [0, 0, 1])
     place = place @ transform.scale([0.5 * WINDOW_CM[0], 0.5 * WINDOW_CM[1], 1])
-    emitter = {"type": "area", "radiance": {"type": "d65", "scale": 4.0}}
-    return {"window": {"type": "rectangle", "to_world": place, "emitter": emitter}, **sky(0.03)}
+    emitter = {"type": "area", "radiance": {"type": "d65", "scale": WINDOW_RADIANCE}}
+    return {"window": {"type": "rectangle", "to_world": place, "emitter": emitter}, **sky(ROOM_RADIANCE)}
 
 
 def disc_scene(view: View = DISC_VIEW, spp: int = 64, kind: Format = CD, emitters: dict | None = None) -> dict:
     """A disc on the ground, with the read side up, under its small lamps or other `emitters`."""
-    return stage(disc(kind), emitters or lamps(kind.lamps, LAMP_BRIGHTNESS, 0.03), view, spp)
+    return stage(disc(kind), emitters or lamps(kind.lamps, LAMP_BRIGHTNESS, ROOM_RADIANCE), view, spp)

@@ -26,6 +26,8 @@ KINEGRAM_DOT_UM = 6.0
 LACQUER = 1.5
 # Texels per cm of all patterns, a tenth of a millimetre.
 TEXELS_PER_CM = 100
+# Width of the lines of a guilloche.
+LINE_CM = 0.034
 # Size of an identification card, ISO/IEC 7810 ID-1: width along x and height along y.
 CARD_CM = (8.56, 5.4)
 # Size of the banknote.
@@ -60,13 +62,18 @@ CARD_LAMPS = [(50, 40), (-50, 55), (15, 35), (125, 80), (-110, 60), (165, 42)]
 # Azimuth and elevation in degrees of the lamps over the banknote.
 NOTE_LAMPS = [(35, 40), (-65, 50)]
 
+# Radiance of a white plane that faces one of the card's lamps, and of the sky: a dark room makes colours crisp.
+CARD_BRIGHTNESS, CARD_SKY = 0.12, 0.05
+# The same for the banknote, whose paper is lit as brightly as its colours.
+NOTE_BRIGHTNESS, NOTE_SKY = 0.35, 0.3
+
 
 class Pattern:
     """A picture of gratings on a rectangle: relative pitch, angle and coverage of each texel.
 
     All arrays have the shape (rows, columns); row 0 is at the smallest y. `x` and `y` are the centres of the texels in
-    cm from the centre of the rectangle. `pitch` is in (0, 1], `angle` in degrees counter-clockwise from x to the
-    direction across the grooves, `covered` is 1 where there is a grating and 0 elsewhere.
+    cm from the centre of the rectangle. `pitch` is in (0, 1]. `angle` is that of the direction across the grooves, in
+    degrees counter-clockwise from x. `covered` is the fraction of the light that the grating diffracts, 0 without one.
     """
 
     def __init__(self, size_cm: tuple[float, float]):
@@ -78,7 +85,10 @@ class Pattern:
     def paint(
         self, where: np.ndarray, pitch: np.ndarray | float, angle: np.ndarray | float, covered: float = 1.0
     ) -> None:
-        """Replaces the texels for which the boolean array `where` is true. `pitch` is clipped to PITCHES."""
+        """Replaces the texels for which the boolean array `where` is true, and clips `pitch` to PITCHES.
+
+        `pitch` and `angle` are numbers, or arrays over all texels.
+        """
         self.pitch = np.where(where, np.clip(pitch, *PITCHES), self.pitch)
         self.angle = np.where(where, angle, self.angle)
         self.covered = np.where(where, covered, self.covered)
@@ -89,9 +99,9 @@ class Pattern:
         return np.hypot(x, y), np.arctan2(y, x)
 
     def rosette(self, centre_cm: tuple[float, float], radius_cm: float, petals: int) -> None:
-        """Paints rings with a wavy outline that are twisted against each other, as on engine-turned metal.
+        """Paints two families of eight rings with a wavy outline, twisted against each other as on engine-turned metal.
 
-        Grooves are concentric or inclined to the circle, in turns; their pitch grows outwards.
+        Grooves are concentric in every second ring and turned by 30° in the others. Their pitch grows outwards.
         """
         radius, azimuth = self.polar(centre_cm)
         # 0 in the centre, 1 on the outline.
@@ -103,16 +113,22 @@ class Pattern:
             self.paint(line, 0.5 + 0.5 * relative, np.degrees(azimuth) + 30 * sign * (ring % 2))
 
     def guilloche(self, centre_y_cm: float, amplitude_cm: float, lines: int, waves_per_cm: float) -> None:
-        """Paints a band of thin sine lines along x, shifted in phase; grooves are along the lines."""
+        """Paints a band of thin sine lines along x, shifted in phase.
+
+        Grooves are along the lines; their pitch differs from line to line.
+        """
         for number in range(lines):
             phase = 2 * np.pi * (waves_per_cm * self.x + number / lines)
             wave = amplitude_cm * np.sin(phase) * np.cos(0.35 * self.x)
             slope = amplitude_cm * 2 * np.pi * waves_per_cm * np.cos(phase)
             distance = np.abs(self.y - centre_y_cm - wave) / np.hypot(1, slope)
-            self.paint(distance < 0.017, 0.55 + 0.45 * number / lines, np.degrees(np.arctan(slope)) + 90)
+            self.paint(distance < 0.5 * LINE_CM, 0.55 + 0.45 * number / lines, np.degrees(np.arctan(slope)) + 90)
 
     def lettering(self, text: str, centre_cm: tuple[float, float], height_cm: float, angle: float) -> None:
-        """Paints a line of text of the height `height_cm`; its pitch grows along the line."""
+        """Paints a line of text of the height `height_cm`, with `angle` in its middle.
+
+        Pitch and angle grow along the line, so that each letter has a colour of its own.
+        """
         font = ImageFont.load_default(size=height_cm * TEXELS_PER_CM)
         picture = Image.new("L", self.x.shape[::-1])
         # The picture's first row is at the top, the pattern's at the bottom.
@@ -120,6 +136,7 @@ class Pattern:
         at = columns / 2 + centre_cm[0] * TEXELS_PER_CM, rows / 2 - centre_cm[1] * TEXELS_PER_CM
         ImageDraw.Draw(picture).text(at, text, fill=255, font=font, anchor="mm")
         letters = np.array(picture)[::-1] > 127
+        # About −0.5 to 0.5 along the text: letters are about 0.6 of their height wide.
         along = (self.x - centre_cm[0]) / (0.6 * height_cm * len(text))
         self.paint(letters, 0.72 + 0.5 * along, angle + 40 * along)
 
@@ -138,7 +155,7 @@ def foil(pattern: Pattern, coherence_um: float) -> dict:
 
 
 def card_pattern() -> Pattern:
-    """The card's rosettes, a guilloche and a lettering."""
+    """The card's rosettes, two guilloches and a lettering; positions and sizes are chosen by eye."""
     pattern = Pattern(CARD_CM)
     # A fan of faint gratings over the whole card.
     pattern.paint(np.ones_like(pattern.x, bool), 0.75 - 0.09 * pattern.y, 90 + 25 * pattern.x - 8 * pattern.y, 0.03)
@@ -152,13 +169,13 @@ def card_pattern() -> Pattern:
 
 
 def sheet(size_cm: tuple[float, float], thickness_cm: float, bsdf: dict) -> dict:
-    """A horizontal rectangle with its middle above the origin, with an edge of the texture in each direction."""
+    """A horizontal rectangle at the height `thickness_cm`, with its centre on the z axis."""
     transform = mi.ScalarTransform4f().translate([0, 0, thickness_cm]).scale([0.5 * size_cm[0], 0.5 * size_cm[1], 1])
     return {"type": "rectangle", "to_world": transform, "bsdf": bsdf}
 
 
 def rounded(pattern: Pattern, radius_cm: float, bsdf: dict) -> dict:
-    """The material on a rectangle with round corners, and that of the ground beyond them."""
+    """The material on the pattern's rectangle with round corners, and that of the ground beyond them."""
     inner = [0.5 * np.ptp(across) - radius_cm for across in (pattern.x, pattern.y)]
     beyond = np.hypot(*(np.maximum(np.abs(a) - b, 0) for a, b in zip((pattern.x, pattern.y), inner)))
     return {"type": "blendbsdf", "weight": raw_texture(beyond < radius_cm), "beyond": soil(), "inside": bsdf}
@@ -168,7 +185,7 @@ def card_scene(view: View = CARD_VIEW, spp: int = 64, directions: list[tuple[flo
     """A holographic card under small lamps, whose `directions` are azimuth and elevation in degrees."""
     pattern = card_pattern()
     card = sheet(CARD_CM, CARD_THICKNESS_CM, rounded(pattern, CARD_CORNER_CM, foil(pattern, DOT_UM)))
-    return stage({"card": card}, lamps(directions, 0.12, 0.05), view, spp)
+    return stage({"card": card}, lamps(directions, CARD_BRIGHTNESS, CARD_SKY), view, spp)
 
 
 def kinegram_pattern() -> Pattern:
@@ -213,4 +230,4 @@ def note_scene(view: View = NOTE_VIEW, spp: int = 64, directions: list[tuple[flo
         "paper": {"type": "diffuse", "reflectance": colour_texture(printed_paper(pattern))},
         "kinegram": foil(pattern, KINEGRAM_DOT_UM),
     }
-    return stage({"note": sheet(NOTE_CM, 0.01, bsdf)}, lamps(directions, 0.35, 0.3), view, spp)
+    return stage({"note": sheet(NOTE_CM, 0.01, bsdf)}, lamps(directions, NOTE_BRIGHTNESS, NOTE_SKY), view, spp)
