@@ -78,10 +78,11 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
 
 
 def scale_values(values: np.ndarray) -> np.ndarray:
-    """A picture over the snake's UVs, with one of `values` on each scale; row 0 is at v = 0.
+    """A picture over the snake's UVs, (rows, columns) with row 0 at v = 0, that has one number on each scale.
 
-    Scale (i, j) has its centre at u = i/27, v = j/17, where i + j is even, and the value `values[i, j]`. The tips of
-    the mesh's scales are up to a twentieth of a half scale from here, since they vary.
+    Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. i is from
+    −1 to 28 and j from −1 to 18, since scales beyond the sheet reach into it. Tips are those of a regular lattice; the
+    mesh's are displaced at random by up to a twentieth of a half scale.
     """
     rows_u, rows_v = ROWS
     v, u = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
@@ -93,6 +94,7 @@ def scale_values(values: np.ndarray) -> np.ndarray:
                 continue
             rows, columns = (slice(max(k - 1, 0) * TEXELS, max(k + 1, 0) * TEXELS) for k in (j, i))
             along, across = u[rows, columns] - i, np.abs(v[rows, columns] - j)
+            # lattice.rs explains the outline: an arc towards the tail, and parallel sides towards the head.
             gauge = np.maximum(along, 0) ** OUTLINE + across**OUTLINE
             inside = np.where(along > 0, gauge, across) <= 1
             picture[rows, columns] = np.where(inside, values[i, j], picture[rows, columns])
@@ -103,7 +105,7 @@ def varied_skin(name: str) -> dict:
     """Parameters of the plugin for a preset whose size and angle vary at random from scale to scale."""
     parameters = preset_skin(name)
     random = np.random.default_rng(SEED)
-    # Scales beyond the sheet, at index −1, use the last entries.
+    # The last row and column are for index −1.
     shape = (ROWS[0] + 3, ROWS[1] + 3)
     sizes, turns = random.uniform(*SIZES, shape), random.normal(parameters.get("rotation", 0.0), TURN_DEG, shape)
     return {**parameters, "scale": raw_texture(scale_values(sizes)), "rotation": raw_texture(scale_values(turns))}
