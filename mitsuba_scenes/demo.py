@@ -7,6 +7,7 @@ Writes an EXR and a PNG for each picture, a contact sheet, `report.json`, and th
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import platform
@@ -164,6 +165,10 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
                 "bsdf": str(result.bsdf),
                 "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
             }
+    # A kernel contains the code of all existing BSDFs, so those of the skins are deleted before others are rendered.
+    del bsdf, result
+    bsdf_of_skin.clear()
+    gc.collect()
     sheet.append([])
     for name, (caption, make_scene, camera) in FOILS.items():
         done += 1
