@@ -1,4 +1,4 @@
-"""The demo, `make demo`: skins, a scan and a moving sun in Mitsuba; then Mitsuba against the realtime renderer.
+"""The demo, `make demo`: skins, a scan, a moving sun, and foils in Mitsuba; then Mitsuba against the realtime renderer.
 
 Writes an EXR and a PNG for each picture, a contact sheet, `report.json`, and the short cross-check
 (crosscheck/run.py).
@@ -7,12 +7,14 @@ Writes an EXR and a PNG for each picture, a contact sheet, `report.json`, and th
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import platform
 import re
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +25,9 @@ from . import picture
 from .contact_sheet import contact_sheet
 from .crosscheck.cases import SCAN
 from .crosscheck.run import Disagreement, crosscheck, insist
+from .discs import DISC_VIEW, disc_scene
 from .environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
+from .foils import CARD_VIEW, card_scene
 from .light import Light
 from .outputs import output_folder
 from .render import EXPOSURE_STOPS
@@ -36,6 +40,15 @@ from .snake import snake_files
 SKINS = {"blazed": "Blazed", "elaphe": "Elaphe, procedural", "xenopeltis": "Xenopeltis, procedural"}
 # Azimuths of the sun in the second row; see `Light`.
 SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
+
+
+# Pictures of the third row by the name of their files: caption, function that makes the scene, and its camera.
+FOILS = {
+    "card": ("Holographic card, aluminium", card_scene, CARD_VIEW),
+    "compact-disc": ("Compact disc under polycarbonate", disc_scene, DISC_VIEW),
+}
+# Exposure of the third row in stops.
+FOILS_EXPOSURE_STOPS = 0.0
 
 
 class Shot(NamedTuple):
@@ -76,6 +89,11 @@ def tables(description: str) -> dict:
     if not (size and error):
         raise ValueError(f"no size and error of the tables in {description!r}")
     return {"size_mb": float(size[1]), "relative_error": float(error[1])}
+
+
+def told(seconds: dict) -> str:
+    """The times of a picture's stages, for the terminal."""
+    return ", ".join(f"{stage} {value:.2f} s" for stage, value in seconds.items())
 
 
 def versions() -> dict:
@@ -119,7 +137,7 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     variant = use_variant(variant)
     files = snake_files()
     rows = shots()
-    count, done = sum(len(row) for row in rows), 0
+    count, done = sum(len(row) for row in rows) + len(FOILS), 0
     report = {"variant": variant, "resolution": [view.width, view.height], "spp": spp, "versions": versions()}
     report["pictures"] = {}
     sheet, bsdf_of_skin = [], {}
@@ -136,7 +154,7 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
             bsdf_of_skin[key] = result.bsdf
             picture.check(result.pixels, name)
             png = picture.write(result.pixels, output / f"{name}.exr", EXPOSURE_STOPS)
-            print(", ".join(f"{stage} {value:.2f} s" for stage, value in result.seconds.items()), flush=True)
+            print(told(result.seconds), flush=True)
             sheet[-1].append((png, caption))
             report["pictures"][name] = {
                 "files": [f"{name}.exr", f"{name}.png"],
@@ -147,6 +165,24 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
                 "bsdf": str(result.bsdf),
                 "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
             }
+    # A kernel contains the code of all existing BSDFs, so those of the skins are deleted before others are rendered.
+    del bsdf, result
+    bsdf_of_skin.clear()
+    gc.collect()
+    sheet.append([])
+    for name, (caption, make_scene, camera) in FOILS.items():
+        done += 1
+        print(f"[{done}/{count}] {caption} ...", end=" ", flush=True)
+        scene = make_scene(replace(camera, width=view.width, height=view.height))
+        pixels, seconds = picture.render_scene(scene, spp, passes=2)
+        picture.check(pixels, name)
+        sheet[-1].append((picture.write(pixels, output / f"{name}.exr", FOILS_EXPOSURE_STOPS), caption))
+        print(told(seconds), flush=True)
+        report["pictures"][name] = {
+            "files": [f"{name}.exr", f"{name}.png"],
+            "seconds": seconds,
+            "mean_rgb": pixels.mean(axis=(0, 1)).tolist(),
+        }
     contact_sheet(sheet, output / "contact-sheet.png", view.width)
     # The report is written before the comparison, which needs a GPU adapter and may fail.
     write_report(report, output, start)

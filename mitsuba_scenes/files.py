@@ -3,35 +3,82 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import sys
 from pathlib import Path
 
+import mitsuba as mi
+
+from .discs import CD, DVD, disc_scene, window
 from .environment import FALLBACK_VARIANT, REPOSITORY, SetupError, use_variant
+from .foils import card_scene, note_scene
+from .light import Light
 from .outputs import output_folder
-from .skin import pigment_texture
-from .snake import snake_files
+from .scene import View, snake_scene
+from .skin import pigment_texture, skin_bsdf, varied_skin
+from .snake import SnakeFiles, snake_files
 from .tool import sunbeam
 
-# Folder of the XML scenes in the repository.
+# Folder of the scenes that are written by hand in XML.
 XML = Path(__file__).resolve().parent / "xml"
 # Rectangle of the procedural skin written as scan.gsf, since the repository holds no scan: x, y, width and height in
 # µm. It has the size of the published scans.
 PIECE_UM = "10,10,6.5,6.5"
 
 
-def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
-    """Copies the XML scenes into `folder`, with snake.ply, pigment.exr and scan.gsf beside them.
+def python_scenes(files: SnakeFiles) -> dict[str, dict]:
+    """The scenes that are made by Python alone, by name. The snake's mesh is `files.mesh`."""
+    return {
+        "card": card_scene(),
+        "banknote": note_scene(),
+        "cd": disc_scene(),
+        "cd-window": disc_scene(emitters=window(CD)),
+        "dvd": disc_scene(kind=DVD),
+        "dvd-window": disc_scene(kind=DVD, emitters=window(DVD)),
+        "snake-varied": snake_scene(skin_bsdf(varied_skin("xenopeltis"), files.pigment), files, Light(), View()),
+    }
 
-    Returns the paths of the copied scenes. A Mitsuba variant must be selected. `resolution` is a factor on the number
-    of the mesh's cells (`snake_files`).
+
+def with_files(scene: dict, folder: Path, stem: str) -> dict:
+    """The scene with every bitmap written to an EXR file, `folder`/`stem`-PARAMETER.exr, and named by it."""
+    written = {}
+    for key, value in scene.items():
+        if isinstance(value, dict) and "bitmap" in value:
+            name = f"{stem}-{key}.exr"
+            value["bitmap"].write(str(folder / name))
+            written[key] = {"filename": name, **{k: v for k, v in value.items() if k != "bitmap"}}
+        else:
+            written[key] = with_files(value, folder, stem) if isinstance(value, dict) else value
+    return written
+
+
+def export(scene: dict, path: Path) -> Path:
+    """Writes the scene as XML to `path`, with its textures beside it, and returns the path.
+
+    `width`, `height` and `spp` are defaults that the command `mitsuba` can replace.
+    """
+    state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), with_files(scene, path.parent, path.stem))
+    # Mitsuba names the defaults resx and resy, and writes its own version, which earlier ones would refuse.
+    text = mi.parser.write_string(state).replace("resx", "width").replace("resy", "height")
+    path.write_text(re.sub(r'(<scene version=)"[^"]*"', r'\1"3.0.0"', text))
+    return path
+
+
+def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
+    """Writes all scenes into `folder`, with snake.ply, pigment.exr, scan.gsf and the textures beside them.
+
+    Returns the paths of the scenes: copies of those in XML, then those made by Python. A Mitsuba variant must be
+    selected. `resolution` is a factor on the number of the mesh's cells (`snake_files`).
     """
     folder.mkdir(parents=True, exist_ok=True)
     files = snake_files(resolution)
     shutil.copyfile(files.mesh, folder / "snake.ply")
     pigment_texture(files.pigment)["bitmap"].write(str(folder / "pigment.exr"))
     sunbeam("height-field", "--preset", "xenopeltis", "--crop", PIECE_UM, "-o", folder / "scan.gsf")
-    return [Path(shutil.copy(scene, folder)) for scene in sorted(XML.glob("*.xml"))]
+    copies = [Path(shutil.copy(scene, folder)) for scene in sorted(XML.glob("*.xml"))]
+    made = python_scenes(SnakeFiles(Path("snake.ply"), files.pigment))
+    return copies + [export(scene, folder / f"{name}.xml") for name, scene in made.items()]
 
 
 def main(words: list[str] | None = None) -> int:

@@ -1,4 +1,4 @@
-"""Sun and sky as Mitsuba emitters with the spectrum of D65.
+"""Sun, sky and lamps as Mitsuba emitters with the spectrum of D65.
 
 The unit of radiance is that of a white diffuse plane facing the sun. The sun's irradiance on such a plane is
 therefore π. The frame is that of scene.py: cm, z up, the snake's tail towards +x.
@@ -18,6 +18,41 @@ SUN_KINDS = ("directional", "disc")
 SUN_DIAMETER_DEG = 0.53
 # Distance of the sun's disc from the origin. Its direction varies by less than 0.06° over the 10 cm of the snake.
 DISC_DISTANCE_CM = 1e4
+# Distance in cm of lamps from the origin, as in a room.
+LAMP_DISTANCE_CM = 200.0
+# Radius of a lamp in cm: a bulb that appears as large as the sun, 0.57°.
+LAMP_RADIUS_CM = 1.0
+
+
+def direction(azimuth_deg: float, elevation_deg: float) -> np.ndarray:
+    """Unit vector to a light: `azimuth_deg` counter-clockwise from +x seen from above, `elevation_deg` above z = 0."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    return np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
+
+
+def sky(radiance: float) -> dict:
+    """A uniform sky of D65 as an entry of a scene dictionary, or no entry for a radiance of 0."""
+    return {"sky": {"type": "constant", "radiance": {"type": "d65", "scale": radiance}}} if radiance > 0 else {}
+
+
+def lamps(directions: list[tuple[float, float]], brightness: float, sky_radiance: float) -> dict:
+    """Small spheres of D65 and a uniform sky, as entries of a scene dictionary.
+
+    `directions` has azimuth and elevation of each lamp in degrees (`direction`). A white diffuse plane at the origin
+    that faces a lamp has the radiance `brightness`.
+    """
+    # A sphere of radius r and radiance L at the distance d has the irradiance π L r²/d².
+    radiance = brightness * (LAMP_DISTANCE_CM / LAMP_RADIUS_CM) ** 2
+    spheres = {
+        f"lamp_{number}": {
+            "type": "sphere",
+            "center": (LAMP_DISTANCE_CM * direction(*angles)).tolist(),
+            "radius": LAMP_RADIUS_CM,
+            "emitter": {"type": "area", "radiance": {"type": "d65", "scale": radiance}},
+        }
+        for number, angles in enumerate(directions)
+    }
+    return {**spheres, **sky(sky_radiance)}
 
 
 @dataclass(frozen=True)
@@ -44,15 +79,11 @@ class Light:
 
     def to_sun(self) -> np.ndarray:
         """Unit vector from the snake to the sun."""
-        azimuth, elevation = np.radians([self.azimuth_deg, self.elevation_deg])
-        return np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
+        return direction(self.azimuth_deg, self.elevation_deg)
 
     def emitters(self) -> dict:
         """The emitters as entries of a scene dictionary."""
-        emitters = {"sun": self._directional() if self.sun == "directional" else self._disc()}
-        if self.sky > 0:
-            emitters["sky"] = {"type": "constant", "radiance": {"type": "d65", "scale": self.sky}}
-        return emitters
+        return {"sun": self._directional() if self.sun == "directional" else self._disc(), **sky(self.sky)}
 
     def _directional(self) -> dict:
         """Parallel light of irradiance π."""

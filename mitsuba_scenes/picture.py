@@ -1,4 +1,4 @@
-"""Renders the snake scene with timing, checks and tone-maps pictures, and writes them as EXR and PNG."""
+"""Renders scenes with timing, checks and tone-maps pictures, and writes them as EXR and PNG."""
 
 from __future__ import annotations
 
@@ -57,27 +57,36 @@ def render(
     `first_pass` includes the compilation of kernels; `later_pass` is the median of the other passes (absent if there
     are none).
     """
-    passes = max(passes, math.ceil(view.width * view.height * spp / PATHS_PER_PASS))
-    spp_per_pass = math.ceil(math.sqrt(spp / passes)) ** 2
     seconds = {}
     skin = bsdf
     if isinstance(bsdf, dict):
         start = time.perf_counter()
         skin = mi.load_dict(bsdf)
         seconds["tables"] = time.perf_counter() - start
-    start = time.perf_counter()
-    scene = mi.load_dict(snake_scene(skin, files, light, view, spp_per_pass, max_depth))
-    seconds["scene"] = time.perf_counter() - start
+    pixels, other = render_scene(snake_scene(skin, files, light, view, max_depth=max_depth), spp, passes)
+    return Picture(pixels, skin, {**seconds, **other})
 
+
+def render_scene(scene: dict, spp: int, passes: int = 1) -> tuple[np.ndarray, dict]:
+    """Renders a scene, in place of the sampler's number of samples with `spp` as in `render`.
+
+    Returns the picture in linear sRGB, (height, width, 3), and the seconds of the stages from `scene` on.
+    """
+    film = scene["sensor"]["film"]
+    passes = max(passes, math.ceil(film["width"] * film["height"] * spp / PATHS_PER_PASS))
+    spp_per_pass = math.ceil(math.sqrt(spp / passes)) ** 2
+    start = time.perf_counter()
+    loaded = mi.load_dict(scene)
+    seconds = {"scene": time.perf_counter() - start}
     pixels, times = 0, []
     for seed in range(passes):
         start = time.perf_counter()
-        pixels = pixels + np.array(mi.render(scene, spp=spp_per_pass, seed=seed)) / passes
+        pixels = pixels + np.array(mi.render(loaded, spp=spp_per_pass, seed=seed)) / passes
         times.append(time.perf_counter() - start)
     seconds["first_pass"] = times[0]
     if passes > 1:
         seconds["later_pass"] = float(np.median(times[1:]))
-    return Picture(pixels.astype(np.float32), skin, seconds)
+    return pixels.astype(np.float32), seconds
 
 
 def check(pixels: np.ndarray, name: str) -> None:

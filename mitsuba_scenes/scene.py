@@ -1,10 +1,11 @@
-"""The snake on dark soil, as a Mitsuba dictionary. Lengths are in cm, z is up, the body runs along x, tail at +x."""
+"""Objects on the ground as Mitsuba dictionaries: the snake, and the stage of all scenes. Lengths are in cm, z is up."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import mitsuba as mi
+import numpy as np
 
 from .light import Light
 from .snake import SnakeFiles
@@ -54,20 +55,49 @@ class View:
 def snake_scene(
     bsdf: dict | mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH
 ) -> dict:
-    """Snake, ground, light and camera as a dictionary.
+    """Snake, ground, light and camera as a dictionary. The body runs along x, with the tail at +x.
 
     `bsdf` is one-sided, a dictionary or an object; the scene makes it two-sided. `spp` is the number of samples a
     pixel, `max_depth` the largest number of segments of a path.
+    """
+    snake = {"type": "ply", "filename": str(files.mesh), "bsdf": {"type": "twosided", "skin": bsdf}}
+    return stage({"snake": snake}, light.emitters(), view, spp, max_depth)
+
+
+def stage(objects: dict, emitters: dict, view: View, spp: int = 64, max_depth: int = MAX_DEPTH) -> dict:
+    """A scene of `objects` on the ground z = 0 in the light of `emitters`, both entries of the dictionary.
+
+    `spp` and `max_depth` are as in `snake_scene`.
     """
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": max_depth},
         "sensor": view.sensor(spp),
-        "snake": {"type": "ply", "filename": str(files.mesh), "bsdf": {"type": "twosided", "skin": bsdf}},
+        **objects,
         "ground": {
             "type": "rectangle",
             "to_world": mi.ScalarTransform4f().scale(200),
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(SOIL)}},
+            "bsdf": soil(),
         },
-        **light.emitters(),
+        **emitters,
     }
+
+
+def soil() -> dict:
+    """The material of the ground."""
+    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(SOIL)}}
+
+
+def raw_texture(values: np.ndarray, filter_type: str = "nearest") -> dict:
+    """A Mitsuba texture of numbers, not colours, with `values` of shape (rows, columns).
+
+    The first row is at v = 0, the first column at u = 0. `filter_type` is `nearest` or `bilinear`. Beyond its edges
+    the texture continues with the values there.
+    """
+    bitmap = mi.Bitmap(np.ascontiguousarray(values, dtype=np.float32)[..., None])
+    return {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": filter_type, "wrap_mode": "clamp"}
+
+
+def colour_texture(values: np.ndarray) -> dict:
+    """A Mitsuba texture of reflectances in linear sRGB, (rows, columns, 3); the first row is at v = 0."""
+    return {"type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(values, dtype=np.float32))}

@@ -7,6 +7,8 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
+from .scene import colour_texture, raw_texture
+
 # Refractive index of keratin, of which a snake's skin consists; equal to the realtime renderer's.
 KERATIN = 1.56
 # Factor on the pigment's linear reflectance. Larger values hide the diffraction colours on the nearly black snake.
@@ -21,6 +23,19 @@ PRESETS = {
     "xenopeltis": {},
     "cd": {},
 }
+
+# Numbers of rows of scales along and around the snake, in half scales: the defaults of `sunbeam snake`.
+ROWS = (27, 17)
+# Exponent of the outline of a scale, equal to that of the mesh (crates/realtime/src/snake/lattice.rs).
+OUTLINE = 1.4
+# Texels per half scale of the textures that vary from scale to scale.
+TEXELS = 48
+# Relative sizes of the pattern on the scales: uniform between these two.
+SIZES = (0.85, 1.0)
+# Standard deviation in degrees of the pattern's angle on the scales.
+TURN_DEG = 4.0
+# Seed of sizes and angles, an arbitrary number.
+SEED = 7
 
 
 def preset_skin(name: str) -> dict:
@@ -51,7 +66,7 @@ def scanned_skin(
 def pigment_texture(pigment: Path, scale: float = PIGMENT_SCALE) -> dict:
     """The Mitsuba texture of the sRGB picture `pigment`, with its linear reflectance times `scale`."""
     linear = mi.Bitmap(str(pigment)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
-    return {"type": "bitmap", "bitmap": mi.Bitmap(scale * np.array(linear))}
+    return colour_texture(scale * np.array(linear))
 
 
 def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
@@ -60,3 +75,37 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
     `parameters` are those of the plugin for the relief and replace the others; `pigment` is an sRGB picture.
     """
     return {"type": "diffraction", "eta": eta, "diffuse_reflectance": pigment_texture(pigment), **parameters}
+
+
+def scale_values(values: np.ndarray) -> np.ndarray:
+    """A picture over the snake's UVs, (rows, columns) with row 0 at v = 0, that has one number on each scale.
+
+    Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. i is from
+    −1 to 28 and j from −1 to 18, since scales beyond the sheet reach into it. Tips are those of a regular lattice; the
+    mesh's are displaced at random by up to a twentieth of a half scale.
+    """
+    rows_u, rows_v = ROWS
+    v, u = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
+    picture = np.zeros_like(u)
+    # A scale lies over those nearer to the tail, so it is painted after them.
+    for i in range(rows_u + 1, -2, -1):
+        for j in range(-1, rows_v + 2):
+            if (i + j) % 2:
+                continue
+            rows, columns = (slice(max(k - 1, 0) * TEXELS, max(k + 1, 0) * TEXELS) for k in (j, i))
+            along, across = u[rows, columns] - i, np.abs(v[rows, columns] - j)
+            # lattice.rs explains the outline: an arc towards the tail, and parallel sides towards the head.
+            gauge = np.maximum(along, 0) ** OUTLINE + across**OUTLINE
+            inside = np.where(along > 0, gauge, across) <= 1
+            picture[rows, columns] = np.where(inside, values[i, j], picture[rows, columns])
+    return picture
+
+
+def varied_skin(name: str) -> dict:
+    """Parameters of the plugin for a preset whose size and angle vary at random from scale to scale."""
+    parameters = preset_skin(name)
+    random = np.random.default_rng(SEED)
+    # The last row and column are for index −1.
+    shape = (ROWS[0] + 3, ROWS[1] + 3)
+    sizes, turns = random.uniform(*SIZES, shape), random.normal(parameters.get("rotation", 0.0), TURN_DEG, shape)
+    return {**parameters, "scale": raw_texture(scale_values(sizes)), "rotation": raw_texture(scale_values(turns))}

@@ -1,0 +1,118 @@
+"""A compact disc and a DVD under their polycarbonate. Lengths are in cm, z is up.
+
+On Mitsuba's disk u is the radius. The tracks of the preset `cd` are perpendicular to x, so they are circles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mitsuba as mi
+
+from .light import lamps, sky
+from .scene import View, soil, stage
+
+# Refractive index of polycarbonate.
+POLYCARBONATE = 1.58
+# Radius of the disc (IEC 60908 and ECMA-267).
+RADIUS_CM = 6.0
+# Inner and outer radius of the tracks.
+TRACKS_CM = (2.3, 5.85)
+# Radius of the clear hub, within which there is no metal.
+HUB_CM = 1.9
+# Reflectance of the hub's body: slightly brighter than the ground.
+HUB_GREY = 0.05
+# Radius of the hole.
+HOLE_CM = 0.75
+# Height of the disc above the ground.
+HEIGHT_CM = 0.12
+# Vertical distance between the disc's parts, enough for rays to tell them apart.
+LAYER_CM = 0.002
+# Camera, as far away as a person at a table.
+DISC_VIEW = View(origin_cm=(0, -40, 43), target_cm=(0, -0.2, 0), fov_deg=13.8)
+# Width of the coherence window, relative to the pitch of the tracks. Wider windows show streaks of the preset's tile,
+# which repeats a few hundred pits; on a disc the pits in view of a pixel are thousands, all different.
+WINDOW_TRACKS = 10
+# Relative error of the tables: colours are smooth, and a larger error halves the time to build.
+TOLERANCE = 1e-2
+# Radiance of a white plane at the disc that faces a lamp. All radiances have this unit (light.py).
+LAMP_BRIGHTNESS = 0.25
+# Radiance of the dim room, in all directions.
+ROOM_RADIANCE = 0.03
+# Radiance of the window.
+WINDOW_RADIANCE = 8.0
+# Edges of the window in cm: width and height.
+WINDOW_CM = (50.0, 70.0)
+
+
+@dataclass(frozen=True)
+class Format:
+    """Kind of disc.
+
+    `pitch_um` is the distance between tracks and `depth_um` the depth of pits. `lamps` has azimuth and elevation in
+    degrees of small lamps, and `window_cm` the centre of a window, whose first orders reach the camera of DISC_VIEW.
+    """
+
+    pitch_um: float
+    depth_um: float
+    lamps: list[tuple[float, float]]
+    window_cm: tuple[float, float, float]
+
+    def tracks(self) -> dict:
+        """The plugin for the tracks of pits in aluminium."""
+        return {
+            "type": "diffraction",
+            "preset": "cd",
+            "scale": self.pitch_um / CD.pitch_um,
+            "depth": self.depth_um / CD.depth_um,
+            "coherence_length": WINDOW_TRACKS * self.pitch_um,
+            "tolerance": TOLERANCE,
+            "material": "Al",
+            "cover_eta": POLYCARBONATE,
+        }
+
+
+# Compact disc, as in the preset.
+CD = Format(pitch_um=1.6, depth_um=0.12, lamps=[(73, 64), (114, 61)], window_cm=(60, 150, 115))
+# DVD (ECMA-267). Its depth is about a quarter of the wavelength of the player's laser, 0.65 µm, in polycarbonate.
+DVD = Format(pitch_um=0.74, depth_um=0.105, lamps=[(-11, 75), (160, 65)], window_cm=(111, 92, 115))
+
+
+def disc(kind: Format) -> dict:
+    """The disc as entries of a scene dictionary: horizontal disks, each slightly above the one before.
+
+    From below: a mirror without tracks, the tracks, the mirror inside them, the clear hub, and ground in the hole.
+    """
+    mirror = {"type": "conductor", "material": "Al"}
+    # An opaque grey, since through a transparent hub the path tracer would find the lamps by chance alone.
+    hub = {"type": "plastic", "int_ior": POLYCARBONATE, "diffuse_reflectance": {"type": "rgb", "value": HUB_GREY}}
+    parts = {
+        "rim": (RADIUS_CM, mirror),
+        "tracks": (TRACKS_CM[1], kind.tracks()),
+        "mirror": (TRACKS_CM[0], mirror),
+        "hub": (HUB_CM, hub),
+        "hole": (HOLE_CM, soil()),
+    }
+    transform = mi.ScalarTransform4f()
+    return {
+        name: {
+            "type": "disk",
+            "to_world": transform.translate([0, 0, HEIGHT_CM + layer * LAYER_CM]).scale(radius_cm),
+            "bsdf": bsdf,
+        }
+        for layer, (name, (radius_cm, bsdf)) in enumerate(parts.items())
+    }
+
+
+def window(kind: Format) -> dict:
+    """A window behind the disc and a dim room, as entries of a scene dictionary."""
+    transform = mi.ScalarTransform4f()
+    place = transform.look_at(list(kind.window_cm), [0, 0, 0], [0, 0, 1])
+    place = place @ transform.scale([0.5 * WINDOW_CM[0], 0.5 * WINDOW_CM[1], 1])
+    emitter = {"type": "area", "radiance": {"type": "d65", "scale": WINDOW_RADIANCE}}
+    return {"window": {"type": "rectangle", "to_world": place, "emitter": emitter}, **sky(ROOM_RADIANCE)}
+
+
+def disc_scene(view: View = DISC_VIEW, spp: int = 64, kind: Format = CD, emitters: dict | None = None) -> dict:
+    """A disc on the ground, with the read side up, under its small lamps or other `emitters`."""
+    return stage(disc(kind), emitters or lamps(kind.lamps, LAMP_BRIGHTNESS, ROOM_RADIANCE), view, spp)
