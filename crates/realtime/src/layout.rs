@@ -195,7 +195,7 @@ mod tests {
         let (shade, locate) = (program::shade(&program::no_method()), program::locate());
         for (source, name, ours) in [
             (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
-            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers)),
+            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers, cover_eta)),
             (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
             (
