@@ -20,6 +20,7 @@ ACCEPTED = [
     {**QUICK, "eta": 0.2, "k": 3.9},
     {**QUICK, "specular_reflectance": 0.5, "diffuse_reflectance": {"type": "checkerboard"}},
     {**QUICK, "scale": 0.5, "depth": 0.3},
+    {**QUICK, "scale": {"type": "checkerboard"}, "depth": 0.5},
     {**QUICK, "cover_eta": 1.58, "material": "Al"},
     {**QUICK, "cover_eta": 1.5, "cover_reflection": False, "eta": 1.56, "diffuse_reflectance": 0.3},
     {**QUICK, "rotation": 30},
@@ -47,7 +48,7 @@ REFUSED = [
     ({"preset": "cd", "region_size": 20.0, "region_spread": 0.05}, "region_size", "xenopeltis"),
     ({"scale": 0.0}, "scale", "[1e-3, 1e0]"),
     ({"depth": 1.5}, "depth", "[1e-3, 1e0]"),
-    ({"scale": {"type": "checkerboard"}}, "scale", "float"),
+    ({"preset": "blazed", "scale": {"type": "checkerboard"}, "theory": "rigorous"}, "scale", "numbers"),
     ({"cover_eta": 0.9}, "cover_eta", "[1e0, 2.6e0]"),
     ({"cover_eta": {"type": "checkerboard"}}, "cover_eta", "float"),
     ({"cover_reflection": True}, "cover_reflection", "cover_eta"),
@@ -171,7 +172,8 @@ def test_xml_is_read(scalar_rgb):
 def test_traverse_shows_the_continuous_parameters(variant, make_bsdf):
     params = mi.traverse(make_bsdf(**QUICK, diffuse_reflectance=0.2))
     names = {key.split(".")[0] for key in params.keys()}  # noqa: SIM118
-    assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation", "coherence_length"}
+    numbers = {"coherence_length", "scale", "depth"}
+    assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation"} | numbers
     params["specular_reflectance.value"] = 0.5
     params.update()
 

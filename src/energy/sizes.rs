@@ -108,24 +108,22 @@ mod tests {
     use super::*;
     use crate::height_field::random::Random;
     use crate::height_field::{HeightField, Preset};
-    use crate::lobe::Surface;
     use crate::numeric::Plain;
     use crate::scattering::{Options, Reading, RelativeSize, build_table};
     use std::f64::consts::TAU;
 
-    /// Largest albedos after division by the table of all sizes, of random sizes, incidences and wavelengths: below 87°
-    /// and beyond. Reliefs of the sizes are built anew and integrated accurately.
+    /// Largest albedos of a grating after division by the table of all sizes, of random sizes, incidences and wavelengths:
+    /// below 87° and beyond. Gratings of the sizes are built anew and integrated accurately.
     fn largest_albedos(field: &HeightField, options: &Options, count: usize) -> [f64; 2] {
-        let surface = Surface::new(field, options).unwrap();
-        let (view, keeps_window) = (surface.albedo_table().unwrap().view::<f64>(), surface.layout().keeps_window());
+        let table = build_table(field, options, &Progress::none()).unwrap().table;
+        let albedos = AlbedoTable::build(&table, options, &Progress::none()).unwrap().0;
+        let view = albedos.view::<f64>();
         let mut random = Random::new(11);
         let mut largest = [0f64; 2];
         for _ in 0..count {
             let SizeRange { scale, depth } = options.sizes.unwrap();
             let [scale, depth] = [scale, depth].map(|[low, high]| low + (high - low) * random.between(0.0, 1.0));
-            let window = if keeps_window { 1.0 } else { scale };
-            let coherence_length_um = window * options.coherence_length_um;
-            let own = Options { coherence_length_um, sizes: None, ..options.clone() };
+            let own = Options { sizes: None, ..options.clone() };
             let resized = build_table(&field.resized(scale, depth), &own, &Progress::none()).unwrap().table;
             let integral = AlbedoIntegral::accurate(&resized, &own).unwrap();
             for _ in 0..40 {
@@ -133,7 +131,7 @@ mod tests {
                 let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
                 let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
                 let size = Some(RelativeSize { scale, depth });
-                let reading = Reading::<Plain<f64>>::resized(nm, size, keeps_window);
+                let reading = Reading::<Plain<f64>>::resized(nm, size, true);
                 let mut albedo = 0.0;
                 integral.visit::<Plain<f64>>(wi, nm, None, |wo, part| {
                     albedo += part * view.factor(wi, wo, &reading, true);
