@@ -194,7 +194,7 @@ private:
         return UnpolarizedSpectrum(0.f);
     }
 
-    /// The same for the components x, y and z of wi, those of wo, and scale and depth if N is 8.
+    /// Zero with derivatives by the components x, y and z of wi, those of wo, and scale and depth if N is 8.
     template <size_t N> UnpolarizedSpectrum zero_with_derivatives(const std::array<Float, N> &components,
                                                                   const Wavelength &wavelengths, const Size &size,
                                                                   const Mask &active) const {

@@ -64,7 +64,7 @@ NOTE_LAMPS = [(35, 40), (-65, 50)]
 
 # Radiance of a white plane that faces one of the card's lamps, and of the sky: a dark room makes colours crisp.
 CARD_BRIGHTNESS, CARD_SKY = 0.12, 0.05
-# The same for the banknote, whose paper is lit as brightly as its colours.
+# Radiances for the banknote, whose paper is lit as brightly as its colours.
 NOTE_BRIGHTNESS, NOTE_SKY = 0.35, 0.3
 
 

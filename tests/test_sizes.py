@@ -89,7 +89,7 @@ def test_every_variant_takes_textures(variant):
         surface["coherence_length"] *= SCALE
     expected = eval_pdf(built(variant, scale=SCALE, depth=DEPTH, **surface), wi, wo, nm)[0]
     found = eval_pdf(sized(variant, **{**surface, "coherence_length": GRATING["coherence_length"]}), wi, wo, nm)[0]
-    # As above, of few queries.
+    # Tolerance of colours above, for few queries.
     assert np.abs(found - expected).sum() < 2e-2 * np.abs(expected).sum()
 
 

@@ -77,7 +77,7 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
         return;
     }
     let [alpha_low, alpha_high] = bounds_y.map(f64::asin);
-    // As a function of α, the range of ψ has a kink where a bound along x meets the horizon. Panels end at the kinks.
+    // The range of ψ over α has a kink where a bound along x meets the horizon. Panels end at the kinks.
     let mut ends = vec![alpha_low, alpha_high];
     for x in bounds_x {
         let kink = x.abs().acos();

@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn albedos_of_resized_reliefs_are_limited() {
-        // Of one size, albedos between nodes reach 1.01 and the tolerance of the tables.
+        // Bound of surfaces of one size: 1.01 and the tolerance of the tables.
         const LIMIT: f64 = 1.011;
         // Orders at scales between the ends of the range are wider than the table's, and so is their pole at the horizon.
         const AT_HORIZON: f64 = 1.12;

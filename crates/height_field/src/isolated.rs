@@ -140,7 +140,7 @@ mod tests {
         // Two exact levels: a lamellar grating.
         let lamellar = Array2::from_shape_fn((4, 20), |(_, ix)| if ix % 10 == 0 { 0.5 } else { 0.0 });
         assert!(isolated(&lamellar).is_empty());
-        // The same with a few heights at the walls, which a tip rounds: either level is far from the rest.
+        // Levels with a few heights at the walls, which a tip rounds: either level is far from the rest.
         for (floor, top) in [(0.0, 0.125), (0.125, 0.0), (3.0, -7.0)] {
             let rounded = |ix: usize| if ix % 20 == 10 { top + 0.02 * (floor - top) } else { top };
             let walls = Array2::from_shape_fn((4, 40), |(_, ix)| if ix % 20 < 9 { floor } else { rounded(ix) });
