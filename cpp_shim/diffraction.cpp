@@ -33,7 +33,8 @@
  *                                        (scalar)
  * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;
  *                                        a change builds the tables anew
- * model                 string           ensemble, patch (ensemble)
+ * model                 string           ensemble: mean over all positions of the coherence window; patch: one position
+ *                                        (ensemble)
  * obliquity             string           auto, stam, small_slope, unit (auto: small_slope if k is at most a tenth of
  *                                        eta at every wavelength, else stam); small_slope needs eta and k as numbers
  *                                        or spectra

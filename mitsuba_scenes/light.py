@@ -20,7 +20,7 @@ SUN_DIAMETER_DEG = 0.53
 DISC_DISTANCE_CM = 1e4
 # Distance in cm of lamps from the origin, as in a room.
 LAMP_DISTANCE_CM = 200.0
-# Radius of a lamp in cm: a bulb that appears as large as the sun, 0.57°.
+# Radius of a lamp in cm: a bulb whose diameter appears as 0.57°, about that of the sun.
 LAMP_RADIUS_CM = 1.0
 
 

@@ -205,3 +205,30 @@ def test_refused_in_one_line(parameters, message):
     read = {name: bitmap(value) if isinstance(value, list) else value for name, value in parameters.items()}
     with pytest.raises(RuntimeError, match=message):
         mi.load_dict({"type": "diffraction", **GRATING, **read})
+
+
+@pytest.mark.parametrize("variant", ["llvm_ad_spectral", "llvm_ad_rgb"])
+@pytest.mark.parametrize("cover_eta", [1.0, 1.58])
+def test_a_million_random_queries_are_finite(variant, cover_eta):
+    use_variant(variant)
+    count = 250_000
+    rng = np.random.default_rng(21)
+    # Sizes over the whole accepted range, and directions down to the horizon.
+    scale, depth = (10 ** rng.uniform(-3, 0, 64) for _ in range(2))
+    surface = {"type": "diffraction", **GRATING, "cover_eta": cover_eta, "cover_reflection": cover_eta > 1}
+    if cover_eta == 1:
+        del surface["cover_eta"], surface["cover_reflection"]
+    bsdf = mi.load_dict({**surface, "scale": bitmap(scale), "depth": bitmap(depth)})
+    wi, wo, nm = random_directions(rng, count), random_directions(rng, count), random_wavelengths(rng, count)
+    grazing = rng.random(count) < 0.2
+    wi[grazing, 2] *= 1e-4
+    wi /= np.linalg.norm(wi, axis=1, keepdims=True)
+    si = interactions(wi, nm)
+    si.uv = mi.Point2f(rng.random((2, count)).astype(np.float32))
+    value, pdf = bsdf.eval_pdf(mi.BSDFContext(), si, mi.Vector3f(np.ascontiguousarray(wo.T)))
+    u = rng.random((3, count)).astype(np.float32)
+    drawn, weight = bsdf.sample(mi.BSDFContext(), si, mi.Float(u[0]), mi.Point2f(u[1:]))
+    for found in (value, pdf, drawn.wo, drawn.pdf, weight):
+        assert np.all(np.isfinite(np.array(found)))
+    assert np.all(np.array(pdf) >= 0)
+    assert np.array(value).max() > 0

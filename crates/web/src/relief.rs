@@ -183,10 +183,11 @@ impl Relief {
 
     /// Builds the realtime method of the settings for this relief.
     ///
-    /// # Errors [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options
-    /// that do not fit the relief.
+    /// # Errors
+    /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
+    /// not fit the relief.
     pub fn method(&self, settings: &Settings, progress: &Progress) -> Result<Box<dyn Method>, WebError> {
-        // The published methods check limits of their own.
+        // The estimate is that of the colour table. The other methods check their own limits while they are built.
         if settings.method == MethodKind::Table
             && let Some(line) = self.estimate(settings).too_much
         {

@@ -37,8 +37,9 @@ enum Source {
 impl Spectra {
     /// Builds the source of spectra for the settings' method. `field` is magnified by the index of the cover.
     ///
-    /// # Errors [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options
-    /// that do not fit the relief.
+    /// # Errors
+    /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
+    /// not fit the relief.
     pub fn new(field: &HeightField, settings: &Settings, progress: &Progress) -> Result<Self, WebError> {
         let (model, index, cover) = (settings.model(), settings.index_inside(), settings.surface.cover());
         let source = match settings.method {

@@ -19,7 +19,7 @@ pub(crate) struct Facts {
     pub picture: Option<PictureFacts>,
 }
 
-/// The method that draws.
+/// The method that draws the picture.
 pub(crate) struct MethodFacts {
     pub name: &'static str,
     pub build_seconds: f64,
