@@ -93,7 +93,10 @@ def read_result(folder: Path, identity: str) -> dict[str, Any] | None:
         return None
     if not isinstance(record, dict) or record.get("identity") != identity:
         return None
-    for ending, size in record["pictures"].items():
+    pictures = record.get("pictures")
+    if not isinstance(pictures, dict):
+        return None
+    for ending, size in pictures.items():
         try:
             if os.stat(folder / picture_name(identity, ending)).st_size != size:
                 return None
@@ -178,9 +181,10 @@ class Store:
         self._remove_abandoned()
 
     def _check_places(self) -> None:
-        """Refuses folders in the places of the sweep's files and the reverse, before hours of work.
+        """Raises :class:`SweepError`, after unlocking, where a file or folder of the sweep could not be written.
 
-        Raises :class:`SweepError` after unlocking the folder.
+        A folder has the name of one of its files, or a file that of a folder, or a folder is read-only. The check
+        comes before hours of work.
         """
         blocked = [name for name in _FILES if (self.folder / name).is_dir()]
         blocked += [name for name in _FOLDERS if not _can_hold_files(self.folder / name)]
