@@ -33,7 +33,9 @@ impl SurfaceConfig {
     /// A realtime method by the configuration's theory. The scalar theory has all kinds ([`methods::build`]), which are
     /// built anew. The rigorous theory has [`MethodKind::Table`] only, which reads its tables from `cache`.
     ///
-    /// Under a cover, the method takes directions inside it. `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
+    /// Under a cover, the method takes directions inside it.
+    ///
+    /// `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
     /// Maxwell's equations include the material's reflectance in their answers. [`Method::answers`] tells whether
     /// other methods do.
     ///

@@ -17,7 +17,8 @@ fn defaults_follow_the_source_and_the_model() {
 #[test]
 fn json_round_trip_keeps_every_field() {
     let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
-        "scale":0.5,"depth":0.25,"coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
+        "scale":0.5,"depth":0.25,"coherence_length":10.0,"model":"patch","obliquity":"unit",
+        "conserve_energy":true,"shadowing":true,
         "eta":0.2,"k":3.0,"cover_eta":1.5,"tolerance":1e-5,"build_limit":3.5}"#;
     let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
     let regions = r#"{"preset":"xenopeltis","region_size":20.0,"region_spread":0.05}"#;

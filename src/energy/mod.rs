@@ -64,9 +64,9 @@ pub struct AlbedoLayout {
     pub cells: u32,
     /// Number of planes of wavelength, at least two. In a [`ColourAlbedoTable`] the number of bands.
     pub planes: u32,
-    /// Wavelength of the first plane in nm; zero in a [`ColourAlbedoTable`].
+    /// Wavelength of the first plane in nm; zero in a [`ColourAlbedoTable`] and for several sizes.
     pub wavelength_min_nm: f32,
-    /// Planes per nm of wavelength; zero in a [`ColourAlbedoTable`].
+    /// Planes per nm of wavelength; zero in a [`ColourAlbedoTable`] and for several sizes.
     pub planes_per_nm: f32,
     /// Planes and slabs of a table for several relative sizes, whose planes are not uniform in wavelength.
     pub sizes: Option<SizeAxes>,
@@ -77,11 +77,10 @@ pub struct AlbedoLayout {
 /// A node holds `(A − 1)·cos²θ`. It is zero where nothing is divided, and finite at the horizon, where A has a pole in
 /// cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
 ///
-/// Words are arranged `[slab][wavelength][y][x]`. There is one slab, unless the relief has several sizes ([`SizeAxes`]).
-/// Each cell has a packet of four words, so that a look-up takes one read. A
-/// packet has the corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of the cell's lower plane of wavelength, then
-/// those of its upper plane. Two corners share a word as 16-bit floats (bfloat16), rounded up, the first in the lower
-/// half.
+/// Words are arranged `[slab][wavelength][y][x]`. There is one slab unless the relief has several sizes ([`SizeAxes`]).
+/// Each cell has a packet of four words, so that a look-up takes one read, or two for several sizes. A packet has the
+/// corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its
+/// upper plane. Two corners share a word as 16-bit floats (bfloat16), rounded up, the first in the lower half.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};

@@ -73,7 +73,7 @@ pub(super) fn build(
     let layout = AlbedoLayout {
         cells,
         planes,
-        wavelength_min_nm: WAVELENGTH_MIN_NM as f32,
+        wavelength_min_nm: 0.0,
         planes_per_nm: 0.0,
         sizes: Some(SizeAxes {
             log_wavelength_min: shortest_nm.log2() as f32,
@@ -112,8 +112,8 @@ mod tests {
     use crate::scattering::{Options, Reading, RelativeSize, build_table};
     use std::f64::consts::TAU;
 
-    /// Largest albedos of a grating after division by the table of all sizes, of random sizes, incidences and wavelengths:
-    /// below 87° and beyond. Gratings of the sizes are built anew and integrated accurately.
+    /// Largest albedos of a grating after division by the table of all sizes, below 87° and beyond. Sizes, incidences
+    /// and wavelengths are random. Gratings of the sizes are built anew and integrated accurately.
     fn largest_albedos(field: &HeightField, options: &Options, count: usize) -> [f64; 2] {
         let table = build_table(field, options, &Progress::none()).unwrap().table;
         let albedos = AlbedoTable::build(&table, options, &Progress::none()).unwrap().0;
@@ -147,7 +147,7 @@ mod tests {
     fn albedos_of_resized_reliefs_are_limited() {
         // Bound of surfaces of one size: 1.01 and the tolerance of the tables.
         const LIMIT: f64 = 1.011;
-        // Orders at scales between the ends of the range are wider than the table's, and so is their pole at the horizon.
+        // Orders at scales above the smallest are wider than the table's, and so is their pole at the horizon.
         const AT_HORIZON: f64 = 1.12;
         let sizes = |scale, depth| Options {
             coherence_length_um: 20.0,

@@ -4,8 +4,8 @@ use super::common::{Random, direction, sinusoid};
 use std::f64::consts::{PI, TAU};
 use sunbeam::Cache;
 use sunbeam::config::{BuiltSurface, SurfaceConfig};
-use sunbeam::lobe::Exact;
-use sunbeam::scattering::{ComplexIndex, Obliquity, Options, Pair, Vec3, fresnel_unpolarised};
+use sunbeam::lobe::{Exact, Lobe, Surface};
+use sunbeam::scattering::{ComplexIndex, Obliquity, Options, Pair, RelativeSize, Vec3, fresnel_unpolarised};
 use sunbeam::table::Progress;
 
 /// Index of polycarbonate.
@@ -72,6 +72,36 @@ fn orders_under_a_cover_follow_the_vector_inside() {
         }
     }
     assert!(compared > 30, "{compared}");
+}
+
+#[test]
+fn orders_of_a_resized_grating_follow_the_closed_form() {
+    // Orders under the same window as that of the tables, which keep their width.
+    let (d_um, height_um, coherence_um) = (2.5, 0.25, 40.0);
+    let field = sinusoid(100, d_um, 0.5 * height_um);
+    let options = Options { coherence_length_um: coherence_um, conserve_energy: false, ..Options::default() };
+    let surface = Surface::new(&field, &options).unwrap();
+    let sigma_um = coherence_um / 4.0;
+    let mut compared = 0;
+    for (scale, depth) in [(1.0, 1.0), (0.6, 0.9), (0.8, 0.3), (0.41, 1.0)] {
+        let lobe = surface.lobe_of_size(RelativeSize { scale, depth });
+        for (wi, nm) in [(direction(0.0, 0.0), 420.0), (direction(30.0, 20.0), 550.0), (direction(60.0, 200.0), 680.0)]
+        {
+            for m in -3..=3 {
+                let Some(wo) = order(wi, m, scale * d_um, nm) else { continue };
+                let pair = Pair::new(wi, wo).unwrap();
+                let amplitude = bessel(m, 0.5 * pair.kappa(nm * 1e-3) * depth * height_um);
+                let spectrum = 4.0 * PI * sigma_um * sigma_um * amplitude * amplitude;
+                let expected = pair.obliquity(Obliquity::Stam) * spectrum / (nm * 1e-3).powi(2);
+                let [found] = lobe.eval(wi, wo, [nm], true);
+                if amplitude * amplitude > 1e-3 {
+                    assert!((found / expected - 1.0).abs() < TABLES, "{scale} {depth}, order {m}: {found} {expected}");
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 15, "{compared}");
 }
 
 /// Bessel function of the first kind by its integral, `(1/π)∫ cos(mt − x sin t) dt`, exact for the midpoint rule.
