@@ -106,7 +106,7 @@ impl SurfaceConfig {
         Ok(read)
     }
 
-    /// The height field as tables are built from it: magnified by the index of the cover, if there is one.
+    /// The height field as tables are built from it: magnified by the index of the cover or the body.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`].
@@ -114,17 +114,19 @@ impl SurfaceConfig {
         Ok(self.inside(self.height_field()?))
     }
 
-    /// A relief magnified by the index of the cover, as tables are built from it.
+    /// A relief magnified by the index of the cover or the body, as tables are built from it. Without a contrast of
+    /// indices a body has no relief.
     pub fn inside(&self, field: HeightField) -> HeightField {
-        match self.cover_eta {
-            Some(eta) => field.resized(eta, eta),
-            None => field,
+        match (self.magnification(), self.body()) {
+            (1.0, Some(_)) => field.resized(1.0, 0.0),
+            (1.0, None) => field,
+            (factor, _) => field.resized(factor, factor),
         }
     }
 
     /// Coherence length in µm that goes with [`SurfaceConfig::height_field_inside`].
     pub fn coherence_length_inside(&self) -> f64 {
-        self.coherence_length * self.cover_eta.unwrap_or(1.0)
+        self.coherence_length * self.magnification()
     }
 
     /// The configuration's index relative to that of the cover; `None` for a surface that reflects everything.
@@ -150,7 +152,10 @@ impl SurfaceConfig {
 
     /// [`SurfaceConfig::options`] with `index` in place of the configuration's; `None` reflects everything.
     pub fn options_for(&self, index: Option<&SpectralIndex>) -> Options {
-        let obliquity = self.obliquity.resolved(index);
+        let obliquity = match self.body() {
+            Some(_) => Obliquity::SmallSlope,
+            None => self.obliquity.resolved(index),
+        };
         Options {
             coherence_length_um: self.coherence_length_inside(),
             model: self.model,
@@ -162,6 +167,7 @@ impl SurfaceConfig {
             shadowing: self.shadowing,
             reach: 1.0 / self.cover_eta.unwrap_or(1.0),
             sizes: self.sizes,
+            body: self.body(),
             tolerance: self.tolerance,
             build_limit: self.build_limit,
         }
@@ -180,7 +186,7 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
     pub fn build_watched(&self, cache: &Cache, progress: &Progress) -> Result<(Surface, Origin), BuildError> {
-        self.refuse_cover("the functions build and build_watched")?;
+        self.require_bare("the functions build and build_watched")?;
         Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 

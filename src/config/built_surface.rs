@@ -45,7 +45,7 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
-    /// The surface of a phase screen. `index` is relative to the cover's.
+    /// The surface of a phase screen. `index` is relative to the cover's. A transparent body has its own.
     pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>, cover: Option<Cover>) -> Self {
         Self { tables: Tables::Scalar(Box::new(surface), index), cover }
     }
@@ -63,10 +63,11 @@ impl BuiltSurface {
         }
     }
 
-    /// The interface's factor between two directions inside the cover ([`Pair::interface`]). For gratings, whose values
-    /// include the material, it is always 1.
+    /// The interface's factor between two directions inside the cover ([`Pair::interface`]). For gratings and bodies
+    /// that transmit, whose values include the material, it is always 1.
     fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
         match &self.tables {
+            Tables::Scalar(surface, _) if surface.options().body.is_some() => 1.0,
             Tables::Scalar(surface, index) => {
                 Pair::new(wi, wo).map_or(0.0, |pair| pair.interface(*index, surface.options().obliquity))
             }
@@ -74,11 +75,22 @@ impl BuiltSurface {
         }
     }
 
-    /// Calls `each(k, f_r)` for every wavelength in turn. `k` is its position in `wavelengths_nm`; `f_r` is in 1/sr and
-    /// leaves out the cosine. `f_r` is 0 unless both directions lie above the surface and the wavelength within the
-    /// tables' range.
+    /// Whether the surface transmits light, so that directions below it count.
+    pub fn transmits(&self) -> bool {
+        matches!(&self.tables, Tables::Scalar(surface, _) if surface.options().body.is_some())
+    }
+
+    /// The pair as the tables take it. `None` where the surface scatters nothing.
+    fn inside(&self, wi: Vec3, wo: Vec3) -> Option<Inside> {
+        if self.transmits() { Some(Inside::bare(wi, wo)) } else { Inside::new(self.cover, wi, wo) }
+    }
+
+    /// Calls `each(k, f)` for every wavelength in turn. `k` is its position in `wavelengths_nm`; `f` is in 1/sr and
+    /// leaves out the cosine. `f` is 0 unless the wavelength lies within the tables' range and, on a surface that only
+    /// reflects, both directions above it. A surface that transmits has the power per solid angle of light that arrives
+    /// from `wi` and leaves along `wo`.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
-        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else {
+        let Some(Inside { wi, wo, factor, .. }) = self.inside(wi, wo) else {
             (0..wavelengths_nm.len()).for_each(|k| each(k, 0.0));
             return;
         };
@@ -95,7 +107,7 @@ impl BuiltSurface {
     /// [`BuiltSurface::eval`]; also returns the density of [`BuiltSurface::sample_direction`] in 1/sr, the mean over
     /// the wavelengths.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) -> f64 {
-        let Some(Inside { wi, wo, factor, density }) = Inside::new(self.cover, wi, wo) else {
+        let Some(Inside { wi, wo, factor, density }) = self.inside(wi, wo) else {
             (0..wavelengths_nm.len()).for_each(|k| each(k, 0.0));
             return 0.0;
         };
@@ -116,7 +128,7 @@ impl BuiltSurface {
     /// drawn direction lies below the horizon, where the cover reflects the drawn direction totally, and without a
     /// wavelength.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
-        let wi = Inside::new(self.cover, wi, [0.0, 0.0, 1.0])?.wi;
+        let wi = self.inside(wi, [0.0, 0.0, 1.0])?.wi;
         let wo = match &self.tables {
             Tables::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),
             Tables::Rigorous(built) => built.0.sample_direction(wi, wavelengths_nm, u),

@@ -1,6 +1,6 @@
 //! The error of a configuration, and the accepted values that its messages name.
 
-use super::{COVER_ETA, ETA, K, RELATIVE_SIZE};
+use super::{BODY_ETA, COVER_ETA, ETA, K, RELATIVE_SIZE};
 use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 use std::fmt;
@@ -47,6 +47,8 @@ pub enum Accepted {
     K,
     /// The index of a cover, [`COVER_ETA`].
     CoverEta,
+    /// The index of a body that transmits: 1, or in [`BODY_ETA`].
+    BodyEta,
     /// A relative error of tables, [`TOLERANCE`].
     Tolerance,
     /// A factor on the memory and time of a build, [`BUILD_LIMIT`].
@@ -66,6 +68,7 @@ impl fmt::Display for Accepted {
             Self::CoherenceLength => ("a length in µm", COHERENCE_LENGTH_UM),
             Self::Eta => ("the real part of a refractive index", ETA),
             Self::K => ("the imaginary part of a refractive index", K),
+            Self::BodyEta => ("the index of a body that transmits: 1, or", BODY_ETA),
             Self::CoverEta => ("the index of a clear layer", COVER_ETA),
             Self::Tolerance => ("a relative error", TOLERANCE),
             Self::BuildLimit => ("a factor", BUILD_LIMIT),

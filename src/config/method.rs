@@ -50,6 +50,7 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Box<dyn Method>, BuildError> {
+        self.refuse_transmission("the realtime methods")?;
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
                 let (field, surface) = (self.height_field_inside()?, self.options_for(index));

@@ -24,6 +24,7 @@ mod relief_source;
 #[cfg(test)]
 mod tests;
 mod theory;
+mod transmission;
 
 #[cfg(feature = "full")]
 pub use build::BuildError;
@@ -33,9 +34,10 @@ pub use error::{Accepted, ConfigError};
 pub use obliquity::ObliquityChoice;
 pub use relief_source::ReliefSource;
 pub use theory::Theory;
+pub use transmission::BODY_ETA;
 
 use crate::height_field::{Fill, Level, MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
-use crate::scattering::{ComplexIndex, Cover, Options, SizeRange};
+use crate::scattering::{ComplexIndex, Cover, Options, SizeRange, Transmission};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -144,6 +146,9 @@ pub struct SurfaceConfig {
     /// Index of a flat clear layer over the relief, such as a disc's polycarbonate or a foil's lacquer (default: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cover_eta: Option<f64>,
+    /// Fate of the light that passes the relief of a dielectric (default: `none`).
+    #[serde(skip_serializing_if = "is_none")]
+    pub transmission: Transmission,
     /// Relative error of the tables (default: 1e-3).
     pub tolerance: f64,
     /// Factor on the limits of a build, 8 GB and two minutes on two cores (default: 1).
@@ -154,6 +159,11 @@ pub struct SurfaceConfig {
 /// Whether a factor has its default, which is not serialised.
 fn is_one(factor: &f64) -> bool {
     *factor == 1.0
+}
+
+/// Whether `transmission` has its default, which is not serialised.
+fn is_none(transmission: &Transmission) -> bool {
+    *transmission == Transmission::None
 }
 
 /// Whether `theory` has its default, which is not serialised.
@@ -189,6 +199,7 @@ impl Default for SurfaceConfig {
             eta: None,
             k: None,
             cover_eta: None,
+            transmission: Transmission::None,
             sizes: None,
             tolerance: options.tolerance,
             build_limit: options.build_limit,
@@ -222,15 +233,15 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// Refuses a cover on behalf of `user`, which shows bare reliefs only.
+    /// Refuses a cover and transmission on behalf of `user`, which is for bare reliefs only.
     ///
     /// # Errors
-    /// [`ConfigError::Contradiction`] if the configuration has a cover.
-    pub fn refuse_cover(&self, user: &str) -> Result<(), ConfigError> {
-        match self.cover_eta {
-            Some(_) => contradiction("cover_eta", user, "they are for bare reliefs; leave it out"),
-            None => Ok(()),
+    /// [`ConfigError::Contradiction`] if the configuration has one of them.
+    pub fn require_bare(&self, user: &str) -> Result<(), ConfigError> {
+        if self.cover_eta.is_some() {
+            return contradiction("cover_eta", user, "they are for bare reliefs; leave it out");
         }
+        self.refuse_transmission(user)
     }
 
     /// Reads a JSON object. Checks names and types of the parameters, but neither ranges nor combinations.
@@ -304,7 +315,8 @@ impl SurfaceConfig {
         }
         self.validate_source()?;
         self.validate_regions()?;
-        self.validate_theory()
+        self.validate_theory()?;
+        self.validate_transmission()
     }
 
     /// Refuses parameters that contradict the source of the heights.

@@ -328,7 +328,7 @@ fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
 
 /// One Gaussian for each of the strongest nodes, and one for all other nodes of each square of frequencies. Few nodes
 /// without a cutoff are all kept.
-fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
+pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let mut gaussians = node_gaussians(table);
     if gaussians.len() <= SEPARATE_MAX && !is_limited(table) {
         return gaussians;

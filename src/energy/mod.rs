@@ -38,6 +38,7 @@ mod power_grid;
 mod quadrature;
 mod report;
 mod sizes;
+mod transparent;
 
 pub(crate) use colour::{BAND_NODE_WEIGHTS, BAND_NODES, BAND_NODES_NM};
 pub use colour::{ColourAlbedoTable, ColourAlbedoView};
@@ -77,7 +78,8 @@ pub struct AlbedoLayout {
 /// A node holds `(A − 1)·cos²θ`. It is zero where nothing is divided, and finite at the horizon, where A has a pole in
 /// cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
 ///
-/// Words are arranged `[slab][wavelength][y][x]`. There is one slab unless the relief has several sizes ([`SizeAxes`]).
+/// Words are arranged `[side][slab][wavelength][y][x]`. A table of a transparent body has the side of air and the side
+/// of the medium ([`AlbedoTable::build_of_body`]); others have one. There is one slab unless the relief has several sizes ([`SizeAxes`]).
 /// Each cell has a packet of four words, so that a look-up takes one read, or two for several sizes. A packet has the
 /// corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its
 /// upper plane. Two corners share a word as 16-bit floats (bfloat16), rounded up, the first in the lower half.
@@ -125,21 +127,10 @@ impl AlbedoTable {
         progress: &Progress,
     ) -> Vec<u32> {
         let grid = Grid { cells };
-        let nodes = Builder::new(integral, planes as usize, group).build(grid, progress);
-        let cells = cells as usize;
-        let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
-            let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
-            // Steps along x, along y and to the next plane.
-            let corner = |dx: usize, dy: usize, d_plane: usize| match &nodes {
-                Some(nodes) => {
-                    let node = (plane + d_plane) * grid.in_plane() + (y + dy) * grid.side() + x + dx;
-                    bf16_above(nodes.values[node][0])
-                }
-                None => 0,
-            };
-            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, d_plane)| corner(0, dy, d_plane) | corner(1, dy, d_plane) << 16)
-        });
-        words.collect()
+        match Builder::new(integral, planes as usize, group).build(grid, progress) {
+            Some(nodes) => packets(grid, planes, |node| nodes.values[node][0]),
+            None => packets(grid, planes, |_| 0.0),
+        }
     }
 
     /// Dimensions of the table.
@@ -206,6 +197,17 @@ impl<N: Numbers> AlbedoView<N> {
         N::Real::lit(1.0) / (N::Real::lit(1.0) + excess)
     }
 
+    /// Place of a direction of unit length in the table of a transparent body, whose second side is that of directions
+    /// below the relief. The direction points upwards on either side.
+    #[inline(always)]
+    pub(crate) fn place_at_body(&self, w: [N::Real; 3], is_below: N::Mask) -> GridPlace<N> {
+        let AlbedoLayout { cells, planes, sizes, .. } = self.layout;
+        let in_side = sizes.map_or(1, |sizes| sizes.slabs) * (planes - 1) * cells * cells;
+        let place = self.place(w);
+        let first = N::Index::select(is_below, N::Index::lit(in_side), N::Index::lit(0));
+        GridPlace { cell: place.cell + first, ..place }
+    }
+
     /// Place of a direction of unit length in the grid.
     #[inline(always)]
     pub(crate) fn place(&self, w: [N::Real; 3]) -> GridPlace<N> {
@@ -254,6 +256,20 @@ impl<N: Numbers> AlbedoView<N> {
         });
         lerp(low, high, plane.0)
     }
+}
+
+/// Packets `[wavelength][y][x]` of all cells of a slab. `value` is that of a node, numbered `[wavelength][y][x]`.
+fn packets(grid: Grid, planes: u32, value: impl Fn(usize) -> f32) -> Vec<u32> {
+    let cells = grid.cells as usize;
+    let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
+        let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
+        // Steps along x, along y and to the next plane.
+        let corner = |dx: usize, dy: usize, d_plane: usize| {
+            bf16_above(value((plane + d_plane) * grid.in_plane() + (y + dy) * grid.side() + x + dx))
+        };
+        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, d_plane)| corner(0, dy, d_plane) | corner(1, dy, d_plane) << 16)
+    });
+    words.collect()
 }
 
 /// Bits of the smallest bfloat16 that is at least `value`, a number that is not negative.

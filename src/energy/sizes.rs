@@ -35,6 +35,41 @@ pub struct SizeAxes {
 }
 
 impl SizeAxes {
+    /// Axes for a range of sizes, and their number of planes. A relief of one size has `planes` planes over the tables'
+    /// range of wavelengths. `phase_max` is the phase in radians between the relief's lowest and highest point, per
+    /// unit of w, at the shortest wavelength; `slab_phase` is the largest change of this phase between two slabs.
+    pub(super) fn covering(sizes: &SizeRange, planes: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
+        let octaves = |low: f64, high: f64| (high / low).log2();
+        let own_octaves = octaves(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+        let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
+        let range_octaves = octaves(shortest_nm, WAVELENGTH_MAX_NM / sizes.scale[0]);
+        // Odd, so that every other plane belongs to the coarse grid.
+        let planes = 2 * (0.5 * f64::from(planes - 1) * range_octaves / own_octaves).ceil() as u32 + 1;
+        // From the smallest depth at the longest wavelength to the largest depth at the shortest.
+        let wavenumbers = [sizes.depth[0] / WAVELENGTH_MAX_NM, sizes.depth[1] / WAVELENGTH_MIN_NM];
+        // The phase at the shortest wavelength belongs to the wavenumber 1/λ_min.
+        let phase = phase_max * (wavenumbers[1] - wavenumbers[0]) * WAVELENGTH_MIN_NM;
+        let slabs = (phase / slab_phase).ceil().max(1.0) as u32 + 1;
+        let axes = Self {
+            log_wavelength_min: shortest_nm.log2() as f32,
+            planes_per_octave: (f64::from(planes - 1) / range_octaves) as f32,
+            slabs,
+            wavenumber_min: wavenumbers[0] as f32,
+            slabs_per_wavenumber: (f64::from(slabs - 1) / (wavenumbers[1] - wavenumbers[0])) as f32,
+        };
+        (planes, axes)
+    }
+
+    /// Wavelength λ' in nm at a position among the planes.
+    pub(super) fn plane_nm(&self, at: f64) -> f64 {
+        (f64::from(self.log_wavelength_min) + at / f64::from(self.planes_per_octave)).exp2()
+    }
+
+    /// Wavelength λ" in nm of a slab.
+    pub(super) fn slab_nm(&self, slab: u32) -> f64 {
+        1.0 / (f64::from(self.wavenumber_min) + f64::from(slab) / f64::from(self.slabs_per_wavenumber))
+    }
+
     /// Position among the planes at a wavelength λ' in nm.
     #[inline(always)]
     pub(super) fn plane<R: Real>(&self, wavelength_nm: R) -> R {
@@ -56,45 +91,21 @@ pub(super) fn build(
     progress: &Progress,
 ) -> (AlbedoTable, AlbedoReport) {
     let (cells, planes) = resolution(integral);
-    let octaves = |low: f64, high: f64| (high / low).log2();
-    let own_octaves = octaves(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
-    let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
-    let range_octaves = octaves(shortest_nm, WAVELENGTH_MAX_NM / sizes.scale[0]);
-    // Odd, so that every other plane belongs to the coarse grid.
-    let planes = 2 * (0.5 * f64::from(planes - 1) * range_octaves / own_octaves).ceil() as u32 + 1;
-    let planes_per_octave = f64::from(planes - 1) / range_octaves;
-    // From the smallest depth at the longest wavelength to the largest depth at the shortest.
-    let wavenumbers = [sizes.depth[0] / WAVELENGTH_MAX_NM, sizes.depth[1] / WAVELENGTH_MIN_NM];
-    // The phase at the shortest wavelength belongs to the wavenumber 1/λ_min.
-    let phase = integral.phase_max() * (wavenumbers[1] - wavenumbers[0]) * WAVELENGTH_MIN_NM;
     let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
-    let slabs = (phase / slab_phase).ceil().max(1.0) as u32 + 1;
-    let slabs_per_wavenumber = f64::from(slabs - 1) / (wavenumbers[1] - wavenumbers[0]);
-    let layout = AlbedoLayout {
-        cells,
-        planes,
-        wavelength_min_nm: 0.0,
-        planes_per_nm: 0.0,
-        sizes: Some(SizeAxes {
-            log_wavelength_min: shortest_nm.log2() as f32,
-            planes_per_octave: planes_per_octave as f32,
-            slabs,
-            wavenumber_min: wavenumbers[0] as f32,
-            slabs_per_wavenumber: slabs_per_wavenumber as f32,
-        }),
-    };
+    let (planes, axes) = SizeAxes::covering(sizes, planes, integral.phase_max(), slab_phase);
+    let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
     // Width of the gap above a plane.
-    let growth = (1.0 / planes_per_octave).exp2() - 1.0;
+    let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
     let group = |at: f64| {
-        let nm = shortest_nm * (at / planes_per_octave).exp2();
+        let nm = axes.plane_nm(at);
         Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
     };
     // Orders of gratings keep their width, and are narrowest in the tables' units at the smallest scale.
     integral.narrow(sizes.scale[0]);
     let mut words = Vec::new();
-    for slab in 0..slabs {
-        let done = |slabs_done: u32| NODES_DONE * f64::from(slabs_done) / f64::from(slabs);
-        integral.set_depth_wavelength(Some(1.0 / (wavenumbers[0] + f64::from(slab) / slabs_per_wavenumber)));
+    for slab in 0..axes.slabs {
+        let done = |slabs_done: u32| NODES_DONE * f64::from(slabs_done) / f64::from(axes.slabs);
+        integral.set_depth_wavelength(Some(axes.slab_nm(slab)));
         words.extend(AlbedoTable::slab(integral, layout, &group, &progress.part(done(slab), done(slab + 1))));
     }
     let table = AlbedoTable { layout, words };

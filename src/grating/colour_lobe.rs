@@ -19,7 +19,7 @@ use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, PROPOSED, TAU_SCALE
 use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, REACH};
 use super::polarisation::JonesView;
-use crate::lobe::{Gamut, InColour, are_above, luminance};
+use crate::lobe::{Gamut, InColour, Sides, are_above, luminance};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::{BELOW_ONE, TYPICAL_WAVELENGTH_UM};
@@ -204,6 +204,8 @@ impl<N: Numbers> GratingColourLobe<N> {
     }
 }
 
+impl<N: Numbers> Sides<N> for GratingColourLobe<N> {}
+
 impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
     fn gamut(&self) -> Gamut {
         self.gamut
@@ -255,7 +257,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
     /// A direction from three random numbers in [0, 1): the first selects an order, then a wavenumber, the others a
     /// frequency within the order's Gaussian. The zero vector where the direction falls below the horizon.
     #[inline(always)]
-    fn draw(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+    fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
         let row = self.tables.order_weights_row::<N>(wi);
         let weight = |order: N::Real| self.tables.order_weight::<N>(self.words[1], row, order, active);

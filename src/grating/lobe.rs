@@ -17,7 +17,7 @@
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
 use super::polarisation::JonesView;
-use crate::lobe::{PerWavelength, are_above};
+use crate::lobe::{PerWavelength, Sides, are_above};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
@@ -57,6 +57,8 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
+impl<N: Numbers> Sides<N> for GratingLobe<'_, N> {}
+
 impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     type Pair = [[N::Real; 3]; 2];
 
@@ -74,7 +76,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their
     /// efficiencies at `wi`. A solid angle covers `wo.z/λ²` of the plane of frequencies for each steradian.
     #[inline(always)]
-    fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
+    fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
         let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
@@ -90,7 +92,14 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     /// Draws an order by its efficiency, then a direction within the order's Gaussian. The result is the zero vector
     /// where the direction falls below the horizon.
     #[inline(always)]
-    fn draw(&self, wi: [N::Real; 3], nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+    fn draw(
+        &self,
+        wi: [N::Real; 3],
+        _to_below: N::Mask,
+        nm: N::Real,
+        u: [N::Real; 3],
+        active: N::Mask,
+    ) -> [N::Real; 3] {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();

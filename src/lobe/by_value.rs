@@ -2,9 +2,9 @@
 //! which a [`Lobe`] does not.
 
 use super::mixture::UNIFORM_FRACTION;
-use super::{Lobe, PerWavelength};
+use super::{Lobe, PerWavelength, sample_mixture};
 use crate::numeric::Plain;
-use crate::scattering::{Pair, Vec3};
+use crate::scattering::Vec3;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Plain numbers of double precision.
@@ -26,18 +26,19 @@ pub struct Sample {
     pub wo: Vec3,
     /// Density over solid angle in 1/sr, the mean over the wavelengths carried.
     pub pdf: f64,
-    /// Sample weight `f_r cosθo / pdf` at the first of the wavelengths.
+    /// Sample weight `f |cosθo| / pdf` at the first of the wavelengths.
     pub weight: f64,
 }
 
-/// Whether both directions lie above the surface and the wavelength lies within the range of the tables.
-fn is_valid_query(wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
-    Pair::new(wi, wo).is_some() && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
+/// Whether the lobe accepts both directions and the wavelength lies within the range of the tables.
+fn is_valid_query<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
+    let accepts = |w: Vec3| w.iter().all(|c| c.is_finite()) && lobe.accepts(w);
+    accepts(wi) && accepts(wo) && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
 /// `f_r` in 1/sr; zero unless [`is_valid_query`].
 pub(crate) fn eval<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-    if !is_valid_query(wi, wo, wavelength_nm) {
+    if !is_valid_query(lobe, wi, wo, wavelength_nm) {
         return 0.0;
     }
     let [f] = lobe.eval(wi, wo, [wavelength_nm], true);
@@ -46,7 +47,7 @@ pub(crate) fn eval<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3
 
 /// `f_r` and density; zeros unless [`is_valid_query`].
 pub(crate) fn eval_pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
-    if !is_valid_query(wi, wo, wavelength_nm) {
+    if !is_valid_query(lobe, wi, wo, wavelength_nm) {
         return Answer::default();
     }
     let ([f], pdf) = lobe.eval_pdf(wi, wo, [wavelength_nm], true);
@@ -55,7 +56,7 @@ pub(crate) fn eval_pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: 
 
 /// Density in 1/sr of a direction sampled for several wavelengths: the mean of their densities.
 pub(crate) fn pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
-    let density = |&nm: &f64| if is_valid_query(wi, wo, nm) { lobe.pdf(wi, wo, [nm], true) } else { 0.0 };
+    let density = |&nm: &f64| if is_valid_query(lobe, wi, wo, nm) { lobe.pdf(wi, wo, [nm], true) } else { 0.0 };
     wavelengths_nm.iter().map(density).sum::<f64>() / wavelengths_nm.len().max(1) as f64
 }
 
@@ -68,27 +69,36 @@ pub(crate) fn sample<'a>(
 ) -> Option<Sample> {
     let wo = sample_direction(lobe, wi, wavelengths_nm, u)?;
     let pdf = pdf(lobe, wi, wo, wavelengths_nm);
-    (pdf > 0.0).then(|| Sample { wo, pdf, weight: eval(lobe, wi, wo, wavelengths_nm[0]) * wo[2] / pdf })
+    (pdf > 0.0).then(|| Sample { wo, pdf, weight: eval(lobe, wi, wo, wavelengths_nm[0]) * wo[2].abs() / pdf })
 }
 
-/// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where `wi` lies below the
-/// horizon, and without a wavelength.
+/// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where the lobe does not
+/// accept `wi`, and without a wavelength.
 ///
-/// The first number below [`UNIFORM_FRACTION`] selects the uniform part of the lobe's mixture. Above, it selects one of
-/// the wavelengths with equal probabilities.
+/// On the side that the first number chooses ([`Sides::choose`]), it selects the uniform part of the lobe's mixture
+/// below [`UNIFORM_FRACTION`]. Above, it selects one of the wavelengths with equal probabilities.
 pub(crate) fn sample_direction<'a>(
     lobe: &impl PerWavelength<Double<'a>>,
     wi: Vec3,
     wavelengths_nm: &[f64],
     u: [f64; 3],
 ) -> Option<Vec3> {
+    let (to_below, [first, ..]) = lobe.choose(wi, u);
     // Whole part: the chosen wavelength. Fraction: a random number that the choice leaves over.
-    let position = (u[0] - UNIFORM_FRACTION).max(0.0) / (1.0 - UNIFORM_FRACTION) * wavelengths_nm.len() as f64;
+    let position = (first - UNIFORM_FRACTION).max(0.0) / (1.0 - UNIFORM_FRACTION) * wavelengths_nm.len() as f64;
     let chosen = (position as usize).min(wavelengths_nm.len().checked_sub(1)?);
     let fraction = (position - chosen as f64).min(1.0);
-    // The lobe applies the mixture again, for the one wavelength. It takes numbers from UNIFORM_FRACTION on as not
-    // uniform.
-    let first = if u[0] < UNIFORM_FRACTION { u[0] } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
-    let wo = lobe.sample(wi, [wavelengths_nm[chosen]], [first, u[1], u[2]], wi[2] > 0.0);
-    (wo[2] > 0.0).then_some(wo)
+    let nm = wavelengths_nm[chosen];
+    let active = lobe.accepts(wi);
+    let [x, y, z] = sample_mixture::<Double<'a>, 1>(
+        // The mixture is applied again, for one wavelength. It takes numbers from UNIFORM_FRACTION on as not uniform.
+        [
+            if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction },
+            u[1],
+            u[2],
+        ],
+        active,
+        |_, u, active| lobe.draw(wi, to_below, nm, u, active),
+    );
+    (z > 0.0).then_some([x, y, if to_below { -z } else { z }])
 }

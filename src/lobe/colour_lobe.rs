@@ -11,9 +11,9 @@
 //!
 //! O, M and S are those of docs/model.md#the-reflectance. The small-slope factor Q of the reference replaces R0·O.
 
-use super::{BandRatio, Gamut, InColour, are_above};
+use super::{BandRatio, Gamut, InColour, Sides, are_above};
 use crate::colour_table::{ColourView, SUM_SQUARED_MAX};
-use crate::energy::{AlbedoView, BAND_NODE_WEIGHTS, BAND_NODES, BAND_NODES_NM, ColourAlbedoView};
+use crate::energy::{AlbedoView, BAND_NODE_WEIGHTS, BAND_NODES, BAND_NODES_NM, ColourAlbedoView, GridPlace};
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::ColourSamplerView;
 use crate::scattering::{ComplexIndex, Obliquity, Reading, RelativeSize, Scattering};
@@ -52,8 +52,29 @@ pub struct ColourLobe<N: Numbers> {
 pub enum ColourAlbedo<N: Numbers> {
     /// Albedos of bands, for the relief's own size.
     Bands(ColourAlbedoView<N>),
-    /// Albedos by wavelength for several sizes. A channel takes the mean over its band.
-    Sizes(AlbedoView<N>),
+    /// Albedos by wavelength, for several sizes and for transparent bodies. A channel takes the mean over its band.
+    ByWavelength(AlbedoView<N>),
+}
+
+/// `max(1, A) − 1` of each channel at a place of a table by wavelength: the mean over the channel's band.
+#[inline(always)]
+pub(super) fn band_excess<N: Numbers>(
+    albedo: &AlbedoView<N>,
+    place: &GridPlace<N>,
+    size: Option<RelativeSize<N::Real>>,
+    active: N::Mask,
+) -> [N::Real; 3] {
+    let lit = N::Real::lit;
+    let at_nodes = BAND_NODES_NM.map(|nm| albedo.excess(place, &Reading::resized(lit(nm), size, false), active));
+    BAND_NODE_WEIGHTS.map(|weights| {
+        (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)).max(lit(0.0))
+    })
+}
+
+/// `1/max(1, A(wi), A(wo))` of each channel, from the excesses of A over 1 at both directions.
+#[inline(always)]
+pub(super) fn per_excess<N: Numbers>([at_wi, at_wo]: [[N::Real; 3]; 2]) -> [N::Real; 3] {
+    array::from_fn(|c| N::Real::lit(1.0) / (N::Real::lit(1.0) + at_wi[c].max(at_wo[c])))
 }
 
 impl<N: Numbers> ColourLobe<N> {
@@ -63,25 +84,14 @@ impl<N: Numbers> ColourLobe<N> {
         match &self.albedo {
             None => [N::Real::lit(1.0); 3],
             Some(ColourAlbedo::Bands(albedo)) => albedo.factor(wi, wo, active),
-            Some(ColourAlbedo::Sizes(albedo)) => {
-                let lit = N::Real::lit;
-                let [excess_i, excess_o] = [wi, wo].map(|w| {
-                    let place = albedo.place(w);
-                    let at_nodes = BAND_NODES_NM.map(|nm| {
-                        let reading = Reading::resized(lit(nm), self.size, false);
-                        albedo.excess(&place, &reading, active)
-                    });
-                    BAND_NODE_WEIGHTS.map(|weights| {
-                        (0..BAND_NODES)
-                            .fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum))
-                            .max(lit(0.0))
-                    })
-                });
-                array::from_fn(|c| lit(1.0) / (lit(1.0) + excess_i[c].max(excess_o[c])))
+            Some(ColourAlbedo::ByWavelength(albedo)) => {
+                per_excess::<N>([wi, wo].map(|w| band_excess(albedo, &albedo.place(w), self.size, active)))
             }
         }
     }
 }
+
+impl<N: Numbers> Sides<N> for ColourLobe<N> {}
 
 impl<N: Numbers> InColour<N> for ColourLobe<N> {
     fn gamut(&self) -> Gamut {
@@ -123,7 +133,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
     }
 
     #[inline(always)]
-    fn draw(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+    fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         self.sampler.sample(wi, [u[1], u[2]], active)
     }
 }

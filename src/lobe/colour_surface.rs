@@ -6,7 +6,7 @@
 //! (`colour_lobe.rs`). The ratio is 1 for a constant index, and smooth up to grazing incidence for others.
 
 use super::colour_lobe::{ColourAlbedo, ColourFactors, ColourLobe};
-use super::{BandRatio, Gamut, LinearSrgb, Lobe};
+use super::{BandRatio, Gamut, LinearSrgb, Lobe, TransmissiveColourLobe};
 use crate::clock::Instant;
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView};
 use crate::energy::{AlbedoTable, AlbedoView, ColourAlbedoTable, ColourAlbedoView};
@@ -54,10 +54,10 @@ pub struct ColourSurface {
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
-    /// Albedos by which the reflectance is divided; `None` where nothing is divided, and for several sizes.
+    /// Albedos of bands; `None` where nothing is divided, for several sizes, and for a transparent body.
     albedo: Option<ColourAlbedoTable>,
-    /// Albedos of several sizes ([`Options::sizes`]), by wavelength.
-    albedo_of_sizes: Option<AlbedoTable>,
+    /// Albedos by wavelength, of several sizes ([`Options::sizes`]) or of a transparent body.
+    albedo_by_wavelength: Option<AlbedoTable>,
     /// Band means of R/R0; `None` for one size, and if the ratio is 1.
     ratio: Option<BandRatio>,
     report: ColourSurfaceReport,
@@ -127,11 +127,12 @@ impl ColourSurface {
             ColourTable::build_reflecting(field, &table_options, &ratio, &progress.part(0.0, TABLE_DONE))?;
         let table_seconds = start.elapsed().as_secs_f64();
         let albedo_progress = progress.part(TABLE_DONE, ALBEDO_DONE);
-        let albedos = |table: &SpectralTable, progress: &Progress| match options.sizes {
-            None => (ColourAlbedoTable::build(table, options, progress), None),
-            Some(_) => (None, AlbedoTable::build(table, options, progress).map(|(table, _)| table)),
+        let albedos = |table: &SpectralTable, progress: &Progress| match (options.body, &options.sizes) {
+            (Some(body), sizes) => (None, AlbedoTable::build_of_body(table, body, sizes.as_ref(), progress)),
+            (None, None) => (ColourAlbedoTable::build(table, options, progress), None),
+            (None, Some(_)) => (None, AlbedoTable::build(table, options, progress).map(|(table, _)| table)),
         };
-        let (albedo, albedo_of_sizes) = match (options.conserve_energy, options.model) {
+        let (albedo, albedo_by_wavelength) = match (options.conserve_energy, options.model) {
             (false, _) => (None, None),
             (true, Model::Ensemble) => albedos(&spectral, &albedo_progress),
             (true, Model::Patch) => {
@@ -142,7 +143,7 @@ impl ColourSurface {
             }
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());
-        let albedo_of_sizes = albedo_of_sizes.filter(|albedo| !albedo.is_one());
+        let albedo_by_wavelength = albedo_by_wavelength.filter(|albedo| !albedo.is_one());
         drop(spectral);
         let band_ratio = match (index, options.sizes) {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::weights()?, ratio)),
@@ -162,14 +163,14 @@ impl ColourSurface {
             table_bytes: table.report().bytes,
             sampler_bytes: sampler.bytes(),
             albedo_bytes: albedo.as_ref().map_or(0, ColourAlbedoTable::bytes)
-                + albedo_of_sizes.as_ref().map_or(0, AlbedoTable::bytes),
+                + albedo_by_wavelength.as_ref().map_or(0, AlbedoTable::bytes),
             coherence_length_um: table.report().coherence_length_um,
             table_seconds,
             build_seconds: start.elapsed().as_secs_f64(),
         };
         progress.report(1.0);
         let options = options.clone();
-        Ok(Self { options, reference, table, sampler, albedo, albedo_of_sizes, ratio: band_ratio, report })
+        Ok(Self { options, reference, table, sampler, albedo, albedo_by_wavelength, ratio: band_ratio, report })
     }
 
     /// Options that the surface was built with.
@@ -204,7 +205,7 @@ impl ColourSurface {
 
     /// Table data: colours, sampler, albedos. The last is empty where nothing is divided.
     pub fn words(&self) -> [&[u32]; 3] {
-        let albedo = match (&self.albedo, &self.albedo_of_sizes) {
+        let albedo = match (&self.albedo, &self.albedo_by_wavelength) {
             (Some(table), _) => table.words(),
             (None, Some(table)) => table.words(),
             (None, None) => &[],
@@ -231,15 +232,26 @@ impl ColourSurface {
             factors: self.factors(),
             table: ColourView { layout: *self.table.layout(), words: table },
             sampler: ColourSamplerView { layout: self.sampler.layout(), words: sampler, size },
-            albedo: match (&self.albedo, &self.albedo_of_sizes) {
+            albedo: match (&self.albedo, &self.albedo_by_wavelength) {
                 (Some(table), _) => {
                     Some(ColourAlbedo::Bands(ColourAlbedoView { layout: *table.layout(), words: albedo }))
                 }
-                (None, Some(table)) => Some(ColourAlbedo::Sizes(AlbedoView { layout: *table.layout(), words: albedo })),
+                (None, Some(table)) => {
+                    Some(ColourAlbedo::ByWavelength(AlbedoView { layout: *table.layout(), words: albedo }))
+                }
                 (None, None) => None,
             },
             size,
         }
+    }
+
+    /// [`ColourSurface::lobe_over`] of the transparent body; `None` without a body.
+    pub fn transmissive_lobe_over<N: Numbers>(
+        &self,
+        words: [N::Words; 3],
+        size: Option<RelativeSize<N::Real>>,
+    ) -> Option<TransmissiveColourLobe<N>> {
+        self.options.body.map(|body| TransmissiveColourLobe { body, relief: self.lobe_over(words, size) })
     }
 
     /// Factors of the lobe, which keeps negative channels.

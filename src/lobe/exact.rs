@@ -23,6 +23,7 @@
 //! Every sum is over *summands*, which depend on κ only, times *weights*, which depend on f. Each weight is the product
 //! of a factor along x and a factor along y.
 
+use super::transmissive::value_at_body;
 use crate::energy::AlbedoTable;
 use crate::height_field::HeightField;
 use crate::scattering::{Options, Pair, Vec3};
@@ -78,8 +79,12 @@ impl Exact {
     }
 
     /// `f_r` in 1/sr, with the factors of [`Surface::eval`](super::Surface::eval). Zero unless both directions lie
-    /// above the surface and the wavelength (nm) is positive.
+    /// above the surface, or on either side of a transparent body, and the wavelength (nm) is positive.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        if let Some(body) = self.options.body {
+            let density = |f: [f64; 2], kappa: f64| self.power_density(f, kappa);
+            return value_at_body(body, wi, wo, wavelength_nm, density, self.albedo.as_deref());
+        }
         let Some(pair) = Pair::new(wi, wo).filter(|_| wavelength_nm > 0.0) else { return 0.0 };
         let wavelength_um = wavelength_nm * 1e-3;
         let f = [pair.u / wavelength_um, pair.v / wavelength_um];

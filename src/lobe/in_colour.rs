@@ -1,24 +1,25 @@
 //! Lobes that answer in linear sRGB: treatment of the gamut and the defensive mixture, written once for all of them.
 
-use super::{LinearSrgb, Lobe, are_above, mixture_density, sample_mixture};
-use crate::numeric::{Numbers, Real};
+use super::{LinearSrgb, Lobe, Sides, mixture_density, sample_mixture};
+use crate::numeric::{Number, Numbers, Real};
 
 /// A lobe's own answers in linear sRGB. Implementing it makes a type a [`Lobe`] over [`LinearSrgb`].
-pub(crate) trait InColour<N: Numbers> {
+pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// Treatment of negative channels.
     fn gamut(&self) -> Gamut;
 
-    /// `f_r` in 1/sr as linear sRGB, before the gamut's treatment. Zero unless the mask is true and both directions lie
-    /// above the surface.
+    /// `f_r` in 1/sr as linear sRGB, before the gamut's treatment. Zero unless the mask is true and the lobe accepts both
+    /// directions.
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 
-    /// Density of [`InColour::draw`] in 1/sr; ignored where the mask is false. The mask is true only where both
-    /// directions lie above the surface.
+    /// Density of [`InColour::draw`] in 1/sr; ignored where the mask is false. The mask is true only where the lobe
+    /// accepts both directions.
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real;
 
     /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
-    /// need two random numbers ignore the first.
-    fn draw(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
+    /// need two random numbers ignore the first. The direction points upwards even where it lies below the relief, as
+    /// `to_below` says.
+    fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
 impl<N: Numbers, T: InColour<N>> Lobe<N, LinearSrgb> for T {
@@ -35,13 +36,16 @@ impl<N: Numbers, T: InColour<N>> Lobe<N, LinearSrgb> for T {
 
     #[inline(always)]
     fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> N::Real {
-        let active = active & are_above::<N>(wi, wo);
-        mixture_density::<N, 1>([self.density(wi, wo, active)], active)
+        let active = active & self.accepts(wi) & self.accepts(wo);
+        mixture_density::<N, 1>([self.density(wi, wo, active)], active) * self.probability(wi, wo)
     }
 
     #[inline(always)]
     fn sample(&self, wi: [N::Real; 3], _: LinearSrgb, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        sample_mixture::<N, 1>(wi, u, active, |_, u, active| self.draw(wi, u, active))
+        let (to_below, u) = self.choose(wi, u);
+        let draw = |_, u, active| self.draw(wi, to_below, u, active);
+        let [x, y, z] = sample_mixture::<N, 1>(u, active & self.accepts(wi), draw);
+        [x, y, N::Real::select(to_below, -z, z)]
     }
 }
 

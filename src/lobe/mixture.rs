@@ -24,20 +24,18 @@ pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], act
 }
 
 /// A direction from the mixture, for `L` wavelengths and three random numbers `u` in [0, 1). The zero vector where the
-/// draw falls below the horizon, where `wi` lies there, and where the mask is false.
+/// draw falls below the horizon, and where the mask is false.
 ///
 /// `draw(choice, u, active)` is the lobe's own sampler. The whole part of `choice` is the index of the chosen
 /// wavelength. The `u` are three random numbers in [0, 1), independent of the choice. By rounding `choice` may be L,
 /// which stands for the last wavelength, and the first of the `u` may be 1.
 #[inline(always)]
 pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
-    wi: [N::Real; 3],
     u: [N::Real; 3],
     active: N::Mask,
     draw: impl FnOnce(N::Real, [N::Real; 3], N::Mask) -> [N::Real; 3],
 ) -> [N::Real; 3] {
     let lit = N::Real::lit;
-    let active = active & is_above::<N>(wi);
     let is_uniform = u[0].lt(lit(UNIFORM_FRACTION));
     let choice = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
     let fraction = choice - choice.floor().min(lit(L as f64 - 1.0));
@@ -60,4 +58,26 @@ pub(crate) fn is_above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
 #[inline(always)]
 pub(crate) fn are_above<N: Numbers>(wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Mask {
     is_above::<N>(wi) & is_above::<N>(wo)
+}
+
+/// Sides of the relief on which a lobe has light. The provided methods are those of a lobe that reflects from above.
+pub(crate) trait Sides<N: Numbers> {
+    /// Whether light may come from, or leave along, a direction.
+    #[inline(always)]
+    fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
+        is_above::<N>(w)
+    }
+
+    /// Chooses the side to which a sample leaves: whether it lies below the relief. Also returns the random numbers
+    /// that the choice leaves over.
+    #[inline(always)]
+    fn choose(&self, _wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
+        (N::mask(false), u)
+    }
+
+    /// Probability that [`Sides::choose`] takes the side of `wo`.
+    #[inline(always)]
+    fn probability(&self, _wi: [N::Real; 3], _wo: [N::Real; 3]) -> N::Real {
+        N::Real::lit(1.0)
+    }
 }

@@ -10,6 +10,9 @@
 //! | `GratingLobe` (src/grating/) | `GratingSurface` | wavelengths in nm |
 //! | `GratingColourLobe` (src/grating/) | `GratingColourSurface` | linear sRGB |
 //!
+//! [`TransmissiveLobe`] and [`TransmissiveColourLobe`] are those of the first two on a transparent body, which reflects
+//! and transmits.
+//!
 //! Each is written once for all families of numbers ([`crate::numeric`]). [`Exact`] is the reference for the first two:
 //! the direct sum in double precision.
 
@@ -23,6 +26,7 @@ mod mixture;
 mod per_wavelength;
 mod spectral;
 mod surface;
+mod transmissive;
 
 pub use band_ratio::BandRatio;
 pub use by_value::{Answer, Sample};
@@ -33,10 +37,12 @@ pub use exact::Exact;
 pub(crate) use in_colour::InColour;
 pub use in_colour::{Gamut, luminance};
 pub use mixture::UNIFORM_FRACTION;
-pub(crate) use mixture::{are_above, mixture_density, sample_mixture};
+pub(crate) use mixture::{Sides, are_above, mixture_density, sample_mixture};
 pub(crate) use per_wavelength::PerWavelength;
+
 pub use spectral::{SpectralLayout, SpectralLobe};
 pub use surface::{Surface, SurfaceReport};
+pub use transmissive::{TransmissiveColourLobe, TransmissiveLobe};
 
 use crate::numeric::Numbers;
 

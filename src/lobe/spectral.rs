@@ -1,7 +1,7 @@
 //! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. It
 //! leaves out the interface's factor (R of docs/model.md#the-reflectance, or the small-slope factor Q).
 
-use super::PerWavelength;
+use super::{PerWavelength, Sides};
 use crate::energy::{AlbedoLayout, AlbedoView, GridPlace};
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::{SamplerLayout, SamplerView};
@@ -47,23 +47,40 @@ pub struct SpectralLobe<'a, N: Numbers> {
 
 /// Quantities of a pair of directions that all wavelengths share.
 pub(crate) struct Directions<N: Numbers> {
+    wi: [N::Real; 3],
+    wo: [N::Real; 3],
     scattering: Scattering<N>,
     /// The albedo table, and the places of `wi` and `wo` in its grid of directions.
     albedo: Option<(AlbedoView<N>, [GridPlace<N>; 2])>,
 }
 
 impl<N: Numbers> SpectralLobe<'_, N> {
+    /// The sampler.
     #[inline(always)]
-    fn sampler(&self) -> SamplerView<N> {
+    pub(super) fn sampler(&self) -> SamplerView<N> {
         SamplerView { layout: self.layout.sampler, words: self.words[1] }
+    }
+
+    /// Table of the power spectrum.
+    #[inline(always)]
+    pub(super) fn table(&self) -> TableView<N> {
+        TableView { layout: self.layout.table, words: self.words[0] }
+    }
+
+    /// Albedos; `None` where nothing is divided.
+    #[inline(always)]
+    pub(super) fn albedo(&self) -> Option<AlbedoView<N>> {
+        self.layout.albedo.map(|layout| AlbedoView { layout, words: self.words[2] })
     }
 
     /// Look-up at a wavelength in nm.
     #[inline(always)]
-    fn reading(&self, nm: N::Real) -> Reading<N> {
+    pub(super) fn reading(&self, nm: N::Real) -> Reading<N> {
         Reading::resized(nm, self.size, self.layout.keeps_window())
     }
 }
+
+impl<N: Numbers> Sides<N> for SpectralLobe<'_, N> {}
 
 impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
     type Pair = Directions<N>;
@@ -71,11 +88,10 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
     #[inline(always)]
     fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Directions<N> {
         Directions {
+            wi,
+            wo,
             scattering: Scattering::reflection(wi, wo, self.layout.obliquity, self.layout.shadowing),
-            albedo: self.layout.albedo.as_ref().map(|layout| {
-                let view = AlbedoView::<N> { layout: *layout, words: self.words[2] };
-                (view, [view.place(wi), view.place(wo)])
-            }),
+            albedo: self.albedo().map(|view| (view, [view.place(wi), view.place(wo)])),
         }
     }
 
@@ -83,8 +99,7 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
     fn value(&self, pair: &Directions<N>, nm: N::Real, active: N::Mask) -> N::Real {
         let reading = self.reading(nm);
         let (frequency, kappa) = pair.scattering.at(&reading);
-        let table = TableView::<N> { layout: self.layout.table, words: self.words[0] };
-        let density = table.density_of(frequency, kappa, reading.window, active);
+        let density = self.table().density_of(frequency, kappa, reading.window, active);
         let undivided = pair.scattering.factor * density / reading.squared_um();
         let value = match &pair.albedo {
             None => undivided,
@@ -94,12 +109,19 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
     }
 
     #[inline(always)]
-    fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
-        self.sampler().pdf(wi, wo, &self.reading(nm), active)
+    fn density(&self, pair: &Directions<N>, nm: N::Real, active: N::Mask) -> N::Real {
+        self.sampler().pdf(pair.wi, pair.wo, &self.reading(nm), active)
     }
 
     #[inline(always)]
-    fn draw(&self, wi: [N::Real; 3], nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+    fn draw(
+        &self,
+        wi: [N::Real; 3],
+        _to_below: N::Mask,
+        nm: N::Real,
+        u: [N::Real; 3],
+        active: N::Mask,
+    ) -> [N::Real; 3] {
         self.sampler().sample(wi, &self.reading(nm), [u[1], u[2]], active)
     }
 }

@@ -1,7 +1,7 @@
 //! A surface at wavelengths: its tables and their build.
 
 use super::spectral::{SpectralLayout, SpectralLobe};
-use super::{Answer, Sample};
+use super::{Answer, Sample, TransmissiveLobe};
 use crate::energy::{AlbedoIntegral, AlbedoReport, AlbedoTable};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
@@ -60,6 +60,16 @@ pub struct SurfaceReport {
     pub build_seconds: f64,
 }
 
+/// A query of the surface's lobe, or of the lobe of its transparent body.
+macro_rules! by_kind {
+    ($surface:ident, $query:ident, $($argument:ident),+) => {
+        match $surface.transmissive_lobe::<f64>() {
+            Some(lobe) => super::$query(&lobe, $($argument),+),
+            None => super::$query(&$surface.lobe::<f64>(), $($argument),+),
+        }
+    };
+}
+
 impl Surface {
     /// Builds the tables of `field`.
     ///
@@ -86,16 +96,16 @@ impl Surface {
         let sampler = Sampler::new(&table, options);
         let albedo_progress = progress.part(TABLE_DONE, 1.0);
         let albedo = match (options.conserve_energy, options.model) {
-            (false, _) => None,
-            (true, Model::Ensemble) => AlbedoTable::build(&table, options, &albedo_progress),
+            (false, _) => (None, None),
+            (true, Model::Ensemble) => albedos(&table, options, &albedo_progress),
             // A patch is one member of the ensemble, and takes the ensemble's albedo.
             (true, Model::Patch) => {
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
                 let mean = build_table(field, &ensemble, &albedo_progress.part(0.0, ENSEMBLE_FRACTION))?.table;
-                AlbedoTable::build(&mean, options, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
+                albedos(&mean, options, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
             }
         };
-        let (albedo_table, energy) = albedo.unzip();
+        let (albedo_table, energy) = albedo;
         let albedo_table = albedo_table.filter(|table| !table.is_one()).map(Arc::new);
         let report = SurfaceReport {
             bytes: packed.bytes() + sampler.bytes() + albedo_table.as_ref().map_or(0, |table| table.bytes()),
@@ -118,6 +128,14 @@ impl Surface {
     /// Options that the surface was built with.
     pub fn options(&self) -> &Options {
         &self.options
+    }
+
+    /// The lobe of the transparent body over plain numbers, in `f32` or `f64`; `None` without a body.
+    pub fn transmissive_lobe<F>(&self) -> Option<TransmissiveLobe<'_, Plain<'_, F>>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
+    {
+        self.options.body.map(|body| TransmissiveLobe { body, relief: self.lobe() })
     }
 
     /// Size, build time and measured error of the tables.
@@ -170,35 +188,38 @@ impl Surface {
 
     /// `f_r` in 1/sr, divided by the albedo where energy is conserved.
     ///
+    /// With a transparent body ([`Options::body`]), directions may lie on either side of the relief, and values include
+    /// the interface's factor: the power per solid angle of light from `wi` to `wo`. Otherwise:
+    ///
     /// Obliquity and shadowing are included. The interface's factor
     /// ([`Pair::interface`](crate::scattering::Pair::interface): Fresnel reflectance or small-slope factor) and the
     /// cosine are not. Zero unless both directions lie above the surface and the wavelength lies within
     /// [`WAVELENGTH_MIN_NM`](crate::table::WAVELENGTH_MIN_NM) to
     /// [`WAVELENGTH_MAX_NM`](crate::table::WAVELENGTH_MAX_NM). Never negative, never NaN.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-        super::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
+        by_kind!(self, eval, wi, wo, wavelength_nm)
     }
 
     /// [`Surface::eval`] and the density of [`Surface::sample`], in 1/sr.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
-        super::eval_pdf(&self.lobe::<f64>(), wi, wo, wavelength_nm)
+        by_kind!(self, eval_pdf, wi, wo, wavelength_nm)
     }
 
     /// Density in 1/sr of [`Surface::sample`] for several wavelengths: the mean of their densities.
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
-        super::pdf(&self.lobe::<f64>(), wi, wo, wavelengths_nm)
+        by_kind!(self, pdf, wi, wo, wavelengths_nm)
     }
 
     /// Samples a direction for at least one wavelength from three random numbers in [0, 1), with density and weight.
     /// `None` without a direction above the horizon ([`Surface::sample_direction`]); such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
-        super::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
+        by_kind!(self, sample, wi, wavelengths_nm, u)
     }
 
     /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there.
     /// The first number chooses the uniform part or one of the wavelengths.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
-        super::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
+        by_kind!(self, sample_direction, wi, wavelengths_nm, u)
     }
 
     /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy, by an accurate
@@ -211,5 +232,17 @@ impl Surface {
         let integral = AlbedoIntegral::accurate(table, &self.options)?;
         integral.visit::<Plain<f64>>(wi, wavelength_nm, None, |wo, part| albedo += part * factor(wo));
         Some(albedo)
+    }
+}
+
+/// Albedos of an ensemble's table, and their report, which tables of transparent bodies do not have.
+fn albedos(
+    table: &SpectralTable,
+    options: &Options,
+    progress: &Progress,
+) -> (Option<AlbedoTable>, Option<AlbedoReport>) {
+    match options.body {
+        Some(body) => (AlbedoTable::build_of_body(table, body, options.sizes.as_ref(), progress), None),
+        None => AlbedoTable::build(table, options, progress).unzip(),
     }
 }

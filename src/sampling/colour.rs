@@ -14,9 +14,9 @@
 //! ([`SummedArea`]). Samples in the square's corners are lost.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
-use super::{BELOW_ONE, tent_quantile};
+use super::{BELOW_ONE, direction_above, tent_quantile};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
-use crate::scattering::{RelativeSize, Vec3};
+use crate::scattering::{Passage, RelativeSize, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::array;
@@ -184,10 +184,10 @@ impl<N: Numbers> ColourSamplerView<N> {
     /// Weights of the slices at the typical w of an incidence, by linear interpolation between the centres of slices.
     /// Each is multiplied by the unit of its slice, so that it turns counts into masses.
     #[inline(always)]
-    fn slice_weights(&self, cos_i: N::Real) -> [N::Real; BANDS] {
+    fn slice_weights(&self, passage: &Passage<N>) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
         // Position of w in slices, counted from the centre of the first; w extends from 0 to 2.
-        let typical_w = cos_i + lit(TYPICAL_COSINE);
+        let typical_w = passage.typical_normal.unwrap_or_else(|| passage.normal + lit(TYPICAL_COSINE));
         let typical_w = self.size.map_or(typical_w, |size| typical_w * size.depth);
         let position = (typical_w * lit(0.5 * BANDS as f64) - lit(0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         array::from_fn(|b| {
@@ -196,44 +196,65 @@ impl<N: Numbers> ColourSamplerView<N> {
         })
     }
 
-    /// The square `wi_xy ± reach`, widened to whole blocks of nodes, and its weighted mass in each slice.
+    /// The square of half side `reach` about the incident tangential vector, widened to whole blocks of nodes, and its
+    /// weighted mass in each slice.
     #[inline(always)]
-    fn square(&self, wi: [N::Real; 3], active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS]) {
-        let reach = N::Real::lit(self.layout.reach.into());
+    fn square(&self, passage: &Passage<N>, active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS]) {
         let areas = self.areas();
-        let low = [0, 1].map(|axis| self.position(wi[axis] - reach));
-        let high = [0, 1].map(|axis| self.position(wi[axis] + reach));
+        let low = passage.tangential.map(|k| self.position(k - passage.reach));
+        let high = passage.tangential.map(|k| self.position(k + passage.reach));
         let rectangle = areas.rectangle(low, high);
-        let (weights, counts) = (self.slice_weights(wi[2]), areas.mass(&rectangle, active));
+        let (weights, counts) = (self.slice_weights(passage), areas.mass(&rectangle, active));
         (rectangle, array::from_fn(|b| weights[b] * N::real(counts[b])))
+    }
+
+    /// The passage of reflected light.
+    #[inline(always)]
+    fn reflection(&self, wi: [N::Real; 3]) -> Passage<N> {
+        Passage::reflection(wi, self.layout.reach.into())
     }
 
     /// Density of [`ColourSamplerView::sample`] over solid angle, in 1/sr; zero unless both directions lie above the
     /// surface.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
-        let lit = N::Real::lit;
-        let active = active & lit(0.0).lt(wi[2]) & lit(0.0).lt(wo[2]);
-        let (rectangle, masses) = self.square(wi, active);
-        let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
-        let position = [0, 1].map(|axis| N::widen(self.position(wi[axis] + wo[axis])));
-        let tents = self.areas().tents(position, &rectangle, active);
-        let weights = self.slice_weights(wi[2]);
-        let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
-        let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
-        let nodes_per_area = self.size.map_or(nodes_per_area, |size| nodes_per_area * size.scale * size.scale);
-        let has_mass = active & lit(0.0).lt(total);
-        let total = N::Real::select(has_mass, total, lit(1.0));
-        N::Real::select(has_mass, mass / total * nodes_per_area * wo[2], lit(0.0))
+        let zero = N::Real::lit(0.0);
+        let active = active & zero.lt(wi[2]) & zero.lt(wo[2]);
+        wo[2] * self.density(&self.reflection(wi), [wo[0], wo[1]], active)
     }
 
     /// Draws a unit vector from two random numbers in [0, 1). The zero vector where it or `wi` would lie below the
     /// horizon, where nothing is reflected, and where the mask is false.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], random: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
+        let (outgoing, is_drawn) = self.draw(&self.reflection(wi), random, active & N::Real::lit(0.0).lt(wi[2]));
+        direction_above::<N>(outgoing, is_drawn)
+    }
+
+    /// Density of [`ColourSamplerView::draw`] over the plane of tangential wave vectors; zero where the mask is false.
+    /// The outgoing vector is turned as the passage's ([`Passage::turn`]).
+    #[inline(always)]
+    pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let active = active & lit(0.0).lt(wi[2]);
-        let (rectangle, masses) = self.square(wi, active);
+        let (rectangle, masses) = self.square(passage, active);
+        let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
+        let position = [0, 1].map(|axis| N::widen(self.position(passage.tangential[axis] + outgoing[axis])));
+        let tents = self.areas().tents(position, &rectangle, active);
+        let weights = self.slice_weights(passage);
+        let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
+        let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
+        let nodes_per_area = self.size.map_or(nodes_per_area, |size| nodes_per_area * size.scale * size.scale);
+        let has_mass = active & lit(0.0).lt(total);
+        let total = N::Real::select(has_mass, total, lit(1.0));
+        N::Real::select(has_mass, mass / total * nodes_per_area, lit(0.0))
+    }
+
+    /// Draws the tangential part of an outgoing wave vector, turned as the passage's, from two random numbers in
+    /// [0, 1). It may lie beyond the passage's reach. The mask is false where nothing is scattered.
+    #[inline(always)]
+    pub(crate) fn draw(&self, passage: &Passage<N>, random: [N::Real; 2], active: N::Mask) -> ([N::Real; 2], N::Mask) {
+        let lit = N::Real::lit;
+        let (rectangle, masses) = self.square(passage, active);
         let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
         let has_mass = active & lit(0.0).lt(total);
         // Chooses the slice in whose mass the target lies: the last with a mass whose start is at most the target. The
@@ -253,14 +274,11 @@ impl<N: Numbers> ColourSamplerView<N> {
         let rescaled = ((target - slice_start) / divisor).clip(lit(0.0), lit(BELOW_ONE));
         let drawn = self.areas().choose(&rectangle, slice, [rescaled, random[1]], has_mass);
         let spacing = lit(1.0 / f64::from(self.layout.per_unit));
-        let [x, y]: [N::Real; 2] = array::from_fn(|axis| {
+        let outgoing = array::from_fn(|axis| {
             let node = N::real(drawn.node[axis]) - lit(self.layout.middle.into());
             let coordinate = (node + tent_quantile(drawn.u[axis])) * spacing;
-            self.size.map_or(coordinate, |size| coordinate / size.scale) - wi[axis]
+            self.size.map_or(coordinate, |size| coordinate / size.scale) - passage.tangential[axis]
         });
-        let squared = x.fma(x, y * y);
-        let is_above = has_mass & squared.lt(lit(1.0));
-        let z = (lit(1.0) - squared).max(lit(0.0)).sqrt();
-        [x, y, z].map(|c| N::Real::select(is_above, c, lit(0.0)))
+        (outgoing, has_mass)
     }
 }

@@ -28,7 +28,7 @@ mod square;
 pub mod summed_area;
 
 use crate::numeric::{Number, Numbers, Plain, Real};
-use crate::scattering::{Options, Reading};
+use crate::scattering::{Options, Passage, Reading};
 use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
 pub use colour::{ColourSampler, ColourSamplerLayout, ColourSamplerView};
 pub use orders::{OrdersAxis, OrdersLayout};
@@ -137,11 +137,8 @@ impl<N: Numbers> SamplerView<N> {
     /// Where the mask is true, both directions must lie above the surface and the wavelength within the table's range.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
-        let words = self.words;
-        match self.layout {
-            SamplerLayout::Orders(layout) => orders::OrdersView::<N> { layout, words }.pdf(wi, wo, reading, active),
-            SamplerLayout::Square(layout) => square::SquareView::<N> { layout, words }.pdf(wi, wo, reading, active),
-        }
+        let outgoing = [0, 1].map(|i| N::widen(wo[i]));
+        wo[2] * self.density(&Passage::reflection(wi, self.layout.reach()), outgoing, reading, active)
     }
 
     /// Draws a unit vector `wo` from two random numbers in [0, 1). The zero vector where the drawn direction lies below
@@ -150,10 +147,59 @@ impl<N: Numbers> SamplerView<N> {
     /// Where the mask is true, `wi` must lie above the surface and the wavelength within the table's range.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], reading: &Reading<N>, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
+        let (outgoing, is_drawn) = self.draw(&Passage::reflection(wi, self.layout.reach()), reading, u, active);
+        direction_above::<N>(outgoing, is_drawn)
+    }
+
+    /// Density of [`SamplerView::draw`] over the plane of tangential wave vectors; zero where the mask is false. The
+    /// outgoing vector is turned as the passage's ([`Passage::turn`]).
+    #[inline(always)]
+    pub(crate) fn density(
+        &self,
+        passage: &Passage<N>,
+        outgoing: [N::Double; 2],
+        reading: &Reading<N>,
+        active: N::Mask,
+    ) -> N::Real {
         let words = self.words;
         match self.layout {
-            SamplerLayout::Orders(layout) => orders::OrdersView::<N> { layout, words }.sample(wi, reading, u, active),
-            SamplerLayout::Square(layout) => square::SquareView::<N> { layout, words }.sample(wi, reading, u, active),
+            SamplerLayout::Orders(layout) => {
+                orders::OrdersView::<N> { layout, words }.density(passage, outgoing, reading, active)
+            }
+            SamplerLayout::Square(layout) => {
+                square::SquareView::<N> { layout, words }.density(passage, outgoing, reading, active)
+            }
+        }
+    }
+
+    /// Draws the tangential part of an outgoing wave vector, turned as the passage's, from two random numbers in
+    /// [0, 1). It may lie beyond the passage's reach. The mask is false where nothing is scattered.
+    #[inline(always)]
+    pub(crate) fn draw(
+        &self,
+        passage: &Passage<N>,
+        reading: &Reading<N>,
+        u: [N::Real; 2],
+        active: N::Mask,
+    ) -> ([N::Real; 2], N::Mask) {
+        let words = self.words;
+        match self.layout {
+            SamplerLayout::Orders(layout) => {
+                orders::OrdersView::<N> { layout, words }.draw(passage, reading, u, active)
+            }
+            SamplerLayout::Square(layout) => {
+                square::SquareView::<N> { layout, words }.draw(passage, reading, u, active)
+            }
+        }
+    }
+}
+
+impl SamplerLayout {
+    /// Largest tangential length of outgoing directions ([`Options::reach`]).
+    fn reach(&self) -> f64 {
+        match self {
+            Self::Orders(layout) => layout.reach,
+            Self::Square(layout) => layout.reach,
         }
     }
 }
@@ -169,7 +215,7 @@ fn node_power(table: &SpectralTable, curve: &NodeCurve, record: &[f32]) -> f64 {
 /// The unit vector above the surface with direction cosines `x` and `y`; the zero vector where `x² + y² ≥ 1` or where
 /// the mask is false.
 #[inline(always)]
-fn direction_above<N: Numbers>([x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
+pub(crate) fn direction_above<N: Numbers>([x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
     let zero = N::Real::lit(0.0);
     let squared = N::Real::lit(1.0) - x * x - y * y;
     let is_above = zero.lt(squared) & active;

@@ -4,11 +4,12 @@
 //!
 //! ```text
 //! f_j = (jx/dx, jy/dy)                  frequency, in cycles/µm
-//! o_j = λ f_j − wi_xy                   direction cosines of the outgoing centre
+//! o_j = λ f_j − wi_xy                   tangential part of the outgoing centre
 //! κ_j = 2π (cosθi + cosθ_j)/λ           phase rate at the centre, in rad/µm; cos²θ_j = 1 − |o_j|²
 //! P_j(κ)                                power of the order
 //! W_j = P_j(κ_j) · G_j · V_j            weight
-//! G_j = (|λf_j|² + w²)²/(w² cosθ_j)     4 O cosθi for Stam's factor O, with w = cosθi + cosθ_j; 1 for other factors
+//! G_j = (|λf_j|² + w²)²/(w² cosθ_j)     4 O cosθi for Stam's factor O, with w = cosθi + cosθ_j; 1/w² at a transparent
+//!                                       body; 1 for other factors
 //! V_j                                   approximate fraction of the Gaussian above the horizon
 //! ```
 //!
@@ -19,7 +20,7 @@
 use super::node_power;
 use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::scattering::{Obliquity, Reading};
+use crate::scattering::{Obliquity, Passage, Reading};
 use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
@@ -153,7 +154,7 @@ pub(super) struct OrdersView<N: Numbers> {
 /// Quantities of an incidence and a wavelength that all orders share, and the range of the loop over the orders.
 #[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
-    wi: [N::Real; 3],
+    passage: Passage<N>,
     /// Phase rate κ per unit of w, in rad/µm.
     kappa_per_w: N::Real,
     /// Spacing of orders in direction cosines along x and y, `λ/d`.
@@ -169,16 +170,22 @@ struct Incidence<N: Numbers> {
 }
 
 impl<N: Numbers> OrdersView<N> {
-    /// See [`super::SamplerView::pdf`].
+    /// See [`super::SamplerView::density`].
     #[inline(always)]
-    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
+    pub(super) fn density(
+        &self,
+        passage: &Passage<N>,
+        outgoing: [N::Double; 2],
+        reading: &Reading<N>,
+        active: N::Mask,
+    ) -> N::Real {
         let lit = N::Real::lit;
-        let incidence = self.incidence(wi, reading);
+        let incidence = self.incidence(passage, reading);
         let nm = N::widen(reading.wavelength_nm);
         // Whole and fractional part of f in orders, so that distances from orders keep full precision.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
-            let f = (N::widen(wi[i]) + N::widen(wo[i])) / nm;
+            let f = (N::widen(passage.tangential[i]) + outgoing[i]) / nm;
             let position = f * N::Double::lit(1e3 * axis.period_um);
             let whole = position.floor();
             (N::narrow(whole), N::narrow(position - whole))
@@ -218,20 +225,20 @@ impl<N: Numbers> OrdersView<N> {
         let peak = lit(norm) / reading.squared_um();
         let has_weight = lit(0.0).lt(total) & active;
         let divisor = N::Real::select(has_weight, total, lit(1.0));
-        N::Real::select(has_weight, wo[2] * peak * density / divisor, lit(0.0))
+        N::Real::select(has_weight, peak * density / divisor, lit(0.0))
     }
 
-    /// See [`super::SamplerView::sample`].
+    /// See [`super::SamplerView::draw`].
     #[inline(always)]
-    pub(super) fn sample(
+    pub(super) fn draw(
         &self,
-        wi: [N::Real; 3],
+        passage: &Passage<N>,
         reading: &Reading<N>,
         [u, v]: [N::Real; 2],
         active: N::Mask,
-    ) -> [N::Real; 3] {
+    ) -> ([N::Real; 2], N::Mask) {
         let lit = N::Real::lit;
-        let incidence = self.incidence(wi, reading);
+        let incidence = self.incidence(passage, reading);
         // Reservoir sampling in one pass: order j replaces the earlier choice with probability W_j/(W_first + … + W_j),
         // and the random number is rescaled to [0, 1) after each decision. The state is the indices of the next order,
         // those of the choice, the sum of weights, and the random number.
@@ -263,15 +270,15 @@ impl<N: Numbers> OrdersView<N> {
             let offset = normal_quantile(u[i]) * reading.narrowed(lit(axis.sigma));
             // The sampled frequency in cycles/nm.
             let f = (N::widen(number[i]) + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
-            N::narrow(f.fma(nm, -N::widen(wi[i])))
+            N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
-        super::direction_above::<N>(cosines, has_weight)
+        (cosines, has_weight)
     }
 
-    /// Prepares the loop over the orders whose centres lie in the square `wi_xy ± reach` of direction cosines, widened
-    /// by [`HORIZON_REACH`].
+    /// Prepares the loop over the orders whose centres lie in the square of half side `reach` about the incident
+    /// tangential vector, widened by [`HORIZON_REACH`].
     #[inline(always)]
-    fn incidence(&self, wi: [N::Real; 3], reading: &Reading<N>) -> Incidence<N> {
+    fn incidence(&self, passage: &Passage<N>, reading: &Reading<N>) -> Incidence<N> {
         let lit = N::Real::lit;
         let [x, y] = &self.layout.axes;
         let wavenumber = lit(1e3) / reading.wavelength_nm;
@@ -281,7 +288,8 @@ impl<N: Numbers> OrdersView<N> {
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
             let offset = lit(f64::from(axis.origin) + side * HORIZON_REACH * axis.sigma);
-            let position = ((wi[i] + lit(side * self.layout.reach)) * wavenumber).fma(lit(axis.period_um), offset);
+            let position =
+                (passage.reach.fma(lit(side), passage.tangential[i]) * wavenumber).fma(lit(axis.period_um), offset);
             position.ceil().clip(lit(0.0), lit(f64::from(axis.nodes)))
         };
         let low = [0, 1].map(|i| edge(i, -1.0));
@@ -291,7 +299,7 @@ impl<N: Numbers> OrdersView<N> {
         let high = [high[0], N::Real::select(has_orders, high[1], low[1])];
         let sigma = reading.narrowed(wavelength_um) * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
         Incidence {
-            wi,
+            passage: *passage,
             kappa_per_w: lit(TAU * 1e3) / reading.for_kappa_nm(),
             spacing: [wavelength_um * lit(1.0 / x.period_um), wavelength_um * lit(1.0 / y.period_um)],
             width_squared: lit(HORIZON_WIDTH_SQUARED) * sigma * sigma,
@@ -311,20 +319,22 @@ impl<N: Numbers> OrdersView<N> {
     #[inline(always)]
     fn weight(&self, incidence: &Incidence<N>, j: [N::Index; 2], number: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
+        let passage = &incidence.passage;
         // λ f_j, and the direction cosines of the centre.
         let [qx, qy] = [0, 1].map(|i| number[i] * incidence.spacing[i]);
-        let (x, y) = (qx - incidence.wi[0], qy - incidence.wi[1]);
+        let (x, y) = (qx - passage.tangential[0], qy - passage.tangential[1]);
         // s = reach² − sin²θ of the centre, negative below the horizon; cos²θ if the reach is 1.
         let sin_squared = x * x + y * y;
-        let s = lit(self.layout.reach * self.layout.reach) - sin_squared;
+        let s = passage.reach * passage.reach - sin_squared;
         // V_j, a smooth step in s of squared width r: a = (1 + s/√(s² + r))/2, then a smoothstep of a. The smaller of a
         // and 1 − a is (r/2)/(√(s² + r)·(√(s² + r) + |s|)), without cancellation.
         let root = s.fma(s, incidence.width_squared).sqrt();
         let smaller = lit(0.5) * incidence.width_squared / (root * (root + s.abs()));
         let a = N::Real::select(lit(0.0).lt(s), lit(1.0) - smaller, smaller);
         let visible = a * a * (lit(3.0) - a - a);
-        let cos_o = (lit(1.0) - sin_squared).max(incidence.cos_squared_min).sqrt();
-        let w = incidence.wi[2] + cos_o;
+        let cos_o = (passage.outgoing_squared - sin_squared).max(incidence.cos_squared_min).sqrt();
+        let w = passage.normal + cos_o;
+        let w = passage.divisor_min.map_or(w, |least| w.abs().max(lit(least)));
         // κ_j in intervals.
         let position = w * incidence.kappa_per_w * lit(self.layout.intervals_per_kappa);
         let interval = position.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
@@ -335,6 +345,7 @@ impl<N: Numbers> OrdersView<N> {
         let t = (position - interval).clip(lit(0.0), lit(1.0));
         let visible_power = (high - low).fma(t, low) * visible;
         match self.layout.obliquity {
+            _ if passage.divisor_min.is_some() => visible_power / (w * w),
             Obliquity::Unit | Obliquity::SmallSlope => visible_power,
             Obliquity::Stam => {
                 let w_squared = w * w;

@@ -25,7 +25,7 @@ use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedA
 use super::{node_power, tent_quantile};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::scattering::{Obliquity, Reading};
+use crate::scattering::{Obliquity, Passage, Reading};
 use crate::table::{FREQUENCY_MAX_PER_UM, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -267,16 +267,22 @@ struct Incidence<N: Numbers> {
 }
 
 impl<N: Numbers> SquareView<N> {
-    /// See [`super::SamplerView::pdf`].
+    /// See [`super::SamplerView::density`].
     #[inline(always)]
-    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
+    pub(super) fn density(
+        &self,
+        passage: &Passage<N>,
+        outgoing: [N::Double; 2],
+        reading: &Reading<N>,
+        active: N::Mask,
+    ) -> N::Real {
         let lit = N::Real::lit;
-        let incidence = self.incidence(wi, reading, active);
+        let incidence = self.incidence(passage, reading, active);
         let nm = N::widen(reading.wavelength_nm);
         // f in nodes, counted from the first.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
-            let f = (N::widen(wi[i]) + N::widen(wo[i])) / nm;
+            let f = (N::widen(passage.tangential[i]) + outgoing[i]) / nm;
             f.fma(N::Double::lit(1e3 * axis.period_um), N::Double::lit(f64::from(axis.origin)))
         });
         let [x, y] = &self.layout.axes;
@@ -289,21 +295,21 @@ impl<N: Numbers> SquareView<N> {
         // Nodes per area of direction cosines.
         let nodes_per_area = lit(1e6 * x.period_um * y.period_um) / (reading.wavelength_nm * reading.wavelength_nm);
         let has_mass = lit(0.0).lt(total) & active;
-        let density = wo[2] * nodes_per_area * (lower + upper) / N::Real::select(has_mass, total, lit(1.0));
+        let density = nodes_per_area * (lower + upper) / N::Real::select(has_mass, total, lit(1.0));
         N::Real::select(has_mass, density, lit(0.0))
     }
 
-    /// See [`super::SamplerView::sample`].
+    /// See [`super::SamplerView::draw`].
     #[inline(always)]
-    pub(super) fn sample(
+    pub(super) fn draw(
         &self,
-        wi: [N::Real; 3],
+        passage: &Passage<N>,
         reading: &Reading<N>,
         [u, v]: [N::Real; 2],
         active: N::Mask,
-    ) -> [N::Real; 3] {
+    ) -> ([N::Real; 2], N::Mask) {
         let lit = N::Real::lit;
-        let incidence = self.incidence(wi, reading, active);
+        let incidence = self.incidence(passage, reading, active);
         let [lower, upper] = incidence.mixed_bands(incidence.counts.map(N::real), self.layout.areas.unit);
         let has_mass = lit(0.0).lt(lower + upper) & active;
         // Chooses a band by its mass. The random number is rescaled to [0, 1) within the band.
@@ -315,7 +321,7 @@ impl<N: Numbers> SquareView<N> {
         let band = incidence.band + N::Index::select(is_upper, N::Index::lit(1), N::Index::lit(0));
         let drawn = self.areas().choose(&incidence.rectangle, band, [u, v], has_mass);
         let nm = N::widen(reading.wavelength_nm);
-        let [x, y] = [0, 1].map(|i| {
+        let cosines = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let offset = match axis.sigma {
                 Some(sigma) => normal_quantile(drawn.u[i]) * lit(sigma),
@@ -324,9 +330,9 @@ impl<N: Numbers> SquareView<N> {
             let number = N::widen(N::real(drawn.node[i])) - N::Double::lit(f64::from(axis.origin));
             // The sampled frequency in cycles/nm.
             let f = (number + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
-            N::narrow(f.fma(nm, -N::widen(wi[i])))
+            N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
-        super::direction_above::<N>([x, y], has_mass)
+        (cosines, has_mass)
     }
 
     #[inline(always)]
@@ -334,20 +340,22 @@ impl<N: Numbers> SquareView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Prepares the square about `wi_xy/λ`, widened by the largest offset, and the two bands of an incidence.
+    /// Prepares the square about the incident tangential vector, widened by the largest offset, and the two bands of an
+    /// incidence.
     #[inline(always)]
-    fn incidence(&self, wi: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> Incidence<N> {
+    fn incidence(&self, passage: &Passage<N>, reading: &Reading<N>, active: N::Mask) -> Incidence<N> {
         let lit = N::Real::lit;
         let wavenumber = lit(1e3) / reading.wavelength_nm;
         // Position in nodes of the square's edge at the outgoing direction cosine ±reach; `side` is −1 or 1.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
-            let cosine = wi[i] + lit(side * self.layout.reach);
+            let cosine = passage.reach.fma(lit(side), passage.tangential[i]);
             (cosine * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
         // κ at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
-        let w = wi[2].fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
+        let estimated = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
+        let w = passage.typical_normal.unwrap_or_else(estimated);
         let kappa = w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));

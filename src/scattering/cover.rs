@@ -86,11 +86,16 @@ pub struct Inside {
 }
 
 impl Inside {
+    /// The pair at a surface without a cover.
+    pub fn bare(wi: Vec3, wo: Vec3) -> Self {
+        Self { wi, wo, factor: 1.0, density: 1.0 }
+    }
+
     /// The pair of two unit vectors outside; `None` unless both lie above the surface. Without a cover nothing changes.
     pub fn new(cover: Option<Cover>, wi: Vec3, wo: Vec3) -> Option<Self> {
         Pair::new(wi, wo)?;
         Some(match cover {
-            None => Self { wi, wo, factor: 1.0, density: 1.0 },
+            None => Self::bare(wi, wo),
             Some(cover) => Self {
                 wi: cover.inside(wi),
                 wo: cover.inside(wo),

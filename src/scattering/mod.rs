@@ -9,6 +9,8 @@
 //! | `size.rs` | sizes of pattern and heights relative to the relief of the tables |
 //! | `cover.rs` | a flat clear layer over the relief |
 //! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
+//! | `transparent.rs` | reflection and transmission at a lossless medium, one factor for both |
+//! | `passage.rs` | the way of scattered light, for samplers |
 //! | `options.rs` | parameters of the model |
 //! | `map.rs` | directions of the pixels of a hemispherical map |
 
@@ -18,8 +20,12 @@ mod geometry;
 mod index;
 mod map;
 mod options;
+mod passage;
+#[cfg(test)]
+mod perturbation;
 mod size;
 mod small_slope;
+mod transparent;
 mod vector;
 
 pub use cover::{Cover, Inside};
@@ -30,7 +36,10 @@ pub use index::{ComplexIndex, SpectralIndex, SpectralIndexError};
 pub use map::map_direction;
 pub use options::Options;
 pub(crate) use options::build_table;
+pub(crate) use passage::Passage;
 pub use size::{RELATIVE_SIZE, Reading, RelativeSize, SizeRange};
 pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
+pub(crate) use transparent::{Side, TransparentPair};
+pub use transparent::{Transmission, TransparentBody};
 pub(crate) use vector::Scattering;

@@ -2,7 +2,7 @@
 
 use super::geometry::angular_factor;
 use super::small_slope::small_slope;
-use super::{ComplexIndex, Obliquity, Pair, SizeRange, SpectralIndex};
+use super::{ComplexIndex, Obliquity, Pair, SizeRange, SpectralIndex, TransparentBody};
 use crate::height_field::HeightField;
 use crate::numeric::Real;
 use crate::table::{
@@ -41,6 +41,9 @@ pub struct Options {
     pub reach: f64,
     /// Relative sizes at which the surface is evaluated; `None` for the relief's own size (default).
     pub sizes: Option<SizeRange>,
+    /// Transparent body below the relief; `None` for a surface that reflects only (default). The field is then the
+    /// relief magnified by the body's index, and albedos are those of reflection and transmission together.
+    pub body: Option<TransparentBody>,
     /// Relative error to which tables are built (default: 1e-3).
     pub tolerance: f64,
     /// Factor on the limits of memory and time of a build, at least 1 (default). Tables do not depend on it.
@@ -64,6 +67,7 @@ impl Default for Options {
             shadowing: false,
             reach: 1.0,
             sizes: None,
+            body: None,
             tolerance: 1e-3,
             build_limit: default_build_limit(),
         }

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each binary uses some of them")]
 
 use ndarray::Array2;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use sunbeam::cache::Cache;
 use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
@@ -142,4 +142,11 @@ pub(crate) fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, 
 /// The oracle for a field with the surface's options.
 pub(crate) fn oracle(field: &HeightField, surface: &Surface) -> Exact {
     Exact::new(field, surface.options(), surface.albedo_table().cloned())
+}
+
+/// Bessel function of the first kind by its integral, `(1/π)∫ cos(mt − x sin t) dt`, exact for the midpoint rule.
+pub(crate) fn bessel(m: i32, x: f64) -> f64 {
+    let n = 200;
+    (0..n).map(|i| (i as f64 + 0.5) * PI / f64::from(n)).map(|t| (f64::from(m) * t - x * t.sin()).cos()).sum::<f64>()
+        / f64::from(n)
 }

@@ -1,6 +1,6 @@
 //! Covers and relative sizes of a relief: against closed forms, and against the direct sum with the vectors inside.
 
-use super::common::{Random, direction, sinusoid};
+use super::common::{Random, bessel, direction, sinusoid};
 use std::f64::consts::{PI, TAU};
 use sunbeam::Cache;
 use sunbeam::config::{BuiltSurface, SurfaceConfig};
@@ -102,13 +102,6 @@ fn orders_of_a_resized_grating_follow_the_closed_form() {
         }
     }
     assert!(compared > 15, "{compared}");
-}
-
-/// Bessel function of the first kind by its integral, `(1/π)∫ cos(mt − x sin t) dt`, exact for the midpoint rule.
-fn bessel(m: i32, x: f64) -> f64 {
-    let n = 200;
-    (0..n).map(|i| (i as f64 + 0.5) * PI / f64::from(n)).map(|t| (f64::from(m) * t - x * t.sin()).cos()).sum::<f64>()
-        / f64::from(n)
 }
 
 #[test]

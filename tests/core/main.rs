@@ -18,3 +18,4 @@ mod snake_spectra;
 mod stam_gems;
 mod tables;
 mod transforms;
+mod transmission;

@@ -216,7 +216,7 @@ impl HeightFieldArgs {
 
     /// Builds the tables of the processed heights.
     fn build_tables(&self, config: &SurfaceConfig, field: &HeightField) -> Result<Tables, Box<dyn Error>> {
-        config.refuse_cover("--tables")?;
+        config.require_bare("--tables")?;
         let cache = self.surface.cache()?;
         match config.theory {
             Theory::Scalar => {

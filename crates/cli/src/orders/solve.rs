@@ -68,7 +68,7 @@ pub(super) struct Order {
 impl SolvedOrders {
     /// Solves the orders of a configuration by its theory.
     pub(super) fn new(config: &SurfaceConfig, incidence: &Incidence) -> Result<Self, BuildError> {
-        config.refuse_cover("the orders")?;
+        config.require_bare("the orders")?;
         match config.theory {
             Theory::Rigorous => Self::rigorous(config, incidence.wi(), incidence.wavelength_nm),
             Theory::Scalar => Self::scalar(config, incidence.wi(), incidence.wavelength_nm),

@@ -1,0 +1,245 @@
+//! Lobes of transparent bodies, which reflect and transmit: at wavelengths, and in linear sRGB.
+//!
+//! Values are the scattering function of light from `wi` to `wo` in 1/sr, without the cosine, and with the interface's
+//! factor. Directions point away from the relief on either side of it: above into air; below into the medium of an
+//! interface, or into the air behind a film. Tables are those of the relief magnified by the index.
+
+use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, per_excess};
+use super::spectral::SpectralLobe;
+use super::{Gamut, InColour, PerWavelength, Sides};
+use crate::energy::{AlbedoTable, AlbedoView, GridPlace};
+use crate::numeric::{Number, Numbers, Plain, Real};
+use crate::sampling::{BELOW_ONE, direction_above};
+use crate::scattering::{Passage, Reading, RelativeSize, Side, TransparentBody, TransparentPair, Vec3};
+use std::array;
+
+/// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side that a
+/// flat body sends less light to. Chosen: the unlikely side gets at least a twentieth.
+const REFLECTED: [f64; 2] = [0.05, 0.95];
+
+/// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`]).
+#[derive(Clone, Copy)]
+pub struct TransmissiveLobe<'a, N: Numbers> {
+    /// The medium and its lower boundary.
+    pub body: TransparentBody,
+    /// The lobe of the magnified relief, whose tables and size are read.
+    pub relief: SpectralLobe<'a, N>,
+}
+
+/// The lobe of a transparent body in linear sRGB (see [`Lobe`]).
+pub struct TransmissiveColourLobe<N: Numbers> {
+    /// The medium and its lower boundary.
+    pub body: TransparentBody,
+    /// The lobe of the magnified relief, whose tables and size are read.
+    pub relief: ColourLobe<N>,
+}
+
+/// Quantities of a pair of directions that all wavelengths share.
+pub(crate) struct Ends<N: Numbers> {
+    wi: Side<N>,
+    wo: Side<N>,
+    pair: TransparentPair<N>,
+    /// The passage of samples from wi to the side of wo.
+    passage: Passage<N>,
+    /// Outgoing tangential wave vector over n, turned as the passage's.
+    outgoing: [N::Double; 2],
+    /// Density over solid angle per density over tangential wave vectors.
+    per_solid_angle: N::Real,
+}
+
+impl<N: Numbers> Ends<N> {
+    #[inline(always)]
+    fn new(body: TransparentBody, wi: [N::Real; 3], wo: [N::Real; 3]) -> Self {
+        let (i, o) = (body.side::<N>(wi), body.side::<N>(wo));
+        let pair = body.pair(&i, &o);
+        let passage = Passage::at_body(body, &i, o.is_below);
+        let turn = N::widen(passage.turn);
+        Self {
+            outgoing: o.tangential_double().map(|k| k * turn),
+            per_solid_angle: pair.per_solid_angle() * wo[2].abs(),
+            wi: i,
+            wo: o,
+            pair,
+            passage,
+        }
+    }
+
+    /// Places of wi and wo in a table of albedos.
+    #[inline(always)]
+    fn places(&self, albedo: &AlbedoView<N>) -> [GridPlace<N>; 2] {
+        [&self.wi, &self.wo].map(|side| albedo.place_at_body(side.in_own_medium(), side.is_below))
+    }
+}
+
+/// Scattering function of a transparent body in 1/sr, from the power density `S(f; κ)` of the magnified relief in µm².
+/// Divided by the albedo where a table of albedos is given. Zero unless both directions lie off the horizon and the
+/// wavelength (nm) is positive.
+pub(super) fn value_at_body(
+    body: TransparentBody,
+    wi: Vec3,
+    wo: Vec3,
+    wavelength_nm: f64,
+    density: impl Fn([f64; 2], f64) -> f64,
+    albedo: Option<&AlbedoTable>,
+) -> f64 {
+    let accepts = |w: Vec3| w.iter().all(|c| c.is_finite()) && w[2] != 0.0;
+    if !(accepts(wi) && accepts(wo) && wavelength_nm > 0.0) {
+        return 0.0;
+    }
+    let ends = Ends::<Plain<f64>>::new(body, wi, wo);
+    let reading = Reading::at(wavelength_nm);
+    let (f, kappa) = ends.pair.at(&reading);
+    let divided = albedo.map_or(1.0, |albedo| {
+        let view = albedo.view::<f64>();
+        let [at_wi, at_wo] = ends.places(&view);
+        view.factor_at(&at_wi, &at_wo, &reading, true)
+    });
+    ends.pair.factor() * divided * density(f, kappa) / reading.squared_um()
+}
+
+/// Sides of a transparent body. A sample's side is chosen by the reflectance of a flat body.
+impl<N: Numbers> Sides<N> for TransparentBody {
+    #[inline(always)]
+    fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
+        N::Real::lit(0.0).lt(w[2].abs())
+    }
+
+    #[inline(always)]
+    fn choose(&self, wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
+        let (zero, one) = (N::Real::lit(0.0), N::Real::lit(1.0));
+        let side = self.side::<N>(wi);
+        let reflected = reflected_probability(&side);
+        let is_reflected = u[0].lt(reflected);
+        let to_below = (side.is_below & is_reflected) | (!side.is_below & !is_reflected);
+        // Uniform in [0, 1) again, given the side.
+        let rescaled = N::Real::select(is_reflected, u[0] / reflected, (u[0] - reflected) / (one - reflected));
+        (to_below, [rescaled.clip(zero, N::Real::lit(BELOW_ONE)), u[1], u[2]])
+    }
+
+    #[inline(always)]
+    fn probability(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Real {
+        let (wi, wo) = (self.side::<N>(wi), self.side::<N>(wo));
+        let reflected = reflected_probability(&wi);
+        N::Real::select(wi.is_on_side_of(&wo), reflected, N::Real::lit(1.0) - reflected)
+    }
+}
+
+/// Probability that a sample is reflected: the reflectance of a flat body, within [`REFLECTED`].
+#[inline(always)]
+fn reflected_probability<N: Numbers>(wi: &Side<N>) -> N::Real {
+    wi.reflectance().clip(N::Real::lit(REFLECTED[0]), N::Real::lit(REFLECTED[1]))
+}
+
+/// Passes [`Sides`] of a lobe on to those of its body.
+macro_rules! sides_of_the_body {
+    ($lobe:ty) => {
+        impl<N: Numbers> Sides<N> for $lobe {
+            #[inline(always)]
+            fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
+                Sides::<N>::accepts(&self.body, w)
+            }
+
+            #[inline(always)]
+            fn choose(&self, wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
+                Sides::<N>::choose(&self.body, wi, u)
+            }
+
+            #[inline(always)]
+            fn probability(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Real {
+                Sides::<N>::probability(&self.body, wi, wo)
+            }
+        }
+    };
+}
+sides_of_the_body!(TransmissiveLobe<'_, N>);
+sides_of_the_body!(TransmissiveColourLobe<N>);
+
+/// The direction, pointing upwards, of a drawn wave vector; the zero vector where it lies beyond the horizon. `draw`
+/// draws the turned tangential part over n of a passage; its mask is false where nothing is scattered.
+#[inline(always)]
+fn draw<N: Numbers>(
+    body: TransparentBody,
+    wi: [N::Real; 3],
+    to_below: N::Mask,
+    draw: impl FnOnce(&Passage<N>) -> ([N::Real; 2], N::Mask),
+) -> [N::Real; 3] {
+    let passage = Passage::at_body(body, &body.side::<N>(wi), to_below);
+    let (drawn, is_drawn) = draw(&passage);
+    // Below an interface wave vectors over n are unit vectors; elsewhere they have the length 1/n.
+    let eta = N::Real::lit(body.eta);
+    let scale = if body.is_film { eta } else { N::Real::select(to_below, N::Real::lit(1.0), eta) };
+    direction_above::<N>(drawn.map(|k| k * passage.turn * scale), is_drawn)
+}
+
+impl<N: Numbers> PerWavelength<N> for TransmissiveLobe<'_, N> {
+    type Pair = Ends<N>;
+
+    #[inline(always)]
+    fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Ends<N> {
+        Ends::new(self.body, wi, wo)
+    }
+
+    #[inline(always)]
+    fn value(&self, ends: &Ends<N>, nm: N::Real, active: N::Mask) -> N::Real {
+        let reading = self.relief.reading(nm);
+        let (frequency, kappa) = ends.pair.at(&reading);
+        let density = self.relief.table().density_of(frequency, kappa, reading.window, active);
+        let undivided = ends.pair.factor() * density / reading.squared_um();
+        let value = match self.relief.albedo() {
+            None => undivided,
+            Some(albedo) => {
+                let [at_wi, at_wo] = ends.places(&albedo);
+                undivided * albedo.factor_at(&at_wi, &at_wo, &reading, active)
+            }
+        };
+        N::Real::select(active, value, N::Real::lit(0.0))
+    }
+
+    #[inline(always)]
+    fn density(&self, ends: &Ends<N>, nm: N::Real, active: N::Mask) -> N::Real {
+        self.relief.sampler().density(&ends.passage, ends.outgoing, &self.relief.reading(nm), active)
+            * ends.per_solid_angle
+    }
+
+    #[inline(always)]
+    fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        let reading = self.relief.reading(nm);
+        draw(self.body, wi, to_below, |passage| self.relief.sampler().draw(passage, &reading, [u[1], u[2]], active))
+    }
+}
+
+impl<N: Numbers> InColour<N> for TransmissiveColourLobe<N> {
+    fn gamut(&self) -> Gamut {
+        self.relief.factors.gamut
+    }
+
+    #[inline(always)]
+    fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        let one = N::Real::lit(1.0);
+        let active = active & self.accepts(wi) & self.accepts(wo);
+        let ends = Ends::new(self.body, wi, wo);
+        let RelativeSize { scale, depth } = self.relief.size.unwrap_or(RelativeSize { scale: one, depth: one });
+        let [u, v] = ends.pair.tangential().map(|k| N::narrow(k) * scale);
+        let colour = self.relief.table.relief_rgb(u, v, ends.pair.normal() * depth, active);
+        let factor = ends.pair.factor() * scale * scale;
+        let channels = match &self.relief.albedo {
+            Some(ColourAlbedo::ByWavelength(albedo)) => {
+                per_excess::<N>(ends.places(albedo).map(|place| band_excess(albedo, &place, self.relief.size, active)))
+            }
+            // Tables of bodies are by wavelength.
+            Some(ColourAlbedo::Bands(_)) | None => [one; 3],
+        };
+        array::from_fn(|c| N::Real::select(active, colour[c] * factor * channels[c], N::Real::lit(0.0)))
+    }
+
+    #[inline(always)]
+    fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
+        let ends = Ends::new(self.body, wi, wo);
+        self.relief.sampler.density(&ends.passage, ends.outgoing.map(N::narrow), active) * ends.per_solid_angle
+    }
+
+    #[inline(always)]
+    fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        draw(self.body, wi, to_below, |passage| self.relief.sampler.draw(passage, [u[1], u[2]], active))
+    }
+}

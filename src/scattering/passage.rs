@@ -1,0 +1,72 @@
+//! The way of scattered light, as samplers take it: an incident wave vector, and the wave vectors that may leave.
+
+use super::transparent::{Side, TransparentBody};
+use crate::numeric::{Number, Numbers, Real};
+
+/// Smallest normal component of the scattering vector in the weights of orders at a transparent body, in units of the
+/// wave number in vacuum. Samplers tabulate powers over intervals of about this size, and do not resolve that a power
+/// vanishes at zero. Affects the variance of samples only.
+const DIVISOR_MIN: f64 = 0.05;
+
+/// An incident direction, and the side of the relief on which light leaves.
+///
+/// Wave vectors are in units of the tables: 1 for directions at a bare relief and inside a cover, and at a
+/// [`TransparentBody`] for directions in its medium.
+#[derive(Clone, Copy)]
+pub(crate) struct Passage<N: Numbers> {
+    /// Tangential part of the incident wave vector; its opposite where [`Passage::turn`] is −1.
+    pub tangential: [N::Real; 2],
+    /// Part of the incident direction in the normal component of the scattering vector. The scattering vector's is the
+    /// absolute value of the sum of this and the outgoing normal component.
+    pub normal: N::Real,
+    /// Squared length of outgoing wave vectors.
+    pub outgoing_squared: N::Real,
+    /// Largest tangential length of outgoing wave vectors.
+    pub reach: N::Real,
+    /// −1 where S is read at the opposite frequency, so that samplers draw opposite wave vectors; else 1.
+    pub turn: N::Real,
+    /// Typical normal component of the scattering vector; `None` where samplers estimate it.
+    pub typical_normal: Option<N::Real>,
+    /// Smallest normal component of the scattering vector, by whose square the power of an order is divided; `None`
+    /// where it is not divided.
+    pub divisor_min: Option<f64>,
+}
+
+impl<N: Numbers> Passage<N> {
+    /// Reflection of a direction above the surface, with outgoing tangential lengths up to `reach`.
+    #[inline(always)]
+    pub(crate) fn reflection(wi: [N::Real; 3], reach: f64) -> Self {
+        let one = N::Real::lit(1.0);
+        Self {
+            tangential: [wi[0], wi[1]],
+            normal: wi[2],
+            outgoing_squared: one,
+            reach: N::Real::lit(reach),
+            turn: one,
+            typical_normal: None,
+            divisor_min: None,
+        }
+    }
+
+    /// Light at a transparent body from a direction to one side of the relief.
+    #[inline(always)]
+    pub(crate) fn at_body(body: TransparentBody, wi: &Side<N>, to_below: N::Mask) -> Self {
+        let lit = N::Real::lit;
+        let one = lit(1.0);
+        let is_reflected = (wi.is_below & to_below) | (!wi.is_below & !to_below);
+        let turn = N::Real::select(wi.is_below | to_below, -one, one);
+        // Of the refracted light, |cn − c1|.
+        let refracted = (wi.other_normal - wi.normal).abs();
+        // Reflected light spreads about its mirror direction.
+        let reflected = wi.normal + wi.normal;
+        Self {
+            tangential: wi.tangential().map(|k| k * turn),
+            normal: N::Real::select(is_reflected, wi.normal, -wi.normal),
+            outgoing_squared: N::Real::select(to_below, one, lit(1.0 / (body.eta * body.eta))),
+            reach: N::Real::select(to_below, lit(body.reach(true)), lit(body.reach(false))),
+            turn,
+            typical_normal: Some(N::Real::select(is_reflected, reflected, refracted)),
+            divisor_min: Some(DIVISOR_MIN / body.eta),
+        }
+    }
+}

@@ -1,0 +1,462 @@
+//! Transparent bodies: reflection and transmission by the relief between air, above, and a lossless medium, below.
+//!
+//! Light is scattered by the relief on either side and to either side. All four ways read the same power spectrum, by
+//! the sum of the two wave vectors, and one factor serves them: first-order small-slope theory with Rice's kernel, as
+//! in `small_slope.rs`.
+//!
+//! ```text
+//! n, ε         index of the medium, and its square
+//! K            wave vector of a direction, away from the relief, over the wave number in vacuum; |K| is 1 above, n below
+//! k            length of the tangential part of K
+//! c1, cn       normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1
+//! ζ            normal component in the direction's own medium: c1 above, cn below
+//! v, e         cn and n above; n·c1 and 1 below
+//! s, p         c1 + cn, and ε·c1 + cn
+//! φ            azimuth from the tangential direction of the arriving light (−Ki) to that of the leaving light (Ko)
+//! σ            1 for reflection, −1 for transmission
+//! w            normal component of Ki + Ko
+//! τ            1; below a film, the transmittance of its flat side for the state: 4·c1·cn/s² and 4ε·c1·cn/p²
+//!
+//! B_ss = cosφ/(s s0)        B_sp = v0 sinφ/(s p0)
+//! B_ps = v sinφ/(p s0)      B_pp = (v v0 cosφ − σ e e0 k k0)/(p p0)
+//! F    = 2 ζ ζ0 (ε − 1)²/w² · Σ |B|² τ τ0      over the four pairs of states; 0 marks the incident direction
+//! ```
+//!
+//! The power scattered into `d²Ko` is `F·S/λ²`, with S at the frequency `(Ki + Ko)_xy/λ` and the phase rate `2πw/λ`.
+//! F is reciprocal. At the mirror direction it is Fresnel's reflectance, at the refracted one Fresnel's transmittance.
+//!
+//! S of a negative phase rate is S of the positive one at the opposite frequency. In transmission w can vanish, and S
+//! with it as w²: both take at least [`NORMAL_MIN`], so that their quotient stays smooth.
+//!
+//! Tables are those of the relief magnified n times, as under a [`Cover`](super::Cover) of the same index. So wave
+//! vectors in code are in units of the wave number in the medium, and no longer than 1.
+
+use super::{COSINE_MIN, Reading};
+use crate::numeric::{Number, Numbers, Real};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Smallest |w| in units of the wave number in vacuum. Phases of a relief 1 µm high are then 0.02 rad, where S is in
+/// proportion to w² to 1e-4.
+const NORMAL_MIN: f64 = 1e-3;
+/// Smallest product of tangential lengths by which the azimuth's cosine is divided (`small_slope.rs`).
+const SINES_MIN: f64 = 1e-6;
+
+/// Fate of the light that passes the relief.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Transmission {
+    /// It is absorbed, or the body is no dielectric.
+    #[default]
+    None,
+    /// It leaves through a flat side below, into air.
+    Film,
+    /// It goes on in the medium.
+    Interface,
+}
+
+impl Transmission {
+    /// All kinds, the default first.
+    pub const ALL: [Self; 3] = [Self::None, Self::Film, Self::Interface];
+
+    /// The name in the users' interfaces.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Film => "film",
+            Self::Interface => "interface",
+        }
+    }
+}
+
+/// A lossless medium below the relief, and its lower boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransparentBody {
+    /// Index of the medium.
+    pub eta: f64,
+    /// Whether a flat side bounds the medium below, with air behind it. Otherwise it is a half-space.
+    pub is_film: bool,
+}
+
+/// One direction at a transparent body: its wave vector and its terms of the factor F.
+#[derive(Clone, Copy)]
+pub(crate) struct Side<N: Numbers> {
+    /// Whether the direction lies below the relief.
+    pub is_below: N::Mask,
+    /// Tangential part of K over n.
+    tangential: [N::Double; 2],
+    /// ζ over n, positive.
+    pub normal: N::Real,
+    /// Outgoing medium's index over air's: n below an interface, 1 elsewhere. Squared.
+    pub eta_squared: N::Real,
+    /// Normal component over n in the other of the two media; zero where it is imaginary.
+    pub other_normal: N::Real,
+    /// k.
+    length: N::Real,
+    /// Real and imaginary part of v.
+    v: [N::Real; 2],
+    /// e.
+    e: N::Real,
+    /// `1/|s|²` and `1/|p|²`.
+    per_squared: [N::Real; 2],
+    /// Transmittances of a flat boundary between the media, for the states s and p; zero where light is totally
+    /// reflected.
+    refracted: [N::Real; 2],
+    /// τ of the states s and p.
+    passed: [N::Real; 2],
+    /// n over the length of K: 1 below, n above.
+    per_length: N::Real,
+}
+
+/// A pair of directions at a transparent body.
+pub(crate) struct TransparentPair<N: Numbers> {
+    /// Tangential part of `Ki + Ko` over n, with the sign that makes [`TransparentPair::normal`] positive.
+    tangential: [N::Double; 2],
+    /// `|w|` over n.
+    normal: N::Real,
+    /// `4 ζ ζ0 (ε − 1)²/w² · |B|² τ τ0` of the states ss, sp, ps and pp; the first letter is the outgoing state.
+    pub powers: [N::Real; 4],
+    /// Ratio of `d²Ko` over n² to `cosθo dωo`. It is also that of the relief's S per `cosθo dωo` to the magnified
+    /// relief's per `d²Ko`.
+    per_solid_angle: N::Real,
+}
+
+impl TransparentBody {
+    /// Largest tangential length of outgoing wave vectors over n, on one side.
+    #[inline(always)]
+    pub(crate) fn reach(self, is_below: bool) -> f64 {
+        if is_below && !self.is_film { 1.0 } else { 1.0 / self.eta }
+    }
+
+    /// Smallest normal component of the scattering vector over n.
+    fn normal_min(self) -> f64 {
+        NORMAL_MIN / self.eta
+    }
+
+    /// Reflectance of a flat body for unpolarised light at a cosine with the normal, on the side of air.
+    pub fn reflectance(self, cos: f64) -> f64 {
+        super::fresnel_unpolarised(cos, super::ComplexIndex { eta: self.eta, k: 0.0 })
+    }
+
+    /// Terms of a direction `w` of unit length, which points away from the relief on either side of it.
+    #[inline(always)]
+    pub(crate) fn side<N: Numbers>(self, w: [N::Real; 3]) -> Side<N> {
+        let lit = N::Real::lit;
+        let (zero, one) = (lit(0.0), lit(1.0));
+        let eps = self.eta * self.eta;
+        let is_below = w[2].lt(zero);
+        let cos = w[2].abs().max(lit(COSINE_MIN));
+        let cos_squared = cos * cos;
+        // Directions below an interface are those inside the medium; all others are in air.
+        let is_inside = if self.is_film { N::mask(false) } else { is_below };
+        let c1_squared = N::Real::select(is_inside, cos_squared.fma(lit(eps), lit(1.0 - eps)), cos_squared);
+        let cn_squared = N::Real::select(is_inside, cos_squared * lit(eps), cos_squared + lit(eps - 1.0));
+        let (c1, c1_imaginary) = (c1_squared.max(zero).sqrt(), (-c1_squared).max(zero).sqrt());
+        let cn = cn_squared.sqrt();
+        let (s, p) = (c1 + cn, c1.fma(lit(eps), cn));
+        let imaginary_squared = c1_imaginary * c1_imaginary;
+        let per_squared = [one / s.fma(s, imaginary_squared), one / p.fma(p, imaginary_squared * lit(eps * eps))];
+        let refracted =
+            [(1.0, per_squared[0]), (eps, per_squared[1])].map(|(scale, per)| c1 * cn * lit(4.0 * scale) * per);
+        let passed = match self.is_film {
+            true => refracted.map(|passed| N::Real::select(is_below, passed, one)),
+            false => [one; 2],
+        };
+        let vacuum = N::Real::select(is_inside, lit(self.eta), one);
+        let [x, y] = [w[0] * vacuum, w[1] * vacuum];
+        let per_medium = N::Double::lit(1.0 / self.eta);
+        let scale = N::Double::select(is_inside, N::Double::lit(1.0), per_medium);
+        Side {
+            is_below,
+            tangential: [N::widen(w[0]) * scale, N::widen(w[1]) * scale],
+            normal: N::Real::select(is_below, cn, c1) * lit(1.0 / self.eta),
+            other_normal: N::Real::select(is_below, c1, cn) * lit(1.0 / self.eta),
+            eta_squared: vacuum * vacuum,
+            length: x.fma(x, y * y).sqrt(),
+            v: [
+                N::Real::select(is_below, c1 * lit(self.eta), cn),
+                N::Real::select(is_below, c1_imaginary * lit(self.eta), zero),
+            ],
+            e: N::Real::select(is_below, one, lit(self.eta)),
+            per_squared,
+            refracted,
+            passed,
+            per_length: N::Real::select(is_below, one, lit(self.eta)),
+        }
+    }
+
+    /// The pair of two directions, light arriving from `wi` and leaving along `wo`.
+    #[inline(always)]
+    pub(crate) fn pair<N: Numbers>(self, wi: &Side<N>, wo: &Side<N>) -> TransparentPair<N> {
+        let lit = N::Real::lit;
+        let (zero, one) = (lit(0.0), lit(1.0));
+        // σ, and w over n: wave vectors below point downwards.
+        let is_reflected = wi.is_on_side_of(wo);
+        let sigma = N::Real::select(is_reflected, one, -one);
+        let signed = |side: &Side<N>| N::Real::select(side.is_below, -side.normal, side.normal);
+        let w = signed(wi) + signed(wo);
+        let normal = w.abs().max(lit(self.normal_min()));
+        let sign = N::Double::select(w.lt(zero), N::Double::lit(-1.0), N::Double::lit(1.0));
+        let tangential = [0, 1].map(|i| (wi.tangential[i] + wo.tangential[i]) * sign);
+        // k·k0·cosφ = −(Ki·Ko)_xy.
+        let eps = self.eta * self.eta;
+        let dot = wi.tangential[0].fma(wo.tangential[0], wi.tangential[1] * wo.tangential[1]);
+        let sines = wi.length * wo.length;
+        let cos = (-N::narrow(dot) * lit(eps) / sines.max(lit(SINES_MIN))).clip(-one, one);
+        let (cos_squared, sin_squared) = (cos * cos, one - cos * cos);
+        let squared = |[re, im]: [N::Real; 2]| re.fma(re, im * im);
+        let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * sines));
+        let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
+        // 1/|s|² and 1/|p|², times the transmittances.
+        let [[s, p], [s0, p0]] = [wo, wi].map(|side| [0, 1].map(|state| side.per_squared[state] * side.passed[state]));
+        let contrast = self.contrast_over_normal(is_reflected, normal, wi);
+        // ζ ζ0/n² and w²/n²: the units of both cancel.
+        let scale = lit(4.0) * wi.normal * wo.normal * contrast * contrast;
+        let powers = [
+            cos_squared * s * s0,
+            sin_squared * squared(wi.v) * s * p0,
+            sin_squared * squared(wo.v) * p * s0,
+            squared([pp_re, pp_im]) * p * p0,
+        ];
+        // d²Ko = eta² cosθo dωo, and S/λ² of the magnified relief is n² times the relief's.
+        let per_solid_angle = wo.eta_squared * lit(1.0 / eps);
+        TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
+    }
+
+    /// `(ε − 1)/w`, with w over n. Without a contrast of indices light goes straight on: the limit at the refracted
+    /// direction is `s0`.
+    #[inline(always)]
+    fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &Side<N>) -> N::Real {
+        if self.eta == 1.0 {
+            let s0 = N::Real::lit(1.0) / wi.per_squared[0].sqrt();
+            return N::Real::select(is_reflected, N::Real::lit(0.0), s0);
+        }
+        N::Real::lit(self.eta * self.eta - 1.0) / normal
+    }
+}
+
+impl<N: Numbers> Side<N> {
+    /// Whether another direction lies on the same side of the relief.
+    #[inline(always)]
+    pub(crate) fn is_on_side_of(&self, other: &Self) -> N::Mask {
+        (self.is_below & other.is_below) | (!self.is_below & !other.is_below)
+    }
+
+    /// Reflectance of a flat relief on this side, for unpolarised light.
+    #[inline(always)]
+    pub(crate) fn reflectance(&self) -> N::Real {
+        let [s, p] = self.refracted;
+        N::Real::lit(1.0) - (s + p) * N::Real::lit(0.5)
+    }
+
+    /// The direction within the medium on its side of the relief, of unit length and pointing upwards on either side.
+    #[inline(always)]
+    pub(crate) fn in_own_medium(&self) -> [N::Real; 3] {
+        let [x, y] = self.tangential();
+        [x * self.per_length, y * self.per_length, self.normal * self.per_length]
+    }
+
+    /// Tangential part of K over n, in double precision.
+    #[inline(always)]
+    pub(crate) fn tangential_double(&self) -> [N::Double; 2] {
+        self.tangential
+    }
+
+    /// Tangential part of K over n.
+    #[inline(always)]
+    pub(crate) fn tangential(&self) -> [N::Real; 2] {
+        self.tangential.map(N::narrow)
+    }
+}
+
+impl<N: Numbers> TransparentPair<N> {
+    /// F for unpolarised light.
+    #[inline(always)]
+    pub(crate) fn power(&self) -> N::Real {
+        let [ss, sp, ps, pp] = self.powers;
+        ((ss + pp) + (sp + ps)) * N::Real::lit(0.5)
+    }
+
+    /// Factor on `S/λ²` of the magnified relief, in the scattering function of light from `wi` to `wo`, in 1/sr.
+    #[inline(always)]
+    pub(crate) fn factor(&self) -> N::Real {
+        self.power() * self.per_solid_angle
+    }
+
+    /// Ratio of `d²Ko` over n² to `cosθo dωo`.
+    #[inline(always)]
+    pub(crate) fn per_solid_angle(&self) -> N::Real {
+        self.per_solid_angle
+    }
+
+    /// Tangential part of `Ki + Ko` over n, with the sign that makes [`TransparentPair::normal`] positive.
+    #[inline(always)]
+    pub(crate) fn tangential(&self) -> [N::Double; 2] {
+        self.tangential
+    }
+
+    /// `|w|` over n.
+    #[inline(always)]
+    pub(crate) fn normal(&self) -> N::Real {
+        self.normal
+    }
+
+    /// Frequency in cycles/µm and phase rate κ in rad/µm of a look-up in tables of the magnified relief.
+    #[inline(always)]
+    pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
+        let wavenumber = N::Double::lit(1e3) / N::widen(reading.wavelength_nm);
+        let depth_um = reading.for_kappa_nm() * N::Real::lit(1e-3);
+        (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / depth_um)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::perturbation::first_order;
+    use super::super::{ComplexIndex, Obliquity, Pair, Vec3, fresnel_unpolarised};
+    use super::*;
+    use crate::height_field::random::Random;
+    use crate::numeric::Plain;
+    use sunbeam_fourier::num_complex::Complex64;
+
+    type Double = Plain<'static, f64>;
+
+    const ETAS: [f64; 4] = [1.05, 1.33, 1.5, 2.4];
+
+    fn interface(eta: f64) -> TransparentBody {
+        TransparentBody { eta, is_film: false }
+    }
+
+    /// A direction above the relief. One in eight is the normal.
+    fn above(random: &mut Random) -> Vec3 {
+        let cos = if random.unit() < 0.125 { 1.0 } else { random.between(0.02, 1.0) };
+        let (sin, turn) = (f64::sqrt(1.0 - cos * cos), TAU * random.unit());
+        [sin * turn.cos(), sin * turn.sin(), cos]
+    }
+
+    fn below(random: &mut Random) -> Vec3 {
+        let [x, y, z] = above(random);
+        [x, y, -z]
+    }
+
+    fn pair(body: TransparentBody, wi: Vec3, wo: Vec3) -> TransparentPair<Double> {
+        body.pair(&body.side::<Double>(wi), &body.side::<Double>(wo))
+    }
+
+    #[test]
+    fn reflection_on_either_side_has_the_small_slope_factor() {
+        // Rounding: the small-slope factor takes its azimuth from the half vector, which cancels at grazing angles.
+        const ROUNDING: f64 = 1e-8;
+        let mut random = Random::new(3);
+        for eta in ETAS {
+            for _ in 0..500 {
+                let (wi, wo) = (above(&mut random), above(&mut random));
+                let mirrored = |[x, y, z]: Vec3| [x, y, -z];
+                for (found, index) in
+                    [(pair(interface(eta), wi, wo), eta), (pair(interface(eta), mirrored(wi), mirrored(wo)), 1.0 / eta)]
+                {
+                    let index = Some(ComplexIndex { eta: index, k: 0.0 });
+                    let expected = Pair::new(wi, wo).unwrap().interface(index, Obliquity::SmallSlope);
+                    assert!((found.power() - expected).abs() < ROUNDING * (1.0 + expected), "{eta} {wi:?} {wo:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn refracted_light_has_fresnels_transmittance() {
+        const ROUNDING: f64 = 1e-12;
+        for eta in ETAS {
+            for degrees in 0..90 {
+                let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+                let inside = sin / eta;
+                let (wi, wo) = ([sin, 0.0, cos], [-inside, 0.0, -(1.0 - inside * inside).sqrt()]);
+                let passed = 1.0 - fresnel_unpolarised(cos, ComplexIndex { eta, k: 0.0 });
+                let found = pair(interface(eta), wi, wo);
+                assert!((found.power() - passed).abs() < ROUNDING, "{eta} {degrees}: {} {passed}", found.power());
+                // Through a film each state passes twice.
+                let film = TransparentBody { eta, is_film: true };
+                let through = pair(film, wi, [-sin, 0.0, -cos]);
+                let [s, p] = [through.powers[0], through.powers[3]];
+                let twice = 0.5 * (found.powers[0].powi(2) + found.powers[3].powi(2));
+                assert!((0.5 * (s + p) - twice).abs() < ROUNDING, "{eta} {degrees}: {s} {p} {twice}");
+            }
+        }
+    }
+
+    /// Transmitted powers are those of a shallow relief to first order in its height, at any azimuth. The phase screen
+    /// has the amplitude iwh per h and wave number, and the power of a transmitted field is its square times cn/c1.
+    #[test]
+    fn transmitted_powers_are_the_first_order_of_a_shallow_relief() {
+        // Rounding of the solved system.
+        const ROUNDING: f64 = 1e-8;
+        let mut random = Random::new(4);
+        for eta in ETAS {
+            let mut compared = 0;
+            while compared < 300 {
+                let (wi, wo) = (above(&mut random), above(&mut random));
+                // States are undefined along the normal.
+                if wi[2].max(wo[2]) > 0.999 {
+                    continue;
+                }
+                compared += 1;
+                let [_, expected] = first_order(wi, wo, Complex64::new(eta, 0.0));
+                let inside = [wo[0] / eta, wo[1] / eta];
+                let cos = (1.0 - inside[0] * inside[0] - inside[1] * inside[1]).sqrt();
+                let found = pair(interface(eta), wi, [inside[0], inside[1], -cos]);
+                let w = eta * cos - wi[2];
+                let scale = eta * cos / wi[2] / (w * w);
+                let expected = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(o, i)| scale * expected[o][i].norm_sqr());
+                for (found, expected) in found.powers.into_iter().zip(expected) {
+                    assert!(
+                        w.abs() < NORMAL_MIN || (found - expected).abs() < ROUNDING * (1.0 + expected),
+                        "{eta} {wi:?} {wo:?}: {found} {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn swapped_directions_have_equal_powers() {
+        const ROUNDING: f64 = 1e-12;
+        let mut random = Random::new(5);
+        for eta in ETAS {
+            for body in [interface(eta), TransparentBody { eta, is_film: true }] {
+                for _ in 0..500 {
+                    let (a, b) = (above(&mut random), below(&mut random));
+                    let (there, back) = (pair(body, a, b), pair(body, b, a));
+                    assert!((there.power() - back.power()).abs() < ROUNDING * (1.0 + there.power()), "{a:?} {b:?}");
+                    assert_eq!((there.tangential, there.normal), (back.tangential, back.normal));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_contrast_of_indices_light_goes_straight_on() {
+        for body in [interface(1.0), TransparentBody { eta: 1.0, is_film: true }] {
+            let (wi, wo) = ([0.6, 0.0, 0.8], [-0.6, 0.0, -0.8]);
+            assert!((pair(body, wi, wo).power() - 1.0).abs() < 1e-12);
+            assert_eq!(pair(body, wi, [-0.6, 0.0, 0.8]).power(), 0.0);
+        }
+    }
+
+    #[test]
+    fn factors_are_finite_at_the_ends_of_all_ranges() {
+        let grazing = (1.0 - 0.5e-14, COSINE_MIN);
+        let directions = [[0.0, 0.0, 1.0], [grazing.0, 0.0, grazing.1], [-grazing.0, 0.0, grazing.1], [0.6, 0.0, 0.8]];
+        let both_sides = directions.into_iter().flat_map(|w| [w, [w[0], w[1], -w[2]]]).collect::<Vec<_>>();
+        for eta in [1.0, 1.05, 1.5, 4.0] {
+            for body in [interface(eta), TransparentBody { eta, is_film: true }] {
+                for (wi, wo) in both_sides.iter().flat_map(|wi| both_sides.iter().map(move |wo| (*wi, *wo))) {
+                    let single = |w: Vec3| body.side::<Plain<'static, f32>>(w.map(|c| c as f32));
+                    let double = pair(body, wi, wo).factor();
+                    let single = body.pair(&single(wi), &single(wo)).factor();
+                    assert!(double.is_finite() && double >= 0.0, "{body:?} {wi:?} {wo:?}: {double}");
+                    assert!(single.is_finite() && single >= 0.0, "{body:?} {wi:?} {wo:?}: {single}");
+                }
+            }
+        }
+    }
+}
