@@ -14,7 +14,7 @@ use ndarray::Array2;
 /// Numbers that programs commonly write for missing points.
 const MISSING_NUMBERS: [f64; 12] =
     [-999.0, -999.25, -999.9, -9999.0, -9999.9, -99999.0, -32768.0, -32767.0, 999.0, 9999.0, 99999.0, 32767.0];
-/// The ends of the 16-bit integers, levels of a relief that is stored in full scale. They are in [`MISSING_NUMBERS`] too.
+/// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
 const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because heights of hundreds of nm have a range
 /// that is not small compared with their distance from −999.
@@ -159,8 +159,8 @@ mod tests {
                 assert_eq!(isolated(&values), [(value, 1)]);
             }
         }
-        // A grating over the whole range of 16-bit integers, a quarter of it walls. They reach its second level, so that
-        // the first alone is isolated.
+        // A grating over the whole range of 16-bit integers, a quarter of it walls. They reach its second level, so
+        // that the first alone is isolated.
         let heights = |floor: f64, top: f64| {
             let wall = |step: usize| (top + (floor - top) * 0.01 * (step * step) as f64).round();
             move |(_, ix): (usize, usize)| match ix % 20 {
