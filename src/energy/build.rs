@@ -181,8 +181,8 @@ impl<'a, const K: usize> Builder<'a, K> {
         (self.groups - 1).max(1)
     }
 
-    /// Nodes of every `stride`-th group on a grid: of a if `b` is `None`, else of t with the divisors of the coarse nodes
-    /// `b`. A stride of 1 is the table's own grid, whose nodes also get the t of orders on their ridges.
+    /// Nodes of every `stride`-th group on a grid: of a if `b` is `None`, else of t with the divisors of the coarse
+    /// nodes `b`. A stride of 1 is the table's own grid, whose nodes also get the t of orders on their ridges.
     fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<&Nodes<K>>, steps: &Steps) -> Nodes<K> {
         let integrated = self.integrated_nodes(grid);
         let groups = (self.groups - 1) / stride + 1;
