@@ -7,6 +7,8 @@
 
 namespace sunbeam {
 
+namespace dr = drjit;
+
 /// The flat side of a cover of index n, seen from air. With n = 1 there is no cover.
 ///
 /// Directions are unit vectors in the shading frame that point away from the surface. They lie above it, inside or

@@ -106,6 +106,7 @@
  *     diffraction.cpp    entry point
  *     diffraction.h      the BSDF class that Mitsuba calls
  *     optics.h           value, density and samples of one instance
+ *     textures.h         textures of one instance
  *     lobe.h             the diffracted lobe, evaluated in Rust
  *     cover.h            a clear layer over the relief
  *     interface.h        Fresnel and small-slope factors, and their Mueller matrices
@@ -131,6 +132,7 @@
 
 namespace sunbeam {
 
+// Described in variants.h. Null until `sunbeam_register_variants` sets it.
 const void *mitsuba_address = nullptr;
 
 namespace {

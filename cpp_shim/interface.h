@@ -9,6 +9,8 @@
 
 namespace sunbeam {
 
+namespace dr = drjit;
+
 /// Reflection by an interface between air and a medium of complex refractive index.
 ///
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`

@@ -1,4 +1,4 @@
-// Optics of one BSDF instance: its textures and tables, and the values, densities and samples computed from them.
+// Optics of one BSDF instance: values, densities and samples, computed from its textures and its lobe's tables.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,6 @@
 #include <mitsuba/core/properties.h>
 #include <mitsuba/core/warp.h>
 #include <mitsuba/render/bsdf.h>
-#include <mitsuba/render/ior.h>
-#include <mitsuba/render/texture.h>
 
 #include "compat.h"
 #include "cover.h"
@@ -22,8 +20,7 @@
 #include "interface.h"
 #include "lobe.h"
 #include "parameters.h"
-#include "spectral_ends.h"
-#include "texture_range.h"
+#include "textures.h"
 
 namespace sunbeam {
 
@@ -41,15 +38,13 @@ public:
     using Lobe = DiffractionLobe<Float, Spectrum>;
 
     explicit Optics(const Properties &props) : m_lobe(std::make_shared<const Lobe>(new_lobe_surface(props))) {
-        auto varying         = [](const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); };
         uint32_t diffraction = BSDFFlags::GlossyReflection | BSDFFlags::FrontSide | BSDFFlags::Anisotropic;
-        if (varying(m_eta) || varying(m_k) || varying(m_specular_reflectance) || varying(m_rotation) ||
-            varying(m_scale) || varying(m_depth))
+        if (m_textures.diffraction_varies())
             diffraction = diffraction | BSDFFlags::SpatiallyVarying;
         m_components = { diffraction };
-        if (m_diffuse_reflectance) {
+        if (m_textures.diffuse_reflectance) {
             uint32_t diffuse = BSDFFlags::DiffuseReflection | BSDFFlags::FrontSide;
-            if (varying(m_diffuse_reflectance) || varying(m_eta) || varying(m_k) || varying(m_specular_reflectance))
+            if (m_textures.pigment_varies())
                 diffuse = diffuse | BSDFFlags::SpatiallyVarying;
             m_components.push_back(diffuse);
         }
@@ -79,36 +74,26 @@ public:
     /// A copy that reads the wavelength ranges of `eta` and `k` anew, after their spectra may have changed.
     Optics with_current_ends() const {
         Optics optics(*this);
-        optics.m_eta_ends.update(*optics.m_eta);
-        optics.m_k_ends.update(*optics.m_k);
+        auto &textures = optics.m_textures;
+        textures.eta_ends.update(*textures.eta);
+        textures.k_ends.update(*textures.k);
         optics.m_fingerprint = CodeFingerprint(optics.code());
         return optics;
     }
 
-    /// `BSDFFlags` of each component: the diffracted light, then the pigment if there is one.
+    /// `BSDFFlags` of each component: the diffracted light, the pigment if there is one, and the cover's mirror if
+    /// there is one.
     const std::vector<uint32_t> &components() const { return m_components; }
 
     /// Coherence length in µm, scale and depth, as far as they are numbers. A size given as a texture counts as 1.
     std::array<float, 3> numbers() const { return m_lobe->surface().numbers(); }
 
     /// Whether `scale` and `depth` are textures.
-    bool has_scale_texture() const { return bool(m_scale); }
-    bool has_depth_texture() const { return bool(m_depth); }
+    bool has_scale_texture() const { return bool(m_textures.scale); }
+    bool has_depth_texture() const { return bool(m_textures.depth); }
 
     /// Exposes the textures to Mitsuba as parameters that can change.
-    void traverse(TraversalCallback *cb) const {
-        auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
-        put("eta", m_eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);
-        put("k", m_k, ParamFlags::Differentiable | ParamFlags::Discontinuous);
-        put("specular_reflectance", m_specular_reflectance, ParamFlags::Differentiable);
-        if (m_diffuse_reflectance)
-            put("diffuse_reflectance", m_diffuse_reflectance, ParamFlags::Differentiable);
-        put("rotation", m_rotation, ParamFlags::Differentiable | ParamFlags::Discontinuous);
-        if (m_scale)
-            put("scale", m_scale, ParamFlags::Differentiable | ParamFlags::Discontinuous);
-        if (m_depth)
-            put("depth", m_depth, ParamFlags::Differentiable | ParamFlags::Discontinuous);
-    }
+    void traverse(TraversalCallback *cb) const { m_textures.traverse(cb); }
 
     /// Reports the inputs of a frozen function to Dr.Jit: the variables of textures and tables, and the fingerprint of
     /// the traced code.
@@ -183,32 +168,24 @@ public:
 
     /// Reflectance of the pigment; zero without one. Mitsuba's integrators for albedos call this function.
     Spectrum eval_diffuse_reflectance(const SurfaceInteraction3f &si, Mask active) const {
-        if (!m_diffuse_reflectance)
+        if (!m_textures.diffuse_reflectance)
             return 0.f;
-        return depolarizer<Spectrum>(m_diffuse_reflectance->eval(si, active));
+        return depolarizer<Spectrum>(m_textures.diffuse_reflectance->eval(si, active));
     }
 
     std::string to_string() const {
         std::ostringstream oss;
         oss << "Diffraction[" << std::endl
-            << "  surface = " << std_string(m_lobe->surface().describe()) << "," << std::endl
-            << "  eta = " << string::indent(m_eta) << "," << std::endl
-            << "  k = " << string::indent(m_k) << "," << std::endl
-            << "  specular_reflectance = " << string::indent(m_specular_reflectance) << "," << std::endl;
-        if (m_diffuse_reflectance)
-            oss << "  diffuse_reflectance = " << string::indent(m_diffuse_reflectance) << "," << std::endl;
-        if (m_scale)
-            oss << "  scale = " << string::indent(m_scale) << "," << std::endl;
-        if (m_depth)
-            oss << "  depth = " << string::indent(m_depth) << "," << std::endl;
-        oss << "  rotation = " << string::indent(m_rotation) << std::endl << "]";
+            << "  surface = " << std_string(m_lobe->surface().describe()) << "," << std::endl;
+        m_textures.print(oss);
+        oss << "]";
         return oss.str();
     }
 
 private:
     /// Numbers of the components; the cover's mirror is the last.
     static constexpr uint32_t DIFFRACTION = 0, PIGMENT = 1;
-    uint32_t cover_component() const { return m_diffuse_reflectance ? 2 : 1; }
+    uint32_t cover_component() const { return m_textures.diffuse_reflectance ? 2 : 1; }
 
     /// Empty stand-in for scalar variants, which trace no code.
     struct NoFingerprint {
@@ -222,7 +199,7 @@ private:
 
         Lobes(const Optics &optics, const BSDFContext &ctx)
             : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, DIFFRACTION)),
-              diffuse(optics.m_diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)),
+              diffuse(optics.m_textures.diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)),
               cover(optics.m_cover_reflection && ctx.is_enabled(BSDFFlags::DeltaReflection, optics.cover_component())) {
         }
         bool none() const { return !diffraction && !diffuse && !cover; }
@@ -244,7 +221,7 @@ private:
 
         explicit Local(const Cover<Float, Spectrum> &cover) : cover(cover) {}
 
-        /// Direction `w` of the shading frame, in the relief's frame and inside the cover.
+        /// Direction `outside` of the shading frame, in the relief's frame and inside the cover.
         Vector3f to_relief(const Vector3f &outside) const {
             const Vector3f w = cover.inside(outside);
             return { dr::fmadd(cos_rotation, w.x(), sin_rotation * w.y()),
@@ -275,13 +252,16 @@ private:
     /// Evaluates the textures at a point.
     Local localise(const SurfaceInteraction3f &si, const Lobes &lobes, Mask active) const {
         Local local(m_cover);
-        local.ior      = { m_eta_ends.eval(*m_eta, si, active) / m_cover.eta(),
-                           m_k_ends.eval(*m_k, si, active) / m_cover.eta() };
-        local.specular = m_specular_reflectance->eval(si, active);
-        local.diffuse  = lobes.diffuse ? m_diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
-        std::tie(local.sin_rotation, local.cos_rotation) = dr::sincos(dr::deg_to_rad(m_rotation->eval_1(si, active)));
-        local.size                                       = { m_scale ? m_scale->eval_1(si, active) : Float(1.f),
-                       m_depth ? m_depth->eval_1(si, active) : Float(1.f) };
+        const auto &textures = m_textures;
+
+        local.ior      = { textures.eta_ends.eval(*textures.eta, si, active) / m_cover.eta(),
+                           textures.k_ends.eval(*textures.k, si, active) / m_cover.eta() };
+        local.specular = textures.specular_reflectance->eval(si, active);
+        local.diffuse  = lobes.diffuse ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
+        std::tie(local.sin_rotation, local.cos_rotation) =
+            dr::sincos(dr::deg_to_rad(textures.rotation->eval_1(si, active)));
+        local.size = { textures.scale ? textures.scale->eval_1(si, active) : Float(1.f),
+                       textures.depth ? textures.depth->eval_1(si, active) : Float(1.f) };
 
         const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
         local.prob_diffraction  = lobes.diffraction ? 1.f : 0.f;
@@ -408,35 +388,9 @@ private:
         const std::string material               = material_name(props);
         const std::optional<IndexSpectrum> index = index_spectrum(props, material);
         // An index without values stands for a perfect reflector.
-        m_perfect = index && index->eta.empty();
-        if (material != "none") {
-            std::tie(m_eta, m_k) = complex_ior_from_file<Spectrum, Texture>(material);
-        } else {
-            // eta = 0, k = 1 reflects everything; a given eta without k is a dielectric.
-            const bool dielectric = props.has_property("eta");
-            m_eta                 = props.get_unbounded_texture<Texture>("eta", 0.f);
-            m_k                   = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
-        }
+        m_perfect                 = index && index->eta.empty();
         const IndexSpectrum given = index.value_or(IndexSpectrum());
-        const auto source         = [&](const std::string &part) {
-            return material == "none" ? "parameter \"" + part + "\"" : part + " of material \"" + material + "\"";
-        };
-        m_eta_ends.initialise(m_eta, source("eta"), given.eta_nm, given.eta);
-        m_k_ends.initialise(m_k, source("k"), given.k_nm, given.k);
-        m_specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
-        m_rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
-        if (props.has_property("diffuse_reflectance"))
-            m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
-        TextureSizes sizes{ false, { 1.f, 1.f }, { 1.f, 1.f } };
-        auto read_size = [&](const char *name, ref<Texture> &texture, std::array<float, 2> &range) {
-            if (!props.has_property(name) || is_number(props, name))
-                return;
-            texture     = props.get_unbounded_texture<Texture>(name);
-            range       = texture_range(*texture, UNKNOWN_SIZES);
-            sizes.given = true;
-        };
-        read_size("scale", m_scale, sizes.scale);
-        read_size("depth", m_depth, sizes.depth);
+        const TextureSizes sizes  = m_textures.read(props, material, given);
         refuse_unknown(props);
         auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
             for (double value : from)
@@ -481,34 +435,20 @@ private:
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();
         for (bool choice : { m_cover_reflection, m_interface_included, m_perfect, surface.is_small_slope(),
-                             bool(m_diffuse_reflectance), has_scale_texture(), has_depth_texture(),
-                             m_eta_ends.are_clipped(), m_k_ends.are_clipped() })
+                             bool(m_textures.diffuse_reflectance), has_scale_texture(), has_depth_texture(),
+                             m_textures.eta_ends.are_clipped(), m_textures.k_ends.are_clipped() })
             code = 2 * code + choice;
         return code;
     }
 
     /// Calls `visit` with each member that holds variables of Dr.Jit.
     template <typename Visit> void each_traversable(const Visit &visit) const {
-        visit(m_eta);
-        visit(m_k);
-        visit(&m_eta_ends);
-        visit(&m_k_ends);
-        visit(m_specular_reflectance);
-        visit(m_diffuse_reflectance);
-        visit(m_rotation);
-        visit(m_scale);
-        visit(m_depth);
+        m_textures.each_traversable(visit);
         visit(m_lobe);
         visit(m_fingerprint);
     }
 
-    /// Range of sizes in textures whose values are known only on a shape.
-    static constexpr std::array<float, 2> UNKNOWN_SIZES = { .25f, 1.f };
-
-    ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
-    /// Textures of relative sizes; null for numbers.
-    ref<Texture> m_scale, m_depth;
-    SpectralEnds<Float, Spectrum> m_eta_ends, m_k_ends;
+    Textures<Float, Spectrum> m_textures;
     std::vector<uint32_t> m_components;
     Cover<Float, Spectrum> m_cover{ 1.f };
     /// Whether the cover's mirror reflection is a component.

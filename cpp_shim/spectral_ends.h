@@ -17,6 +17,8 @@
 
 namespace sunbeam {
 
+namespace dr = drjit;
+
 /// Range of wavelengths in nm for which a texture and all textures nested in it have values.
 ///
 /// Nested textures are found by `Texture::traverse`, which calls `put_object` for each of them.

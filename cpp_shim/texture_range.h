@@ -10,6 +10,8 @@
 
 namespace sunbeam {
 
+namespace dr = drjit;
+
 /// Smallest and largest value of a texture, from its values at the centres of its pixels. `otherwise` for textures that
 /// need a place on a shape, such as attributes of meshes.
 template <typename Float, typename Spectrum>

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import mitsuba as mi
 
-from .light import lamps, sky
+from .light import lamps, uniform_sky
 from .scene import View, soil, stage
 
 # Refractive index of polycarbonate.
@@ -110,7 +110,7 @@ def window(kind: Format) -> dict:
     place = transform.look_at(list(kind.window_cm), [0, 0, 0], [0, 0, 1])
     place = place @ transform.scale([0.5 * WINDOW_CM[0], 0.5 * WINDOW_CM[1], 1])
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": WINDOW_RADIANCE}}
-    return {"window": {"type": "rectangle", "to_world": place, "emitter": emitter}, **sky(ROOM_RADIANCE)}
+    return {"window": {"type": "rectangle", "to_world": place, "emitter": emitter}, **uniform_sky(ROOM_RADIANCE)}
 
 
 def disc_scene(view: View = DISC_VIEW, spp: int = 64, kind: Format = CD, emitters: dict | None = None) -> dict:

@@ -30,8 +30,8 @@ def direction(azimuth_deg: float, elevation_deg: float) -> np.ndarray:
     return np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
 
 
-def sky(radiance: float) -> dict:
-    """A uniform sky of D65 as an entry of a scene dictionary, or no entry for a radiance of 0."""
+def uniform_sky(radiance: float) -> dict:
+    """A uniform sky of D65 as the entry "sky" of a scene dictionary, or no entry for a radiance of 0."""
     return {"sky": {"type": "constant", "radiance": {"type": "d65", "scale": radiance}}} if radiance > 0 else {}
 
 
@@ -52,7 +52,7 @@ def lamps(directions: list[tuple[float, float]], brightness: float, sky_radiance
         }
         for number, angles in enumerate(directions)
     }
-    return {**spheres, **sky(sky_radiance)}
+    return {**spheres, **uniform_sky(sky_radiance)}
 
 
 @dataclass(frozen=True)
@@ -60,21 +60,21 @@ class Light:
     """A sun and a uniform sky, both D65.
 
     `azimuth_deg` is the sun's angle from +x (tail), counter-clockwise seen from above. `elevation_deg` is its angle
-    above the ground, in (0, 90]. `sun` is one of SUN_KINDS. `sky` is the sky's radiance, 0 for none. Values that are
-    not accepted raise ValueError.
+    above the ground, in (0, 90]. `sun` is one of SUN_KINDS. A `sky_radiance` of 0 leaves out the sky. Other values
+    raise ValueError.
     """
 
     azimuth_deg: float = -150.0
     elevation_deg: float = 40.0
     sun: str = "disc"
-    sky: float = 0.05
+    sky_radiance: float = 0.05
 
     def __post_init__(self):
         if self.sun not in SUN_KINDS:
             raise ValueError(f"sun is {self.sun!r}, not one of {', '.join(SUN_KINDS)}")
         if not (math.isfinite(self.azimuth_deg) and 0 < self.elevation_deg <= 90):
             raise ValueError("the azimuth must be finite and the elevation in (0, 90] degrees")
-        if not (math.isfinite(self.sky) and self.sky >= 0):
+        if not (math.isfinite(self.sky_radiance) and self.sky_radiance >= 0):
             raise ValueError("the sky's radiance must be a number that is not negative")
 
     def to_sun(self) -> np.ndarray:
@@ -83,7 +83,8 @@ class Light:
 
     def emitters(self) -> dict:
         """The emitters as entries of a scene dictionary."""
-        return {"sun": self._directional() if self.sun == "directional" else self._disc(), **sky(self.sky)}
+        sun = self._directional() if self.sun == "directional" else self._disc()
+        return {"sun": sun, **uniform_sky(self.sky_radiance)}
 
     def _directional(self) -> dict:
         """Parallel light of irradiance π."""

@@ -58,7 +58,7 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
         help="where the sun is, in degrees: from +x counter-clockwise, above the ground",
     )
     add("--sun", choices=SUN_KINDS, default=light.sun, help="parallel light, or a disc of 0.53 degrees")
-    add("--sky", type=float, default=light.sky, help="radiance of the sky; a white plane facing the sun has 1")
+    add("--sky", type=float, default=light.sky_radiance, help="radiance of the sky; a white plane facing the sun has 1")
     add("--resolution", type=positive(int), nargs=2, metavar=("W", "H"), default=(view.width, view.height))
     add("--spp", type=positive(int), default=64, help="samples a pixel")
     add("--max-depth", type=positive(int), default=MAX_DEPTH, help="longest path, in segments")
@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> None:
     for given in (options.mesh, options.pigment):
         if given and not given.is_file():
             raise ValueError(f"there is no file {given}")
-    light = Light(*options.light_direction, sun=options.sun, sky=options.sky)
+    light = Light(*options.light_direction, sun=options.sun, sky_radiance=options.sky)
     view = View(*options.resolution)
 
     variant = use_variant(options.variant)

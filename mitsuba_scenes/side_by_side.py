@@ -31,7 +31,7 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     Result: `mitsuba_seconds` (see `picture.render`), `realtime`, the report of `sunbeam render`, and `compared`, the
     report of `realtime.compare`.
     """
-    light = Light(sun="directional", sky=0)
+    light = Light(sun="directional", sky_radiance=0)
     skin = preset_skin(PRESET)
     bsdf = skin_bsdf({**skin, "conserve_energy": False}, files.pigment)
     traced = picture.render(bsdf, files, light, view, spp, passes=2)

@@ -190,7 +190,7 @@ def test_a_turned_relief_turns_back(spectral_variant, relief):
 
 
 def test_a_white_plane_is_white_in_bands(spectral_variant):
-    light = Light(azimuth_deg=30, elevation_deg=90, sun="directional", sky=0)
+    light = Light(azimuth_deg=30, elevation_deg=90, sun="directional", sky_radiance=0)
     view, weights = View(16, 16, origin_cm=(0, -0.1, 5), target_cm=(0, 0, 0), fov_deg=10), equal_weights()
     sensor = {**view.sensor(100), "film": spectral.film(view, weights)}
     plane = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}

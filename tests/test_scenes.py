@@ -61,7 +61,7 @@ def test_every_skin_renders(scene_variant, files, skin):
 @pytest.mark.parametrize("sun", ["directional", "disc"])
 def test_the_sun_has_its_documented_radiance(scene_variant, files, sun):
     """A white ground facing the sun has radiance 1, and 0.25 from the sky."""
-    light = Light(azimuth_deg=30, elevation_deg=90, sun=sun, sky=0.25)
+    light = Light(azimuth_deg=30, elevation_deg=90, sun=sun, sky_radiance=0.25)
     ground = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}
     view = View(16, 16, origin_cm=(0, -0.1, 5), target_cm=(0, 0, 0), fov_deg=10)
     scene = mi.load_dict(

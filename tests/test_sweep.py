@@ -246,6 +246,51 @@ def test_folders_with_other_files_are_left_alone(tmp_path):
     assert (tmp_path / "out" / "thesis.tex").exists()
 
 
+@pytest.mark.parametrize("name", ["results/ab/notes.json", "pictures/cat.png", "index.html"])
+def test_folders_of_no_sweep_are_left_alone(sweep_package, tmp_path, name):
+    from sunbeam_mitsuba.sweep.store import Store
+
+    other = tmp_path / name
+    other.parent.mkdir(parents=True, exist_ok=True)
+    other.write_text("years of work")
+    # The second store finds the folder unlocked, while the first one exists.
+    stores = [Store(tmp_path), Store(tmp_path)]
+    for store, fresh in zip(stores, (True, False)):
+        with pytest.raises(sweep_package.SweepError, match=r"holds other things .* and no sweep\.json of a sweep"):
+            store.open(fresh)
+    assert other.read_text() == "years of work"
+
+
+def test_a_fresh_sweep_removes_earlier_results_alone(sweep_package, tmp_path):
+    from sunbeam_mitsuba.sweep import store as stores
+
+    identity = "ab" + 18 * "0"
+    stores.write_result(tmp_path, {"identity": identity}, {"map.png": b"dots"})
+    for name in (stores.SUMMARY, stores.TABLE, stores.TIMES, stores.SHEET):
+        (tmp_path / name).write_text("{}")
+    (tmp_path / "results" / "ab" / "notes.json").write_text("years of work")
+    (tmp_path / "pictures" / "cat.png").write_text("years of work")
+    store = stores.Store(tmp_path)
+    store.open(fresh=True)
+    store.close()
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert left - {".lock"} == {"sweep.json", "results/ab/notes.json", "pictures/cat.png"}
+    assert not (tmp_path / "pictures" / "ab").exists()
+
+
+def test_a_file_that_stays_out_of_reach_is_unchanged(sweep_package, tmp_path):
+    from sunbeam_mitsuba.sweep.store import input_of, is_current
+
+    # Longer than a file name may be, so that even the question whether it exists is an error.
+    unreachable = tmp_path / (300 * "x")
+    assert is_current({"input": None}, unreachable)
+    file = tmp_path / "scan.npy"
+    file.write_bytes(b"heights")
+    assert is_current({"input": input_of(file)}, file)
+    assert not is_current({"input": None}, file)
+    assert not is_current({"input": input_of(file)}, unreachable)
+
+
 def test_blocked_outputs_are_refused_before_the_work(tmp_path):
     place = tmp_path / "out" / "index.html"
     place.mkdir(parents=True)

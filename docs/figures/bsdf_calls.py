@@ -1,6 +1,8 @@
 """Time of one BSDF call in nanoseconds: kernels over large wavefronts through the Python API, minus an empty kernel.
 
-A wavefront is an array of queries that one kernel of Dr.Jit answers; an element is one query.
+A wavefront is an array of queries that one kernel of Dr.Jit answers; an element is one query. The time of an element is
+the wall-clock time of the kernel over the number of elements. A kernel runs on all threads of Dr.Jit, or on the whole
+graphics card, so an element takes a single thread longer than that.
 """
 
 from __future__ import annotations
@@ -31,6 +33,9 @@ MOST = 1 << 21
 KERNEL_S = 0.1
 # Number of timed kernels of each BSDF, in turn with the others.
 TURNS = 7
+# Smallest reported time of an element. Noise can make a call's kernel seem no slower than the empty one, and a time has
+# to be positive for ratios. No call is as fast on a processor.
+LEAST_NS = 0.01
 # Seed of the random queries.
 SEED = 1
 
@@ -48,7 +53,8 @@ def bsdfs() -> dict[str, dict]:
 def figures(variants: tuple = VARIANTS) -> list[dict]:
     """Rows of {variant, name, threads, ns, ratio}, one for each variant and BSDF.
 
-    `ns` has nanoseconds per element by call, `ratio` their ratios to those of REFERENCE.
+    `threads` is the number of threads of each kernel, `ns` has nanoseconds per element by call, and `ratio` has their
+    ratios to those of REFERENCE.
     """
     rows = []
     for variant in variants:
@@ -80,6 +86,7 @@ def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = No
         calls[name] = partial(answer, bsdf, call)
         if wavefront is None:
             few = Inputs(FEWEST)
+            # The smaller of two times, since other programs only make kernels slower.
             elements[name] = fitting_elements(min(kernel_s(calls[name], few) for _ in range(2)) / FEWEST)
         else:
             elements[name] = wavefront
@@ -90,17 +97,18 @@ def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = No
     for _ in range(TURNS):
         for name in materials:
             shared = inputs[elements[name]]
-            seconds[name].append((kernel_s(calls[name], shared), kernel_s(empty, shared)))
+            seconds[name].append((kernel_s(calls[name], shared), kernel_s(partial(empty, call), shared)))
     return {name: per_element_ns(*np.min(seconds[name], axis=0), elements[name]) for name in materials}
 
 
 def per_element_ns(seconds: float, empty_s: float, elements: int) -> float:
-    """Nanoseconds per element of a kernel without the empty kernel's, at least 0.01, the clock's resolution."""
-    return max((seconds - empty_s) / elements * 1e9, 0.01)
+    """Nanoseconds per element of a kernel, minus those of the empty kernel; at least LEAST_NS."""
+    return max((seconds - empty_s) / elements * 1e9, LEAST_NS)
 
 
 def fitting_elements(seconds_per_element: float) -> int:
     """The power of two, between FEWEST and MOST, at which a kernel takes about KERNEL_S."""
+    # The smallest divisor takes a time of 0 to MOST.
     wanted = KERNEL_S / max(seconds_per_element, 1e-12)
     return int(min(max(2 ** round(np.log2(wanted)), FEWEST), MOST))
 
@@ -141,9 +149,14 @@ def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
     return dr.sum(weight) + dr.sum(sample.wo) + sample.pdf
 
 
-def empty(inputs: Inputs) -> mi.Float:
-    """A number per element that depends on all inputs: a kernel with the memory traffic of a call, without a BSDF."""
-    read = dr.sum(inputs.si.wi) + dr.sum(inputs.wo) + inputs.u1 + dr.sum(inputs.u2)
+def empty(call: str, inputs: Inputs) -> mi.Float:
+    """A number per element that depends on all arguments of the call: a kernel that reads them, without a BSDF.
+
+    A BSDF may ignore an argument: `roughconductor` reads no `u1`, and no wavelengths for `pdf`. The time of these reads
+    is subtracted nevertheless, so its own time comes out too small.
+    """
+    read = dr.sum(inputs.u2) + inputs.u1 if call == "sample" else dr.sum(inputs.wo)
+    read = read + dr.sum(inputs.si.wi)
     return read + dr.sum(inputs.si.wavelengths) if mi.is_spectral else read
 
 

@@ -30,7 +30,7 @@ PART = "sampling"
 # Presets of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
 # Lights of the pictures; under "sky" the sun is left out.
-LIGHTS = {"sky": Light(sky=1.0), "sun and sky": Light()}
+LIGHTS = {"sky": Light(sky_radiance=1.0), "sun and sky": Light()}
 VIEW = View(48, 32)
 # Samples per pixel of the pictures under test.
 SPP = 64

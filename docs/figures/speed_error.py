@@ -1,7 +1,7 @@
 """The part `speed-error`: time and error of every method by `sunbeam bench`, on presets and a scan.
 
 An *entry* is a method with its options, measured on a surface. Its errors are CIEDE2000 over directions. It is *on the
-front* if no other entry is both faster and more accurate.
+front*, the Pareto front of time and errors, if no other entry beats it (crates/cli/src/benchmarks/methods/pareto.rs).
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ PASSES = 2
 # Samples per pixel in Mitsuba: 36 in each pass, which needs a square number.
 SPP = 72
 # The demo's sun without sky, which the realtime renderer lacks.
-SUN = Light(sun="directional", sky=0)
+SUN = Light(sun="directional", sky_radiance=0)
 # Factor on the cells of the snake's mesh in each direction; with 1 it has about as many faces as Single 2014's.
 RESOLUTION = 1.0
 # Refractive index η + ik of aluminium in the visible, one value for all wavelengths.

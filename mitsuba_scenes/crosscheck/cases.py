@@ -93,7 +93,7 @@ def cases(scan: Path = SCAN) -> list[Case]:
 
 def sun(azimuth_deg: float, elevation_deg: float) -> Light:
     """Directional sunlight without sky, the only light of the realtime renderer. The angles are those of `Light`."""
-    return Light(azimuth_deg, elevation_deg, sun="directional", sky=0)
+    return Light(azimuth_deg, elevation_deg, sun="directional", sky_radiance=0)
 
 
 def mirrored(case: Case, folder: Path) -> Case:

@@ -4,6 +4,7 @@
 //! - A *group* has the wavelengths that are integrated together for K planes. A table over wavelengths has one group
 //!   for each plane, with one wavelength and K = 1. A table of bands has one group, with many wavelengths and K = 3.
 //! - A position among groups, `group_at`, is 0 at the first group and may lie between two groups.
+//! - The *coarse* grid and the coarse groups are every other ([`COARSE_STRIDE`]) of the table's.
 
 use super::grid::{Grid, place};
 use super::integral::AlbedoIntegral;
@@ -35,6 +36,8 @@ const RESOLUTIONS: [Resolution; 4] = [
     Resolution { quadrature_nodes_max: 4000, cells: 20, planes: 9 },
     Resolution { quadrature_nodes_max: usize::MAX, cells: 16, planes: 7 },
 ];
+/// Distance of two nodes or groups of the coarse grid, in nodes or groups of the table. [`Nodes::refined`] is for 2.
+const COARSE_STRIDE: usize = 2;
 /// Fewest cells along each side where orders have ridges.
 const RIDGE_CELLS_MIN: u32 = 24;
 /// Margin of the divisor, relative to it, for errors of interpolation. A smaller margin leaves larger albedos between
@@ -66,7 +69,8 @@ const BOX_CELLS: f64 = 0.7;
 /// Half of a node's box ([`Ridge`]) along the wavelength, in groups.
 const BOX_GROUPS: f64 = 0.6;
 
-/// Largest change of cosθ across a cell, times the cells along a side: `cosθ = (1 − r²)²` is steepest at `r² = 1/3`.
+/// Largest change of cosθ across a cell, times the cells along a side: `16/(3√3)`, rounded up. `cosθ = (1 − r²)²` is
+/// steepest at `r² = 1/3`, and a cell has a side of 2 over their number in r.
 const CELL_COSINE: f64 = 3.08;
 /// Most nodes beyond a cell's corners that are raised with them. There is one for each half turn by which the phase
 /// between the relief's lowest and highest point changes across a cell. More darken reliefs some ten µm deep.
@@ -113,14 +117,6 @@ pub(super) struct Builder<'a, const K: usize> {
     ridge_cosines: Vec<f64>,
 }
 
-/// Known divisors b.
-#[derive(Clone, Copy)]
-struct Known<'a, const K: usize> {
-    nodes: &'a Nodes<K>,
-    /// Distance of two groups of `nodes` in groups of the table.
-    stride: f64,
-}
-
 /// Cells along each side and planes of wavelength of a surface's table.
 pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
     let nodes = integral.typical_nodes();
@@ -150,24 +146,23 @@ impl<'a, const K: usize> Builder<'a, K> {
     /// Nodes of a table with the given grid. `None` if no albedo has to be divided: the surface is a dielectric, so its
     /// albedo has no ridges, and no node of the coarse grid exceeds one.
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
-        let coarse_grid = Grid { cells: grid.cells / 2 };
-        let coarse_groups = self.groups / 2 + 1;
+        let coarse_grid = Grid { cells: grid.cells / COARSE_STRIDE as u32 };
+        let coarse_groups = self.groups / COARSE_STRIDE + 1;
         let cells = self.gaps() * self.integrated_rows(grid) * grid.cells as usize;
         let steps = progress.of_steps(
             2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
         );
-        let albedo = self.fill_nodes(coarse_grid, 2, None, &steps);
+        let albedo = self.fill_nodes(coarse_grid, COARSE_STRIDE, None, &steps);
         if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
             return None;
         }
-        let coarse = self.fill_nodes(coarse_grid, 2, Some(Known { nodes: &albedo, stride: 2.0 }), &steps);
-        let known = Known { nodes: &coarse, stride: 2.0 };
-        let mut nodes = self.fill_nodes(grid, 1, Some(known), &steps);
+        let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
+        let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
         // t bounds the albedo only if A ≥ b everywhere.
         nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)).for_each(|(values, least)| {
             values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
         });
-        self.raise_cells(&mut nodes, known, &steps);
+        self.raise_cells(&mut nodes, &coarse, &steps);
         Some(nodes)
     }
 
@@ -186,15 +181,15 @@ impl<'a, const K: usize> Builder<'a, K> {
         (self.groups - 1).max(1)
     }
 
-    /// Nodes of every `stride`-th group on a grid: of a if `b` is `None`, of t with the divisors `b` otherwise. A
-    /// stride of 1 is the table's own grid, whose nodes also get the t of orders on their ridges.
-    fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<Known<K>>, steps: &Steps) -> Nodes<K> {
+    /// Nodes of every `stride`-th group on a grid: of a if `b` is `None`, else of t with the divisors of the coarse
+    /// nodes `b`. A stride of 1 is the table's own grid, whose nodes also get the t of orders on their ridges.
+    fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<&Nodes<K>>, steps: &Steps) -> Nodes<K> {
         let integrated = self.integrated_nodes(grid);
         let groups = (self.groups - 1) / stride + 1;
         let integrate = |i: usize| {
             steps.one();
             let (group_at, node) = ((i / integrated * stride) as f64, i % integrated);
-            let position = [node % grid.side(), node / grid.side()].map(|at| at as f64);
+            let position = grid.position(node);
             let (wi, radius) = grid.direction(position);
             if grid.is_beyond(radius) {
                 return [0.0; K];
@@ -231,8 +226,9 @@ impl<'a, const K: usize> Builder<'a, K> {
 
     /// Raises the corners of cells where the table, linear between nodes, lies below t: in the centre, and in cells on
     /// the horizon near it too. The centre is left out where nothing is divided at any corner. t of deep reliefs
-    /// fluctuates within a cell, so all their cells are checked, and nodes further off are raised as well.
-    fn raise_cells(&self, nodes: &mut Nodes<K>, b: Known<K>, steps: &Steps) {
+    /// fluctuates within a cell, so all their cells are checked, and nodes further off are raised as well. `b` has the
+    /// coarse nodes with the known divisors.
+    fn raise_cells(&self, nodes: &mut Nodes<K>, b: &Nodes<K>, steps: &Steps) {
         let grid = nodes.grid;
         let (cells, rows) = (grid.cells as usize, self.integrated_rows(grid));
         let cell_phase = self.integral.phase_max() * CELL_COSINE / f64::from(grid.cells);
@@ -307,14 +303,14 @@ impl<'a, const K: usize> Builder<'a, K> {
         }
     }
 
-    /// Upper bound of t in each plane of the group at `group_at`; `max(1, a)` without known divisors. With a `ridge`,
-    /// narrow orders near the horizon are moved onto it.
+    /// Upper bound of t in each plane of the group at `group_at`, with the known divisors of the coarse nodes `b`;
+    /// `max(1, a)` without them. With a `ridge`, narrow orders near the horizon are moved onto it.
     fn divisor(
         &self,
         wi: Vec3,
         group_at: f64,
         group: &Group<K>,
-        b: Option<Known<K>>,
+        b: Option<&Nodes<K>>,
         ridge: Option<Ridge>,
     ) -> [f64; K] {
         // Directions wo, with their parts of a in each plane.
@@ -333,7 +329,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         let divided: Vec<_> = parts
             .into_iter()
             .map(|(wo, part)| {
-                let excess = b.nodes.excess::<Lanes>(group_at / b.stride, wo);
+                let excess = b.excess::<Lanes>(group_at / COARSE_STRIDE as f64, wo);
                 (part, std::array::from_fn::<Real4, K, _>(|k| part[k] / (Real4::lit(1.0) + excess[k])))
             })
             .collect();
@@ -356,14 +352,15 @@ impl<'a, const K: usize> Builder<'a, K> {
     /// Tabulated value `(A − 1)·cos²θ` for t in a direction wi at `radius` of the grid. The excess is increased towards
     /// the horizon; at nodes the margin is added.
     fn tabulated(&self, t: [f64; K], is_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
-        let has_ridges = !self.ridge_cosines.is_empty();
+        // Also for tables of many narrow nodes, whose ridges are low.
+        let any_ridges = !self.ridge_cosines.is_empty();
         let margin = match is_node {
-            true if has_ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
+            true if any_ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
             true => MARGIN,
             false => 0.0,
         };
         let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
-        let grazing = if has_ridges { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
+        let grazing = if any_ridges { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
         let increase = RIM_INCREASE * (-2.0 * cells_from_rim).exp() + grazing;
         t.map(|t| match t - 1.0 {
             excess if excess > NEGLIGIBLE => {
@@ -395,8 +392,7 @@ impl<const K: usize> Nodes<K> {
         })
     }
 
-    /// Values `[group][y][x]` interpolated to a grid twice as fine and to `groups` groups, of which every other is one
-    /// of these.
+    /// Values `[group][y][x]` of coarse nodes, interpolated to the table's grid and to its `groups` groups.
     fn refined(&self, grid: Grid, groups: usize) -> impl Iterator<Item = [f32; K]> {
         // Coarse neighbours of a fine number, equal for an even one.
         let neighbours = |at: usize| [at / 2, at.div_ceil(2)];

@@ -64,6 +64,11 @@ impl Grid {
         self.side() * self.side()
     }
 
+    /// Position of a node along x and y, in cells from the first node.
+    pub(super) fn position(self, node: usize) -> [f64; 2] {
+        [node % self.side(), node / self.side()].map(|at| at as f64)
+    }
+
     /// Node on the other side of the x axis: the same column, and the row counted from the other end.
     pub(super) fn mirrored(self, node: usize) -> usize {
         let (row, column) = (node / self.side(), node % self.side());

@@ -12,7 +12,7 @@ use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use crate::numeric::{Number, Real, Values};
 use crate::scattering::{COSINE_MIN, ComplexIndex, Obliquity, Options, Pair, SpectralIndex, Vec3};
-use crate::table::{NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
+use crate::table::{LatticeAxis, NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::collections::BTreeMap;
 use std::f64::consts::{LOG2_E, TAU};
 
@@ -207,7 +207,7 @@ impl<'a> AlbedoIntegral<'a> {
         // Larger standard deviation of a node in direction cosines.
         let sigma = RIDGE_WAVELENGTH_UM
             * [&self.table.lattice().x, &self.table.lattice().y]
-                .map(|axis| axis.sigma / axis.period_um)
+                .map(LatticeAxis::sigma_per_um)
                 .into_iter()
                 .fold(0.0, f64::max);
         let first = peak_cosine(sigma).clamp(RIDGE_COSINE_MIN, RIDGE_COSINE_MAX);
@@ -315,7 +315,7 @@ fn is_limited(table: &SpectralTable) -> bool {
 /// One Gaussian for every node with a record.
 fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let axes = [&table.lattice().x, &table.lattice().y];
-    let sigma_f = axes.map(|axis| axis.sigma / axis.period_um);
+    let sigma_f = axes.map(LatticeAxis::sigma_per_um);
     let kept = table.kept_nodes().into_iter();
     kept.map(|(jx, jy, record)| NodeGaussian {
         f: [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um],

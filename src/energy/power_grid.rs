@@ -31,8 +31,7 @@ impl PowerGrid {
     /// Resamples the power density of a table of powers.
     pub(super) fn new(table: &SpectralTable) -> Self {
         let axes = [&table.lattice().x, &table.lattice().y];
-        let sigma_f = axes.map(|axis| axis.sigma / axis.period_um);
-        let nodes_per_f = sigma_f.map(|sigma| 1.0 / (SPACING_SIGMAS * sigma));
+        let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));
         let reach = [0, 1].map(|c| {
             let known_f = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
             // The cubic reads two nodes beyond.

@@ -65,7 +65,7 @@ impl AlbedoReport {
         let sums_at = |i: usize| {
             steps.one();
             let (plane, node) = (i / grid.in_plane(), i % grid.in_plane());
-            let (wi, radius) = grid.direction([node % grid.side(), node / grid.side()].map(|at| at as f64));
+            let (wi, radius) = grid.direction(grid.position(node));
             // Number of nodes that this one counts for: itself, and on one side of the x axis its mirrored node if that
             // has an equal albedo.
             let count = match node.cmp(&grid.mirrored(node)) {

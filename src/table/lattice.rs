@@ -76,6 +76,11 @@ impl LatticeAxis {
         2 * self.reach + 1
     }
 
+    /// Standard deviation of the kernel in cycles/µm.
+    pub(crate) fn sigma_per_um(&self) -> f64 {
+        self.sigma / self.period_um
+    }
+
     /// Whether nodes are the diffraction orders of the tile.
     pub fn is_native(&self) -> bool {
         self.window_um.is_none()

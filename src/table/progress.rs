@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Function that is called with the fraction of the work that is done, 0 to 1.
 type Listener = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// Reporter of a build's progress to a listener, as a fraction from 0 to 1 of the whole work. It may stand for a part
-/// of the work.
+/// Reporter of a build's progress to a listener, as a fraction from 0 to 1 of the whole work. It reports for the whole
+/// work or for a part of it.
 ///
 /// The listener is called often and from several threads at once, so it has to be fast. Fractions may arrive slightly
 /// out of order.
@@ -53,8 +53,7 @@ impl Progress {
     /// again.
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
-        let within = |fraction: f64| self.from + fraction * (self.to - self.from);
-        Self { listener: self.listener.clone(), from: within(from), to: within(to) }
+        Self { listener: self.listener.clone(), from: self.of_whole(from), to: self.of_whole(to) }
     }
 
     /// Both halves of this progress, for two pieces of work of unknown ratio.
@@ -65,8 +64,13 @@ impl Progress {
     /// Reports the fraction of this part that is done, clamped to 0 to 1.
     pub fn report(&self, fraction: f64) {
         if let Some(listener) = &self.listener {
-            listener(self.from + fraction.clamp(0.0, 1.0) * (self.to - self.from));
+            listener(self.of_whole(fraction.clamp(0.0, 1.0)));
         }
+    }
+
+    /// Fraction of the whole work at a fraction of this part.
+    fn of_whole(&self, fraction: f64) -> f64 {
+        self.from + fraction * (self.to - self.from)
     }
 
     /// Counter of `steps` equal steps, which several threads may share.

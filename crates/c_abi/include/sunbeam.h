@@ -25,7 +25,8 @@ typedef enum {
   // The configuration is not JSON in UTF-8, has an unknown name or has a value out of range. Or an environment
   // variable of the cache has an unknown value.
   SUNBEAM_STATUS_BAD_CONFIG = 3,
-  // A height field cannot be read, or is not valid.
+  // The file of heights cannot be read, or the heights of a file or an array are refused, for example because
+  // some are missing.
   SUNBEAM_STATUS_BAD_HEIGHT_FIELD = 4,
   // The tables cannot be built, for example because they would be too large.
   SUNBEAM_STATUS_BAD_TABLES = 5,

@@ -19,7 +19,8 @@ pub enum Status {
     /// The configuration is not JSON in UTF-8, has an unknown name or has a value out of range. Or an environment
     /// variable of the cache has an unknown value.
     BadConfig = 3,
-    /// A height field cannot be read, or is not valid.
+    /// The file of heights cannot be read, or the heights of a file or an array are refused, for example because
+    /// some are missing.
     BadHeightField = 4,
     /// The tables cannot be built, for example because they would be too large.
     BadTables = 5,
@@ -32,22 +33,31 @@ pub enum Status {
 /// Error of an export; its `Display` form is the message. `argument` is the name of the C function's argument.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum CallError {
+    /// A required pointer is null.
     #[error("`{argument}` is null")]
     Null { argument: &'static str },
+    /// An address is no multiple of its type's alignment.
     #[error("`{argument}` is not aligned to {alignment} bytes")]
     Misaligned { argument: &'static str, alignment: usize },
+    /// A string is not UTF-8.
     #[error("`{argument}` is not UTF-8: {source}")]
     NotText { argument: &'static str, source: std::str::Utf8Error },
+    /// Items of an output would share floats. `width` is the number of floats of an item.
     #[error("`{argument}` has a stride of {stride} floats, but each item has {width}; items must not overlap")]
     Overlap { argument: &'static str, stride: isize, width: usize },
+    /// A number of wavelengths or heights is out of range. `accepted` describes the range.
     #[error("`{argument}` is {found}, but must be {accepted}")]
     Size { argument: &'static str, found: usize, accepted: String },
+    /// Items of a batch are bad (`batch.rs`). `first` is the index of the first of them, `reason` its error.
     #[error("{bad} of {count} items are not usable; the first is item {first}: {reason}")]
     Items { bad: usize, count: usize, first: usize, reason: String },
+    /// A text does not fit the caller's buffer of `capacity` bytes.
     #[error("the text takes {needed} bytes with its terminating NUL, but `capacity` is {capacity}")]
     BufferTooSmall { needed: usize, capacity: usize },
+    /// A surface cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// A panic was caught, or an error that only a defect of the library can cause.
     #[error(transparent)]
     Panic(#[from] Panic),
 }
@@ -73,7 +83,8 @@ thread_local! {
     static MESSAGE: RefCell<CString> = RefCell::default();
 }
 
-/// Runs the body of an export. Converts an error or a panic into a status, and stores its message for the thread.
+/// Runs the body of an export. Converts an error or a panic into a status, and stores its message for the thread. A
+/// success leaves the message as it is.
 pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();

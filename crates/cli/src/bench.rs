@@ -59,7 +59,8 @@ pub(crate) struct BenchArgs {
     /// File for the figures as JSON (.json); "-" is stdout
     #[arg(long, value_name = "FILE", default_value = "-", value_parser = output(&["json"]).or_stdout())]
     json: Output,
-    /// File for a plot of time against error with the front, one chart for each surface (.svg); with --what methods
+    /// File for a plot of time against error with the Pareto front, one chart for each surface (.svg); with --what
+    /// methods
     #[arg(long, value_name = "FILE", value_parser = output(&["svg"]))]
     plot: Option<Output>,
     /// Measure few directions, parameters and repetitions: seconds instead of minutes

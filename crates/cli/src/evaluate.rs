@@ -75,6 +75,7 @@ pub(crate) struct EvaluateArgs {
     surface: SurfaceArgs,
 }
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report<'a> {
     method: &'static str,

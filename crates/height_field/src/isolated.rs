@@ -6,24 +6,27 @@
 //!
 //! A level of a relief, such as the floor of a lamellar grating, may lie as far from the others. It differs from a
 //! number for missing points in two properties: it covers an area, and the other values have a level, too. Measured
-//! heights do not, since noise makes them differ.
+//! heights do not, since noise makes them differ. A common number for missing points is a level only in a relief whose
+//! levels are both ends of the 16-bit integers, such as a grating from −32767 to 32767.
 
 use ndarray::Array2;
 
 /// Numbers that programs commonly write for missing points.
 const MISSING_NUMBERS: [f64; 12] =
     [-999.0, -999.25, -999.9, -9999.0, -9999.9, -99999.0, -32768.0, -32767.0, 999.0, 9999.0, 99999.0, 32767.0];
+/// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
+const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because heights of hundreds of nm have a range
 /// that is not small compared with their distance from −999.
 const KNOWN_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A spike of dust is less than ten times as high as the relief, and its points
 /// have different values.
 const GAP_MIN: f64 = 10.0;
-/// Smallest fraction of the points at a number that may be a level of the relief; a number in [`MISSING_NUMBERS`] may
-/// not. Missing points are usually fewer, and narrower levels are rare.
+/// Smallest fraction of the points at a level of the relief. Missing points are usually fewer, and narrower levels are
+/// rare.
 const LEVEL_MIN: f64 = 0.05;
-/// Smallest fraction of the points at one of the other values beside such a level. Quantised measurements of common
-/// surfaces are spread over more than four values.
+/// Smallest fraction of the points at one of the other values beside a level. Quantised measurements of common surfaces
+/// are spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
 /// Largest fraction of points that isolated numbers may have together. Beyond it they are levels of the relief, and
 /// none is isolated.
@@ -92,10 +95,14 @@ fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
 
 /// Whether the equal numbers `same` are a level of the relief beside another level in the `rest`, which is sorted.
 fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
-    let is_known = same.first().is_some_and(|value| MISSING_NUMBERS.contains(value));
-    let largest_other = rest.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0);
-    let fraction = |count: usize| count as f64 / total as f64;
-    !is_known && fraction(same.len()) >= LEVEL_MIN && fraction(largest_other) >= OTHER_LEVEL_MIN
+    let fraction = |equal: &[f64]| equal.len() as f64 / total as f64;
+    let is_in = |equal: &[f64], numbers: &[f64]| equal.first().is_some_and(|value| numbers.contains(value));
+    // Each of the other values, as a slice of equal numbers.
+    let others = || rest.chunk_by(|a, b| a == b);
+    let largest_other = others().map(fraction).fold(0.0, f64::max);
+    let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
+    let may_be_level = !is_in(same, &MISSING_NUMBERS) || is_in(same, &FULL_SCALE) && others().any(is_full_scale_level);
+    may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN
 }
 
 #[cfg(test)]
@@ -152,6 +159,23 @@ mod tests {
                 assert_eq!(isolated(&values), [(value, 1)]);
             }
         }
+        // A grating over the whole range of 16-bit integers, a quarter of it walls. They reach its second level, so
+        // that the first alone is isolated.
+        let heights = |floor: f64, top: f64| {
+            let wall = |step: usize| (top + (floor - top) * 0.01 * (step * step) as f64).round();
+            move |(_, ix): (usize, usize)| match ix % 20 {
+                0..5 => floor,
+                place @ 5..10 => wall(place - 4),
+                _ => top,
+            }
+        };
+        for (floor, top) in [(-32767.0, 32767.0), (-32768.0, 32767.0), (32767.0, -32767.0)] {
+            assert!(isolated(&Array2::from_shape_fn((4, 40), heights(floor, top))).is_empty(), "{floor} {top}");
+        }
+        // Full scale at one end only may mark missing points of a grating.
+        let mut saturated = Array2::from_shape_fn((4, 40), heights(0.0, 120.0));
+        saturated.slice_mut(ndarray::s![.., ..4]).fill(32767.0);
+        assert_eq!(isolated(&saturated), [(32767.0, 16)]);
         // Three exact levels.
         let levels = Array2::from_shape_fn((4, 30), |(_, ix)| [0.0, 1.0, 1.05][ix / 10]);
         assert!(isolated(&levels).is_empty());

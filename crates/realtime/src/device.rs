@@ -356,6 +356,7 @@ impl Gpu {
         let refused = |reason: String| GpuError::Refused { adapter: self.adapter(), reason };
         let (sender, receiver) = oneshot::channel();
         staging.map_async(wgpu::MapMode::Read, .., move |mapped| {
+            // The receiver is gone if this future was dropped.
             let _ = sender.send(mapped);
         });
         let mapped = self.received(receiver).await?;

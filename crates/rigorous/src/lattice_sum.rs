@@ -2,12 +2,14 @@
 //!
 //! `F(x, z) = Σ_{p≠0} e^{2πibp} (i/4) H₀⁽¹⁾(k·|(x − pd, z)|)`
 //!
-//! Without the source p = 0, F is smooth in the box |x| ≤ d/2, |z| ≤ height.
+//! Without the source p = 0, F is smooth in the box |x| ≤ d/2, |z| ≤ h. The box holds all vectors between two points
+//! of a relief of height h, up to multiples of the period along x.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
 //! | x, z | vector from the source p = 0 to the field point, in µm |
 //! | d, b | period in µm, Bloch phase in turns |
+//! | h | height of the relief in µm, the half height of the box |
 //! | k | wave number in the medium, in rad/µm; complex where the medium absorbs |
 //! | E | wave number at which Ewald's method splits the sum (`split`), in rad/µm |
 //! | α, γ | of order n: wave number 2π(b + n)/d along x, and decay rate √(α² − k²) along \|z\| |
@@ -48,7 +50,7 @@ const WEIGHT_MIN: f64 = 1e-18;
 /// Most terms of [`Ewald::weights`], a safeguard: with [`SPLIT_MAX`] fewer fall below [`WEIGHT_MIN`].
 const WEIGHTS_MAX: usize = 60;
 
-/// F and its gradient as polynomials over the box |x| ≤ d/2, |z| ≤ height.
+/// F and its gradient as polynomials over the box |x| ≤ d/2, |z| ≤ h.
 pub(crate) struct LatticeSum {
     /// Half width of the box along x, in µm.
     half_x: f64,
@@ -67,8 +69,8 @@ pub(crate) struct LatticeSum {
 pub(crate) type FieldAndGradient = [Complex64; 3];
 
 impl LatticeSum {
-    /// Computes the polynomials for a period (µm), wave number (rad/µm), Bloch phase (turns) and height of the box
-    /// (µm).
+    /// Computes the polynomials for the period d (µm), wave number k (rad/µm), Bloch phase b (turns) and height h of
+    /// the relief (µm).
     ///
     /// `near` tabulates the Hankel functions of the wave number up to the corners of the box.
     ///

@@ -64,19 +64,19 @@ pub struct Facts {
     /// Number of points of the file without a height, which were filled; `None` if there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filled_points: Option<usize>,
-    /// How the reader knows the file's pixel size, unit, orientation, channel and holes; `None` for presets.
+    /// Sources of the file's pixel size, unit, orientation, channel and missing points; `None` for presets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
     /// Warnings about implausible data, such as properties that no real relief has.
     pub doubts: Vec<String>,
 }
 
-/// Estimated memory and time of building a method in the page, serialised as JSON.
+/// Estimated memory and time of a build in the page, serialised as JSON.
 #[derive(Debug, Serialize)]
 pub struct WebEstimate {
     /// Peak memory in bytes.
     pub bytes: f64,
-    /// Build time in seconds, accurate to a factor of three.
+    /// Time in seconds, accurate to a factor of three.
     pub seconds: f64,
     /// Message of one line if the build is refused for its memory or time; `None` if it is not.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -97,8 +97,9 @@ impl Relief {
                 return Err(WebError::File(format!("{}: the file is not here; drop it on the page", name.display())));
             }
             (Some(name), Some(bytes)) if bytes.len() > FILE_BYTES_MAX => {
-                let (mb, most) = (bytes.len() >> 20, FILE_BYTES_MAX >> 20);
-                return Err(WebError::Limit(format!("{}: {mb} MB, more than the {most} MB read", name.display())));
+                let [size_mb, most_mb] = [bytes.len(), FILE_BYTES_MAX].map(|bytes| bytes as f64 / 1e6);
+                let name = name.display();
+                return Err(WebError::Limit(format!("{name}: {size_mb:.0} MB, more than the {most_mb:.0} MB read")));
             }
             _ => {}
         }
@@ -149,14 +150,15 @@ impl Relief {
         }
     }
 
-    /// Estimated memory and time of [`Relief::method`].
+    /// Estimated memory and time of [`Relief::method`] in the page: those of the tables for these settings, for every
+    /// method.
     pub fn estimate(&self, settings: &Settings) -> WebEstimate {
-        let demand = self.demand(settings);
-        let estimate = demand.estimate();
-        let (bytes, seconds) = (estimate.bytes, SLOWER * estimate.seconds);
+        let tables = self.tables(settings);
+        let native = tables.estimate();
+        let (bytes, seconds) = (native.bytes, SLOWER * native.seconds);
         let too_large = bytes.is_nan() || bytes > LIMIT_BYTES;
         // The library's own limit comes first, then the page's.
-        let refused = demand.check(settings.surface.build_limit).err().map(|error| error.to_string());
+        let refused = tables.check(settings.surface.build_limit).err().map(|error| error.to_string());
         let too_much = refused.or_else(|| {
             too_large.then(|| {
                 format!(
@@ -170,9 +172,9 @@ impl Relief {
         WebEstimate { bytes, seconds, too_much }
     }
 
-    /// Parameters of the library's estimate. A table of albedos is built only for the colour table with energy
-    /// conservation.
-    fn demand(&self, settings: &Settings) -> BuildDemand {
+    /// Sizes and options of the tables, from which the library estimates its own memory and time. A table of albedos is
+    /// built only for the colour table with energy conservation.
+    fn tables(&self, settings: &Settings) -> BuildDemand {
         let model = settings.model();
         let purpose = match settings.method {
             MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: true },

@@ -359,14 +359,12 @@ impl Settings {
     /// from [`SurfaceConfig::default`], from which a reader takes the missing fields.
     pub fn to_compact_json(&self) -> String {
         let default = Self::default();
-        let value = |value: serde_json::Result<serde_json::Value>| value.unwrap_or_default();
-        let fields = |settings: &Self| value(serde_json::to_value(settings));
         let without_surface = Self { surface: default.surface.clone(), ..self.clone() };
-        let mut kept = difference(fields(&without_surface), &fields(&default)).unwrap_or_else(|| serde_json::json!({}));
+        let no_fields = || serde_json::json!({});
+        let mut kept = difference(tree(&without_surface), &tree(&default)).unwrap_or_else(no_fields);
         if self.surface != default.surface {
-            let fields = |surface: &SurfaceConfig| value(serde_json::to_value(surface));
-            let surface = difference(fields(&self.surface), &fields(&SurfaceConfig::default()));
-            kept["surface"] = surface.unwrap_or_else(|| serde_json::json!({}));
+            let surface = difference(tree(&self.surface), &tree(&SurfaceConfig::default()));
+            kept["surface"] = surface.unwrap_or_else(no_fields);
         }
         kept.to_string()
     }
@@ -384,7 +382,12 @@ pub struct Keys {
     pub scene: String,
 }
 
-/// A value as JSON.
+/// A value as a tree of JSON values.
+fn tree(value: &impl Serialize) -> serde_json::Value {
+    serde_json::to_value(value).unwrap_or_default()
+}
+
+/// A value as JSON text.
 fn serialised(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }

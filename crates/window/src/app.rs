@@ -121,7 +121,7 @@ impl App {
             self.building = None;
             match outcome {
                 Ok(Built { method, seconds }) => {
-                    self.facts.method = Some(MethodFacts { name, build_seconds: seconds, bytes: 0 });
+                    self.facts.method = Some(MethodFacts { name, build_seconds: seconds, bytes: None });
                     self.drawer.set_method(method);
                 }
                 Err(error) => self.error = Some(error),
@@ -147,7 +147,7 @@ impl App {
         match event {
             Event::Uploaded(bytes) => {
                 if let Some(method) = &mut self.facts.method {
-                    method.bytes = bytes;
+                    method.bytes = Some(bytes);
                 }
             }
             Event::Picture(picture) => {

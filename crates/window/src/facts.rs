@@ -19,12 +19,12 @@ pub(crate) struct Facts {
     pub picture: Option<PictureFacts>,
 }
 
-/// The method that draws the picture.
+/// The method that was built last. It draws the pictures from its upload on.
 pub(crate) struct MethodFacts {
     pub name: &'static str,
     pub build_seconds: f64,
-    /// Bytes on the GPU; 0 until the method is uploaded.
-    pub bytes: u64,
+    /// Size of its data on the GPU in bytes; `None` until they are uploaded.
+    pub bytes: Option<u64>,
 }
 
 /// Size, time and work of a picture.
@@ -35,8 +35,8 @@ pub(crate) struct PictureFacts {
     ms: f64,
     /// Whether no finer picture follows.
     finest: bool,
-    /// Number of queries that the method answered.
-    answered: u64,
+    /// Number of sunlit samples of the mesh, each a query that the method answered.
+    lit_samples: u64,
     /// Name and time in ms of each stage.
     stages: [(&'static str, f64); 4],
 }
@@ -48,7 +48,7 @@ impl From<&Picture> for PictureFacts {
             size: picture.target.size(),
             ms: picture.ms,
             finest: picture.finest,
-            answered: picture.report.answered,
+            lit_samples: picture.report.answered,
             stages: [
                 ("raster", times.raster),
                 ("locate", times.locate),
@@ -70,14 +70,15 @@ impl Facts {
         if let Some(picture) = &self.picture {
             let (width, height) = picture.size;
             line(ui, "Picture", format!("{width} × {height}{}", if picture.finest { "" } else { ", draft" }));
-            line(ui, "Lit samples", picture.answered.to_string());
+            line(ui, "Lit samples", picture.lit_samples.to_string());
             line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
             let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.1}")).join(", ");
             let clock = if self.timestamps { "GPU clock" } else { "wall clock" };
             ui.weak(format!("{stages} ms by the {clock}"));
         }
         if let Some(method) = &self.method {
-            line(ui, "Method", format!("{}, {:.2} MB", method.name, method.bytes as f64 * 1e-6));
+            let size = method.bytes.map_or(String::new(), |bytes| format!(", {:.2} MB", bytes as f64 * 1e-6));
+            line(ui, "Method", format!("{}{size}", method.name));
             line(ui, "  built in", format!("{:.2} s", method.build_seconds));
         }
         ui.weak(format!("{}{}", self.adapter, if self.software { ", software" } else { "" }));

@@ -16,6 +16,9 @@ from typing import Any
 import dask
 import psutil
 from distributed import Client, LocalCluster
+
+# asyncio's, which is the builtin one from Python 3.11 on.
+from distributed import TimeoutError as DaskTimeoutError
 from distributed.comm.core import connect
 
 from .errors import SweepError
@@ -119,13 +122,13 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
         # Dask prints errors when it closes a client that never connected, so a bare connection is tried first.
         asyncio.run(_reach(address))
         client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError, TimeoutError, RuntimeError) as error:
+    except (OSError, ValueError, DaskTimeoutError, RuntimeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise SweepError(f"the scheduler {address} does not answer: {reason}") from error
     try:
         try:
             client.wait_for_workers(1, timeout=_WAIT_SECONDS)
-        except TimeoutError as error:
+        except DaskTimeoutError as error:
             raise SweepError(f"the scheduler {address} has had no worker for {_WAIT_SECONDS} s") from error
         _probe_all(client, job)
         yield client

@@ -2,13 +2,16 @@
 
 ``results/`` has a JSON file for each case, its record (work.record_of), and ``pictures/`` its pictures. Files are in
 subfolders named by the first two digits of the case's identity, since folders with 10⁵ files are slow.
+
+``sweep.json``, which is written before any result, marks a folder as a sweep's. Nothing is deleted or replaced in other
+folders. In a sweep's folder only files with the names below are deleted.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
+import re
 import socket
 import time
 import uuid
@@ -29,12 +32,14 @@ TABLE = "sweep.parquet"
 TIMES = "times.parquet"
 #: File name of the contact sheet.
 SHEET = "index.html"
-#: File name of the summary.
+#: File name of the summary, which also marks the folder as a sweep's.
 SUMMARY = "sweep.json"
 # Files that the driver writes after the cases.
-_FILES = (TABLE, TIMES, SHEET, SUMMARY)
+_FILES = (TABLE, TIMES, SHEET)
 # Folders that the workers write to.
 _FOLDERS = ("results", "pictures")
+# Names of records, pictures and unfinished files (write_whole). An identity has 20 hexadecimal digits (spec.py).
+_RESULT = re.compile(r"[0-9a-f]{20}(\.json|-.+)|\..+\.part")
 # File name of the lock.
 _LOCK = ".lock"
 # Age in seconds from which an unfinished file is removed. No write takes this long, so its worker has died.
@@ -123,20 +128,22 @@ def _checksum(path: str, size: int, mtime_ns: int) -> str:
 
 
 def is_current(record: Mapping[str, Any], path: Path | None) -> bool:
-    """Whether the record's input file at ``path``, if it has one, is unchanged: by size and time, or by checksum."""
+    """Whether the record's input file at ``path``, if it has one, is unchanged: by size and time, or by checksum.
+
+    A file that could not be read when the record was written, and is still out of reach, counts as unchanged.
+    """
     recorded = record.get("input")
     if path is None:
         return True
-    if recorded is None:
-        # The file could not be read when the record was written.
-        return not path.exists()
     try:
         status = os.stat(path)
+        if recorded is None:
+            return False
         if (status.st_size, status.st_mtime_ns) == (recorded["bytes"], recorded["mtime_ns"]):
             return True
         return bool(input_of(path)["sha256"] == recorded["sha256"])
     except OSError:
-        return False
+        return recorded is None
 
 
 def _can_hold_files(folder: Path) -> bool:
@@ -154,43 +161,64 @@ class Store:
     def open(self, fresh: bool) -> None:
         """Locks the folder and creates it where it is missing; ``fresh`` removes an earlier sweep's results.
 
-        Raises :class:`SweepError` where another sweep has locked the folder, where it holds other files and no earlier
-        sweep, and where it cannot be written.
+        Raises :class:`SweepError`, with the folder unlocked, where another sweep has locked the folder, where it is not
+        empty and not a sweep's, and where it cannot be written.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             self._lock.acquire(timeout=0)
+            self._check_places()
+            self._check_owner()
+            if fresh:
+                self._remove_results()
+            self._remove_abandoned()
         except Timeout:
             raise SweepError(
                 f"another sweep is writing to {self.folder}; wait for it, or name another output"
             ) from None
         except OSError as error:
-            raise SweepError(f"{self.folder} cannot be written: {error.strerror or error}") from error
-        expected = {*_FOLDERS, *_FILES, _LOCK}
-        others = [entry.name for entry in os.scandir(self.folder) if entry.name not in expected]
-        others = [name for name in others if not (name.startswith(".") and name.endswith(".part"))]
-        if others and not (self.folder / SUMMARY).exists():
             self.close()
-            raise SweepError(f"{self.folder} holds other things ({others[0]}); name an empty or a new folder as output")
-        self._check_places()
-        if fresh:
-            for name in _FOLDERS:
-                shutil.rmtree(self.folder / name, ignore_errors=True)
-            for name in _FILES:
-                (self.folder / name).unlink(missing_ok=True)
-        self._remove_abandoned()
+            raise SweepError(f"{self.folder} cannot be written: {error.strerror or error}") from error
+        except BaseException:
+            self.close()
+            raise
 
     def _check_places(self) -> None:
-        """Raises :class:`SweepError`, after unlocking, where a file or folder of the sweep could not be written.
+        """Raises :class:`SweepError` where a file or folder of the sweep could not be written.
 
         A folder has the name of one of its files, or a file that of a folder, or a folder is read-only. The check
         comes before hours of work.
         """
-        blocked = [name for name in _FILES if (self.folder / name).is_dir()]
+        blocked = [name for name in (*_FILES, SUMMARY) if (self.folder / name).is_dir()]
         blocked += [name for name in _FOLDERS if not _can_hold_files(self.folder / name)]
         if blocked:
-            self.close()
             raise SweepError(f"{self.folder / blocked[0]} cannot be written; remove it, or name another output")
+
+    def _check_owner(self) -> None:
+        """Raises :class:`SweepError` where the folder has files of others and no summary of a sweep."""
+        if (self.folder / SUMMARY).exists():
+            return
+        # A sweep that died before it wrote its summary leaves its lock and unfinished files.
+        names = [entry.name for entry in os.scandir(self.folder)]
+        others = [name for name in names if name != _LOCK and not (name.startswith(".") and name.endswith(".part"))]
+        if others:
+            raise SweepError(
+                f"{self.folder} holds other things ({others[0]}) and no {SUMMARY} of a sweep; "
+                "name an empty or a new folder as output"
+            )
+
+    def _remove_results(self) -> None:
+        """Removes records, pictures, tables and sheet. The summary stays, and so does every file of others."""
+        for name in _FOLDERS:
+            for file in list(self.folder.glob(f"{name}/[0-9a-f][0-9a-f]/*")):
+                if _RESULT.fullmatch(file.name):
+                    file.unlink(missing_ok=True)
+            for folder in [*self.folder.glob(f"{name}/[0-9a-f][0-9a-f]"), self.folder / name]:
+                # Folders that hold files of others stay.
+                with suppress(OSError):
+                    folder.rmdir()
+        for name in _FILES:
+            (self.folder / name).unlink(missing_ok=True)
 
     def close(self) -> None:
         """Unlocks the folder."""
@@ -199,7 +227,10 @@ class Store:
     def _remove_abandoned(self) -> None:
         """Removes unfinished files (write_whole) that dead workers left."""
         oldest = time.time() - _ABANDONED_SECONDS
-        for part in [*self.folder.glob(".*.part"), *self.folder.glob("*/*/.*.part")]:
+        unfinished = [*self.folder.glob(".*.part")]
+        for name in _FOLDERS:
+            unfinished += self.folder.glob(f"{name}/*/.*.part")
+        for part in unfinished:
             try:
                 if part.stat().st_mtime < oldest:
                     part.unlink()

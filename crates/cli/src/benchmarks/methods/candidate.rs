@@ -68,7 +68,7 @@ impl Candidate {
         }
     }
 
-    /// The candidate's entry in the report. Both marks of the fronts (front.rs) are false; `mark_fronts` sets them.
+    /// The candidate's entry in the report, not yet on any Pareto front: `mark_fronts` of mod.rs sets both marks.
     pub(super) fn into_entry(self, errors: Errors, cpu: Timing, gpu: Option<Timing>) -> Entry {
         let Self { method, model, parameters, is_default, bytes, build_seconds, .. } = self;
         Entry {

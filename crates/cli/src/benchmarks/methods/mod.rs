@@ -11,12 +11,12 @@
 mod candidate;
 mod candidates;
 mod errors;
-mod front;
 mod on_gpu;
+mod pareto;
 mod timing;
 
 pub(crate) use errors::Errors;
-pub(crate) use front::{front, noticed};
+pub(crate) use pareto::{Cost, clamp_delta_e};
 pub(crate) use timing::Timing;
 
 use super::{BenchError, Truth, TruthCheck, direction_pairs};
@@ -115,10 +115,11 @@ pub(crate) struct Entry {
     pub(crate) gpu: Option<Timing>,
     /// Errors against the reference.
     pub(crate) errors: Errors,
-    /// Whether no other entry beats this one in the time on the CPU, the mean of ΔE₂₀₀₀ and its 99th percentile (see
-    /// [`front()`]). Entries of this method with the other model are not compared.
+    /// Whether the entry is on the Pareto front (pareto.rs) of the time on the CPU, the mean of ΔE₂₀₀₀ and its 99th
+    /// percentile. Entries of this method with the other model are not compared.
     pub(crate) on_front: bool,
-    /// Whether no other entry of this method and model beats this one in these three and in the error of the spectrum.
+    /// Whether the entry is on the Pareto front of this method and model. The error of the spectrum counts as a fourth
+    /// coordinate.
     pub(crate) on_front_of_method: bool,
 }
 
@@ -138,6 +139,9 @@ pub(crate) fn measure(
 ) -> Result<SurfaceFigures, BenchError> {
     let options = Options { conserve_energy: false, tiling: Tiling::Periodic, ..options.clone() };
     progress("sampler");
+    // Both models share the directions. The ensemble's power is the mean of the patch's over all positions of the
+    // window, so its sampler covers every direction that a patch can light. A patch's own sampler would leave out
+    // directions in which the orders of its one position cancel.
     let sampled_surface = Surface::new(field, &Options { model: Model::Ensemble, ..options.clone() })?;
     let timed = direction_pairs(&sampled_surface, effort.timed_directions);
     let compared = &timed[..effort.directions];
@@ -181,12 +185,12 @@ pub(crate) fn measure(
 
 /// Sets [`Entry::on_front`] and [`Entry::on_front_of_method`].
 fn mark_fronts(entries: &mut [Entry]) {
-    let colour_point =
-        |entry: &Entry| (entry.cpu.microseconds, [entry.errors.delta_e_mean, entry.errors.delta_e_p99].map(noticed));
-    let spectral_point = |entry: &Entry| {
-        let (time, [mean, p99]) = colour_point(entry);
+    let delta_e = |entry: &Entry| [entry.errors.delta_e_mean, entry.errors.delta_e_p99].map(clamp_delta_e);
+    let colour_cost = |entry: &Entry| Cost::new(entry.cpu.microseconds, delta_e(entry));
+    let spectral_cost = |entry: &Entry| {
+        let [mean, p99] = delta_e(entry);
         // All entries of a method have spectra, or none has: then the error is 0 for all of them.
-        (time, [mean, p99, entry.errors.spectral_rmse.unwrap_or(0.0)])
+        Cost::new(entry.cpu.microseconds, [mean, p99, entry.errors.spectral_rmse.unwrap_or(0.0)])
     };
     let marks: Vec<(bool, bool)> = entries
         .iter()
@@ -194,21 +198,11 @@ fn mark_fronts(entries: &mut [Entry]) {
             // A method's two models differ in appearance, so one does not replace the other.
             let rivals = entries.iter().filter(|other| other.method != entry.method || other.model == entry.model);
             let same_method = entries.iter().filter(|other| other.method == entry.method && other.model == entry.model);
-            (is_on_front(entry, rivals, colour_point), is_on_front(entry, same_method, spectral_point))
+            let on_front = colour_cost(entry).is_on_front(rivals.map(colour_cost));
+            (on_front, spectral_cost(entry).is_on_front(same_method.map(spectral_cost)))
         })
         .collect();
     for (entry, mark) in entries.iter_mut().zip(marks) {
         (entry.on_front, entry.on_front_of_method) = mark;
     }
-}
-
-/// Whether `entry` is on the front of `group`, which contains it.
-fn is_on_front<'a, const ERRORS: usize>(
-    entry: &'a Entry,
-    group: impl Iterator<Item = &'a Entry>,
-    point: impl Fn(&Entry) -> (f64, [f64; ERRORS]),
-) -> bool {
-    let group: Vec<&Entry> = group.collect();
-    let points: Vec<_> = group.iter().map(|other| point(other)).collect();
-    group.iter().zip(front(&points)).any(|(other, on_front)| on_front && std::ptr::eq(*other, entry))
 }

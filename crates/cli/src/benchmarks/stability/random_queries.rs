@@ -26,7 +26,8 @@ const QUERIES_PER_SURFACE: u64 = 25_000;
 const SURFACES_MIN: u64 = 4;
 /// Step between the queries that the published methods answer as well. These methods take much longer.
 const METHODS_STRIDE: u64 = 50;
-/// Number of albedos that are integrated for each surface that conserves energy. Each takes long.
+/// Number of albedos that are integrated for each surface that conserves energy. Larger values find rarer excesses, but
+/// an albedo takes as long as many queries.
 const ALBEDOS: usize = 110;
 /// Amount by which an albedo may exceed 1, besides the tolerance of its surface's table: the excess that is accepted
 /// between the nodes of the albedo's table (docs/tables.md, "Energy").

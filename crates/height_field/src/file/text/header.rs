@@ -343,6 +343,9 @@ impl Header {
 
     /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values. Two
     /// consecutive lines with lengths are the width and the height.
+    ///
+    /// # Errors
+    /// A unit of the values that is not a length.
     fn take_matrix_lines(&mut self, lines: &[UnknownLine], used: &mut [bool]) -> Result<(), String> {
         // Whether entry `i + 1` exists and is the next line of the file.
         let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
@@ -364,7 +367,8 @@ impl Header {
         Ok(())
     }
 
-    /// Interprets the lines that Gwyddion writes for points: the unit of x and y, then that of the values.
+    /// Interprets the lines that Gwyddion writes for points: the unit of x and y, then that of the values. Does nothing
+    /// unless exactly two lines are left whose value is a unit of length.
     fn take_unit_lines(&mut self, lines: &[UnknownLine], used: &mut [bool]) -> Result<(), String> {
         if self.lateral_um.is_some() || self.height != HeightUnit::Unsaid {
             return Ok(());

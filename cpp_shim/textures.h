@@ -1,0 +1,133 @@
+// Textures of one BSDF instance: refractive index, reflectances, rotation, and relative sizes of the relief.
+#pragma once
+
+#include <array>
+#include <ostream>
+#include <string>
+#include <tuple>
+
+#include <mitsuba/core/properties.h>
+#include <mitsuba/core/string.h>
+#include <mitsuba/render/ior.h>
+#include <mitsuba/render/texture.h>
+
+#include "parameters.h"
+#include "spectral_ends.h"
+#include "sunbeam_mitsuba/src/bridge.rs.h"
+#include "texture_range.h"
+
+namespace sunbeam {
+
+using namespace mitsuba;
+
+/// The textures, which `read` sets. Only Mitsuba changes their values.
+template <typename Float, typename Spectrum> struct Textures {
+    MI_IMPORT_TYPES(Texture)
+
+    /// Refractive index eta + ik of the material, relative to air.
+    ref<Texture> eta, k;
+    /// Ends of the wavelength ranges of `eta` and `k`.
+    SpectralEnds<Float, Spectrum> eta_ends, k_ends;
+    /// Factor on the reflectance of the surface.
+    ref<Texture> specular_reflectance;
+    /// Reflectance of the pigment; null without one.
+    ref<Texture> diffuse_reflectance;
+    /// Rotation of the relief about the normal in degrees, counter-clockwise from the tangent.
+    ref<Texture> rotation;
+    /// Sizes of pattern and heights relative to the relief; null for numbers.
+    ref<Texture> scale, depth;
+
+    /// Reads the textures from the plugin's properties and returns the ranges of the relative sizes.
+    ///
+    /// `material` comes from `material_name`. `index` has the spectra of eta and k; it is empty if either is a colour
+    /// or a texture.
+    TextureSizes read(const Properties &props, const std::string &material, const IndexSpectrum &index) {
+        if (material != "none") {
+            std::tie(eta, k) = complex_ior_from_file<Spectrum, Texture>(material);
+        } else {
+            // eta = 0, k = 1 reflects everything; a given eta without k is a dielectric.
+            const bool dielectric = props.has_property("eta");
+            eta                   = props.get_unbounded_texture<Texture>("eta", 0.f);
+            k                     = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
+        }
+        const auto source = [&](const std::string &part) {
+            return material == "none" ? "parameter \"" + part + "\"" : part + " of material \"" + material + "\"";
+        };
+        eta_ends.initialise(eta, source("eta"), index.eta_nm, index.eta);
+        k_ends.initialise(k, source("k"), index.k_nm, index.k);
+        specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
+        rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
+        if (props.has_property("diffuse_reflectance"))
+            diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
+        TextureSizes sizes{ false, { 1.f, 1.f }, { 1.f, 1.f } };
+        auto read_size = [&](const char *name, ref<Texture> &texture, std::array<float, 2> &range) {
+            if (!props.has_property(name) || is_number(props, name))
+                return;
+            texture     = props.get_unbounded_texture<Texture>(name);
+            range       = texture_range(*texture, UNKNOWN_SIZES);
+            sizes.given = true;
+        };
+        read_size("scale", scale, sizes.scale);
+        read_size("depth", depth, sizes.depth);
+        return sizes;
+    }
+
+    /// Whether the diffracted light and the pigment's light vary with the place on the surface.
+    bool diffraction_varies() const {
+        return varies(eta) || varies(k) || varies(specular_reflectance) || varies(rotation) || varies(scale) ||
+               varies(depth);
+    }
+    bool pigment_varies() const {
+        return varies(diffuse_reflectance) || varies(eta) || varies(k) || varies(specular_reflectance);
+    }
+
+    /// Exposes the textures to Mitsuba as parameters that can change.
+    void traverse(TraversalCallback *cb) const {
+        auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
+        put("eta", eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        put("k", k, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        put("specular_reflectance", specular_reflectance, ParamFlags::Differentiable);
+        if (diffuse_reflectance)
+            put("diffuse_reflectance", diffuse_reflectance, ParamFlags::Differentiable);
+        put("rotation", rotation, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        if (scale)
+            put("scale", scale, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        if (depth)
+            put("depth", depth, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+    }
+
+    /// Calls `visit` with each member, all of which hold variables of Dr.Jit. Textures may be null.
+    template <typename Visit> void each_traversable(const Visit &visit) const {
+        visit(eta);
+        visit(k);
+        visit(&eta_ends);
+        visit(&k_ends);
+        visit(specular_reflectance);
+        visit(diffuse_reflectance);
+        visit(rotation);
+        visit(scale);
+        visit(depth);
+    }
+
+    /// Writes `name = texture` for each texture that is not null, as part of an object's description.
+    void print(std::ostream &out) const {
+        out << "  eta = " << string::indent(eta) << "," << std::endl
+            << "  k = " << string::indent(k) << "," << std::endl
+            << "  specular_reflectance = " << string::indent(specular_reflectance) << "," << std::endl;
+        if (diffuse_reflectance)
+            out << "  diffuse_reflectance = " << string::indent(diffuse_reflectance) << "," << std::endl;
+        if (scale)
+            out << "  scale = " << string::indent(scale) << "," << std::endl;
+        if (depth)
+            out << "  depth = " << string::indent(depth) << "," << std::endl;
+        out << "  rotation = " << string::indent(rotation) << std::endl;
+    }
+
+private:
+    /// Range of sizes in textures whose values are known only on a shape.
+    static constexpr std::array<float, 2> UNKNOWN_SIZES = { .25f, 1.f };
+
+    static bool varies(const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); }
+};
+
+} // namespace sunbeam
