@@ -78,6 +78,9 @@ impl Reflector {
             Method::Exact | Method::Table => args.config()?,
             Method::Realtime(kind) => args.realtime_config(kind, method_options)?,
         };
+        if !needs_sampler {
+            config.refuse_transmission("maps and peaks")?;
+        }
         let (options, cover) = (config.options(), config.cover());
         let index = config.index_inside();
         let cache = args.cache()?;
@@ -151,7 +154,7 @@ impl Reflector {
         Ok(Self { evaluator, surface: None, grating, options, index, cover, is_concurrent: true })
     }
 
-    /// `f_r` in 1/sr; zero unless both directions are above the surface.
+    /// `f_r` in 1/sr; zero unless both directions are above the surface, or the surface transmits.
     ///
     /// # Errors
     /// The solver's message, for a grating that is solved for each query.
@@ -168,6 +171,9 @@ impl Reflector {
     /// `f_r` in 1/sr; zero unless both directions are above the surface. A grating that is solved for each query needs
     /// [`Reflector::try_eval`]: it is zero here.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        if self.options.body.is_some() {
+            return self.relief(wi, wo, wavelength_nm);
+        }
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return 0.0 };
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
         let reflectance = match &self.evaluator {
@@ -190,7 +196,7 @@ impl Reflector {
         self.relief(wi, wo, wavelength_nm) / self.options.angular_factor(&pair)
     }
 
-    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, divided by the albedo where energy is conserved. Zero unless both
+    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, or the whole scattering function of a surface that transmits, divided by the albedo where energy is conserved. Zero unless both
     /// directions are above the surface, and for gratings by Maxwell's equations, which have `f_r` alone.
     fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         match &self.evaluator {
@@ -250,7 +256,11 @@ impl Reflector {
         if !wavelengths_nm.iter().all(tabulated) {
             return None;
         }
-        let Some(Inside { wi, wo, density, .. }) = Inside::new(self.cover, wi, wo) else { return Some(0.0) };
+        let inside = match self.options.body {
+            Some(_) => Some(Inside::bare(wi, wo)),
+            None => Inside::new(self.cover, wi, wo),
+        };
+        let Some(Inside { wi, wo, density, .. }) = inside else { return Some(0.0) };
         let pdf = match (&self.surface, &self.grating) {
             (Some(surface), _) => surface.pdf(wi, wo, wavelengths_nm),
             (None, grating) => grating.as_ref()?.0.pdf(wi, wo, wavelengths_nm),

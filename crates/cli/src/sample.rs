@@ -15,8 +15,8 @@ use sunbeam::scattering::Vec3;
 /// Answers each line {"wi":[x,y,z],"wavelength":nm,"u":[a,b,c]} by a line {"wo":[x,y,z],"pdf":…,"weight":…}, in order.
 ///
 /// u holds three random numbers in [0, 1). pdf is the density per solid angle, as from `sunbeam eval`. weight is
-/// f·cosθo/pdf, with the Fresnel factor where --eta is given. A sample below the horizon counts as zero:
-/// {"wo":null,"pdf":0,"weight":0}.
+/// f·|cosθo|/pdf, with the Fresnel factor where --eta is given. A sample below the horizon counts as zero:
+/// {"wo":null,"pdf":0,"weight":0}. With --transmission, wo may lie below the surface.
 ///
 /// For an array of wavelengths, one direction is sampled for all of them: pdf is the mean over the wavelengths (hero
 /// wavelength, balance heuristic), and weight is an array.
@@ -67,7 +67,7 @@ fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
         Some(sample) => Answer {
             wo: Some(sample.wo),
             pdf: sample.pdf,
-            weight: query.wavelength.map(|nm| reflector.eval(wi, sample.wo, nm) * sample.wo[2] / sample.pdf),
+            weight: query.wavelength.map(|nm| reflector.eval(wi, sample.wo, nm) * sample.wo[2].abs() / sample.pdf),
         },
         None => Answer { wo: None, pdf: 0.0, weight: query.wavelength.map(|_| 0.0) },
     })

@@ -10,6 +10,7 @@ use sunbeam::cache::{Cache, CacheError};
 use sunbeam::config::{ConfigError, ObliquityChoice, SurfaceConfig, Theory};
 use sunbeam::height_field::{Fill, Level, Preset};
 use sunbeam::methods::{MethodKind, MethodOptions, StamForm};
+use sunbeam::scattering::Transmission;
 use sunbeam::table::{Model, Tiling};
 
 /// A surface: its relief, its material, and the model of diffraction.
@@ -93,6 +94,10 @@ pub struct SurfaceArgs {
     /// Index of a flat clear layer over the relief, 1 to 2.6 [default: no layer]
     #[arg(long, value_name = "ETA", allow_negative_numbers = true)]
     cover_eta: Option<f64>,
+    /// Fate of the light that passes the relief of a dielectric: film leaves it through a flat side below, interface
+    /// lets it go on in the medium; needs --eta [default: none]
+    #[arg(long, value_parser = names::<Transmission, _>(Transmission::ALL.map(Transmission::name)))]
+    transmission: Option<Transmission>,
     /// Largest relative error of the tables [default: 1e-3]
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
@@ -136,6 +141,7 @@ impl SurfaceArgs {
             eta: self.eta,
             k: self.k,
             cover_eta: self.cover_eta,
+            transmission: self.transmission.unwrap_or_default(),
             tolerance: self.tolerance.unwrap_or(default.tolerance),
             build_limit: self.build_limit.unwrap_or(default.build_limit),
         };
@@ -243,6 +249,7 @@ impl SurfaceArgs {
             ("--eta", self.eta.is_some()),
             ("--k", self.k.is_some()),
             ("--cover-eta", self.cover_eta.is_some()),
+            ("--transmission", self.transmission.is_some()),
             ("--theory", self.theory == Some(Theory::Rigorous)),
         ];
         match flags.iter().find(|(_, is_given)| *is_given) {

@@ -162,7 +162,7 @@ mod tests {
         // A grating over the whole range of 16-bit integers, a quarter of it walls. They reach its second level, so
         // that the first alone is isolated.
         let heights = |floor: f64, top: f64| {
-            let wall = |step: usize| (top + (floor - top) * 0.01 * (step * step) as f64).round();
+            let wall = move |step: usize| (top + (floor - top) * 0.01 * (step * step) as f64).round();
             move |(_, ix): (usize, usize)| match ix % 20 {
                 0..5 => floor,
                 place @ 5..10 => wall(place - 4),

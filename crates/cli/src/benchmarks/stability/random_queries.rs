@@ -160,6 +160,7 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
         shadowing: coin(),
         reach: 1.0,
         sizes: None,
+        body: None,
         tolerance,
         build_limit: 1.0,
     };
