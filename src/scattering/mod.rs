@@ -38,6 +38,7 @@ pub use options::Options;
 pub(crate) use options::build_table;
 pub(crate) use passage::Passage;
 pub use size::{RELATIVE_SIZE, Reading, RelativeSize, SizeRange};
+pub(crate) use size::{SLAB_PHASE, SLAB_PHASE_OF_RIDGES};
 pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
 pub(crate) use transparent::{Side, TransparentPair};
