@@ -111,7 +111,7 @@ def spectrometer_scene(
     `powers` are of the lamp's lines, by wavelength in nm. Order m of a line is at x = SCREEN_CM tan(asin(mλ/d)).
     """
     grey, slit = matte(0.25), (0, -SLIT_DISTANCE_CM, AXIS_CM)
-    beam = {"type": "directionalarea", "radiance": lines({nm: 5e3 * power for nm, power in powers.items()})}
+    beam = {"type": "directionalarea", "radiance": lines({nm: 8e3 * power for nm, power in powers.items()})}
     relief = {"preset": "sinusoidal", "period": period_um, "height": 0.4}
     objects = {
         "lamp": pane((0, slit[1] - 1, AXIS_CM), slit, (1.5 * SLIT_CM[0], SLIT_CM[1]), matte(0.0), emitter=beam),
@@ -126,7 +126,7 @@ def spectrometer_scene(
     room = {
         "type": "spot",
         "to_world": mi.ScalarTransform4f().look_at([-25, -45, 60], [0, 12, 4], [0, 0, 1]),
-        "intensity": {"type": "d65", "scale": 2500.0},
+        "intensity": {"type": "d65", "scale": 4000.0},
         "cutoff_angle": 28.0,
         "beam_width": 18.0,
     }
@@ -141,8 +141,8 @@ def window_scene(view: View = WINDOW_VIEW, spp: int = 144) -> dict:
     # Planks of slightly different browns, with dark gaps.
     shade = np.repeat(np.random.default_rng(3).uniform(0.75, 1.25, 50), 16) * np.tile([0.4] + 15 * [1.0], 50)
     planks = {"type": "diffuse", "reflectance": colour_texture(shade[None, :, None] * np.array([0.36, 0.22, 0.12]))}
-    sun = {"type": "directionalarea", "radiance": {"type": "d65", "scale": 25.0}}
-    ceiling = {"type": "area", "radiance": {"type": "d65", "scale": 0.2}}
+    sun = {"type": "directionalarea", "radiance": {"type": "d65", "scale": 50.0}}
+    ceiling = {"type": "area", "radiance": {"type": "d65", "scale": 0.4}}
     objects = {
         "floor": pane((0, -200, 0.1), (0, -200, 1), (600, 400), planks, up=(0, 1, 0)),
         # Its orders are 1° wide, about as wide as the sun and the waviness of films.
@@ -167,7 +167,7 @@ def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
         "street": box((0, 2000, 0), (1000, 4000, 2), matte(0.08)),
         **{f"houses_{side}": box((side * 900, 2200, 400), (600, 3600, 800), matte(0.15)) for side in (-1, 1)},
     }
-    light = {"type": "area", "radiance": {"type": "d65", "scale": 60.0}}
+    light = {"type": "area", "radiance": {"type": "d65", "scale": 80.0}}
     for number, (x, y) in enumerate([(-330, 800), (330, 1300), (-330, 1900), (330, 2600), (-330, 3400)]):
         objects[f"post_{number}"] = box((x, y, 240), (14, 14, 480), soil())
         objects[f"lamp_{number}"] = {"type": "sphere", "center": [x, y, 500], "radius": 17, "emitter": light}
@@ -213,8 +213,8 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
         "wing": pane(centre, eye, WING_CM, shape),
         "wall": pane((0, 60, WING_HEIGHT_CM), eye, (200, 200), matte(0.06, 0.1, 0.11)),
     }
-    light = {"type": "area", "radiance": {"type": "d65", "scale": 400.0}}
+    light = {"type": "area", "radiance": {"type": "d65", "scale": 700.0}}
     for number, (x_cm, z_cm) in enumerate([(-19, 9), (21, 0), (17, 17), (-24, -3)]):
         place = {"center": [x_cm, 40, WING_HEIGHT_CM + z_cm], "radius": 0.4}
         objects[f"lamp_{number}"] = {"type": "sphere", **place, "emitter": light}
-    return stage(objects, uniform_sky(0.15), view, spp, MAX_DEPTH)
+    return stage(objects, uniform_sky(0.25), view, spp, MAX_DEPTH)

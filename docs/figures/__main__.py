@@ -35,6 +35,7 @@ PARTS = (
     "crosscheck",
     "gratings",
     "polarisation",
+    "films",
     "validity",
     "skins-validity",
     "stability",

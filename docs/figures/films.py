@@ -37,14 +37,6 @@ from .page import images, insist
 PART = "films"
 # Width and height of the pictures in pixels.
 SIZE = (480, 320)
-# Pictures by their file names: function that makes the scene, its camera, samples a pixel, and exposure in stops.
-PICTURES = {
-    "spectacles": (spectacles_scene, SPECTACLES_VIEW, 400, 0.5),
-    "window": (window_scene, WINDOW_VIEW, 900, 1.0),
-    "wing": (wing_scene, WING_VIEW, 100, 0.8),
-}
-# Samples a pixel and exposure of the spectrometer's pictures.
-SPECTROMETER_SPP, SPECTROMETER_STOPS = 900, 0.7
 # Wavelength and period of figure 1.2's drawing in periodicity.md.
 DRAWN = (550.0, 1.25)
 # Half width of the part of the screen that is measured.
@@ -55,18 +47,35 @@ PIXEL_CM = 0.08
 CAMERA_ABOVE_CM = 13.0
 # Samples a pixel of the measurement: 2 million paths.
 MEASURED_SPP = 9
-# Mean of the visible lines that are nearer to each other than the slit is wide.
+# Mean of the two yellow lines, which are nearer to each other than the slit is wide.
 YELLOW_NM = 578.05
-# Half width of the window about an expected position in which a line is measured, a third of the least distance.
+# Half width of the window about an expected position in which a line is measured. The next line's image is outside.
 NEAR_CM = 0.35
 # Films in the furnace: height in µm of a sinusoid of PERIOD_UM. A flat one has no orders.
 FURNACE_HEIGHTS_UM = (0.0, 0.1, 0.2, 0.4)
+# Values of `transmission` for the spheres in the furnace, a shell and a solid ball.
+BODIES = ("film", "interface")
 # Angles at which sheets of film are seen in the furnace, across their grooves.
 FURNACE_ANGLES_DEG = (0.0, 30.0, 60.0)
-# Longest path in the furnace. A hundredth of the light is left in a shell after a few passes.
+# Longest path in the furnace, beyond which a shell has no light left.
 FURNACE_DEPTH = 64
 # Samples a pixel in the furnace, whose pictures have 24 pixels across.
 FURNACE_SPP = 144
+
+
+def single_line(view: View) -> dict:
+    """The spectrometer with the wavelength and the period of DRAWN."""
+    return spectrometer_scene(view, powers={DRAWN[0]: 1.0}, period_um=DRAWN[1])
+
+
+# Pictures by their file names: function that makes the scene, its camera, and samples a pixel.
+PICTURES = {
+    "spectrometer": (spectrometer_scene, SPECTROMETER_VIEW, 400),
+    "single-line": (single_line, SPECTROMETER_VIEW, 400),
+    "spectacles": (spectacles_scene, SPECTACLES_VIEW, 256),
+    "window": (window_scene, WINDOW_VIEW, 400),
+    "wing": (wing_scene, WING_VIEW, 64),
+}
 
 
 def position_cm(order: int, wavelength_nm: float, period_um: float = PERIOD_UM) -> float | None:
@@ -111,6 +120,12 @@ def measured_lines() -> list[dict]:
     return rows
 
 
+def off_of_single_line() -> float:
+    """Largest distance in cm of the first orders of DRAWN from their expected positions."""
+    x_cm, brightness = profile(single_line(SPECTROMETER_VIEW))
+    return max(abs(line_cm(x_cm, brightness, x) - x) for x in (position_cm(order, *DRAWN) for order in (-1, 1)))
+
+
 def furnace(shape: dict) -> float:
     """Mean radiance of a shape within a uniform light of radiance 1, where it covers 0.95 of the unit sphere's disc."""
     size, fov_deg, distance = 24, 6.0, 20.0
@@ -146,27 +161,20 @@ def sheet(bsdf: dict, angle_deg: float) -> dict:
 
 
 def in_furnace(height_um: float) -> dict:
-    """Radiances of a film in the furnace: a sheet at each of FURNACE_ANGLES_DEG, and a closed shell."""
+    """Radiances in the furnace: a film at each of FURNACE_ANGLES_DEG, a closed shell of it, and a solid ball."""
     bsdf = furnace_film(height_um)
+    shell, solid = (furnace({"type": "sphere", "bsdf": {**bsdf, "transmission": kind}}) for kind in BODIES)
     sheets = [furnace(sheet(bsdf, angle)) for angle in FURNACE_ANGLES_DEG]
-    return {"height_um": height_um, "sheets": sheets, "shell": furnace({"type": "sphere", "bsdf": bsdf})}
-
-
-def write_picture(name: str, pixels: np.ndarray, stops: float) -> None:
-    """Writes `name`.jpg into the part's folder."""
-    check(pixels, name)
-    Image.fromarray(tone_mapped(pixels, stops)).save(images(PART) / f"{name}.jpg", quality=90)
+    return {"height_um": height_um, "sheets": sheets, "shell": shell, "solid": solid}
 
 
 def figures() -> dict:
     """Renders the pictures; returns expected and measured positions of lines, and radiances in the furnace."""
     use_variant(fall_back=False)
-    mercury = render_scene(spectrometer_scene(sized(SPECTROMETER_VIEW)), SPECTROMETER_SPP)[0]
-    write_picture("spectrometer", mercury, SPECTROMETER_STOPS)
-    single = spectrometer_scene(sized(SPECTROMETER_VIEW), powers={DRAWN[0]: 1.0}, period_um=DRAWN[1])
-    write_picture("single-line", render_scene(single, SPECTROMETER_SPP)[0], SPECTROMETER_STOPS)
-    for name, (make, view, spp, stops) in PICTURES.items():
-        write_picture(name, render_scene(make(sized(view)), spp)[0], stops)
+    for name, (make, view, spp) in PICTURES.items():
+        pixels, _ = render_scene(make(replace(view, width=SIZE[0], height=SIZE[1])), spp)
+        check(pixels, name)
+        Image.fromarray(tone_mapped(pixels, 0.0)).save(images(PART) / f"{name}.jpg", quality=90)
     lines = measured_lines()
     off_cm = max(abs(line["found_cm"] - line["cm"]) for line in lines)
     insist(PART, off_cm < PIXEL_CM, "lines are where the grating equation has them, to a pixel")
@@ -174,17 +182,13 @@ def figures() -> dict:
     insist(PART, max(max(*row["sheets"], row["shell"]) for row in rows) < 1, "a film in a furnace is darker than it")
     return {
         "size": list(SIZE),
+        "spp": {name: spp for name, (_, _, spp) in PICTURES.items()},
         "lines": lines,
         "off_cm": off_cm,
         "pixel_cm": PIXEL_CM,
         "screen_cm": SCREEN_CM,
         "period_um": PERIOD_UM,
-        "drawn": {**dict(zip(("nm", "period_um"), DRAWN)), "order_1_cm": position_cm(1, *DRAWN)},
+        "drawn": {"order_1_cm": position_cm(1, *DRAWN), "off_cm": off_of_single_line()},
         "angles_deg": list(FURNACE_ANGLES_DEG),
         "furnace": rows,
     }
-
-
-def sized(view: View) -> View:
-    """The camera with the pictures' resolution."""
-    return replace(view, width=SIZE[0], height=SIZE[1])

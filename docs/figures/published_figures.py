@@ -33,10 +33,14 @@ def named(rows: list[dict], **wanted) -> dict:
 
 
 def gratings() -> dict[str, str]:
-    """Figures 1.4 and 1.5: N slits. Figures 1.2, 1.3, 1.6 and 1.7 are drawings without data."""
-    slits = data("slits")
+    """Figures 1.1 and 1.2: the spectrometer. 1.4 and 1.5: N slits. 1.3, 1.6 and 1.7 are drawings without data."""
+    slits, films = data("slits"), data("films")
     fifty = named(slits["rows"], count=50)
     return {
+        "1.1": f"{len(films['lines'])} lines within {10 * max(films['off_cm'], 1e-3):.2f} mm of the grating equation, "
+        f"{films['screen_cm']:g} cm from the film",
+        "1.2": f"path-traced within {10 * max(films['drawn']['off_cm'], 1e-3):.2f} mm of "
+        f"{films['drawn']['order_1_cm']:.1f} cm",
         "1.4": f"width of a peak ∝ N^{slits['exponent']:.3f} from {slits['fitted_from']} slits on",
         "1.5": f"{fifty['width_in_zeros']:.4f} λ/(Nd) wide for 50 slits, the limit being {slits['limit']:.4f}",
     }
