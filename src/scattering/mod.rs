@@ -40,6 +40,8 @@ pub(crate) use passage::Passage;
 pub use size::{RELATIVE_SIZE, Reading, RelativeSize, SizeRange};
 pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
+#[cfg(test)]
+pub(crate) use transparent::{NORMAL_MIN, SINES_MIN};
 pub(crate) use transparent::{Side, TransparentPair};
 pub use transparent::{Transmission, TransparentBody};
 pub(crate) use vector::Scattering;
