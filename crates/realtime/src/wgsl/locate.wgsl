@@ -252,7 +252,10 @@ fn locate_behind(ray: vec3<f32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     ground.query.lit = 1u;
-    ground.query.sun = locate_sun(ground);
+    ground.query.sun = 1.0;
+    if locate_light(ground.p, ground.face) != LOCATE_LIT {
+        ground.query.sun = locate_sun(ground);
+    }
     return sheet_passed(frame.origin, ray, distance(ground.p, frame.origin)) * locate_radiance(ground.query);
 }
 
