@@ -126,3 +126,45 @@ impl Recipe {
         self.kind.name()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sunbeam::height_field::Preset;
+    use sunbeam::methods::AnswerKind;
+
+    #[test]
+    fn a_film_has_the_index_of_the_window_and_no_cover() {
+        let view = View::default();
+        let mut settings = Settings {
+            surface: SurfaceConfig {
+                preset: Some(Preset::Sinusoidal),
+                coherence_length: 10.0,
+                cover_eta: Some(1.4),
+                shadowing: true,
+                ..SurfaceConfig::default()
+            },
+            kind: MethodKind::Table,
+            options: MethodOptions { resolution: 0.5, ..MethodOptions::default() },
+            index: Some(ComplexIndex { eta: 0.9, k: 6.7 }),
+            view,
+            orbit: Orbit::from(&view.camera),
+            sun: Sun::from(&view.light),
+            exposure: 0.0,
+            scale: 1.0,
+            cache: Cache::off(),
+        };
+        let opaque = settings.recipe();
+        settings.set_film(true);
+        // The smallest index of a film, instead of a metal's.
+        assert_eq!(settings.index, Some(ComplexIndex { eta: *BODY_ETA.start(), k: 0.0 }));
+        settings.index = Some(ComplexIndex { eta: 1.5, k: 0.0 });
+        let built = settings.recipe().build().unwrap();
+        assert_eq!(built.method.answers(), AnswerKind::Film { eta: 1.5 });
+        let flss = Settings { kind: MethodKind::Flss, ..settings.clone() }.recipe();
+        assert!(flss.build().err().unwrap().contains("the method table knows it"));
+        settings.set_film(false);
+        assert!(settings.recipe() != opaque && !settings.is_film());
+        assert_eq!(settings.recipe().build().unwrap().method.answers(), AnswerKind::Relief);
+    }
+}
