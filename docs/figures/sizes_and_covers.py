@@ -6,8 +6,10 @@ The pictures are of the ball of benchmark_scenes.py, near enough to fill them.
 from __future__ import annotations
 
 import gc
+import time
 from dataclasses import replace
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -16,7 +18,7 @@ from mitsuba_scenes.scene import View, raw_texture
 from mitsuba_scenes.skin import preset_skin
 
 from .benchmark_scenes import ALUMINIUM, BenchmarkScene, scenes, sphere_parts
-from .bsdf_calls import RELIEFS, VARIANTS, call_ns
+from .bsdf_calls import FEWEST, RELIEFS, VARIANTS, Inputs, answer
 from .rgb_against_spectral import OPTICS, RGB, SPECTRAL, converged, difference
 
 # Media by name, as parameters of the plugin.
@@ -29,7 +31,7 @@ SCALE_MIN, DEPTH_MIN = 0.55, 0.5
 RAMPS = 4
 # Rows and columns of the textures.
 TEXELS = (32, 64)
-# Width and height of the pictures in pixels, which are as large on the ball as those of rgb_against_spectral.py.
+# Width and height of the pictures in pixels, which are about as large on the ball as in rgb_against_spectral.py.
 SIZE = (12, 8)
 # Horizontal field of view at which the ball is as wide as the picture.
 FOV_DEG = 18.0
@@ -41,8 +43,10 @@ BUDGET_S = 20.0
 AIMS = (1.0, 2.5)
 # Measured methods of `mi.BSDF`.
 CALLS = ("eval_pdf", "sample")
-# Number of measurements of each call, the fastest of which counts.
-REPEATS = 3
+# Elements of a wavefront, some tenths of a second of CPU.
+WAVEFRONT = 1 << 19
+# Number of timed wavefronts of each call, in turn with other BSDFs, the fastest of which counts.
+REPEATS = 30
 
 
 def kinds(mirror: bool) -> dict[str, dict]:
@@ -131,7 +135,7 @@ def sees_ball(scene: mi.Scene) -> np.ndarray:
 def calls(repeats: int) -> list[dict]:
     """Rows of {variant, relief, kind, ns, ratio} for aluminium; `ratio` is that to the bare relief, by call.
 
-    `ns` has nanoseconds per element (`call_ns`), the smallest of the repeats.
+    `ns` has nanoseconds of CPU per element by call (`cpu_ns`).
     """
     rows = []
     for variant in VARIANTS:
@@ -139,12 +143,36 @@ def calls(repeats: int) -> list[dict]:
         for relief in RELIEFS:
             base = {"type": "diffraction", **preset_skin(relief), **ALUMINIUM}
             bsdfs = {kind: mi.load_dict({**base, **parameters}) for kind, parameters in kinds(mirror=True).items()}
-            times = {call: [call_ns(bsdfs, call) for _ in range(repeats)] for call in CALLS}
+            times = {call: cpu_ns(bsdfs, call, repeats) for call in CALLS}
             for kind in bsdfs:
-                ns = {call: min(each[kind] for each in times[call]) for call in CALLS}
-                rows.append({"variant": variant, "relief": relief, "kind": kind, "ns": ns})
-    bare = {(row["variant"], row["relief"]): row["ns"] for row in rows if row["kind"] == "bare"}
-    for row in rows:
-        of_bare = bare[row["variant"], row["relief"]]
-        row["ratio"] = {call: row["ns"][call] / of_bare[call] for call in CALLS}
+                ns = {call: times[call][kind] for call in CALLS}
+                ratio = {call: ns[call] / times[call]["bare"] for call in CALLS}
+                rows.append({"variant": variant, "relief": relief, "kind": kind, "ns": ns, "ratio": ratio})
     return rows
+
+
+def cpu_ns(bsdfs: dict[str, mi.BSDF], call: str, repeats: int) -> dict[str, float]:
+    """Nanoseconds of CPU per element of one call, by the names of the BSDFs, which take turns.
+
+    CPU time leaves out most of what other programs cost. It includes tracing, which takes as long for a wavefront of
+    FEWEST elements and cancels in the difference.
+    """
+    wavefronts = [Inputs(FEWEST), Inputs(WAVEFRONT)]
+    seconds: dict[str, list] = {name: [] for name in bsdfs}
+    # The first turn compiles kernels.
+    for turn in range(repeats + 1):
+        for name, bsdf in bsdfs.items():
+            taken = [cpu_s(bsdf, call, inputs) for inputs in wavefronts]
+            if turn > 0:
+                seconds[name].append(taken)
+    few, many = (np.min([seconds[name] for name in bsdfs], axis=1)).T
+    return dict(zip(bsdfs, ((many - few) / (WAVEFRONT - FEWEST) * 1e9).tolist()))
+
+
+def cpu_s(bsdf: mi.BSDF, call: str, inputs: Inputs) -> float:
+    """Seconds of CPU of all threads that one call on a wavefront takes."""
+    dr.sync_thread()
+    start = time.process_time()
+    dr.eval(answer(bsdf, call, inputs))
+    dr.sync_thread()
+    return time.process_time() - start
