@@ -36,6 +36,7 @@ PARTS = (
     "gratings",
     "polarisation",
     "validity",
+    "covers-validity",
     "skins-validity",
     "stability",
     "instruments",
