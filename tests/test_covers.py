@@ -9,6 +9,8 @@ from conftest import VARIANTS, built, use_variant
 from docs.figures.rgb_against_spectral import GREY, WHITE, lab_of_xyz
 from mitsuba_scenes.chi_square import bsdf_test
 from mitsuba_scenes.discs import CD
+from tests.judges.gratings import covers
+from tests.judges.gratings.drawn import Setting, leaving, sinusoid
 
 # Probability that any of the χ² tests rejects a correct density.
 SIGNIFICANCE = 0.01
@@ -23,6 +25,8 @@ SURFACES = {
 }
 # Relative difference of variants in single precision.
 SINGLE = 2e-4
+# Error of an order's power in a table of a grating (docs/validity.md#metals).
+TABLED = 5e-3
 # Standard errors of a mean that count as agreement.
 SIGMAS = 5.0
 
@@ -202,3 +206,27 @@ def test_dispersion_hardly_changes_the_colours_of_a_disc():
     # The page's number is rounded to a tenth.
     assert found.mean() == pytest.approx(0.6, abs=0.05)
     assert np.quantile(found, 0.95) < 2
+
+
+def test_orders_have_the_powers_of_the_judge():
+    """A solver of Maxwell's equations in a medium of the cover's index, through the flat side.
+
+    Polarised variants pass each polarisation with its own transmittance, others with the mean.
+    """
+    setting = Setting("Al", "sinusoidal", 0.5, 0.08, 550.0, 72.0, 0.0, cover_eta=ETA)
+    answer = leaving(setting, sinusoid(setting, 1.0), 0.0)
+    surface = {"preset": "sinusoidal", "period": 0.5, "height": 0.08, "theory": "rigorous", "cover_reflection": False}
+    surface |= {"eta": setting.index.real, "k": setting.index.imag}
+    wo = np.float32(setting.wo(answer.orders))
+    wi, nm = np.tile(np.float32(setting.wi), (len(wo), 1)), np.full((len(wo), 4), setting.wavelength_nm, np.float32)
+
+    def powers(variant):
+        value, _ = eval_pdf(covered(variant, **surface), wi, wo, nm)
+        return value[:, 0] / wo[:, 2] * covers.power_of_value(setting)
+
+    means, states = covers.through_means(answer), covers.through_states(answer)
+    assert len(means) == 2
+    assert np.abs(powers("llvm_ad_spectral") - means).max() < TABLED
+    assert np.abs(powers("scalar_spectral_polarized") - states).max() < TABLED
+    # Negative control: the other variant's transmittances.
+    assert np.abs(means - states).max() > 2 * TABLED

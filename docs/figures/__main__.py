@@ -37,6 +37,7 @@ PARTS = (
     "gratings",
     "polarisation",
     "validity",
+    "covers-validity",
     "skins-validity",
     "stability",
     "instruments",
