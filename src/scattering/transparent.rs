@@ -33,8 +33,8 @@
 //! Tables are those of the relief magnified n times, as under a [`Cover`](super::Cover) of the same index. So wave
 //! vectors in code are in units of the wave number in the medium, and no longer than 1.
 
-use super::{COSINE_MIN, Reading};
-use crate::numeric::{Number, Numbers, Real};
+use super::{COSINE_MIN, Reading, Vec3};
+use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::table::CoherenceWindow;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -47,7 +47,7 @@ const NORMAL_MIN_WIDTHS: f64 = 1.0;
 /// Wavelength in µm at which the width of an order is taken: the middle of the visible range.
 const WIDTH_WAVELENGTH_UM: f64 = 0.55;
 /// Smallest product of tangential lengths by which the azimuth's cosine is divided (`small_slope.rs`).
-const SINES_MIN: f64 = 1e-6;
+pub(crate) const SINES_MIN: f64 = 1e-6;
 
 /// Fate of the light that passes the relief.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -141,6 +141,19 @@ impl TransparentBody {
     #[inline(always)]
     pub(crate) fn reach(self, is_below: bool) -> f64 {
         if is_below && !self.is_film { 1.0 } else { 1.0 / self.eta }
+    }
+
+    /// Factor on `S/λ²` of the magnified relief, in the scattering function of light from `wi` to `wo`, in 1/sr. The
+    /// directions have unit length and point away from the relief on either side of it.
+    pub fn factor(self, wi: Vec3, wo: Vec3) -> f64 {
+        self.pair(&self.side::<Plain<'_, f64>>(wi), &self.side(wo)).factor()
+    }
+
+    /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that it reflects
+    /// inside.
+    pub fn transmittance(self, cos: f64) -> f64 {
+        let [s, p] = self.side::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
+        0.5 * (s * s + p * p)
     }
 
     /// Reflectance of a flat body for unpolarised light at a cosine with the normal, on the side of air.
@@ -323,10 +336,9 @@ impl<N: Numbers> TransparentPair<N> {
 #[cfg(test)]
 mod tests {
     use super::super::perturbation::first_order;
-    use super::super::{ComplexIndex, Obliquity, Pair, Vec3, fresnel_unpolarised};
+    use super::super::{ComplexIndex, Obliquity, Pair, fresnel_unpolarised};
     use super::*;
     use crate::height_field::random::Random;
-    use crate::numeric::Plain;
     use sunbeam_fourier::num_complex::Complex64;
 
     type Double = Plain<'static, f64>;
