@@ -72,8 +72,8 @@ public:
         bs.wo                     = dr::detach(wo);
         const Float cos_theta_o   = Frame3f::cos_theta(bs.wo);
         const Mask is_transmitted = cos_theta_i * cos_theta_o < 0.f;
-        bs.eta                    = m_is_film ? Float(1.f)
-                                              : dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, m_eta, 1.f / m_eta), Float(1.f));
+        const Float relative      = dr::select(cos_theta_i > 0.f, Float(m_eta), Float(1.f / m_eta));
+        bs.eta                    = m_is_film ? Float(1.f) : dr::select(is_transmitted, relative, Float(1.f));
         bs.sampled_component      = dr::select(is_transmitted, UInt32(TRANSMISSION), UInt32(REFLECTION));
         bs.sampled_type =
             dr::select(is_transmitted, UInt32(+BSDFFlags::GlossyTransmission), UInt32(+BSDFFlags::GlossyReflection));

@@ -263,7 +263,8 @@ def test_exposed_parameters_are_marked(scalar_rgb, make_bsdf):
     import mitsuba as mi
 
     everything = make_bsdf(preset="flat", eta=1.5, k=0.1, diffuse_reflectance=0.5, conserve_energy=False, tolerance=0.1)
-    exposed = {key.split(".")[0] for key in mi.traverse(everything).keys()}  # noqa: SIM118
+    film = make_bsdf(preset="flat", eta=1.5, transmission="film")
+    exposed = {key.split(".")[0] for bsdf in (everything, film) for key in mi.traverse(bsdf).keys()}  # noqa: SIM118
     page = (REPOSITORY / "docs" / "plugin.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| ((?:`[a-z_]+`(?:, )?)+) \|.*\\?\|exposed\\?\|", page, re.M)
     assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == exposed

@@ -32,11 +32,11 @@ const RESOLUTION_OF_MANY: (u32, u32) = (16, 7);
 const MARGIN: f64 = 0.005;
 /// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get it in proportion.
 const MARGIN_FROM: f64 = 0.02;
-/// Standard deviation of a Gaussian in units of the wave number in the medium from which three nodes along an axis stand
-/// for its width.
+/// Standard deviation of a Gaussian in units of the wave number in the medium from which three nodes along an axis
+/// stand for its width.
 const SHARP_SIGMA: f64 = 0.004;
-/// Phase in radians between the relief's lowest and highest point, per unit of w, from which a relief counts as deep: it
-/// then changes by about 2 rad across a cell. Without it an albedo of 1.046 remains on a sinusoid 1.7 µm high.
+/// Phase in radians between the relief's lowest and highest point, per unit of w, from which a relief counts as deep:
+/// it then changes by about 2 rad across a cell. Without it an albedo of 1.046 remains on a sinusoid 1.7 µm high.
 const DEEP_PHASE: f64 = 15.0;
 /// Places about a node at which albedos of deep reliefs are integrated: along x and y in cells, and among the planes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =

@@ -8,8 +8,8 @@ pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// Treatment of negative channels.
     fn gamut(&self) -> Gamut;
 
-    /// `f_r` in 1/sr as linear sRGB, before the gamut's treatment. Zero unless the mask is true and the lobe accepts both
-    /// directions.
+    /// `f_r` in 1/sr as linear sRGB, before the gamut's treatment. Zero unless the mask is true and the lobe accepts
+    /// both directions.
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 
     /// Density of [`InColour::draw`] in 1/sr; ignored where the mask is false. The mask is true only where the lobe

@@ -3,7 +3,8 @@
 //
 // The grid is square and uniform over the stretched direction
 //     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1],
-// which maps the hemisphere to the unit disc with dense nodes near the horizon. A cell is the square between four nodes.
+// which maps the hemisphere to the unit disc with dense nodes near the horizon. A cell is the square between four
+// nodes.
 
 @group(1) @binding(2) var<storage, read> albedos: array<u32>;
 

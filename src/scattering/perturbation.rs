@@ -21,7 +21,8 @@ fn states(k: Vector, n: Complex64) -> [([Vector; 2], Complex64); 2] {
 
 /// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air, per
 /// height h and wave number, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the tangential
-/// wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector of `wo`, too.
+/// wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector of `wo`,
+/// too.
 ///
 /// They follow from the boundary conditions: the fields' components along the actual surface are continuous.
 pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2]; 2]; 2] {

@@ -55,7 +55,8 @@ impl SizeRange {
         1.0 + (self.scale[1] / self.scale[0]).log2() / own
     }
 
-    /// Wavenumbers 1/λ" in 1/nm, from the smallest depth at the longest wavelength to the largest depth at the shortest.
+    /// Wavenumbers 1/λ" in 1/nm, from the smallest depth at the longest wavelength to the largest depth at the
+    /// shortest.
     pub(crate) fn wavenumbers(&self) -> [f64; 2] {
         [self.depth[0] / WAVELENGTH_MAX_NM, self.depth[1] / WAVELENGTH_MIN_NM]
     }

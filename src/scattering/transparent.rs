@@ -6,7 +6,8 @@
 //!
 //! ```text
 //! n, ε         index of the medium, and its square
-//! K            wave vector of a direction, away from the relief, over the wave number in vacuum; |K| is 1 above, n below
+//! K            wave vector of a direction, away from the relief, over the wave number in vacuum: of length 1 above and
+//!              n below
 //! k            length of the tangential part of K
 //! c1, cn       normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1
 //! ζ            normal component in the direction's own medium: c1 above, cn below
@@ -42,7 +43,8 @@ use std::f64::consts::TAU;
 /// Smallest |w| in units of the wave number in vacuum, for any coherence length. Phases of a relief 1 µm high are then
 /// 0.02 rad, where S is in proportion to w² to 1e-4.
 const NORMAL_MIN: f64 = 1e-3;
-/// Smallest |w| in standard deviations of an order. Smaller ones leave albedos above one on reliefs under short windows.
+/// Smallest |w| in standard deviations of an order. Smaller ones leave albedos above one on reliefs under short
+/// windows.
 const NORMAL_MIN_WIDTHS: f64 = 1.0;
 /// Wavelength in µm at which the width of an order is taken: the middle of the visible range.
 const WIDTH_WAVELENGTH_UM: f64 = 0.55;

@@ -280,8 +280,8 @@ fn colours_are_those_of_the_spectrum() {
     }
 }
 
-/// A million queries of random reliefs, bodies and relative sizes, a fifth of them near the horizon; and albedos of both
-/// sides together, as mean weights of samples.
+/// A million queries of random reliefs, bodies and relative sizes, a fifth of them near the horizon; and albedos of
+/// both sides together, as mean weights of samples.
 #[test]
 fn random_queries_are_finite_and_no_light_is_made() {
     const SURFACES: usize = 20;

@@ -14,7 +14,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// f is the reflectance f_r in 1/sr without the cosine, with the Fresnel factor where --eta is given. It is 0 unless
 /// both directions are above the surface. With --transmission both may also be below: f is then the power per solid
-/// angle and |cosθo| of light from wi to wo, and directions below an interface are those in the medium. flss, nmm, pq and stam answer for 380 to 780 nm.
+/// angle and |cosθo| of light from wi to wo, and directions below an interface are those in the medium. flss, nmm, pq
+/// and stam answer for 380 to 780 nm.
 ///
 /// pdf is the density of `sunbeam sample` per solid angle, with every method. It is null for wavelengths outside the
 /// range of the tables, 360 to 830 nm.

@@ -168,8 +168,8 @@ impl View {
         self.uniform((1, 1), 0).map(|_| ())
     }
 
-    /// The uniform struct of one sample of a picture with this width and height in pixels, without a film. `sample` counts the rays of
-    /// a pixel from 0, by rows from the upper left one.
+    /// The uniform struct of one sample of a picture with this width and height in pixels, without a film. `sample`
+    /// counts the rays of a pixel from 0, by rows from the upper left one.
     ///
     /// The camera's vectors are those of Mitsuba's `look_at` and `perspective`: rows are stored from the top, and the
     /// field of view is the horizontal one.

@@ -1,7 +1,7 @@
 //! Evaluates a realtime method's BRDF `f_r` on the CPU: for BRDF maps and single directions, also without a GPU.
 //!
-//! The answer of a method is either the whole `f_r` ([`AnswerKind::Reflectance`], [`AnswerKind::Film`]), or only the relief's part
-//! ([`AnswerKind::Relief`]). The relief's part is completed by two factors:
+//! The answer of a method is either the whole `f_r` ([`AnswerKind::Reflectance`], [`AnswerKind::Film`]), or only the
+//! relief's part ([`AnswerKind::Relief`]). The relief's part is completed by two factors:
 //!
 //! `f_r` = interface · angular factor · relief's part
 //!
