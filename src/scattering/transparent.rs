@@ -411,6 +411,20 @@ mod tests {
     /// Transmitted powers are those of a shallow relief to first order in its height, at any azimuth. The phase screen
     /// has the amplitude iwh per h and wave number, and the power of a transmitted field is its square times cn/c1.
     #[test]
+    fn a_flat_film_transmits_what_neither_side_reflects() {
+        const ROUNDING: f64 = 1e-12;
+        for eta in ETAS {
+            let body = TransparentBody { eta, is_film: true };
+            // At the normal both states pass either side alike, and at Brewster's angle nothing of state p is reflected.
+            let passed = (1.0 - body.reflectance(1.0)).powi(2);
+            assert!((body.transmittance(1.0) - passed).abs() < ROUNDING, "{eta}");
+            let brewster = 1.0 / (1.0 + eta * eta).sqrt();
+            let s = 1.0 - 2.0 * body.reflectance(brewster);
+            assert!((body.transmittance(brewster) - 0.5 * (1.0 + s * s)).abs() < ROUNDING, "{eta}");
+        }
+    }
+
+    #[test]
     fn transmitted_powers_are_the_first_order_of_a_shallow_relief() {
         // Rounding of the solved system.
         const ROUNDING: f64 = 1e-8;

@@ -89,6 +89,18 @@ def test_flat_and_sphere_agree_with_the_native_renderer(page, tmp_path, shape):
     expect_same(page.pixels(), twin(page.settings(), tmp_path, "--size", SMALL))
 
 
+def test_a_film_in_a_link_agrees_with_the_native_renderer(page, tmp_path):
+    film = {**QUICK, "shape": "sphere", "sun.azimuth_deg": 80, "surface.eta": 1.5}
+    page.reopen({**film, "surface.transmission": "film"}, size=SMALL)
+    found = page.pixels()
+    assert page.js("return document.getElementById('transmission').checked")
+    expect_same(found, twin(page.settings(), tmp_path, "--size", SMALL))
+    # Negative control: the same surface without transmission.
+    page.reopen(film, size=SMALL)
+    with pytest.raises(AssertionError):
+        expect_same(page.pixels(), found)
+
+
 def test_the_map_agrees_with_the_native_renderer(page, tmp_path):
     page.reopen({**QUICK, "map.theta_deg": 20, "map.phi_deg": 35}, size=SMALL)
     page.browser.wait("return sunbeam.map?.side === 128", "the map")
