@@ -48,9 +48,12 @@ SETTLED = 5e-4
 PROFILES = {"sinusoidal": Sinusoid, "blazed": blazed, "lamellar": lamellar}
 # Largest direction cosine along the grooves of light across them.
 ACROSS = 1e-12
-# Orders that SCATMECH keeps on either side. Under a cover it converges more slowly, and a third number of orders tells
-# the error of the extrapolation.
-WAVES, COVERED_WAVES = (70, 140), (70, 105, 140)
+# Orders that SCATMECH keeps on either side. The numbers are even: odd ones have another error.
+WAVES = (70, 140)
+# A number between them. It tells the error of the extrapolation under covers, where SCATMECH converges more slowly.
+WAVES_BETWEEN = 104
+# Largest change between both of WAVES at which the extrapolation can be trusted. Corners of silver exceed it.
+SLOW = 1e-3
 # Samples of a sinusoid, which has one harmonic.
 SAMPLES = 9
 
@@ -174,11 +177,11 @@ def scatmech(setting: Setting, waves: int) -> tuple:
     return orders, 0.5 * states.sum(axis=(1, 2)), None, states
 
 
-def extrapolated(few: tuple[int, tuple], many: tuple[int, tuple]) -> tuple:
+def extrapolated(numbers: tuple[int, int], few: tuple, many: tuple) -> tuple:
     """The limit of answers with two numbers of waves, whose errors are inverse to these numbers."""
-    (m, before), (n, after) = few, many
-    power, states = ((n * after[part] - m * before[part]) / (n - m) for part in (1, 3))
-    return after[0], power, None, states
+    m, n = numbers
+    power, states = ((n * many[part] - m * few[part]) / (n - m) for part in (1, 3))
+    return many[0], power, None, states
 
 
 def judged(setting: Setting) -> Judged:
@@ -191,11 +194,16 @@ def judged(setting: Setting) -> Judged:
     elif setting.shape == "sinusoidal":
         coarse, fine = (sinusoid(setting, factor) for factor in (1.0, 1.4))
     else:
-        numbers = WAVES if setting.cover_eta == 1 else COVERED_WAVES
-        *fewer, most = ((waves, scatmech(setting, waves)) for waves in numbers)
-        fine = extrapolated(fewer[0], most)
-        coarse = most[1] if len(fewer) == 1 else extrapolated(fewer[1], most)
-    return leaving(setting, fine, float(np.abs(fine[1] - coarse[1])[leaves(setting, fine[0])].max()))
+        coarse, most = (scatmech(setting, waves) for waves in WAVES)
+        fine, coarse = extrapolated(WAVES, coarse, most), most
+        if setting.cover_eta > 1 and SETTLED < change(setting, coarse, fine) <= SLOW:
+            coarse = extrapolated((WAVES_BETWEEN, WAVES[1]), scatmech(setting, WAVES_BETWEEN), most)
+    return leaving(setting, fine, change(setting, coarse, fine))
+
+
+def change(setting: Setting, coarse: tuple, fine: tuple) -> float:
+    """Largest change of the power of an order that leaves between two answers."""
+    return float(np.abs(fine[1] - coarse[1])[leaves(setting, fine[0])].max())
 
 
 def leaves(setting: Setting, orders: np.ndarray) -> np.ndarray:
