@@ -77,6 +77,7 @@ mod amplitudes;
 mod both_sides;
 mod discretisation;
 mod error;
+mod flat_side;
 mod interpolation;
 mod lattice_sum;
 mod layers;

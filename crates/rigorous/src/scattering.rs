@@ -8,12 +8,16 @@
 
 use crate::air::{Air, Continuity, join_columns};
 use crate::error::positive;
+use crate::flat_side::transmitted_form;
 use crate::linear::{Matrix, from_fn, product};
 use crate::metal::response;
 use crate::waves::{Waves, away_from_cutoffs};
 use crate::{Error, Jones};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+
+/// Form of a power that no boundary changes.
+const UNCHANGED: Jones = [[Complex64::ONE, Complex64::ZERO], [Complex64::ZERO, Complex64::ONE]];
 
 /// Side of the relief.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -63,6 +67,12 @@ impl Channel {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scattering {
+    /// Index n of the medium.
+    eta: f64,
+    /// Wave number k in vacuum, in rad/µm.
+    wave_number: f64,
+    /// ky/k; imaginary in the continuation.
+    groove_cosine: Complex64,
     above: Waves,
     below: Waves,
     /// Jones matrices at `out · count + in`. Positions count the orders above, then those below.
@@ -140,7 +150,10 @@ impl Air<'_> {
         let fluxes = self.fluxes(&continuity, &fields, &below);
         let out_above = self.radiated(&fields, &fluxes);
         let out_below = [0, 1].map(|i| product(&lower.from_field, &fields[i]) + product(&lower.from_flux, &below[i]));
-        Ok(Scattering::new(self.waves(), lower.waves, &continuity, [&out_above, &out_below]))
+        let jones = weighted(self.waves(), &lower.waves, &continuity, [&out_above, &out_below]);
+        let groove_cosine = Complex64::from(self.ky_squared(k)).sqrt() / k;
+        let (above, below) = (self.waves().clone(), lower.waves);
+        Ok(Scattering { eta, wave_number: k, groove_cosine, above, below, jones })
     }
 
     /// Fluxes of Ey and Hy in the lower medium. Columns are those of [`Air::fields`], light from above, then from below;
@@ -160,31 +173,6 @@ impl Air<'_> {
 }
 
 impl Scattering {
-    /// Collects the Jones matrices from the amplitudes of Ey and Hy on either side, `[side][component]`: order ×
-    /// incident wave.
-    fn new(above: &Waves, below: Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Self {
-        let (n_above, count) = (above.orders.len(), above.orders.len() + below.orders.len());
-        // Power of a wave of amplitude 1, over that of one in the air with βm = 1: `continuity.weights` are n²κ²/κm² and
-        // κ²/κm². Without orders in the air, κ² is negative, and powers are relative to the medium's.
-        let power = |position: usize, state: usize| match position.checked_sub(n_above) {
-            None => above.beta[position],
-            Some(position) => below.beta[position] * continuity.weights[state].norm(),
-        };
-        let jones = (0..count * count)
-            .map(|i| {
-                let (to, from) = (i / count, i % count);
-                let (side, row) = if to < n_above { (0, to) } else { (1, to - n_above) };
-                [0, 1].map(|state_out| {
-                    [0, 1].map(|state_in| {
-                        let amplitude = out[side][state_out][(row, state_in * count + from)];
-                        amplitude * (power(to, state_out) / power(from, state_in)).sqrt()
-                    })
-                })
-            })
-            .collect();
-        Self { above: above.clone(), below, jones }
-    }
-
     /// All channels: the propagating orders above, then those below, each ascending.
     pub fn channels(&self) -> impl Iterator<Item = Channel> + '_ {
         let above = self.above.orders.iter().map(|&order| Channel::above(order));
@@ -215,9 +203,44 @@ impl Scattering {
     }
 
     /// Fraction of unpolarised light incident in one channel that leaves in another; zero where either does not
-    /// propagate.
+    /// propagate. Where ky is imaginary, the analytic continuation of this fraction in ky².
     pub fn efficiency(&self, out: Channel, from: Channel) -> f64 {
-        0.5 * self.jones(out, from).iter().flatten().map(Complex64::norm_sqr).sum::<f64>()
+        self.passed(self.jones(out, from), &[UNCHANGED; 2])
+    }
+
+    /// [`Scattering::efficiency`] of a film, whose flat lower side has air below it. Light on the side below passes that
+    /// boundary once; zero where it is reflected totally.
+    pub fn film_efficiency(&self, out: Channel, from: Channel) -> f64 {
+        match (self.form(out, true), self.form(from, false)) {
+            (Some(after), Some(before)) => self.passed(self.jones(out, from), &[after, before]),
+            _ => 0.0,
+        }
+    }
+
+    /// Unpolarised power `½ tr(J† M J M₀)` of a Jones matrix J, with the forms M after and M₀ before the relief.
+    ///
+    /// J† has the continuation in ky in place of the complex conjugate: elements between Ey and Hy are proportional to
+    /// ky, and keep the sign of an imaginary ky.
+    fn passed(&self, jones: Jones, [after, before]: &[Jones; 2]) -> f64 {
+        let sign = if self.groove_cosine.im == 0.0 { 1.0 } else { -1.0 };
+        let adjoint = [0, 1].map(|i| [0, 1].map(|j| jones[j][i].conj() * if i == j { 1.0 } else { sign }));
+        let product = |a: &Jones, b: &Jones| [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]));
+        let [[first, _], [_, last]] = product(&product(&adjoint, after), &product(&jones, before));
+        0.5 * (first + last).re
+    }
+
+    /// Form of the power of a channel beyond the flat side of a film; `None` where that side reflects it totally, and
+    /// where the channel does not propagate.
+    fn form(&self, channel: Channel, is_downwards: bool) -> Option<Jones> {
+        let waves = self.waves(channel.side);
+        let place = waves.orders.iter().position(|&m| m == channel.order)?;
+        if channel.side == Side::Above {
+            return Some(UNCHANGED);
+        }
+        let [k_x, cn] = [waves.alpha[place], waves.beta[place]].map(|wave_number| wave_number / self.wave_number);
+        let in_air = self.above.orders.iter().position(|&m| m == channel.order)?;
+        let c1 = self.above.beta[in_air] / self.wave_number;
+        Some(transmitted_form(self.eta, k_x, self.groove_cosine, [c1, cn], is_downwards))
     }
 
     /// Violation of the power balance: the largest |reflected + transmitted − 1| over all incident channels and states.
@@ -271,4 +294,28 @@ impl Scattering {
         let place = self.orders(channel.side).iter().position(|&m| m == channel.order)?;
         Some(if channel.side == Side::Above { place } else { self.above.orders.len() + place })
     }
+}
+
+/// Jones matrices of [`Scattering`], from the amplitudes of Ey and Hy on either side, `[side][component]`: order ×
+/// incident wave.
+fn weighted(above: &Waves, below: &Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Vec<Jones> {
+    let (n_above, count) = (above.orders.len(), above.orders.len() + below.orders.len());
+    // Power of a wave of amplitude 1, over that of one in the air with βm = 1: `continuity.weights` are n²κ²/κm² and
+    // κ²/κm². Without orders in the air, κ² is negative, and powers are relative to the medium's.
+    let power = |position: usize, state: usize| match position.checked_sub(n_above) {
+        None => above.beta[position],
+        Some(position) => below.beta[position] * continuity.weights[state].norm(),
+    };
+    (0..count * count)
+        .map(|i| {
+            let (to, from) = (i / count, i % count);
+            let (side, row) = if to < n_above { (0, to) } else { (1, to - n_above) };
+            [0, 1].map(|state_out| {
+                [0, 1].map(|state_in| {
+                    let amplitude = out[side][state_out][(row, state_in * count + from)];
+                    amplitude * (power(to, state_out) / power(from, state_in)).sqrt()
+                })
+            })
+        })
+        .collect()
 }
