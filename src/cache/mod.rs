@@ -37,6 +37,8 @@ use crate::colour_table::ColourTableError;
 use crate::grating::{GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile};
 use crate::height_field::HeightField;
 use crate::lobe::{ColourSurface, Surface};
+#[cfg(feature = "rigorous")]
+use crate::scattering::TransparentBody;
 use crate::scattering::{Options, SpectralIndex};
 use crate::table::{Progress, TableError};
 use entry::Key;
@@ -227,6 +229,28 @@ impl Cache {
             let build = || GratingSurface::new(profile, index, coherence_length_um, build_limit, progress);
             let (grating, origin) = self.read_or_build(|| key, build)?;
             // One entry serves every coherence length: the tables do not depend on it.
+            Ok((grating.with_coherence_length(coherence_length_um), origin))
+        })
+    }
+
+    /// [`Cache::shared_grating`] of a body that transmits.
+    ///
+    /// # Errors
+    /// The errors of [`GratingSurface::new`].
+    #[cfg(feature = "rigorous")]
+    pub fn shared_grating_of_body(
+        &self,
+        profile: &Profile,
+        body: TransparentBody,
+        coherence_length_um: f64,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
+        static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
+        let key = Key::of_grating(&format!("grating of {body:?}"), profile, None);
+        IN_USE.get((key, coherence_length_um.to_bits()), || {
+            let build = || GratingSurface::of_body(profile, body, coherence_length_um, build_limit, progress);
+            let (grating, origin) = self.read_or_build(|| key, build)?;
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })
     }

@@ -38,12 +38,14 @@
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
 //! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
+//! | `body_solver.rs` | the solver of both sides of a body that transmits |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
 //! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
 //! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
 //! | `exact.rs` | reference without tables |
 //! | `profile.rs` | profiles of presets and height fields |
 
+mod body_solver;
 mod build;
 mod cell_position;
 mod chebyshev;
@@ -79,5 +81,5 @@ pub(crate) use lobe::REACH;
 pub use lobe::{GratingLayout, GratingLobe};
 pub use polarisation::{JonesTable, JonesView};
 pub use profile::{preset_profile, profile_of};
-pub use sunbeam_rigorous::{Medium, Profile, check_size, solve_orders};
+pub use sunbeam_rigorous::{Medium, Order, Profile, check_size, solve_both_sides, solve_orders};
 pub use surface::GratingSurface;

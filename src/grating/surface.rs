@@ -1,18 +1,19 @@
 //! A grating's reflectance at wavelengths, from its table of efficiencies.
 
 use super::GratingError;
+use super::body_solver::BodySolver;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
-use super::lobe::{GratingLayout, GratingLobe};
+use super::lobe::{GratingLayout, GratingLobe, cell_index};
 use super::order_solver::OrderSolver;
-use super::plan::{choose_resolution, choose_spacing, create_meshes};
+use super::plan::{TableOrders, choose_resolution, choose_spacing, create_meshes, spacing_of};
 use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::all_solved;
 use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
-use crate::scattering::{SpectralIndex, Vec3};
+use crate::scattering::{ComplexIndex, SpectralIndex, TransparentBody, Vec3};
 use crate::table::{CoherenceWindow, Progress};
 use serde::{Deserialize, Serialize};
 use sunbeam_rigorous::Profile;
@@ -60,11 +61,35 @@ impl GratingSurface {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = create_meshes(profile, index, build_limit)?;
-        let table_resolution = choose_resolution(period_um, choose_spacing(&meshes, period_um, index)?);
+        let orders = TableOrders { period_um, sides: 1 };
+        let meshes = create_meshes(profile, index, orders, build_limit)?;
+        let table_resolution = choose_resolution(orders, choose_spacing(&meshes, period_um, index)?);
         let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
         let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
         Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+    }
+
+    /// Solves and tabulates the orders of a profile on both sides of a body that transmits; else as
+    /// [`GratingSurface::new`].
+    ///
+    /// # Errors
+    /// Those of [`GratingSurface::new`].
+    pub fn of_body(
+        profile: &Profile,
+        body: TransparentBody,
+        coherence_length_um: f64,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let period_um = profile.period_um();
+        let orders = TableOrders { period_um: period_um * cell_index(Some(body)), sides: 2 };
+        let index = SpectralIndex::Constant(ComplexIndex { eta: body.eta, k: 0.0 });
+        let meshes = create_meshes(profile, Some(&index), orders, build_limit)?;
+        let solver = BodySolver { meshes: &meshes, body };
+        let table_resolution = choose_resolution(orders, Some(spacing_of(&solver, orders.period_um)?));
+        let mut surface = Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)?;
+        surface.layout.body = Some(body);
+        Ok(surface)
     }
 
     /// Tabulates the orders that a solver gives.
@@ -85,7 +110,7 @@ impl GratingSurface {
         let report =
             GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };
         let sigma_per_um = CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
-        Ok(Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um }, words, report })
+        Ok(Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um, body: None }, words, report })
     }
 
     /// Size, cost and measured error of the table.
