@@ -37,8 +37,6 @@ use crate::colour_table::ColourTableError;
 use crate::grating::{GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile};
 use crate::height_field::HeightField;
 use crate::lobe::{ColourSurface, Surface};
-#[cfg(feature = "rigorous")]
-use crate::scattering::TransparentBody;
 use crate::scattering::{Options, SpectralIndex};
 use crate::table::{Progress, TableError};
 use entry::Key;
@@ -233,23 +231,23 @@ impl Cache {
         })
     }
 
-    /// [`Cache::shared_grating`] of a body that transmits.
+    /// [`Cache::shared_grating`] of a film of index `eta`.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
     #[cfg(feature = "rigorous")]
-    pub fn shared_grating_of_body(
+    pub fn shared_grating_of_film(
         &self,
         profile: &Profile,
-        body: TransparentBody,
+        eta: f64,
         coherence_length_um: f64,
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
         static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
-        let key = Key::of_grating(&format!("grating of {body:?}"), profile, None);
+        let key = Key::of_grating(&format!("grating on a film of {eta:?}"), profile, None);
         IN_USE.get((key, coherence_length_um.to_bits()), || {
-            let build = || GratingSurface::of_body(profile, body, coherence_length_um, build_limit, progress);
+            let build = || GratingSurface::of_film(profile, eta, coherence_length_um, build_limit, progress);
             let (grating, origin) = self.read_or_build(|| key, build)?;
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })

@@ -28,7 +28,7 @@ use crate::height_field::{
 };
 use crate::lobe::{ColourSurface, Surface};
 use crate::methods::MethodError;
-use crate::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex};
+use crate::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex, TransparentBody};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
@@ -268,6 +268,7 @@ impl SurfaceConfig {
     }
 
     /// The grating of a profile inside the cover, of an index relative to the cover's. A body has its own index.
+    /// Tables of an interface would miss the lines within its cells at which light from below is totally reflected.
     fn shared_grating_of(
         &self,
         profile: &Profile,
@@ -276,8 +277,15 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
         let (coherence_um, limit) = (self.grating_coherence_um(), self.build_limit);
+        if self.body().is_some_and(|body| !body.is_film) {
+            let advice = "its tables have \"film\"; \"interface\" has theory \"scalar\", lists of orders and the method \
+                          exact";
+            contradiction("transmission", "theory \"rigorous\"", advice)?;
+        }
         Ok(match self.body() {
-            Some(body) => cache.shared_grating_of_body(profile, body, coherence_um, limit, progress)?,
+            Some(TransparentBody { eta, .. }) => {
+                cache.shared_grating_of_film(profile, eta, coherence_um, limit, progress)?
+            }
             None => cache.shared_grating(profile, index, coherence_um, limit, progress)?,
         })
     }

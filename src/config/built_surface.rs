@@ -79,7 +79,7 @@ impl BuiltSurface {
     pub fn transmits(&self) -> bool {
         match &self.tables {
             Tables::Scalar(surface, _) => surface.options().body.is_some(),
-            Tables::Rigorous(built) => built.0.layout().body.is_some(),
+            Tables::Rigorous(built) => built.0.transmits(),
         }
     }
 

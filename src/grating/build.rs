@@ -75,7 +75,7 @@ impl EfficiencyTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let sides = solver.sides();
-        let (nm, cell_counts) = table_wavelengths(period_um * solver.cell_index(), table_resolution.spacing.map(|spacing| spacing.step_nm));
+        let (nm, cell_counts) = table_wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
         let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let cells = cell_counts[0];
         let (mut count_index, mut solved) = (0, 0);
@@ -145,7 +145,7 @@ impl EfficiencyTable {
         let mut errors = queries
             .par_iter()
             .map(|&[nm, x, y]| {
-                let periods = 1e3 * period_um * solver.cell_index() / nm;
+                let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
                 let position = CellPosition::<Plain<f64>>::new(t, a);
                 // The Bloch phase is a up to an integer, so a itself will do.
@@ -157,9 +157,8 @@ impl EfficiencyTable {
                     let incident = side * orders + position.incident as usize;
                     let row = view.row_of(&position, incident as u32, nm, true);
                     let exact = &exact[0][incident * channels..][..channels];
-                    // A channel that does not propagate has no error to dilute the others'.
-                    let propagating = exact.iter().enumerate().filter(|(_, exact)| **exact != 0.0);
-                    propagating
+                    let numbered = exact.iter().enumerate();
+                    numbered
                         .map(|(channel, exact)| (view.entry(&row, u32::lit(channel as u32), true) - exact).abs())
                         .collect::<Vec<_>>()
                 });
@@ -315,8 +314,8 @@ impl Cell {
     }
 }
 
-/// Index of the reversed path of `entry` in a matrix of cell `s`, `[incident · channels + outgoing]`. The outgoing channel
-/// becomes the incident one and vice versa, and order numbers count from the other side.
+/// Index of the reversed path of `entry` in a matrix of cell `s`, `[incident · channels + outgoing]`. The outgoing
+/// channel becomes the incident one and vice versa, and order numbers count from the other side.
 pub(super) fn reversed(entry: usize, s: usize, sides: usize) -> usize {
     let orders = s + 1;
     let channels = orders * sides;

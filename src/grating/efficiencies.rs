@@ -18,8 +18,8 @@ pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 /// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/60 000;
 /// two share a word, the lower half first.
 ///
-/// Tables of a body that transmits have two sides. A *channel* is an order on a side; those above the relief come first,
-/// then those below, each by order number. There, channels take the place of orders.
+/// Tables of a body that transmits have two sides. A *channel* is an order on a side; those above the relief come
+/// first, then those below, each by order number. There, channels take the place of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
     /// First wavelength in nm.

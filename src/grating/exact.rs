@@ -1,9 +1,8 @@
 //! Reference for gratings without tables: every order is solved at the pair of directions itself (symbols: `mod.rs`).
 
 use super::GratingError;
-use super::body_solver::BodySolver;
 use super::lobe::REACH;
-use super::rigorous_solver::{BALANCE, DOUBLINGS, Meshes, medium_at, sufficient_resolution};
+use super::rigorous_solver::{BALANCE, DOUBLINGS, medium_at};
 use crate::scattering::{ComplexIndex, Pair, SpectralIndex, TransparentBody, Vec3};
 use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
@@ -85,7 +84,8 @@ impl ExactGrating {
         Ok(sum * scale)
     }
 
-    /// [`ExactGrating::eval`] at a body that transmits: the power per solid angle of light from wi to wo, on either side.
+    /// [`ExactGrating::eval`] at a body that transmits: the power per solid angle of light from wi to wo, on either
+    /// side.
     ///
     /// # Errors
     /// Those of [`ExactGrating::eval`].
@@ -108,8 +108,6 @@ impl ExactGrating {
         let reaches = own.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
         let tm = periods * (body.eta * body.eta - y * y).max(0.0).sqrt();
         check_size(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm, y.abs().min(1.0))?;
-        let meshes = Meshes::new(&self.profile, sufficient_resolution(&self.profile, self.index.as_ref())?)?;
-        let solver = BodySolver { meshes: &meshes, body };
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
@@ -117,11 +115,32 @@ impl ExactGrating {
             if a.abs() < reaches[0] && (a + f64::from(m)).abs() < reaches[1] {
                 let offset_x = (frequency_x - f64::from(m)) / sigma;
                 let [from, to] = [(sides[0], 0), (sides[1], m)].map(|(side, order)| Channel { side, order });
-                sum += (-0.5 * offset_x * offset_x).exp() * solver.efficiency(tm, a, nm, [to, from])?;
+                sum += (-0.5 * offset_x * offset_x).exp() * self.efficiency_at_body(body, tm, a, nm, [to, from])?;
             }
         }
         let scale = (periods / sigma * own[1]).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
         Ok(sum * scale)
+    }
+
+    /// Unpolarised efficiency of light between two channels, `[to, from]`, at tm of the medium and b = `a`; behind the
+    /// flat side of a film.
+    ///
+    /// # Errors
+    /// Those of [`ExactGrating::efficiency`].
+    fn efficiency_at_body(
+        &self,
+        body: TransparentBody,
+        tm: f64,
+        a: f64,
+        nm: f64,
+        [to, from]: [Channel; 2],
+    ) -> Result<f64, GratingError> {
+        self.on_first_balanced(tm, a, nm, |mesh| {
+            let scattering = mesh.air_above(tm, a, body.eta, nm)?.scatter(body.eta, nm)?;
+            let efficiency =
+                if body.is_film { scattering.film_efficiency(to, from) } else { scattering.efficiency(to, from) };
+            Ok((efficiency, scattering.balance_error()))
+        })
     }
 
     /// Unpolarised efficiency of order `m` for the incident wave with these `t` and `a`, at a wavelength in nm.
@@ -130,18 +149,36 @@ impl ExactGrating {
     /// An index or wavelength that the solver refuses, and a power balance that does not hold after [`DOUBLINGS`].
     fn efficiency(&self, t: f64, a: f64, m: i32, nm: f64) -> Result<f64, GratingError> {
         let medium = medium_at(self.index.as_ref(), nm)?;
-        let mut resolution = Resolution::new(&self.profile, &medium, nm)?;
+        self.on_first_balanced(t, a, nm, |mesh| {
+            let amplitudes = mesh.air(t, a)?.solve(&medium, nm)?;
+            Ok((amplitudes.efficiency(m, 0), amplitudes.balance_error()))
+        })
+    }
+
+    /// The efficiency on the first mesh whose power balance holds; `solve` returns it with the error of the balance.
+    ///
+    /// # Errors
+    /// Those of [`ExactGrating::efficiency`].
+    fn on_first_balanced(
+        &self,
+        t: f64,
+        b: f64,
+        nm: f64,
+        solve: impl Fn(&Discretisation) -> Result<(f64, f64), sunbeam_rigorous::Error>,
+    ) -> Result<f64, GratingError> {
+        let mut resolution = Resolution::new(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm)?;
         // Values of the last attempt, for the error.
         let (mut nodes, mut balance) = (0, 0.0);
         for _ in 0..=DOUBLINGS {
             let mesh = Discretisation::new(&self.profile, resolution)?;
-            let amplitudes = mesh.air(t, a)?.solve(&medium, nm)?;
-            (nodes, balance) = (mesh.nodes(), amplitudes.balance_error());
+            let efficiency;
+            (efficiency, balance) = solve(&mesh)?;
+            nodes = mesh.nodes();
             if balance <= BALANCE_EXACT {
-                return Ok(amplitudes.efficiency(m, 0));
+                return Ok(efficiency);
             }
             resolution.nodes *= 2;
         }
-        Err(GratingError::Unbalanced { t, b: a, wavelength_nm: nm, nodes, balance })
+        Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
     }
 }

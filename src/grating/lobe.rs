@@ -14,10 +14,8 @@
 //! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on `t` and `a` of the
 //! incident wave (symbols: `mod.rs`).
 //!
-//! At a body that transmits, the tangential wave vectors K_xy over k take the place of direction cosines, and f is in the
-//! power per solid angle of light from wi to wo, on either side. Directions below an interface are those in its medium,
-//! of index n: K = n·w there. Its table has the medium's orders, so that its code has K/n for direction cosines, and
-//! n·d/λ for `periods`.
+//! At a film both directions may lie on either side, and `f_r` is the power per solid angle and `|cosθo|` of light from
+//! `wi` to `wo`. All directions are in air, so the formulas are the same; efficiencies depend on both sides, too.
 
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, Row};
@@ -25,7 +23,6 @@ use super::polarisation::JonesView;
 use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION, are_above, is_above};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::scattering::TransparentBody;
 use serde::{Deserialize, Serialize};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
@@ -42,37 +39,6 @@ pub struct GratingLayout {
     pub period_um: f64,
     /// Standard deviation σ of an order in cycles/µm.
     pub sigma_per_um: f64,
-    /// The body that transmits; `None` for a grating that only reflects.
-    pub body: Option<TransparentBody>,
-}
-
-impl GratingLayout {
-    /// Index of the medium whose orders the table has.
-    fn cell_index(&self) -> f64 {
-        cell_index(self.body)
-    }
-}
-
-/// Index of the medium whose orders a table has: that of an interface, else of air.
-pub(super) fn cell_index(body: Option<TransparentBody>) -> f64 {
-    body.filter(|body| !body.is_film).map_or(1.0, |body| body.eta)
-}
-
-/// One direction as the table takes it.
-#[derive(Clone, Copy)]
-pub(crate) struct End<N: Numbers> {
-    /// Tangential part of the wave vector over that of the medium whose orders the table has.
-    tangential: [N::Double; 2],
-    /// Whether the direction lies below the relief.
-    is_below: N::Mask,
-}
-
-/// A pair of directions as the table takes it.
-pub(crate) struct Ends<N: Numbers> {
-    wi: End<N>,
-    wo: End<N>,
-    /// Cosine of wo with the normal, positive.
-    cos_o: N::Real,
 }
 
 /// The lobe of a [`GratingSurface`](super::GratingSurface) over its table data, for any number of wavelengths
@@ -94,64 +60,62 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
-/// Sides of a grating on a body. One draw decides on the side and the order, so [`PerWavelength::draw`] has the side in
-/// the sign of z. Only the uniform part of the mixture is divided here, equally; either side counts as chosen with
-/// probability ½.
+/// Sides of a film. One draw decides on the side and the order, so [`PerWavelength::draw`] has the side in the sign of
+/// z. Only the uniform part of the mixture is divided here, equally; either side counts as chosen with probability ½.
 impl<N: Numbers> Sides<N> for GratingLobe<'_, N> {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
-        if self.layout.body.is_some() { N::Real::lit(0.0).lt(w[2].abs()) } else { is_above::<N>(w) }
+        if self.is_film() { N::Real::lit(0.0).lt(w[2].abs()) } else { is_above::<N>(w) }
     }
 
     #[inline(always)]
     fn choose(&self, _wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
-        match self.layout.body {
-            Some(_) => (u[0].lt(N::Real::lit(0.5 * UNIFORM_FRACTION)), u),
-            None => (N::mask(false), u),
-        }
+        let is_below = if self.is_film() { u[0].lt(N::Real::lit(0.5 * UNIFORM_FRACTION)) } else { N::mask(false) };
+        (is_below, u)
     }
 
     #[inline(always)]
     fn probability(&self, _wi: [N::Real; 3], _wo: [N::Real; 3]) -> N::Real {
-        N::Real::lit(if self.layout.body.is_some() { 0.5 } else { 1.0 })
+        N::Real::lit(if self.is_film() { 0.5 } else { 1.0 })
     }
 }
 
 impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
-    type Pair = Ends<N>;
+    type Pair = [[N::Real; 3]; 2];
 
     #[inline(always)]
-    fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Ends<N> {
-        Ends { wi: self.end(wi), wo: self.end(wo), cos_o: wo[2].abs() }
+    fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> [[N::Real; 3]; 2] {
+        [wi, wo]
     }
 
     #[inline(always)]
-    fn value(&self, ends: &Ends<N>, nm: N::Real, active: N::Mask) -> N::Real {
-        let [value] = self.sum_orders(&ends.wi, &ends.wo, nm, active, |order, _| [order.efficiency]);
-        if self.layout.body.is_some() { value * self.per_solid_angle(&ends.wo) } else { value }
+    fn value(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
+        let [value] = self.sum_orders(wi, wo, nm, active, |order, _| [order.efficiency]);
+        value
     }
 
-    /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their
-    /// efficiencies at `wi`. A solid angle covers `wo.z/λ²` of the plane of frequencies for each steradian. At a body it is
-    /// that of the side of `wo`, given the side.
+    /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their efficiencies
+    /// at `wi`. A solid angle covers `|wo.z|/λ²` of the plane of frequencies for each steradian. At a film it is the
+    /// density given the side of `wo`.
     #[inline(always)]
-    fn density(&self, Ends { wi, wo, cos_o }: &Ends<N>, nm: N::Real, active: N::Mask) -> N::Real {
+    fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
         let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
         let row = self.incident_row(&position, wi, nm, active);
         let total = view.row_total(&row, &position, active);
+        let is_below = self.is_below(wo);
         let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
             let (outgoing, propagates) = position.order_number(m);
-            let channel = view.channel(&position, outgoing, wo.is_below);
+            let channel = view.channel(&position, outgoing, is_below);
             [N::Real::select(propagates, view.entry(&row, channel, active & propagates), zero)]
         });
-        let density = N::Real::select(active & zero.lt(total), weighted / total * *cos_o, zero);
-        if self.layout.body.is_some() { density * N::Real::lit(2.0) * self.per_solid_angle(wo) } else { density }
+        let cos_o = if self.is_film() { wo[2].abs() * N::Real::lit(2.0) } else { wo[2] };
+        N::Real::select(active & zero.lt(total), weighted / total * cos_o, zero)
     }
 
     /// Draws an order by its efficiency, then a direction within the order's Gaussian. The result is the zero vector
-    /// where the direction falls below the horizon. At a body the order's side is drawn with it, and z has its sign.
+    /// where the direction falls below the horizon. At a film the order's side is drawn with it, and z has its sign.
     #[inline(always)]
     fn draw(
         &self,
@@ -162,13 +126,12 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         active: N::Mask,
     ) -> [N::Real; 3] {
         let (real, index) = (N::Real::lit, N::Index::lit);
-        let wi = self.end(wi);
-        let (position, active) = self.incident_position(&wi, nm, active);
+        let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
-        let row = self.incident_row(&position, &wi, nm, active);
+        let row = self.incident_row(&position, wi, nm, active);
         let last = view.channels(&position) - index(1);
         let target = u[0] * view.row_total(&row, &position, active);
-        // The first order at which the running sum exceeds the target; the last one if rounding keeps the sum below.
+        // The first channel at which the running sum exceeds the target; the last one if rounding keeps the sum below.
         let (channel, _) = N::while_loop(
             c"order",
             (index(0), view.entry(&row, index(0), active)),
@@ -179,16 +142,15 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let m = N::widen(N::real(outgoing)) - N::widen(N::real(position.incident));
         let wavelength_um = nm * real(1e-3);
         // σ over direction cosines.
-        let sigma = wavelength_um * real(self.layout.sigma_per_um / self.layout.cell_index());
+        let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
         // Order m leaves at wo.x = mλ/d − wi.x and wo.y = −wi.y.
-        let centre_x = N::narrow(m / self.periods(nm) - wi.tangential[0]);
-        let (x, y) = (centre_x + offset_x, offset_y - N::narrow(wi.tangential[1]));
-        let [x, y] = self.direction_cosines([x, y], is_below);
+        let centre_x = N::narrow(m / self.periods(nm) - N::widen(wi[0]));
+        let (x, y) = (centre_x + offset_x, offset_y - wi[1]);
         let z_squared = real(1.0) - x * x - y * y;
         let is_off_horizon = active & real(0.0).lt(z_squared);
         let z = z_squared.max(real(0.0)).sqrt();
-        let z = if self.layout.body.is_some() { N::Real::select(is_below, -z, z) } else { z };
+        let z = if self.is_film() { N::Real::select(is_below, -z, z) } else { z };
         [x, y, z].map(|c| N::Real::select(is_off_horizon, c, real(0.0)))
     }
 }
@@ -209,11 +171,10 @@ impl<N: Numbers> GratingLobe<'_, N> {
         active: N::Mask,
     ) -> [[N::Real; L]; 16] {
         let active = active & are_above::<N>(from, to);
-        let (from_end, to_end) = (self.end(from), self.end(to));
         // ky/k of the wave; it is the mean of incident light, −from.y, and outgoing light, to.y.
         let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
         N::map_each(c"wavelengths", wavelengths_nm, active, |nm| {
-            self.sum_orders(&from_end, &to_end, nm, active, |order, active| {
+            self.sum_orders(from, to, nm, active, |order, active| {
                 jones
                     .matrix(order.position, order.outgoing, nm, groove_cosine, active)
                     .map(|element| element * order.efficiency)
@@ -227,59 +188,36 @@ impl<N: Numbers> GratingLobe<'_, N> {
         EfficiencyView { layout: self.layout.efficiencies, words: self.words }
     }
 
-    /// `d/λ` at a wavelength in nm, λ being that in the medium whose orders the table has.
+    /// Whether the grating is the relief of a film, with light on both sides.
+    fn is_film(&self) -> bool {
+        self.layout.efficiencies.sides == 2
+    }
+
+    /// Whether a direction lies below the relief.
+    #[inline(always)]
+    fn is_below(&self, w: [N::Real; 3]) -> N::Mask {
+        if self.is_film() { w[2].lt(N::Real::lit(0.0)) } else { N::mask(false) }
+    }
+
+    /// Row of the channel incident from `wi`, at its position.
+    #[inline(always)]
+    fn incident_row(&self, position: &CellPosition<N>, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> Row<N> {
+        let view = self.view();
+        view.row_of(position, view.channel(position, position.incident, self.is_below(wi)), nm, active)
+    }
+
+    /// `d/λ` at a wavelength in nm.
     #[inline(always)]
     fn periods(&self, nm: N::Real) -> N::Double {
-        N::Double::lit(1e3 * self.layout.period_um * self.layout.cell_index()) / N::widen(nm)
-    }
-
-    /// A direction as the table takes it.
-    #[inline(always)]
-    fn end(&self, w: [N::Real; 3]) -> End<N> {
-        let is_below = if self.layout.body.is_some() { w[2].lt(N::Real::lit(0.0)) } else { N::mask(false) };
-        let tangential = [N::widen(w[0]), N::widen(w[1])];
-        let cell_index = self.layout.cell_index();
-        if cell_index == 1.0 {
-            return End { tangential, is_below };
-        }
-        let scale = N::Double::select(is_below, N::Double::lit(1.0), N::Double::lit(1.0 / cell_index));
-        End { tangential: tangential.map(|c| c * scale), is_below }
-    }
-
-    /// Direction cosines on a side, from the tangential part of [`End`].
-    #[inline(always)]
-    fn direction_cosines(&self, tangential: [N::Real; 2], is_below: N::Mask) -> [N::Real; 2] {
-        let cell_index = self.layout.cell_index();
-        if cell_index == 1.0 {
-            return tangential;
-        }
-        let scale = N::Real::select(is_below, N::Real::lit(1.0), N::Real::lit(cell_index));
-        tangential.map(|c| c * scale)
-    }
-
-    /// Ratio of the area of tangential parts of [`End`] to that of direction cosines, on the side of a direction.
-    #[inline(always)]
-    fn per_solid_angle(&self, end: &End<N>) -> N::Real {
-        let (one, cell_index) = (N::Real::lit(1.0), self.layout.cell_index());
-        if cell_index == 1.0 {
-            return one;
-        }
-        N::Real::select(end.is_below, one, N::Real::lit(1.0 / (cell_index * cell_index)))
-    }
-
-    /// Row of the channel incident from a direction, at its position.
-    #[inline(always)]
-    fn incident_row(&self, position: &CellPosition<N>, wi: &End<N>, nm: N::Real, active: N::Mask) -> Row<N> {
-        let view = self.view();
-        view.row_of(position, view.channel(position, position.incident, wi.is_below), nm, active)
+        N::Double::lit(1e3 * self.layout.period_um) / N::widen(nm)
     }
 
     /// Position of the wave incident from `wi`, and `active` without waves that rounding moves beyond the horizon.
     #[inline(always)]
-    fn incident_position(&self, wi: &End<N>, nm: N::Real, active: N::Mask) -> (CellPosition<N>, N::Mask) {
+    fn incident_position(&self, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> (CellPosition<N>, N::Mask) {
         let periods = self.periods(nm);
-        let t = groove_t::<N>(periods, wi.tangential[1]);
-        let position = CellPosition::<N>::new(t, -(wi.tangential[0] * periods));
+        let t = groove_t::<N>(periods, N::widen(wi[1]));
+        let position = CellPosition::<N>::new(t, -(N::widen(wi[0]) * periods));
         (position, active & position.propagates)
     }
 
@@ -290,24 +228,24 @@ impl<N: Numbers> GratingLobe<'_, N> {
     #[inline(always)]
     fn sum_orders<const R: usize>(
         &self,
-        wi: &End<N>,
-        wo: &End<N>,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
         nm: N::Real,
         active: N::Mask,
         quantity: impl Fn(OrderAt<'_, N>, N::Mask) -> [N::Real; R],
     ) -> [N::Real; R] {
         let half = N::Double::lit(0.5);
         let periods = self.periods(nm);
-        let t = groove_t::<N>(periods, (wi.tangential[1] - wo.tangential[1]) * half);
+        let t = groove_t::<N>(periods, (N::widen(wi[1]) - N::widen(wo[1])) * half);
         // After the move, the sum of the wave numbers of incident and outgoing wave, a and a + m.
-        let sum_of_a = (wo.tangential[0] - wi.tangential[0]) * periods;
-        let view = self.view();
+        let sum_of_a = (N::widen(wo[0]) - N::widen(wi[0])) * periods;
+        let (view, is_below) = (self.view(), self.is_below(wo));
         self.sum_kernels(wi, wo, nm, active, |m, active| {
             let position = CellPosition::<N>::new(t, (sum_of_a - m) * half);
             let (outgoing, propagates) = position.order_number(m);
             let active = active & propagates & position.propagates;
             let row = self.incident_row(&position, wi, nm, active);
-            let efficiency = view.entry(&row, view.channel(&position, outgoing, wo.is_below), active);
+            let efficiency = view.entry(&row, view.channel(&position, outgoing, is_below), active);
             quantity(OrderAt { position: &position, outgoing, efficiency }, active)
                 .map(|value| N::Real::select(active, value, N::Real::lit(0.0)))
         })
@@ -318,8 +256,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
     #[inline(always)]
     fn sum_kernels<const R: usize>(
         &self,
-        wi: &End<N>,
-        wo: &End<N>,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
         nm: N::Real,
         active: N::Mask,
         weights: impl Fn(N::Double, N::Mask) -> [N::Real; R],
@@ -327,9 +265,9 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let (real, double) = (N::Real::lit, N::Double::lit);
         let periods = self.periods(nm);
         let inverse_sigma = 1.0 / (self.layout.period_um * self.layout.sigma_per_um);
-        let frequency_x = (wi.tangential[0] + wo.tangential[0]) * periods;
+        let frequency_x = (N::widen(wi[0]) + N::widen(wo[0])) * periods;
         // Distances from an order in standard deviations.
-        let offset_y = N::narrow((wi.tangential[1] + wo.tangential[1]) * periods) * real(inverse_sigma);
+        let offset_y = N::narrow((N::widen(wi[1]) + N::widen(wo[1])) * periods) * real(inverse_sigma);
         let reach = double(REACH / inverse_sigma);
         let first = (frequency_x - reach).ceil();
         let last = (frequency_x + reach).floor();

@@ -38,14 +38,13 @@
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
 //! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
-//! | `body_solver.rs` | the solver of both sides of a body that transmits |
+//! | `film_solver.rs` | the solver of both sides of a film |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
 //! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
 //! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
 //! | `exact.rs` | reference without tables |
 //! | `profile.rs` | profiles of presets and height fields |
 
-mod body_solver;
 mod build;
 mod cell_position;
 mod chebyshev;
@@ -55,6 +54,7 @@ mod colour_tables;
 mod efficiencies;
 mod error;
 mod exact;
+mod film_solver;
 mod jones_shape;
 mod lobe;
 mod order_solver;

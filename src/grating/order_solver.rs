@@ -14,16 +14,10 @@ pub(super) trait OrderSolver: Sync {
     /// A point (t, b) that cannot be solved accurately enough.
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError>;
 
-    /// Sides of the relief, 1 or 2. With two, channels take the place of orders ([`EfficiencyLayout`]), and t is that of
-    /// the medium with the index [`OrderSolver::cell_index`].
+    /// Sides of the relief, 1 or 2. With two, channels take the place of orders ([`EfficiencyLayout`]).
     ///
     /// [`EfficiencyLayout`]: super::EfficiencyLayout
     fn sides(&self) -> usize {
         1
-    }
-
-    /// Index of the medium whose orders are numbered. Orders of the other medium that do not propagate have zeros.
-    fn cell_index(&self) -> f64 {
-        1.0
     }
 }

@@ -38,7 +38,7 @@ const SOLUTION_SECONDS: f64 = 1.2e-9;
 /// The orders of a table.
 #[derive(Clone, Copy)]
 pub(super) struct TableOrders {
-    /// Period in µm, times the index of the medium whose orders they are.
+    /// Period in µm.
     pub period_um: f64,
     /// Sides of the relief, 1 or 2.
     pub sides: u32,
@@ -78,7 +78,7 @@ pub(super) fn choose_spacing(
     Ok(Some(spacing_of(&RigorousSolver::new(meshes, index, &[])?, period_um)?))
 }
 
-/// Spacing of the wavelengths of a solver's table. `period_um` is that of [`TableOrders`].
+/// Spacing of the wavelengths of a solver's table. The period is in µm.
 ///
 /// # Errors
 /// A test point that cannot be solved.

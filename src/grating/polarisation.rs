@@ -81,7 +81,8 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = create_meshes(profile, index, TableOrders { period_um: profile.period_um(), sides: 1 }, build_limit)?;
+        let meshes =
+            create_meshes(profile, index, TableOrders { period_um: profile.period_um(), sides: 1 }, build_limit)?;
         let spacing = choose_spacing(&meshes, period_um, index)?;
         let step_nm = spacing.map(|spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM));
         let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);

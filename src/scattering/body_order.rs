@@ -16,8 +16,8 @@ pub struct BodyOrder {
 }
 
 impl BodyOrder {
-    /// The pair of light from `wi` that leaves along `wo`. Both are unit vectors away from the relief, each in the medium
-    /// of its side.
+    /// The pair of light from `wi` that leaves along `wo`. Both are unit vectors away from the relief, each in the
+    /// medium of its side.
     ///
     /// ```
     /// use sunbeam::scattering::{BodyOrder, TransparentBody};

@@ -165,7 +165,13 @@ fn a_flat_relief_divides_light_as_fresnel_does() {
 
 /// Mean weight of samples, which is the albedo of both sides together, its standard error, and the largest relative
 /// difference from reciprocity.
-pub(super) fn sampled(surface: &BuiltSurface, body: TransparentBody, wi: Vec3, nm: f64, random: &mut Random) -> (f64, f64, f64) {
+pub(super) fn sampled(
+    surface: &BuiltSurface,
+    body: TransparentBody,
+    wi: Vec3,
+    nm: f64,
+    random: &mut Random,
+) -> (f64, f64, f64) {
     const SAMPLES: usize = 8_000;
     let (mut sum, mut squares, mut unequal) = (0.0, 0.0, 0f64);
     for _ in 0..SAMPLES {

@@ -38,7 +38,8 @@ const POINTS_MAX: usize = 2000;
 ///
 /// With --transmission film or interface the orders below the relief are listed, too: those of an interface with their
 /// directions within the medium, those of a film behind its flat side. A trapped order stays within the film, and its
-/// direction is the one there. Both theories have te and tm then; the scalar one where light arrives across the grooves.
+/// direction is the one there. Both theories have te and tm then; the scalar one where light arrives across the
+/// grooves.
 ///
 /// Prints a table. --json adds the Jones matrices and the errors of energy balance and reciprocity. A Jones matrix has
 /// real and imaginary parts; its rows are the outgoing states without Hy and without Ey, its columns the incident ones.

@@ -204,8 +204,9 @@ impl Reflector {
         self.relief(wi, wo, wavelength_nm) / self.options.angular_factor(&pair)
     }
 
-    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, or the whole scattering function of a surface that transmits, divided by the albedo where energy is conserved. Zero unless both
-    /// directions are above the surface, and for gratings by Maxwell's equations, which have `f_r` alone.
+    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, or the whole scattering function of a surface that transmits,
+    /// divided by the albedo where energy is conserved. Zero unless both directions are above the surface, and for
+    /// gratings by Maxwell's equations, which have `f_r` alone.
     fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         match &self.evaluator {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),

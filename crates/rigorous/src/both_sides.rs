@@ -23,9 +23,10 @@ pub struct BothSides {
 
 /// All propagating orders on both sides of a dielectric of index `eta`, for light of a wavelength (nm) from `wi`.
 ///
-/// `wi` is a unit vector away from the relief, towards the light. Below the relief, z < 0, it lies within the medium. An
-/// order's index m counts from the light: `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the index n of the order's
-/// medium and n' of the light's. Balance and reciprocity are checked as by [`solve_orders`](crate::solve_orders).
+/// `wi` is a unit vector away from the relief, towards the light. Below the relief, z < 0, it lies within the medium.
+/// An order's index m counts from the light: `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the index n of the
+/// order's medium and n' of the light's. Balance and reciprocity are checked as by
+/// [`solve_orders`](crate::solve_orders).
 ///
 /// ```
 /// use sunbeam_rigorous::{Profile, solve_both_sides};

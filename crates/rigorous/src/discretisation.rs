@@ -182,8 +182,8 @@ impl Discretisation {
         Air::new(self, t, finite("b", b)?)
     }
 
-    /// The air above a dielectric of index `eta`, at tm = κm·d/2π of the medium, Bloch phase `b` in turns and a wavelength
-    /// (nm). No order propagates in the air where κ² is negative.
+    /// The air above a dielectric of index `eta`, at tm = κm·d/2π of the medium, Bloch phase `b` in turns and a
+    /// wavelength (nm). No order propagates in the air where κ² is negative.
     ///
     /// # Errors
     /// tm, `eta` or the wavelength not above 0, tm above a third of the nodes, b not finite, or special functions that

@@ -15,8 +15,8 @@
 use crate::{Jones, Order, transverse_basis};
 use num_complex::Complex64;
 
-/// The form M of a wave with the tangential wave vector (`k_x`, `k_y`) over k, in a medium of index `eta`. `normals` are
-/// c1 and cn.
+/// The form M of a wave with the tangential wave vector (`k_x`, `k_y`) over k, in a medium of index `eta`. `normals`
+/// are c1 and cn.
 pub(crate) fn transmitted_form(
     eta: f64,
     k_x: f64,
@@ -35,16 +35,15 @@ pub(crate) fn transmitted_form(
 }
 
 impl Order {
-    /// The order after the flat lower side of a film of index `eta`, in the air below it; `None` where that side reflects
-    /// the order totally. The direction of the order is one within the medium, with negative z.
+    /// The order after the flat lower side of a film of index `eta`, in the air below it; `None` where that side
+    /// reflects the order totally. The direction of the order is one within the medium, with negative z.
     ///
     /// ```
     /// use sunbeam_rigorous::{Profile, solve_both_sides};
     ///
-    /// // Order 2 of 550 nm has the sine 1.1 in air, and is trapped.
-    /// let solved = solve_both_sides(&Profile::sinusoid(1.0, 0.2)?, 1.5, 550.0, [0.0, 0.0, 1.0])?;
-    /// let trapped: Vec<i32> =
-    ///     solved.below.iter().filter(|order| order.through_flat_side(1.5).is_none()).map(|order| order.index).collect();
+    /// // Order 2 of 550 nm has the sine 1.1 in air, and is trapped. let solved =
+    /// solve_both_sides(&Profile::sinusoid(1.0, 0.2)?, 1.5, 550.0, [0.0, 0.0, 1.0])?; let trapped: Vec<i32> =
+    /// solved.below.iter().filter(|order| order.through_flat_side(1.5).is_none()).map(|order| order.index).collect();
     /// assert_eq!(trapped, [-2, 2]);
     /// # Ok::<(), sunbeam_rigorous::Error>(())
     /// ```
@@ -60,7 +59,8 @@ impl Order {
         let scale = (4.0 * c1 * cn).sqrt();
         let amplitudes = [scale / (c1 + cn), eta * scale / (eta * eta * c1 + cn)];
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        // Components along the states across and in the plane of incidence: `[state of the plane][state of the grooves]`.
+        // Components along the states across and in the plane of incidence: `[state of the plane][state of the
+        // grooves]`.
         let components = |d: [f64; 3]| {
             let sine = d[0].hypot(d[1]);
             let s = if sine < SINE_MIN { [0.0, 1.0, 0.0] } else { [-d[1] / sine, d[0] / sine, 0.0] };

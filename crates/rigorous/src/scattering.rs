@@ -1,7 +1,8 @@
 //! Amplitudes between all orders on both sides of a relief in a lossless dielectric.
 //!
 //! Symbols and equations are those of `lib.rs`, those of matrices over the nodes in `air.rs`. In the lower medium an
-//! incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z}, with `βm = √(κm² − αm²)`.
+//! incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z}, with `βm = √(κm² −
+//! αm²)`.
 //!
 //! The power of a wave is βm/κ² in the air, for Ey and for Hy of amplitude 1. In the medium it is n²·βm/κm² for Ey and
 //! βm/κm² for Hy.
@@ -51,8 +52,8 @@ impl Channel {
 
 /// Amplitudes between all propagating orders on both sides of one grating, at one (t, b) and wavelength.
 ///
-/// Polarisation states and the weights of powers are those of [`Amplitudes`](crate::Amplitudes). Light incident in order
-/// n comes, on either side, from the mirror direction of order n.
+/// Polarisation states and the weights of powers are those of [`Amplitudes`](crate::Amplitudes). Light incident in
+/// order n comes, on either side, from the mirror direction of order n.
 ///
 /// ```
 /// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};
@@ -156,8 +157,8 @@ impl Air<'_> {
         Ok(Scattering { eta, wave_number: k, groove_cosine, above, below, jones })
     }
 
-    /// Fluxes of Ey and Hy in the lower medium. Columns are those of [`Air::fields`], light from above, then from below;
-    /// `added` is the flux that light from below adds to the response, in its own state.
+    /// Fluxes of Ey and Hy in the lower medium. Columns are those of [`Air::fields`], light from above, then from
+    /// below; `added` is the flux that light from below adds to the response, in its own state.
     fn fluxes_below(&self, response: &Matrix, fields: &[Matrix; 2], added: &Matrix) -> [Matrix; 2] {
         let above = self.waves().orders.len();
         let count = above + added.ncols();
@@ -208,8 +209,8 @@ impl Scattering {
         self.passed(self.jones(out, from), &[UNCHANGED; 2])
     }
 
-    /// [`Scattering::efficiency`] of a film, whose flat lower side has air below it. Light on the side below passes that
-    /// boundary once; zero where it is reflected totally.
+    /// [`Scattering::efficiency`] of a film, whose flat lower side has air below it. Light on the side below passes
+    /// that boundary once; zero where it is reflected totally.
     pub fn film_efficiency(&self, out: Channel, from: Channel) -> f64 {
         match (self.form(out, true), self.form(from, false)) {
             (Some(after), Some(before)) => self.passed(self.jones(out, from), &[after, before]),

@@ -201,8 +201,8 @@ fn blazed_gratings_are_brightest_in_the_mirror_direction_of_the_facet() {
     assert!(brightest.efficiency() > 0.5, "{}", brightest.efficiency());
 }
 
-/// Coupled waves of `meent` and of SCATMECH (`tests/judges/gratings/dielectrics.py`), for light across the grooves and in
-/// conical mounts. Each row holds the change between two resolutions.
+/// Coupled waves of `meent` and of SCATMECH (`tests/judges/gratings/dielectrics.py`), for light across the grooves and
+/// in conical mounts. Each row holds the change between two resolutions.
 #[test]
 fn orders_on_both_sides_of_dielectrics_agree_with_coupled_waves() {
     /// The accepted root mean square of an order.
