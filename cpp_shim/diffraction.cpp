@@ -2,8 +2,9 @@
  * Diffraction by a measured or synthetic nanostructure (`diffraction`)
  * ====================================================================
  *
- * Iridescent reflection by a surface whose relief is as fine as the wavelength: snake skin, ruled gratings, discs.
- * One-sided; wrap it in `twosided` where the back may be seen. Works inside `twosided`, `blendbsdf`, `mask`,
+ * Iridescent reflection by a surface whose relief is as fine as the wavelength: snake skin, ruled gratings, discs; and
+ * transmission by films and glass. A reflecting surface is one-sided; wrap it in `twosided` where the back may be seen.
+ * A body that transmits has two sides. Works inside `twosided`, `blendbsdf`, `mask`,
  * `normalmap` and `bumpmap`, and needs a UV parameterisation: x of the relief follows the tangent dp/du.
  *
  * parameter             type             meaning (default)
@@ -51,6 +52,14 @@
  *                                        Exposed, differentiable
  * cover_eta             float            index of a flat clear layer over the relief, in [1, 2.6] (no layer)
  * cover_reflection      boolean          mirror reflection by that layer's flat side, a delta lobe (true)
+ * transmission          string           none; film: a sheet with the relief above and a flat side below, air on both sides;
+ *                                        interface: light goes on in the medium (none)
+ * int_ior, ext_ior      float or string  media below and above a body that transmits, in place of eta, which is one
+ *                                        number then: 1, or in [1.2, 4] (bk7, air)
+ * back_reflection       boolean          mirror reflection by a film's flat side from behind, a delta lobe (true)
+ * specular_transmittance                 factor on the transmitted light (1). Exposed, differentiable
+ *                       spectrum or
+ *                       texture
  * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
  *                       texture
  * diffuse_reflectance   spectrum or      pigment under the surface, lit by the light that the surface does not reflect;

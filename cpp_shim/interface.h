@@ -191,6 +191,7 @@ private:
                                         contrast * (out.t * in.t * cos - m_epsilon * sines) / (out.p * in.p));
     }
 
+public:
     /// Mueller matrix of a Jones matrix with the elements [[xx, xy], [yx, yy]]: the first letter is the outgoing state,
     /// the second the incident state. In either frame x, y and the direction of travel are right-handed.
     ///
@@ -210,6 +211,7 @@ private:
                         im(u + v), im(u - v), im(f + g), re(f - g));
     }
 
+private:
     /// Complex index eta + ik, and its square ε.
     Complex m_index, m_epsilon;
     bool m_small_slope, m_perfect;

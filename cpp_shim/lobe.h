@@ -20,10 +20,12 @@ namespace sunbeam {
 /// - Wavelengths are in nm in spectral variants, and empty in RGB and mono variants.
 /// - The size is that of pattern and heights at the queried place, relative to the relief. Surfaces without textures of
 ///   sizes ignore it.
-/// - Values are the BSDF in 1/sr times cosθo. In spectral variants they leave out the interface's factor (interface.h).
+/// - Values are the BSDF in 1/sr times |cosθo|. In spectral variants they leave out the interface's factor
+/// (interface.h).
 ///   In RGB and mono variants they include it if the surface was built with a known index. Rigorous surfaces always
 ///   include the material's reflectance.
-/// - All results are zero where `active` is false or a direction lies below the surface.
+/// - All results are zero where `active` is false or a direction lies below the surface. Surfaces of bodies that
+///   transmit have both sides, and values for light from wi to wo that include the interface's factor.
 template <typename Float, typename Spectrum> class DiffractionLobe {
 public:
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
@@ -104,7 +106,7 @@ private:
 
     /// Value of an answer: the variant's channels times cosθo, not differentiable.
     static UnpolarizedSpectrum value(const Answer &answer, const Vector3f &wo) {
-        const Float cos_theta_o = dr::detach(wo.z());
+        const Float cos_theta_o = dr::abs(dr::detach(wo.z()));
         if constexpr (IsSpectral)
             return UnpolarizedSpectrum(answer[0], answer[1], answer[2], answer[3]) * cos_theta_o;
         else if constexpr (UnpolarizedSpectrum::Size == 1)
@@ -226,7 +228,8 @@ private:
                     // At most a quarter of a cosine along the normal or of a size, so that the step does not cross the
                     // horizon or zero.
                     const bool is_tangential = c % 3 < 2 && c < 6;
-                    const Float step    = is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * centre[c]);
+                    const Float step =
+                        is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * dr::abs(centre[c]));
                     const auto is_moved = (i >> 1) == c;
                     moved[c] += dr::select(is_moved, sign * step, 0.f);
                     // Distance of the two positions as rounded to single precision, not 2 · step.

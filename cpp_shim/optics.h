@@ -20,7 +20,9 @@
 #include "interface.h"
 #include "lobe.h"
 #include "parameters.h"
+#include "rotation.h"
 #include "textures.h"
+#include "transmission.h"
 
 namespace sunbeam {
 
@@ -38,6 +40,10 @@ public:
     using Lobe = DiffractionLobe<Float, Spectrum>;
 
     explicit Optics(const Properties &props) : m_lobe(std::make_shared<const Lobe>(new_lobe_surface(props))) {
+        if (m_transmission) {
+            m_components = m_transmission->components(m_textures.diffraction_varies());
+            return;
+        }
         uint32_t diffraction = BSDFFlags::GlossyReflection | BSDFFlags::FrontSide | BSDFFlags::Anisotropic;
         if (m_textures.diffraction_varies())
             diffraction = diffraction | BSDFFlags::SpatiallyVarying;
@@ -82,7 +88,7 @@ public:
     }
 
     /// `BSDFFlags` of each component: the diffracted light, the pigment if there is one, and the cover's mirror if
-    /// there is one.
+    /// there is one. A body that transmits has those of `Transmission`.
     const std::vector<uint32_t> &components() const { return m_components; }
 
     /// Coherence length in µm, scale and depth, as far as they are numbers. A size given as a texture counts as 1.
@@ -108,6 +114,8 @@ public:
     /// first of three variates in the diffracted lobe. The cover's mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
+        if (m_transmission)
+            return m_transmission->sample(*m_lobe, m_textures, ctx, si, sample1, sample2, active);
         BSDFSample3f bs = dr::zeros<BSDFSample3f>();
         active &= Frame3f::cos_theta(si.wi) > 0.f;
         const Lobes lobes(*this, ctx);
@@ -158,6 +166,8 @@ public:
     /// false is not computed. Zero where a direction lies below the surface.
     template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
+        if (m_transmission)
+            return m_transmission->template answer<Value, Density>(*m_lobe, m_textures, ctx, si, wo, active);
         active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
         const Lobes lobes(*this, ctx);
         if (unlikely(lobes.none() || dr::none_or<false>(active)))
@@ -213,8 +223,8 @@ private:
         UnpolarizedSpectrum specular, diffuse;
         /// Size of pattern and heights relative to the relief; 1 without textures of sizes.
         typename Lobe::Size size;
-        /// Sine and cosine of the relief's rotation about the normal, counter-clockwise from the tangent.
-        Float sin_rotation, cos_rotation;
+        /// Rotation of the relief about the normal.
+        Rotation<Float> rotation;
         /// Probability that `sample` picks the cover's mirror, and that it picks the diffracted lobe otherwise.
         Float prob_cover, prob_diffraction;
         Cover<Float, Spectrum> cover;
@@ -222,21 +232,11 @@ private:
         explicit Local(const Cover<Float, Spectrum> &cover) : cover(cover) {}
 
         /// Direction `outside` of the shading frame, in the relief's frame and inside the cover.
-        Vector3f to_relief(const Vector3f &outside) const {
-            const Vector3f w = cover.inside(outside);
-            return { dr::fmadd(cos_rotation, w.x(), sin_rotation * w.y()),
-                     dr::fmadd(cos_rotation, w.y(), -sin_rotation * w.x()), w.z() };
-        }
+        Vector3f to_relief(const Vector3f &outside) const { return rotation.to_relief(cover.inside(outside)); }
 
         /// Direction `w` of the relief's frame, inside the cover, in the shading frame and outside. The zero vector for
         /// light that the cover reflects totally.
-        Vector3f to_shading(const Vector3f &w) const { return rotated(cover.outside(w)); }
-
-        /// Vector `w` of the relief's frame in the shading frame.
-        Vector3f rotated(const Vector3f &w) const {
-            return { dr::fmadd(cos_rotation, w.x(), -sin_rotation * w.y()),
-                     dr::fmadd(cos_rotation, w.y(), sin_rotation * w.x()), w.z() };
-        }
+        Vector3f to_shading(const Vector3f &w) const { return rotation.to_shading(cover.outside(w)); }
 
         /// Fresnel reflectance at an angle of incidence with this cosine, times `specular_reflectance`.
         UnpolarizedSpectrum reflectance(const Float &cos_theta) const {
@@ -258,10 +258,8 @@ private:
                            textures.k_ends.eval(*textures.k, si, active) / m_cover.eta() };
         local.specular = textures.specular_reflectance->eval(si, active);
         local.diffuse  = lobes.diffuse ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
-        std::tie(local.sin_rotation, local.cos_rotation) =
-            dr::sincos(dr::deg_to_rad(textures.rotation->eval_1(si, active)));
-        local.size = { textures.scale ? textures.scale->eval_1(si, active) : Float(1.f),
-                       textures.depth ? textures.depth->eval_1(si, active) : Float(1.f) };
+        local.rotation = Rotation<Float>::degrees(textures.rotation->eval_1(si, active));
+        local.size     = textures.size(si, active);
 
         const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
         local.prob_diffraction  = lobes.diffraction ? 1.f : 0.f;
@@ -339,7 +337,7 @@ private:
                 m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) * factor;
             // First axis of the matrix's frames (`DiffractionLobe::matrix`). The bound keeps it finite along the
             // grooves.
-            const Vector3f grooves = local.rotated({ 0.f, 1.f, 0.f });
+            const Vector3f grooves = local.rotation.to_shading({ 0.f, 1.f, 0.f });
             auto transverse        = [&](const Vector3f &w) {
                 const Vector3f axis = dr::fnmadd(w, dr::dot(grooves, w), grooves);
                 return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), 1e-12f));
@@ -385,12 +383,18 @@ private:
         m_cover                = Cover<Float, Spectrum>(props.get<float>("cover_eta", 1.f));
         m_cover_reflection     = props.get<bool>("cover_reflection", true) && m_cover.exists();
         check_optics(props);
-        const std::string material               = material_name(props);
-        const std::optional<IndexSpectrum> index = index_spectrum(props, material);
+        const std::string material         = material_name(props);
+        std::optional<IndexSpectrum> index = index_spectrum(props, material);
+        if (const std::optional<double> eta = transparent_index(props)) {
+            index = IndexSpectrum{ {}, { *eta }, {}, { 0.0 } };
+            m_transmission =
+                Transmission<Float, Spectrum>(float(*eta), props.get<std::string>("transmission") == "film",
+                                              props.get<bool>("back_reflection", true));
+        }
         // An index without values stands for a perfect reflector.
         m_perfect                 = index && index->eta.empty();
         const IndexSpectrum given = index.value_or(IndexSpectrum());
-        const TextureSizes sizes  = m_textures.read(props, material, given);
+        const TextureSizes sizes  = m_textures.read(props, m_transmission.has_value(), material, given);
         refuse_unknown(props);
         auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
             for (double value : from)
@@ -453,6 +457,8 @@ private:
     Cover<Float, Spectrum> m_cover{ 1.f };
     /// Whether the cover's mirror reflection is a component.
     bool m_cover_reflection = false;
+    /// Transmission and reflection of a body that transmits; none for a surface that only reflects.
+    std::optional<Transmission<Float, Spectrum>> m_transmission;
     /// Whether the lobe's values include the interface's factor. True in RGB and mono variants while `eta` and `k` are
     /// the spectra that the tables were built with, and for the rigorous theory.
     bool m_interface_included = false;

@@ -12,6 +12,7 @@
 #include <mitsuba/core/fresolver.h>
 #include <mitsuba/core/logger.h>
 #include <mitsuba/core/spectrum.h>
+#include <mitsuba/render/ior.h>
 
 using mitsuba::ClassName, mitsuba::Error; // for Throw()
 using mitsuba::Properties;
@@ -20,7 +21,9 @@ namespace sunbeam {
 namespace {
 
 // Parameters that go to Rust, by type: strings, numbers and booleans. src/config/ decides which values are accepted.
-constexpr const char *CHOICES[] = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
+constexpr const char *CHOICES[] = {
+    "preset", "fill", "level", "tiling", "theory", "model", "obliquity", "transmission"
+};
 constexpr const char *NUMBERS[] = { "period",     "height",           "region_size", "region_spread", "pixel_size",
                                     "max_height", "coherence_length", "cover_eta",   "tolerance",     "build_limit" };
 // Parameters that go to Rust as numbers and are textures otherwise.
@@ -31,7 +34,11 @@ constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
     "tiling, scale, depth, theory, coherence_length, model, obliquity, conserve_energy, shadowing, cover_eta, "
-    "tolerance, build_limit, cover_reflection, material, eta, k, specular_reflectance, diffuse_reflectance, rotation";
+    "transmission, tolerance, build_limit, cover_reflection, back_reflection, material, eta, k, int_ior, ext_ior, "
+    "specular_reflectance, specular_transmittance, diffuse_reflectance, rotation";
+
+/// Largest difference of the outer medium's index from 1.
+constexpr double AIR_TOLERANCE = 1e-3;
 
 /// JSON string literal of a text in UTF-8.
 std::string json_string(std::string_view text) {
@@ -151,9 +158,40 @@ std::string surface_json(const Properties &props) {
         append("channel", props.type("channel") == Properties::Type::Integer
                               ? std::to_string(props.get<int64_t>("channel"))
                               : json_string(props.get<std::string>("channel")));
+    // Only bodies that transmit have one index for the whole surface.
+    if (const std::optional<double> eta = transparent_index(props)) {
+        char text[32];
+        append("eta", std::string(text, std::to_chars(text, text + sizeof text, *eta).ptr));
+    }
     if (props.has_property("filename"))
         append("filename", json_string(resolved_file(props)));
     return json.empty() ? "{}" : json + "}";
+}
+
+std::optional<double> transparent_index(const Properties &props) {
+    const std::string transmission = props.get<std::string>("transmission", "none");
+    if (transmission != "film" && transmission != "interface")
+        return {};
+    for (const char *name : { "material", "k", "diffuse_reflectance" })
+        if (props.has_property(name))
+            Throw("parameter \"%s\" contradicts transmission \"%s\": the body is a clear dielectric; leave it out",
+                  name, transmission);
+    if (transmission == "interface" && props.has_property("back_reflection"))
+        Throw("parameter \"back_reflection\" contradicts transmission \"interface\": only a film has a back");
+    if (props.has_property("eta")) {
+        for (const char *name : { "int_ior", "ext_ior" })
+            if (props.has_property(name))
+                Throw("parameter \"%s\" contradicts \"eta\": give either \"eta\" or both media", name);
+        if (!is_number(props, "eta"))
+            Throw("parameter \"eta\" must be a float, one number for the whole surface, where light is transmitted");
+        return props.get<double>("eta");
+    }
+    const double inner = mitsuba::lookup_ior(props, "int_ior", "bk7"),
+                 outer = mitsuba::lookup_ior(props, "ext_ior", "air");
+    // The relief's wavelengths are those in air.
+    if (std::abs(outer - 1.0) > AIR_TOLERANCE)
+        Throw("parameter \"ext_ior\" is %f, but must be that of air or vacuum", outer);
+    return inner / outer;
 }
 
 std::string material_name(const Properties &props) {

@@ -18,6 +18,10 @@ std::string surface_json(const mitsuba::Properties &props);
 /// Whether a parameter is given as one number.
 bool is_number(const mitsuba::Properties &props, const char *name);
 
+/// Index of a body that transmits: `eta`, or `int_ior` over `ext_ior`. Returns nothing for a surface that only
+/// reflects. Refuses parameters that contradict transmission.
+std::optional<double> transparent_index(const mitsuba::Properties &props);
+
 /// Name of the material, or "none". Refuses unknown materials, `material` together with `eta` or `k`, and `k` without
 /// `eta`.
 std::string material_name(const mitsuba::Properties &props);

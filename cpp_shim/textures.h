@@ -11,6 +11,7 @@
 #include <mitsuba/render/ior.h>
 #include <mitsuba/render/texture.h>
 
+#include "lobe.h"
 #include "parameters.h"
 #include "spectral_ends.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
@@ -30,6 +31,8 @@ template <typename Float, typename Spectrum> struct Textures {
     SpectralEnds<Float, Spectrum> eta_ends, k_ends;
     /// Factor on the reflectance of the surface.
     ref<Texture> specular_reflectance;
+    /// Factor on the transmittance of a body that transmits; null for others.
+    ref<Texture> specular_transmittance;
     /// Reflectance of the pigment; null without one.
     ref<Texture> diffuse_reflectance;
     /// Rotation of the relief about the normal in degrees, counter-clockwise from the tangent.
@@ -39,9 +42,10 @@ template <typename Float, typename Spectrum> struct Textures {
 
     /// Reads the textures from the plugin's properties and returns the ranges of the relative sizes.
     ///
-    /// `material` comes from `material_name`. `index` has the spectra of eta and k; it is empty if either is a colour
-    /// or a texture.
-    TextureSizes read(const Properties &props, const std::string &material, const IndexSpectrum &index) {
+    /// `transmits` tells whether the surface is a body that transmits. `material` comes from `material_name`. `index`
+    /// has the spectra of eta and k; it is empty if either is a colour or a texture.
+    TextureSizes read(const Properties &props, bool transmits, const std::string &material,
+                      const IndexSpectrum &index) {
         if (material != "none") {
             std::tie(eta, k) = complex_ior_from_file<Spectrum, Texture>(material);
         } else {
@@ -57,6 +61,8 @@ template <typename Float, typename Spectrum> struct Textures {
         k_ends.initialise(k, source("k"), index.k_nm, index.k);
         specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
         rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
+        if (transmits)
+            specular_transmittance = props.get_texture<Texture>("specular_transmittance", 1.f);
         if (props.has_property("diffuse_reflectance"))
             diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
         TextureSizes sizes{ false, { 1.f, 1.f }, { 1.f, 1.f } };
@@ -72,10 +78,15 @@ template <typename Float, typename Spectrum> struct Textures {
         return sizes;
     }
 
+    /// Size of pattern and heights at a point, relative to the relief; 1 for numbers.
+    typename DiffractionLobe<Float, Spectrum>::Size size(const SurfaceInteraction3f &si, const Mask &active) const {
+        return { scale ? scale->eval_1(si, active) : Float(1.f), depth ? depth->eval_1(si, active) : Float(1.f) };
+    }
+
     /// Whether the diffracted light and the pigment's light vary with the place on the surface.
     bool diffraction_varies() const {
-        return varies(eta) || varies(k) || varies(specular_reflectance) || varies(rotation) || varies(scale) ||
-               varies(depth);
+        return varies(eta) || varies(k) || varies(specular_reflectance) || varies(specular_transmittance) ||
+               varies(rotation) || varies(scale) || varies(depth);
     }
     bool pigment_varies() const {
         return varies(diffuse_reflectance) || varies(eta) || varies(k) || varies(specular_reflectance);
@@ -84,8 +95,13 @@ template <typename Float, typename Spectrum> struct Textures {
     /// Exposes the textures to Mitsuba as parameters that can change.
     void traverse(TraversalCallback *cb) const {
         auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
-        put("eta", eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);
-        put("k", k, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        if (specular_transmittance) {
+            // Tables of a body are those of its index, which does not change.
+            put("specular_transmittance", specular_transmittance, ParamFlags::Differentiable);
+        } else {
+            put("eta", eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+            put("k", k, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        }
         put("specular_reflectance", specular_reflectance, ParamFlags::Differentiable);
         if (diffuse_reflectance)
             put("diffuse_reflectance", diffuse_reflectance, ParamFlags::Differentiable);
@@ -103,6 +119,7 @@ template <typename Float, typename Spectrum> struct Textures {
         visit(&eta_ends);
         visit(&k_ends);
         visit(specular_reflectance);
+        visit(specular_transmittance);
         visit(diffuse_reflectance);
         visit(rotation);
         visit(scale);
@@ -111,9 +128,12 @@ template <typename Float, typename Spectrum> struct Textures {
 
     /// Writes `name = texture` for each texture that is not null, as part of an object's description.
     void print(std::ostream &out) const {
-        out << "  eta = " << string::indent(eta) << "," << std::endl
-            << "  k = " << string::indent(k) << "," << std::endl
-            << "  specular_reflectance = " << string::indent(specular_reflectance) << "," << std::endl;
+        if (specular_transmittance)
+            out << "  specular_transmittance = " << string::indent(specular_transmittance) << "," << std::endl;
+        else
+            out << "  eta = " << string::indent(eta) << "," << std::endl
+                << "  k = " << string::indent(k) << "," << std::endl;
+        out << "  specular_reflectance = " << string::indent(specular_reflectance) << "," << std::endl;
         if (diffuse_reflectance)
             out << "  diffuse_reflectance = " << string::indent(diffuse_reflectance) << "," << std::endl;
         if (scale)

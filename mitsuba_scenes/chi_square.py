@@ -35,8 +35,32 @@ class HemisphereDomain:
         return mi.warp.uniform_hemisphere_to_square(p)
 
 
-def chi_square_test(sample_func: Callable, pdf_func: Callable, **options):
+class SphereDomain(HemisphereDomain):
+    """A rectangle twice as wide as high, mapped to the sphere: the half x < 1 to the upper hemisphere, as in
+    `HemisphereDomain`, and the other half to the lower one, mirrored.
+    """
+
+    def bounds(self):
+        return mi.ScalarBoundingBox2f([0, 0], [2, 1])
+
+    def aspect(self):
+        return 2
+
+    def map_forward(self, p):
+        lower = p.x >= 1
+        w = super().map_forward(mi.Point2f(p.x - dr.select(lower, 1, 0), p.y))
+        return mi.Vector3f(w.x, w.y, dr.select(lower, -w.z, w.z))
+
+    def map_backward(self, p):
+        lower = p.z < 0
+        square = super().map_backward(mi.Vector3f(p.x, p.y, dr.abs(p.z)))
+        return mi.Point2f(square.x + dr.select(lower, 1, 0), square.y)
+
+
+def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **options):
     """A `ChiSquareTest`, not yet run, of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)`.
+
+    The domain is that of the upper hemisphere by default.
 
     `u` has three uniform random numbers per sample; `wo` is a unit vector whose z is along the normal. Densities are
     in 1/sr. `options` are further arguments of `ChiSquareTest`, such as `sample_count` and `res`.
@@ -50,9 +74,9 @@ def chi_square_test(sample_func: Callable, pdf_func: Callable, **options):
         is_valid = pdf > 0
         return dr.select(is_valid, wo, mi.Vector3f(0, 0, 1)), dr.select(is_valid, mi.Float(1), 0)
 
-    # Density per unit area of the domain: the domain has area 1, the hemisphere 2π sr.
+    # Density per unit area of the domain: a hemisphere of 2π sr has the area 1.
     return ChiSquareTest(
-        domain=HemisphereDomain(),
+        domain=domain or HemisphereDomain(),
         sample_func=weighted_samples,
         pdf_func=lambda wo: pdf_func(wo) * dr.two_pi,
         sample_dim=3,

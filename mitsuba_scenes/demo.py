@@ -1,4 +1,4 @@
-"""The demo, `make demo`: skins, a scan, a moving sun, and foils in Mitsuba; then Mitsuba against the realtime renderer.
+"""The demo, `make demo`: skins, a scan, a moving sun, foils and films in Mitsuba; then the two renderers compared.
 
 Writes an EXR and a PNG for each picture, a contact sheet, `report.json`, and the short cross-check
 (crosscheck/run.py).
@@ -27,6 +27,7 @@ from .crosscheck.cases import SCAN
 from .crosscheck.run import Disagreement, crosscheck, insist
 from .discs import DISC_VIEW, disc_scene
 from .environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
+from .films import SPECTACLES_VIEW, WINDOW_VIEW, spectacles_scene, window_scene
 from .foils import CARD_VIEW, card_scene
 from .light import Light
 from .outputs import output_folder
@@ -46,6 +47,8 @@ SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
 FOILS = {
     "card": ("Holographic card, aluminium", card_scene, CARD_VIEW),
     "compact-disc": ("Compact disc under polycarbonate", disc_scene, DISC_VIEW),
+    "window": ("Window film in the sun, its spectra on the floor", window_scene, WINDOW_VIEW),
+    "spectacles": ("Street lamps through diffraction spectacles", spectacles_scene, SPECTACLES_VIEW),
 }
 # Exposure of the third row in stops.
 FOILS_EXPOSURE_STOPS = 0.0

@@ -12,6 +12,7 @@ import mitsuba as mi
 
 from .discs import CD, DVD, disc_scene, window
 from .environment import FALLBACK_VARIANT, REPOSITORY, SetupError, use_variant
+from .films import spectacles_scene, spectrometer_scene, window_scene, wing_scene
 from .foils import card_scene, note_scene
 from .light import Light
 from .outputs import output_folder
@@ -36,18 +37,27 @@ def python_scenes(files: SnakeFiles) -> dict[str, dict]:
         "cd-window": disc_scene(emitters=window(CD)),
         "dvd": disc_scene(kind=DVD),
         "dvd-window": disc_scene(kind=DVD, emitters=window(DVD)),
+        "spectrometer": spectrometer_scene(),
+        "spectacles": spectacles_scene(),
+        "window": window_scene(),
+        "wing": wing_scene(),
         "snake-varied": snake_scene(skin_bsdf(varied_skin("xenopeltis"), files.pigment), files, Light(), View()),
     }
 
 
 def with_files(scene: dict, folder: Path, stem: str) -> dict:
-    """The scene with every bitmap written to an EXR file, `folder`/`stem`-PARAMETER.exr, and named by it."""
+    """The scene with its bitmaps and height fields in `folder`, and named by their files there.
+
+    A bitmap is written as `stem`-PARAMETER.exr. A height field keeps its name.
+    """
     written = {}
     for key, value in scene.items():
         if isinstance(value, dict) and "bitmap" in value:
             name = f"{stem}-{key}.exr"
             value["bitmap"].write(str(folder / name))
             written[key] = {"filename": name, **{k: v for k, v in value.items() if k != "bitmap"}}
+        elif key == "filename" and Path(value).is_absolute():
+            written[key] = Path(shutil.copy(value, folder)).name
         else:
             written[key] = with_files(value, folder, stem) if isinstance(value, dict) else value
     return written

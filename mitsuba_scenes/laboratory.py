@@ -96,10 +96,19 @@ class Bench:
         return np.degrees(np.arctan2(x_mm, self.distance_mm)) - self.tilt_deg
 
 
+def lines(powers: dict[float, float]) -> dict:
+    """A spectrum of narrow lines as a Mitsuba dictionary: triangles of half width LINE_NM.
+
+    `powers` has the height of each line by its wavelength in nm, in ascending order and over 2 LINE_NM apart.
+    """
+    nodes = [(nm + shift, power * (shift == 0)) for nm, power in powers.items() for shift in (-LINE_NM, 0, LINE_NM)]
+    wavelengths, values = (", ".join(map(str, column)) for column in zip(*nodes))
+    return {"type": "irregular", "wavelengths": wavelengths, "values": values}
+
+
 def line(wavelength_nm: float) -> dict:
-    """The spectrum of monochromatic light, a triangle of half width LINE_NM and height 1, as a Mitsuba dictionary."""
-    nodes = (wavelength_nm - LINE_NM, wavelength_nm, wavelength_nm + LINE_NM)
-    return {"type": "irregular", "wavelengths": ", ".join(map(str, nodes)), "values": "0, 1, 0"}
+    """The spectrum of monochromatic light, a line of height 1."""
+    return lines({wavelength_nm: 1})
 
 
 def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:

@@ -108,6 +108,21 @@ def validity():
         yield page, f"root mean square slopes of {rms['elaphe']:.0f}° and {rms['xenopeltis']:.0f}°"
 
 
+def covered():
+    flat, sinusoid = data("covers-validity")["to_and_fro"][:2]
+    at_60 = data("covers-validity")["angles_deg"].index(60.0)
+    yield (
+        "docs/model.md",
+        f"a mirror of aluminium lacks {100 * flat['later'][0] / flat['once'][0]:.0f} % of what it sends out along the "
+        "normal",
+    )
+    yield (
+        "docs/model.md",
+        f"a sinusoid of 2.5 µm with slopes of 10° in aluminium lacks "
+        f"{100 * sinusoid['later'][at_60] / sinusoid['once'][at_60]:.0f} % of what it sends out for light at 60°",
+    )
+
+
 def terms():
     deep = data("stability")["visible"]
     yield (
@@ -128,7 +143,7 @@ def remainder(x, count):
     return sum(2 * abs(np.trapezoid(np.cos(n * angle - x * np.sin(angle)), angle) / np.pi) for n in range(count, 60))
 
 
-CLAIMS = [claim for claims in (speed_and_error, graphics_card, albedos, validity, terms) for claim in claims()]
+CLAIMS = [claim for claims in (speed_and_error, graphics_card, albedos, validity, covered, terms) for claim in claims()]
 
 
 @pytest.mark.parametrize(("page", "sentence"), CLAIMS, ids=range(len(CLAIMS)))

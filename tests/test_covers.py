@@ -3,10 +3,14 @@
 import mitsuba as mi
 import numpy as np
 import pytest
-from batches import direction, eval_pdf, random_directions, random_wavelengths, sample
+from batches import direction, eval_alone, eval_pdf, random_directions, random_wavelengths, sample
 from conftest import VARIANTS, built, use_variant
 
+from docs.figures.rgb_against_spectral import GREY, WHITE, lab_of_xyz
 from mitsuba_scenes.chi_square import bsdf_test
+from mitsuba_scenes.discs import CD
+from tests.judges.gratings import covers
+from tests.judges.gratings.drawn import Setting, leaving, sinusoid
 
 # Probability that any of the χ² tests rejects a correct density.
 SIGNIFICANCE = 0.01
@@ -21,6 +25,8 @@ SURFACES = {
 }
 # Relative difference of variants in single precision.
 SINGLE = 2e-4
+# Error of an order's power in a table of a grating (docs/validity.md#metals).
+TABLED = 5e-3
 # Standard errors of a mean that count as agreement.
 SIGMAS = 5.0
 
@@ -154,3 +160,73 @@ def test_at_brewsters_angle_light_in_the_plane_passes_without_loss():
     # Mirror orders of equal power, each over the cosine of its value.
     ratio = (passed / wi[2]) / (full / inside[2])
     np.testing.assert_allclose(ratio, 1.0, rtol=2e-2)
+
+
+def polycarbonate(nm):
+    """Index of polycarbonate at wavelengths in nm, within 1e-3 of the measured ones (Sultanova et al. 2009)."""
+    squared = (nm / 1e3) ** 2
+    return np.sqrt(1 + 1.4182 * squared / (squared - 0.021304))
+
+
+def values_at(bsdf, wi, wo, nm):
+    """Values `(directions, wavelengths)` at wavelengths in nm, whose number is a multiple of four."""
+    fours = [np.tile(np.float32(four), (len(wi), 1)) for four in np.reshape(nm, (-1, 4))]
+    return np.concatenate([eval_alone(bsdf, wi, wo, four) for four in fours], axis=1)
+
+
+def test_dispersion_hardly_changes_the_colours_of_a_disc():
+    """Differences that docs/model.md states for a disc's tracks under one index, beside the index by wavelength."""
+    indices, nm = [ETA, 1.60, 1.64], np.arange(390.0, 701.0, 10.0)
+    rng = np.random.default_rng(11)
+    # Lit directions lie across the tracks.
+    x, y = rng.uniform(-0.95, 0.95, 2000), rng.normal(0, 0.01, 2000)
+    wo = np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=1).astype(np.float32)
+    tracks = {name: value for name, value in CD.tracks().items() if name not in ("type", "cover_eta")}
+    bsdfs = [built("llvm_ad_spectral", cover_eta=eta, cover_reflection=False, **tracks) for eta in indices]
+    si = mi.SurfaceInteraction3f()
+    si.wavelengths = [mi.Float(nm)] * 4
+    power = np.array(mi.load_dict({"type": "d65"}).eval(si))[0]
+    # XYZ of a unit of reflectance at each wavelength.
+    weights = np.array(mi.cie1931_xyz(mi.Float(nm))).T * power[:, None]
+    weights *= WHITE / weights.sum(axis=0)
+    found = []
+    for theta in (0, 30, 60):
+        wi = np.broadcast_to(np.float32(direction(theta, 0)), wo.shape)
+        # Values by index, direction and wavelength.
+        values = np.stack([values_at(bsdf, wi, wo, nm) for bsdf in bsdfs])
+        # The parabola through three indices.
+        basis = np.linalg.inv(np.vander(indices)).T @ np.vander(polycarbonate(nm), 3).T
+        dispersed = np.einsum("kw,kdw->dw", basis, values) @ weights
+        constant = values[0] @ weights
+        lit = dispersed[:, 1] > 0.01 * np.quantile(dispersed[:, 1], 0.99)
+        exposure = GREY / dispersed[lit, 1].mean()
+        colours = lab_of_xyz(exposure * constant[lit]), lab_of_xyz(exposure * dispersed[lit])
+        found.append(np.linalg.norm(colours[0] - colours[1], axis=1))
+    found = np.concatenate(found)
+    # The page's number is rounded to a tenth.
+    assert found.mean() == pytest.approx(0.6, abs=0.05)
+    assert np.quantile(found, 0.95) < 2
+
+
+def test_orders_have_the_powers_of_the_judge():
+    """A solver of Maxwell's equations in a medium of the cover's index, through the flat side.
+
+    Polarised variants pass each polarisation with its own transmittance, others with the mean.
+    """
+    setting = Setting("Al", "sinusoidal", 0.5, 0.08, 550.0, 72.0, 0.0, cover_eta=ETA)
+    answer = leaving(setting, sinusoid(setting, 1.0), 0.0)
+    surface = {"preset": "sinusoidal", "period": 0.5, "height": 0.08, "theory": "rigorous", "cover_reflection": False}
+    surface |= {"eta": setting.index.real, "k": setting.index.imag}
+    wo = np.float32(setting.wo(answer.orders))
+    wi, nm = np.tile(np.float32(setting.wi), (len(wo), 1)), np.full((len(wo), 4), setting.wavelength_nm, np.float32)
+
+    def powers(variant):
+        value, _ = eval_pdf(covered(variant, **surface), wi, wo, nm)
+        return value[:, 0] / wo[:, 2] * covers.power_of_value(setting)
+
+    means, states = covers.through_means(answer), covers.through_states(answer)
+    assert len(means) == 2
+    assert np.abs(powers("llvm_ad_spectral") - means).max() < TABLED
+    assert np.abs(powers("scalar_spectral_polarized") - states).max() < TABLED
+    # Negative control: the other variant's transmittances.
+    assert np.abs(means - states).max() > 2 * TABLED

@@ -1,4 +1,4 @@
-"""Random gratings: the solver in Rust against stored answers of independent solvers.
+"""Random gratings, bare and under a clear cover: the solver in Rust against stored answers of independent solvers.
 
 Bounds are errors of an order's power in unpolarised light: root mean square and 99th percentile.
 """
@@ -6,13 +6,18 @@ Bounds are errors of an order's power in unpolarised light: root mean square and
 import numpy as np
 import pytest
 
-from tests.judges.gratings.drawn import METALS, SETTLED, judged, load
+from tests.judges.gratings import covers
+from tests.judges.gratings.drawn import COVERED, COVERED_MEDIA, METALS, SETTLED, judged, load
 from tests.judges.gratings.theories import EXACT, FRESNEL, SCALAR, fresnel, mueller, mueller_errors, powers
 
 # Silver's bounds are larger, since the solvers of lamellar gratings converge least in it.
 BOUNDS = {"none": (0.001, 0.005), "Al": (0.001, 0.005), "Au": (0.001, 0.005), "Ag": (0.004, 0.015)}
 MUELLER = (0.005, 0.03)
-KEPT = load()
+# Under covers the judges' own errors are those of bare gratings; the dielectric's orders have a hundredth of the power.
+COVERED_BOUNDS = {"Al": (0.001, 0.005), "Ag": (0.001, 0.005), "Au": (0.001, 0.005), "dielectric": (1e-4, 5e-4)}
+# Factor on the index of a cover whose error exceeds the bounds.
+OTHER_COVER = 1.01
+KEPT, KEPT_COVERED = load(), load(COVERED)
 
 
 @pytest.mark.parametrize("metal", METALS)
@@ -29,6 +34,33 @@ def test_the_solver_agrees_with_the_judges(metal):
     # Negative control: the other theories exceed the bounds.
     assert rms[SCALAR] > 5 * BOUNDS[metal][0]
     assert metal == "none" or rms[FRESNEL] > 2 * BOUNDS[metal][0]
+
+
+@pytest.mark.parametrize("medium", COVERED_MEDIA)
+def test_covered_gratings_agree_with_the_judges(medium):
+    """The judges solve in a medium of the cover's index; the solver in Rust enlarges the grating instead."""
+    group = [answer for answer in KEPT_COVERED if answer.setting.metal == medium]
+    assert len(group) >= 20
+    true = np.concatenate([covers.through_means(answer) for answer in group])
+    exact = np.concatenate([covers.powers(answer, EXACT) for answer in group])
+    rms, p99 = COVERED_BOUNDS[medium]
+    assert root(exact - true) < rms
+    assert percentile(np.abs(exact - true)) < p99
+    # Negative controls on every fourth setting: the other theory, and another index of the cover.
+    few = group[::4]
+    true = np.concatenate([covers.through_means(answer) for answer in few])
+    scalar = np.concatenate([covers.powers(answer, SCALAR) for answer in few])
+    assert root(scalar - true) > 5 * rms
+    other = [covers.powers(answer, EXACT, OTHER_COVER * answer.setting.cover_eta) for answer in few]
+    assert root(np.concatenate(other) - true) > 2 * rms
+
+
+def test_the_flat_sides_transmittances_have_their_closed_forms():
+    """Both are 4n/(n + 1)² along the normal; p passes wholly at Brewster's angle, and nothing at grazing incidence."""
+    n = 1.58
+    np.testing.assert_allclose(covers.transmittances(n, 1.0), 4 * n / (n + 1) ** 2)
+    assert covers.transmittances(n, np.cos(np.arctan(n)))[1] == pytest.approx(1)
+    np.testing.assert_allclose(covers.transmittances(n, 0.0), 0)
 
 
 def root(errors):
@@ -48,9 +80,13 @@ def test_mueller_matrices_agree_with_the_judges():
 
 
 def test_stored_answers_are_the_judges():
-    """Both solvers in pure Python reproduce their stored answer of the shortest period, the quickest."""
-    for chosen in (lambda s: s.metal == "none", lambda s: s.shape == "sinusoidal" and s.metal != "none"):
-        answer = min((answer for answer in KEPT if chosen(answer.setting)), key=lambda a: a.setting.period_um)
+    """Both solvers in pure Python reproduce their stored answers of the shortest periods, the quickest."""
+    for kept, chosen in (
+        (KEPT, lambda s: s.metal == "none"),
+        (KEPT, lambda s: s.shape == "sinusoidal" and s.metal != "none"),
+        (KEPT_COVERED, lambda s: s.shape == "sinusoidal"),
+    ):
+        answer = min((answer for answer in kept if chosen(answer.setting)), key=lambda a: a.setting.period_um)
         found = judged(answer.setting)
         assert found.orders.tolist() == answer.orders.tolist()
         # Rounding in the file, and between libraries of linear algebra.

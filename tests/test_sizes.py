@@ -1,13 +1,19 @@
-"""Textures of relative sizes, `scale` and `depth`, in Mitsuba: values, sampling, derivatives, and what is refused."""
+"""Relative sizes, `scale` and `depth`: direct sums, and textures in Mitsuba with values, sampling and derivatives."""
+
+import json
 
 import drjit as dr
 import mitsuba as mi
+import needs
 import numpy as np
 import pytest
 from batches import direction, eval_pdf, interactions, random_directions, random_wavelengths, sample
 from conftest import built, use_variant
 
 from mitsuba_scenes.chi_square import bsdf_test
+from mitsuba_scenes.crosscheck.cases import SCANS
+from mitsuba_scenes.tool import sunbeam
+from tests.judges.gratings.scalar import ask
 
 # Probability that any of the χ² tests rejects a correct density.
 SIGNIFICANCE = 0.01
@@ -19,6 +25,9 @@ GRATING = {"preset": "sinusoidal", "period": 2.4, "height": 0.25, "material": "A
 SKIN = {"preset": "xenopeltis", "material": "Au", "coherence_length": 10.0}
 SURFACES = {"grating": GRATING, "skin": SKIN, "covered": {**GRATING, "cover_eta": 1.5, "cover_reflection": False}}
 SCALE, DEPTH = 0.6, 0.8
+# Difference of two direct sums in double precision, relative to the largest value. Rounding of phases is far below.
+DIRECT = 1e-6
+RELIEFS = ("sinusoidal", "lamellar", "scan")
 
 
 def texture(value):
@@ -38,6 +47,68 @@ def sized(variant, scale=SCALE, depth=DEPTH, **parameters):
 def random_queries(seed, count=20_000):
     rng = np.random.default_rng(seed)
     return random_directions(rng, count), random_directions(rng, count), random_wavelengths(rng, count)
+
+
+def reliefs(name, folder):
+    """Arguments of the command for a relief, and for a relief of the size SCALE and DEPTH that is built as such."""
+    if name != "scan":
+        period, height = 2.4, 0.25
+        sizes = (period, height), (SCALE * period, DEPTH * height)
+        return [["--preset", name, "--period", size[0], "--height", size[1]] for size in sizes]
+    scan = SCANS["xenopeltis"]
+    if not scan.exists():
+        needs.skip("scans", f"{scan} is missing")
+    whole, small = folder / "whole.npy", folder / "small.npy"
+    pixel_um = json.loads(sunbeam("height-field", "--height-field", scan, "-o", whole))["pixel_um"][0]
+    np.save(small, DEPTH * np.load(whole))
+    files = (scan, "--level", "plane"), (small, "--level", "none", "--pixel-size", SCALE * pixel_um)
+    return [["--height-field", *file] for file in files]
+
+
+def direct_sums(relief, wi, wo, nm, *more):
+    """Values of the direct sum by the command, without energy conservation and without an obliquity factor."""
+    questions = [{"wi": a, "wo": b, "wavelength": c} for a, b, c in zip(wi.tolist(), wo.tolist(), nm.tolist())]
+    words = ["eval", "--method", "exact", "--conserve-energy", "false", "--obliquity", "unit"]
+    return np.array(ask([*words, *relief, *more], questions))
+
+
+@pytest.mark.parametrize("model", ["ensemble", "patch"])
+@pytest.mark.parametrize("name", RELIEFS)
+def test_direct_sums_of_a_size_equal_a_relief_built_at_that_size(name, model, tmp_path):
+    """The coherence window of numbers keeps its width."""
+    given, small = reliefs(name, tmp_path)
+    wi, wo, nm = random_queries(31, 200)
+    common = ("--coherence-length", 12, "--model", model)
+    expected = direct_sums(small, wi, wo, nm[:, 0], *common)
+    found = direct_sums(given, wi, wo, nm[:, 0], *common, "--scale", SCALE, "--depth", DEPTH)
+    assert np.abs(found - expected).max() < DIRECT * expected.max()
+    # Negative control: a size that differs by 0.1 %.
+    other = direct_sums(given, wi, wo, nm[:, 0], *common, "--scale", SCALE, "--depth", 1.001 * DEPTH)
+    assert np.abs(other - expected).max() > 10 * DIRECT * expected.max()
+
+
+@pytest.mark.parametrize("name", RELIEFS)
+def test_direct_sums_follow_the_rule_by_which_textures_read_tables(name, tmp_path):
+    """S_sd(f; κ) = s² S(s f; d κ), with a window that is resized with the pattern (docs/model.md).
+
+    At the wavelength λ/d, a pair with the scattering vector (us/d, vs/d, w) has the frequencies s f and the rate d κ.
+    """
+    given, small = reliefs(name, tmp_path)
+    wi, wo, nm = (values.astype(float) for values in random_queries(32, 200))
+    wi, wo = (w / np.linalg.norm(w, axis=1, keepdims=True) for w in (wi, wo))
+    vector = (wi + wo) * [SCALE / DEPTH, SCALE / DEPTH, 1]
+    # Half of the difference of two unit vectors with this sum; it is horizontal, so both lie above the surface.
+    apart = np.stack([-vector[:, 1], vector[:, 0], 0 * vector[:, 0]], axis=1)
+    apart *= (np.sqrt(1 - (vector**2).sum(axis=1) / 4) / np.hypot(vector[:, 0], vector[:, 1]))[:, None]
+    whole = direct_sums(given, vector / 2 + apart, vector / 2 - apart, nm[:, 0] / DEPTH, "--coherence-length", 12)
+    expected = direct_sums(small, wi, wo, nm[:, 0], "--coherence-length", 12 * SCALE)
+    # f is S/λ².
+    found = (SCALE / DEPTH) ** 2 * whole
+    assert expected.max() > 0.1
+    assert np.abs(found - expected).max() < DIRECT * expected.max()
+    # Negative control: a window that keeps its width.
+    kept = direct_sums(small, wi, wo, nm[:, 0], "--coherence-length", 12)
+    assert np.abs(kept - expected).max() > 0.1 * expected.max()
 
 
 @pytest.mark.parametrize("angles", ANGLES, ids=str)

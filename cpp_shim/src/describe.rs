@@ -17,10 +17,14 @@ pub(crate) fn config(config: &SurfaceConfig) -> String {
     };
     let factor = |name, factor: f64| if factor == 1.0 { String::new() } else { format!(", {name} {factor}") };
     let cover = config.cover_eta.map(|eta| format!(", cover_eta {eta}")).unwrap_or_default();
+    let transmission = match config.body() {
+        Some(body) => format!(", transmission {}, eta {}", config.transmission.name(), body.eta),
+        None => String::new(),
+    };
     let span = |name, [low, high]: [f64; 2]| format!(", {name} {low:.3} to {high:.3}");
     let sizes = config.sizes.map(|sizes| span("scale", sizes.scale) + &span("depth", sizes.depth)).unwrap_or_default();
     let (scale, depth) = (factor("scale", config.scale), factor("depth", config.depth));
-    let source = format!("{source}{scale}{depth}{sizes}{cover}");
+    let source = format!("{source}{scale}{depth}{sizes}{cover}{transmission}");
     if config.theory == Theory::Rigorous {
         return format!("{source}; theory rigorous, over {} µm, level {}", config.coherence_length, config.level());
     }

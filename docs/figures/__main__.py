@@ -17,13 +17,14 @@ from mitsuba_scenes.picture import PictureError
 from .page import DOCS, write_part
 
 # Parts in the order of measurement. A part is a module of this package, with underscores for hyphens. Its function
-# `figures() -> dict | None` measures; None leaves the page unchanged. The first six parts mostly measure times, so the
-# machine should be idle while they run.
+# `figures() -> dict | None` measures; None leaves the page unchanged. The first seven parts mostly measure times, so
+# the machine should be idle while they run.
 PARTS = (
     "speed-error",
     "realtime",
     "tables",
     "sampling",
+    "sizes-and-covers",
     "batch",
     "sweeps-scale",
     "renderings",
@@ -36,6 +37,7 @@ PARTS = (
     "gratings",
     "polarisation",
     "validity",
+    "covers-validity",
     "skins-validity",
     "stability",
     "instruments",

@@ -114,9 +114,10 @@ def fitting_elements(seconds_per_element: float) -> int:
 
 
 class Inputs:
-    """Random inputs of `elements` queries: cosine-distributed pairs of directions, and sample numbers in [0, 1).
+    """Random inputs of `elements` queries: cosine-distributed pairs of directions, sample numbers and places in [0, 1).
 
-    In spectral variants also wavelengths. All are evaluated, so that kernels only read them.
+    Textures are read at the places. In spectral variants there are also wavelengths. All are evaluated, so that kernels
+    only read them.
     """
 
     def __init__(self, elements: int):
@@ -131,6 +132,7 @@ class Inputs:
         self.u1, self.u2 = number(), mi.Point2f(number(), number())
         if mi.is_spectral:
             self.si.wavelengths = mi.sample_rgb_spectrum(mi.sample_shifted(number()))[0]
+        self.si.uv = mi.Point2f(number(), number())
         dr.eval(self.si, self.wo, self.u1, self.u2)
         dr.sync_thread()
 

@@ -1,7 +1,7 @@
 """Colour differences between pictures of RGB and of spectral variants, and conversion to CIELAB.
 
 Pictures are linear sRGB. A converged picture is two independent halves, (2, rows, columns, 3), whose difference gives
-the noise.
+the noise. Comparisons also take chosen pixels of it, (2, pixels, 3).
 """
 
 from __future__ import annotations
@@ -86,19 +86,23 @@ def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     """Differences of two converged pictures.
 
     `delta_e_mean` and `delta_e_p95` are mean and 95th percentile of ΔE76 over pixels, after one exposure for both.
-    `noise_delta_e_mean` estimates the mean that noise alone would cause: the halves of a picture differ twice as much
-    as their mean from its limit. `energy_ratio` is the ratio of sums over pixels and channels, `channel_ratios` those
-    of sums over pixels, RGB over spectral.
+    `noise_delta_e_mean` and `noise_delta_e_p95` estimate those that noise alone would cause: the halves of a picture
+    differ twice as much as their mean from its limit. `delta_e_rms` is the rms difference without noise: the mean
+    product of the differences of two pairs of halves, whose noise is independent. `energy_ratio` is the ratio of sums
+    over pixels and channels, `channel_ratios` those of sums over pixels, RGB over spectral.
     """
     exposure = GREY / (spectral.mean(axis=0) @ XYZ_OF_SRGB[1]).mean()
     rgb, spectral = rgb * exposure, spectral * exposure
     found = delta_e76(rgb.mean(axis=0), spectral.mean(axis=0))
     noise = np.sqrt(sum((delta_e76(*halves) / 2) ** 2 for halves in (rgb, spectral)))
-    channels = rgb.sum(axis=(0, 1, 2)) / spectral.sum(axis=(0, 1, 2))
+    first, second = lab(rgb) - lab(spectral)
+    channels = rgb.reshape(-1, 3).sum(axis=0) / spectral.reshape(-1, 3).sum(axis=0)
     return {
         "delta_e_mean": float(found.mean()),
         "delta_e_p95": float(np.percentile(found, 95)),
+        "delta_e_rms": float(np.sqrt(max((first * second).sum(axis=-1).mean(), 0))),
         "noise_delta_e_mean": float(noise.mean()),
+        "noise_delta_e_p95": float(np.percentile(noise, 95)),
         "energy_ratio": float(rgb.sum() / spectral.sum()),
         "channel_ratios": channels.tolist(),
     }
@@ -110,11 +114,16 @@ def delta_e76(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def lab(linear: np.ndarray) -> np.ndarray:
-    """CIE 1976 L*a*b* of linear sRGB (..., 3), by CIE 15:2004, 8.2.1.
+    """CIE 1976 L*a*b* of linear sRGB (..., 3)."""
+    return lab_of_xyz(linear @ XYZ_OF_SRGB.T)
+
+
+def lab_of_xyz(xyz: np.ndarray) -> np.ndarray:
+    """CIE 1976 L*a*b* of XYZ (..., 3) under D65, by CIE 15:2004, 8.2.1.
 
     Negative XYZ, which noise alone causes, counts as zero.
     """
-    relative = np.maximum(linear @ XYZ_OF_SRGB.T / WHITE, 0)
+    relative = np.maximum(xyz / WHITE, 0)
     low = (6 / 29) ** 3
     f = np.where(relative > low, np.cbrt(relative), relative / (3 * (6 / 29) ** 2) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)

@@ -146,8 +146,8 @@ class Surface:
     Heights that are NaN, infinite or masked are holes, and refused unless ``fill`` is ``laplace`` or ``mean``.
 
     The other parameters are ``level``, ``tiling``, ``scale``, ``depth``, ``theory``, ``coherence_length``, ``model``,
-    ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``, ``build_limit``, and the numbers ``eta``, ``k``
-    and ``cover_eta``.
+    ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``, ``build_limit``,
+    ``transmission``, and the numbers ``eta``, ``k`` and ``cover_eta``.
 
     Directions are in the surface's frame: z is the normal and x the direction of the relief's rows. ``wi`` and ``wo``
     both point away from the surface and have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
@@ -206,6 +206,9 @@ class Surface:
     def eval(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
         """The BSDF f_r in 1/sr, without the cosine.
 
+        With ``transmission``, directions may lie below the surface, and f is the power of light from ``wi`` to ``wo``
+        per solid angle and absolute cosine. Directions below an interface are those in the medium.
+
         ``wi`` and ``wo`` have the shape ``[..., 3]`` and broadcast against each other. ``wavelength_nm`` is one number,
         or an array ``[m]`` or ``[..., m]``. The result has the shape ``[...]`` for one number, else ``[..., m]``.
         """
@@ -248,7 +251,7 @@ class Surface:
         """Draws outgoing directions. Returns ``wo`` ``[..., 3]``, ``pdf`` ``[...]`` in 1/sr, and ``weight``.
 
         ``u`` are random numbers in [0, 1), ``[..., 3]``. ``wi`` and ``wavelength_nm`` are those of :meth:`eval`; all
-        broadcast against each other. The weight is ``f cosθo / pdf``, ``[...]`` for one wavelength given as a number,
+        broadcast against each other. The weight is ``f |cosθo| / pdf``, ``[...]`` for one wavelength given as a number,
         else ``[..., m]``. Samples below the horizon have zeros in all three arrays.
         """
         wi, u = _direction("wi", wi), _direction("u", u)

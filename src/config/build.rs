@@ -216,7 +216,8 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
-        let fresnel = self.relative(fresnel);
+        // Lobes of transparent bodies apply their own factor.
+        let fresnel = self.relative(fresnel.filter(|_| self.body().is_none()));
         let options = self.options_for(index);
         Ok(cache.shared_colours(&self.height_field_inside()?, &options, fresnel.as_ref(), progress)?)
     }

@@ -33,7 +33,8 @@ impl SurfaceConfig {
     /// A realtime method by the configuration's theory. The scalar theory has all kinds ([`methods::build`]), which are
     /// built anew. The rigorous theory has [`MethodKind::Table`] only, which reads its tables from `cache`.
     ///
-    /// Under a cover, the method takes directions inside it.
+    /// Under a cover, the method takes directions inside it. A film takes the configuration's own index, and directions
+    /// on either side.
     ///
     /// `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
     /// Maxwell's equations include the material's reflectance in their answers. [`Method::answers`] tells whether
@@ -50,7 +51,6 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Box<dyn Method>, BuildError> {
-        self.refuse_transmission("the realtime methods")?;
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
                 let (field, surface) = (self.height_field_inside()?, self.options_for(index));

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 
 /// Accepted index of a body that transmits, besides 1, which changes nothing. Below it the direction of the refracted
 /// light is lost in the width of an order. The largest is that of germanium.
-pub const BODY_ETA: RangeInclusive<f64> = 1.05..=4.0;
+pub const BODY_ETA: RangeInclusive<f64> = 1.2..=4.0;
 
 impl SurfaceConfig {
     /// The transparent body below the relief; `None` for a surface that only reflects.
@@ -16,7 +16,7 @@ impl SurfaceConfig {
             Transmission::Film => true,
             Transmission::Interface => false,
         };
-        self.eta.map(|eta| TransparentBody { eta, is_film })
+        self.eta.map(|eta| TransparentBody::new(eta, is_film, self.coherence_length))
     }
 
     /// Factor by which tables magnify the relief and its coherence window: the index of the cover or of the body.
@@ -83,7 +83,7 @@ mod tests {
             assert!(message.starts_with(&format!("parameter {parameter:?} contradicts")), "{message}");
         }
         let message = SurfaceConfig::from_json(r#"{"transmission":"film","eta":0.7}"#).unwrap_err().to_string();
-        assert!(message.contains("\"eta\" is 0.7") && message.contains("1, or in [1.05e0, 4e0]"), "{message}");
+        assert!(message.contains("\"eta\" is 0.7") && message.contains("1, or in [1.2e0, 4e0]"), "{message}");
         for transmission in Transmission::ALL {
             let json = format!(r#"{{"transmission":"{}","eta":1.5}}"#, transmission.name());
             assert_eq!(SurfaceConfig::from_json(&json).unwrap().transmission, transmission);

@@ -7,17 +7,9 @@
 use super::build::{Group, resolution};
 use super::{AlbedoIntegral, AlbedoLayout, AlbedoReport, AlbedoTable, NODES_DONE};
 use crate::numeric::Real;
-use crate::scattering::SizeRange;
+use crate::scattering::{SLAB_PHASE, SLAB_PHASE_OF_RIDGES, SizeRange};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
-
-/// Phase in radians between the relief's lowest and highest point, per unit of w, by which two slabs differ at most.
-/// The albedo is interpolated linearly between slabs. Measured on `xenopeltis` at half its size: with 3 and with 0.75
-/// albedos reach 0.98.
-const SLAB_PHASE: f64 = 3.0;
-/// [`SLAB_PHASE`] of reliefs with ridges. Measured on `blazed` at half its size: with 1 an albedo of 1.017 remains,
-/// with 0.5 one of 1.010.
-const SLAB_PHASE_OF_RIDGES: f64 = 0.5;
 
 /// Planes and slabs of an [`AlbedoTable`] for several relative sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,17 +31,12 @@ impl SizeAxes {
     /// range of wavelengths. `phase_max` is the phase in radians between the relief's lowest and highest point, per
     /// unit of w, at the shortest wavelength; `slab_phase` is the largest change of this phase between two slabs.
     pub(super) fn covering(sizes: &SizeRange, planes: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
-        let octaves = |low: f64, high: f64| (high / low).log2();
-        let own_octaves = octaves(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
-        let range_octaves = octaves(shortest_nm, WAVELENGTH_MAX_NM / sizes.scale[0]);
         // Odd, so that every other plane belongs to the coarse grid.
-        let planes = 2 * (0.5 * f64::from(planes - 1) * range_octaves / own_octaves).ceil() as u32 + 1;
-        // From the smallest depth at the longest wavelength to the largest depth at the shortest.
-        let wavenumbers = [sizes.depth[0] / WAVELENGTH_MAX_NM, sizes.depth[1] / WAVELENGTH_MIN_NM];
-        // The phase at the shortest wavelength belongs to the wavenumber 1/λ_min.
-        let phase = phase_max * (wavenumbers[1] - wavenumbers[0]) * WAVELENGTH_MIN_NM;
-        let slabs = (phase / slab_phase).ceil().max(1.0) as u32 + 1;
+        let planes = 2 * (0.5 * f64::from(planes - 1) * sizes.octaves()).ceil() as u32 + 1;
+        let range_octaves = sizes.octaves() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
+        let wavenumbers = sizes.wavenumbers();
+        let slabs = sizes.slabs(phase_max, slab_phase);
         let axes = Self {
             log_wavelength_min: shortest_nm.log2() as f32,
             planes_per_octave: (f64::from(planes - 1) / range_octaves) as f32,

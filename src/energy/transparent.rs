@@ -9,6 +9,7 @@
 use super::grid::Grid;
 use super::integral::merged_gaussians;
 use super::node_gaussian::NodeGaussian;
+use super::quadrature::HERMITE_3;
 use super::sizes::SizeAxes;
 use super::{AlbedoLayout, AlbedoTable, packets};
 use crate::numeric::{Lanes, Number, Numbers, Real, Values};
@@ -17,14 +18,29 @@ use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGT
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Cells along each side of the grid.
-const CELLS: u32 = 24;
-/// Planes over the tables' range of wavelengths.
-const PLANES: u32 = 11;
+/// Wavelength in µm at which widths of Gaussians are taken: the middle of the visible range.
+const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
+
+/// Largest number of Gaussians that count as few. The albedo of few orders changes fastest, and is integrated over the
+/// width of each. Many Gaussians overlap, so that each counts at its centre.
+const FEW: usize = 100;
+/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians.
+const RESOLUTION_OF_FEW: (u32, u32) = (24, 11);
+/// Cells and planes for many Gaussians.
+const RESOLUTION_OF_MANY: (u32, u32) = (16, 7);
 /// Margin of the divisor for errors of interpolation.
 const MARGIN: f64 = 0.005;
 /// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get it in proportion.
 const MARGIN_FROM: f64 = 0.02;
+/// Standard deviation of a Gaussian in units of the wave number in the medium from which three nodes along an axis stand
+/// for its width.
+const SHARP_SIGMA: f64 = 0.004;
+/// Phase in radians between the relief's lowest and highest point, per unit of w, from which a relief counts as deep: it
+/// then changes by about 2 rad across a cell. Without it an albedo of 1.046 remains on a sinusoid 1.7 µm high.
+const DEEP_PHASE: f64 = 15.0;
+/// Places about a node at which albedos of deep reliefs are integrated: along x and y in cells, and among the planes.
+const DEEP_OFFSETS: [[f64; 3]; 5] =
+    [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
 /// Largest change of the phase of the heights between slabs, in radians per unit of w.
 const SLAB_PHASE: f64 = 3.0;
 
@@ -52,32 +68,29 @@ impl AlbedoTable {
             return None;
         }
         let integral = BodyIntegral::new(table, body);
+        let parts = integral.parts();
+        let (cells, planes) = if integral.is_few() { RESOLUTION_OF_FEW } else { RESOLUTION_OF_MANY };
         // Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
         let phase_max = TAU / (1e-3 * WAVELENGTH_MIN_NM) * 2.0 / table.kappa_knee();
         let (planes, sizes) = match sizes {
-            None => (PLANES, None),
+            None => (planes, None),
             Some(sizes) => {
-                let (planes, axes) = SizeAxes::covering(sizes, PLANES, phase_max, SLAB_PHASE);
+                let (planes, axes) = SizeAxes::covering(sizes, planes, phase_max, SLAB_PHASE);
                 (planes, Some(axes))
             }
         };
         let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-        let layout = match sizes {
-            None => AlbedoLayout {
-                cells: CELLS,
-                planes,
-                wavelength_min_nm: WAVELENGTH_MIN_NM as f32,
-                planes_per_nm: per_nm as f32,
-                sizes,
-            },
-            Some(_) => AlbedoLayout { cells: CELLS, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes },
+        // Not read for several sizes.
+        let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
+        let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes };
+        // Wavelengths λ' at a position among the planes, and λ" of a slab, in nm.
+        let wavelengths_nm = |plane: f64, slab: u32| match &sizes {
+            None => [WAVELENGTH_MIN_NM + plane / per_nm; 2],
+            Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],
         };
-        // Wavelengths λ' of a plane and λ" of a slab in nm.
-        let wavelengths_nm = |plane: usize, slab: u32| match &sizes {
-            None => [WAVELENGTH_MIN_NM + plane as f64 / per_nm; 2],
-            Some(axes) => [axes.plane_nm(plane as f64), axes.slab_nm(slab)],
-        };
-        let grid = Grid { cells: CELLS };
+        // Albedos of deep reliefs fluctuate within a cell. A node then has the largest of several near it.
+        let offsets: &[[f64; 3]] = if phase_max > DEEP_PHASE { &DEEP_OFFSETS } else { &[[0.0; 3]] };
+        let grid = Grid { cells };
         let slabs = sizes.map_or(1, |axes| axes.slabs);
         let in_slab = planes as usize * grid.in_plane();
         let steps = progress.of_steps(2 * slabs as usize * in_slab);
@@ -86,13 +99,18 @@ impl AlbedoTable {
             let value = |node: usize| {
                 steps.one();
                 let (plane, node) = (node / grid.in_plane(), node % grid.in_plane());
-                let ([x, y, cos], radius) = grid.direction([node % grid.side(), node / grid.side()].map(|i| i as f64));
+                let position = [node % grid.side(), node / grid.side()].map(|i| i as f64);
+                let ([.., cos], radius) = grid.direction(position);
                 if grid.is_beyond(radius) {
                     return 0.0;
                 }
-                let wi = [x, y, if is_below { -cos } else { cos }];
-                let albedo = integral.albedo(wi, wavelengths_nm(plane, slab));
-                let excess = (albedo - 1.0).max(0.0);
+                let albedo_at = |[dx, dy, d_plane]: &[f64; 3]| {
+                    let [x, y, cos] = grid.direction([position[0] + dx, position[1] + dy]).0;
+                    let wi = [x, y, if is_below { -cos } else { cos }];
+                    let plane = (plane as f64 + d_plane).clamp(0.0, f64::from(planes - 1));
+                    integral.albedo(&parts, wi, wavelengths_nm(plane, slab))
+                };
+                let excess = offsets.iter().map(albedo_at).fold(1.0, f64::max) - 1.0;
                 ((excess + MARGIN * (excess / MARGIN_FROM).min(1.0)) * cos * cos) as f32
             };
             let values: Vec<f32> = (0..in_slab).into_par_iter().map(value).collect();
@@ -103,6 +121,15 @@ impl AlbedoTable {
     }
 }
 
+/// Gaussian of a node, or a part of it that counts at a frequency of its own.
+struct Part<'a> {
+    /// Frequency along x and y in cycles/µm.
+    f: [f64; 2],
+    /// Fraction of the node's power.
+    fraction: f64,
+    gaussian: &'a NodeGaussian<'a>,
+}
+
 impl<'a> BodyIntegral<'a> {
     fn new(table: &'a SpectralTable, body: TransparentBody) -> Self {
         // Frequencies up to the cutoff, beyond which the pixels do not resolve the relief.
@@ -111,9 +138,32 @@ impl<'a> BodyIntegral<'a> {
         Self { table, body: TransparentBody { is_film: false, ..body }, gaussians }
     }
 
+    /// Whether Gaussians are few.
+    fn is_few(&self) -> bool {
+        self.gaussians.len() <= FEW
+    }
+
+    /// Nodes of the integral: one for a Gaussian that is narrow or one of many, three along each axis on which it is
+    /// wide.
+    fn parts(&self) -> Vec<Part<'_>> {
+        let single = [(0.0, 1.0)];
+        let mut parts = Vec::new();
+        for gaussian in &self.gaussians {
+            let [x, y]: [&[(f64, f64)]; 2] = gaussian.sigma_f.map(|sigma| {
+                let is_sharp = !self.is_few() || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
+                if is_sharp { &single[..] } else { &HERMITE_3[..] }
+            });
+            for ((tx, px), (ty, py)) in x.iter().flat_map(|x| y.iter().map(move |y| (*x, *y))) {
+                let f = [gaussian.f[0] + tx * gaussian.sigma_f[0], gaussian.f[1] + ty * gaussian.sigma_f[1]];
+                parts.push(Part { f, fraction: px * py, gaussian });
+            }
+        }
+        parts
+    }
+
     /// Reflected and transmitted power over the power incident from `wi`, a direction on its own side of the relief.
     /// The wavelengths in nm are λ' for frequencies and λ" for κ.
-    fn albedo(&self, wi: Vec3, [nm, depth_nm]: [f64; 2]) -> f64 {
+    fn albedo(&self, parts: &[Part<'_>], wi: Vec3, [nm, depth_nm]: [f64; 2]) -> f64 {
         let lit = Real4::lit;
         let incident = self.body.side::<Lanes>(wi.map(lit));
         let mut albedo = lit(0.0);
@@ -122,8 +172,10 @@ impl<'a> BodyIntegral<'a> {
             let passage = Passage::at_body(self.body, &incident, to_below);
             // Length of wave vectors over n.
             let length = self.body.reach(is_below);
-            for gaussians in self.gaussians.chunks(Lanes::COUNT) {
-                let at = |lane: usize| &gaussians[Ord::min(lane, gaussians.len() - 1)];
+            for parts in parts.chunks(Lanes::COUNT) {
+                // Surplus lanes repeat the last part, and count nothing.
+                let at = |lane: usize| &parts[Ord::min(lane, parts.len() - 1)];
+                let fraction = Lanes::pack(|lane| parts.get(lane).map_or(0.0, |part| part.fraction));
                 let [x, y] = [0, 1].map(|axis| {
                     let drawn = Lanes::pack(|lane| 1e-3 * nm * at(lane).f[axis]) - passage.tangential[axis];
                     drawn * passage.turn * lit(1.0 / length)
@@ -133,10 +185,8 @@ impl<'a> BodyIntegral<'a> {
                 let wo = [x, y, Real4::select(to_below, -cos, cos)];
                 let pair = self.body.pair(&incident, &self.body.side::<Lanes>(wo));
                 let kappa = pair.normal() * lit(TAU * 1e3 / depth_nm);
-                let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).record);
-                // Surplus lanes repeat the last Gaussian.
-                let is_counted = Lanes::pack(|lane| if lane < gaussians.len() { 1.0 } else { 0.0 });
-                let scattered = power.max(lit(0.0)) * pair.power() * is_counted;
+                let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).gaussian.record);
+                let scattered = power.max(lit(0.0)) * pair.power() * fraction;
                 albedo += Real4::select(lit(0.0).lt(cos_squared), scattered, lit(0.0));
             }
         }

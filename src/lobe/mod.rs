@@ -42,6 +42,7 @@ pub(crate) use per_wavelength::PerWavelength;
 
 pub use spectral::{SpectralLayout, SpectralLobe};
 pub use surface::{Surface, SurfaceReport};
+pub(crate) use transmissive::colour_at_body;
 pub use transmissive::{TransmissiveColourLobe, TransmissiveLobe};
 
 use crate::numeric::Numbers;

@@ -224,8 +224,11 @@ impl Surface {
 
     /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy, by an accurate
     /// integral over the nodes of the table. The small-slope factor is included, the Fresnel reflectance is not. `None`
-    /// for a patch.
+    /// for a patch and for a transparent body.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
+        if self.options.body.is_some() {
+            return None;
+        }
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
         let mut albedo = 0.0;

@@ -7,6 +7,7 @@
 use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, per_excess};
 use super::spectral::SpectralLobe;
 use super::{Gamut, InColour, PerWavelength, Sides};
+use crate::colour_table::ColourView;
 use crate::energy::{AlbedoTable, AlbedoView, GridPlace};
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::sampling::{BELOW_ONE, direction_above};
@@ -95,6 +96,31 @@ pub(super) fn value_at_body(
         view.factor_at(&at_wi, &at_wo, &reading, true)
     });
     ends.pair.factor() * divided * density(f, kappa) / reading.squared_um()
+}
+
+/// Scattering function of a transparent body in linear sRGB in 1/sr, from the colour table of the magnified relief and
+/// its size. Divided by the albedo where albedos are given. Zero unless both directions `[wi, wo]` lie off the horizon.
+#[inline(always)]
+pub(crate) fn colour_at_body<N: Numbers>(
+    body: TransparentBody,
+    table: &ColourView<N>,
+    albedo: Option<&AlbedoView<N>>,
+    size: Option<RelativeSize<N::Real>>,
+    [wi, wo]: [[N::Real; 3]; 2],
+    active: N::Mask,
+) -> [N::Real; 3] {
+    let one = N::Real::lit(1.0);
+    let active = active & Sides::<N>::accepts(&body, wi) & Sides::<N>::accepts(&body, wo);
+    let ends = Ends::new(body, wi, wo);
+    let RelativeSize { scale, depth } = size.unwrap_or(RelativeSize { scale: one, depth: one });
+    let [u, v] = ends.pair.tangential().map(|k| N::narrow(k) * scale);
+    let colour = table.relief_rgb(u, v, ends.pair.normal() * depth, active);
+    let factor = ends.pair.factor() * scale * scale;
+    let channels = match albedo {
+        Some(albedo) => per_excess::<N>(ends.places(albedo).map(|place| band_excess(albedo, &place, size, active))),
+        None => [one; 3],
+    };
+    array::from_fn(|c| N::Real::select(active, colour[c] * factor * channels[c], N::Real::lit(0.0)))
 }
 
 /// Sides of a transparent body. A sample's side is chosen by the reflectance of a flat body.
@@ -215,21 +241,12 @@ impl<N: Numbers> InColour<N> for TransmissiveColourLobe<N> {
 
     #[inline(always)]
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        let one = N::Real::lit(1.0);
-        let active = active & self.accepts(wi) & self.accepts(wo);
-        let ends = Ends::new(self.body, wi, wo);
-        let RelativeSize { scale, depth } = self.relief.size.unwrap_or(RelativeSize { scale: one, depth: one });
-        let [u, v] = ends.pair.tangential().map(|k| N::narrow(k) * scale);
-        let colour = self.relief.table.relief_rgb(u, v, ends.pair.normal() * depth, active);
-        let factor = ends.pair.factor() * scale * scale;
-        let channels = match &self.relief.albedo {
-            Some(ColourAlbedo::ByWavelength(albedo)) => {
-                per_excess::<N>(ends.places(albedo).map(|place| band_excess(albedo, &place, self.relief.size, active)))
-            }
+        let albedo = match &self.relief.albedo {
+            Some(ColourAlbedo::ByWavelength(albedo)) => Some(albedo),
             // Tables of bodies are by wavelength.
-            Some(ColourAlbedo::Bands(_)) | None => [one; 3],
+            Some(ColourAlbedo::Bands(_)) | None => None,
         };
-        array::from_fn(|c| N::Real::select(active, colour[c] * factor * channels[c], N::Real::lit(0.0)))
+        colour_at_body(self.body, &self.relief.table, albedo, self.relief.size, [wi, wo], active)
     }
 
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! Construction of a method ([`MethodKind`]) from a height field, with the checks that all methods share.
 
+use super::film::FilmTable;
 use super::flss::Flss;
 use super::nmm::Nmm;
 use super::options::{StamForm, in_range};
@@ -9,7 +10,7 @@ use super::stam_gems::StamGems;
 use super::table::ConservingTable;
 use super::{Method, MethodError, MethodKind, MethodOptions};
 use crate::colour_table::{ColourTable, ColourTableOptions};
-use crate::energy::ColourAlbedoTable;
+use crate::energy::{AlbedoTable, ColourAlbedoTable};
 use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
@@ -22,6 +23,7 @@ const TABLE_FRACTION: f64 = 0.6;
 ///
 /// Where the answer is the relief's factor, the caller multiplies it by the obliquity and shadowing factors of
 /// `surface`. With energy conservation the albedo table is built with these factors, so it is valid for them only.
+/// For a film ([`Options::body`]) the answer is the whole scattering function; the table alone has one.
 /// Numbers of terms and orders that `options` do not give follow from the surface's `tolerance`, a relative error.
 ///
 /// ```
@@ -69,6 +71,7 @@ pub fn build_watched(
     if surface.conserve_energy && (kind.is_patch_only() || surface.model == Model::Patch) {
         return unsupported("conserve_energy", "true", "false");
     }
+    kind.accept(surface.body)?;
     if kind.is_patch_only() && surface.model != Model::Patch {
         return unsupported("model", "ensemble", "patch");
     }
@@ -91,6 +94,13 @@ pub fn build_watched(
             let (table_progress, albedo_progress) =
                 (progress.part(0.0, table_fraction), progress.part(table_fraction, 1.0));
             let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
+            if let Some(body) = surface.body {
+                let albedo = surface
+                    .conserve_energy
+                    .then(|| AlbedoTable::build_of_body(&spectral, body, None, &albedo_progress))
+                    .flatten();
+                return Ok(Box::new(FilmTable { body, table, albedo }));
+            }
             let albedo =
                 surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &albedo_progress));
             match albedo.flatten() {

@@ -21,6 +21,7 @@
 mod bessel;
 mod build;
 mod colours;
+mod film;
 mod flss;
 #[cfg(feature = "rigorous")]
 mod grating;
@@ -59,19 +60,24 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// Meaning of the answers of a method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AnswerKind {
     /// The relief's factor of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing,
     /// `R·O·M`.
     Relief,
     /// The whole `f_r`, all factors included.
     Reflectance,
+    /// The whole scattering function of a film, which reflects and transmits: directions may lie on either side.
+    Film {
+        /// Index of the film.
+        eta: f32,
+    },
 }
 
 /// An evaluator of a surface's colour.
 ///
-/// `wi` points to the light and `wo` to the viewer, both unit vectors above the surface. Answers do not include the
-/// cosine. [`build`] has an example.
+/// `wi` points to the light and `wo` to the viewer, both unit vectors above the surface; on either side of a film
+/// ([`AnswerKind::Film`]). Answers do not include the cosine. [`build`] has an example.
 pub trait Method: Send + Sync {
     /// The answer integrated over the visible wavelengths, linear sRGB in 1/sr. Colours outside sRGB have negative
     /// channels.

@@ -4,6 +4,7 @@ use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;
 use crate::colour_table::{ColourTableError, RESOLUTION};
 use crate::height_field::MAX_LENGTH_UM;
+use crate::scattering::{Transmission, TransparentBody};
 use crate::table::TableError;
 use crate::transform::Series;
 use serde::{Deserialize, Serialize};
@@ -62,6 +63,22 @@ impl MethodKind {
             Self::Stam => &["period_um", "stam_form", "gems_sharpness", "gems_highlight"],
             Self::Table => &["resolution"],
         }
+    }
+
+    /// Refuses a transparent body that the method does not show. The table shows films, the published methods none.
+    ///
+    /// # Errors
+    /// [`MethodError::Unsupported`].
+    pub fn accept(self, body: Option<TransparentBody>) -> Result<(), MethodError> {
+        let Some(body) = body else { return Ok(()) };
+        let accepted = match (self, body.is_film) {
+            (Self::Table, true) => return Ok(()),
+            (Self::Table, false) => "none and film",
+            (_, true) => "none; the method table knows it",
+            (_, false) => "none; the method table knows film, too",
+        };
+        let found = if body.is_film { Transmission::Film } else { Transmission::Interface }.name();
+        Err(MethodError::Unsupported { method: self.name(), parameter: "transmission", found, accepted })
     }
 
     /// Whether the method is a published one: it evaluates a single window at a fixed position over a tile that

@@ -14,7 +14,7 @@ use super::{AnswerKind, COMMON_WGSL, Method, MethodKind, MethodOptions, StamForm
 #[cfg(feature = "rigorous")]
 use crate::grating::{GratingColourSurface, GratingSurface, preset_profile};
 use crate::height_field::Preset;
-use crate::scattering::Options;
+use crate::scattering::{Options, SINES_MIN, TransparentBody};
 use crate::table::Model;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, TypeInner};
@@ -46,18 +46,20 @@ fn grating() -> Option<&'static dyn Method> {
     None
 }
 
-/// Every method with its kind. `stam` comes in both forms, with answers of both [`AnswerKind`]s. `table` is a relief's
-/// table and, with the feature `rigorous`, a grating's, whose answers are reflectances.
+/// Every method with its kind. `stam` comes in both forms. `table` is a relief's table, a film's and, with the feature
+/// `rigorous`, a grating's, whose answers are reflectances.
 fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
+    let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..surface.clone() };
     let all =
         MethodKind::ALL.map(|kind| (kind, MethodOptions::default())).into_iter().chain([(MethodKind::Stam, gems)]);
     // Leaked for the lifetime 'static of the grating, which lies in a static.
     let leaked = |method: Box<dyn Method>| &*Box::leak(method);
     let built = all.map(|(kind, options)| (kind, leaked(build(kind, &field, &surface, &options).unwrap())));
-    built.chain(grating().map(|grating| (MethodKind::Table, grating))).collect()
+    let film = leaked(build(MethodKind::Table, &field, &film, &MethodOptions::default()).unwrap());
+    built.chain([(MethodKind::Table, film)]).chain(grating().map(|grating| (MethodKind::Table, grating))).collect()
 }
 
 /// The method's WGSL, parsed and validated together with the common source and [`ENTRY`]. Panics with naga's message.
@@ -151,8 +153,12 @@ fn uniforms_have_the_layout_of_the_shaders() {
                     exponent_offset,
                     last_ring,
                     albedo_cells,
+                    albedo_planes,
+                    albedo_min_nm,
+                    albedo_planes_per_nm,
+                    body_eta,
+                    body_normal_min,
                     _pad1,
-                    _pad2,
                     rings
                 ),
             ),
@@ -213,6 +219,7 @@ fn constants_of_rust_and_wgsl_agree() {
         ("BLUE_UM", super::stam_gems::BLUE_UM.into()),
         ("HALF_WIDTH_UM", super::stam_gems::HALF_WIDTH_UM.into()),
         ("COSINE_MIN", super::COSINE_MIN.into()),
+        ("SINES_MIN", (SINES_MIN as f32).into()),
     ];
     #[cfg(feature = "rigorous")]
     {

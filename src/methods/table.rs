@@ -23,8 +23,17 @@ pub(super) struct TableUniform {
     pub last_ring: u32,
     /// Cells along each side of the albedo's grid; 0 without an albedo.
     pub albedo_cells: u32,
+    /// Planes of wavelength of a film's albedo; 0 for bands.
+    pub albedo_planes: u32,
+    /// Wavelength of the first plane in nm.
+    pub albedo_min_nm: f32,
+    /// Planes per nm of wavelength.
+    pub albedo_planes_per_nm: f32,
+    /// Index of a film; 0 for a surface that only reflects.
+    pub body_eta: f32,
+    /// Smallest normal component of the scattering vector of a film, in units of the wave number in the film.
+    pub body_normal_min: f32,
     pub _pad1: u32,
-    pub _pad2: u32,
     /// Rings from the centre outwards, then zeros.
     pub rings: [TableRing; ColourTable::RINGS_MAX],
 }
@@ -60,7 +69,7 @@ impl Relief for ColourTable {
     }
 
     fn relief_shader(&self) -> MethodShader<'_> {
-        shader(self, None)
+        shader(self, None, |_| {})
     }
 }
 
@@ -85,13 +94,21 @@ impl Method for ConservingTable {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        shader(&self.table, Some(&self.albedo)).and(wgsl!("albedo.wgsl"))
+        let words = self.albedo.words();
+        shader(&self.table, Some(words), |uniform| uniform.albedo_cells = self.albedo.layout().cells)
+            .and(wgsl!("albedo_grid.wgsl"))
+            .and(wgsl!("albedo.wgsl"))
     }
 }
 
-/// The WGSL that reads the table, with the data of table and albedo. Its callers append the definition of `answer_rgb`,
-/// which differs with and without an albedo.
-fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
+/// The WGSL that reads the table, with the data of the table, and the words of albedos if given. `complete` sets the
+/// members of the uniform struct that do not belong to the table. Callers append the definition of `answer_rgb`, which
+/// differs with and without an albedo.
+pub(super) fn shader<'a>(
+    table: &'a ColourTable,
+    albedos: Option<&'a [u32]>,
+    complete: impl FnOnce(&mut TableUniform),
+) -> MethodShader<'a> {
     let layout = table.layout();
     // On the heap: it has 32 KiB.
     let mut uniform = Box::new(TableUniform {
@@ -100,13 +117,13 @@ fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> 
         w_log: layout.w_log,
         exponent_offset: layout.exponent_offset,
         last_ring: layout.last_ring,
-        albedo_cells: albedo.map_or(0, |albedo| albedo.layout().cells),
         ..Zeroable::zeroed()
     });
     for (slot, ring) in uniform.rings.iter_mut().zip(table.rings()) {
         *slot = ring.into();
     }
-    let words = [Some(table.coefficients()), albedo.map(ColourAlbedoTable::words)];
+    complete(&mut uniform);
+    let words = [Some(table.coefficients()), albedos];
     let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
     MethodShader {
         name: "table",

@@ -40,10 +40,19 @@ struct Table {
     exponent_offset: u32,
     // Index of the outermost ring.
     last_ring: u32,
-    // Cells along each side of the grid of albedo.wgsl; 0 without an albedo.
+    // Cells along each side of the grid of albedo_grid.wgsl; 0 without an albedo.
     albedo_cells: u32,
+    // Planes of wavelength of the albedo of film.wgsl; 0 for bands.
+    albedo_planes: u32,
+    // Wavelength of the first plane in nm.
+    albedo_min_nm: f32,
+    // Planes per nm of wavelength.
+    albedo_planes_per_nm: f32,
+    // Index of the film of film.wgsl; 0 for a surface that only reflects.
+    body_eta: f32,
+    // Smallest normal component of the scattering vector of a film, in units of the wave number in the film.
+    body_normal_min: f32,
     _pad1: u32,
-    _pad2: u32,
     // Rings from the centre outwards. They are in the uniform struct, because software adapters read storage buffers
     // word by word and pixel by pixel.
     rings: array<Ring, 1024>,

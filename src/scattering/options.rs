@@ -78,6 +78,8 @@ impl Options {
     /// Estimate of memory and time to build a surface of `field`, without building it.
     pub fn demand(&self, field: &HeightField) -> BuildDemand {
         let (low, high) = field.range_um();
+        let is_grating = field.size().1 == 1;
+        let energy = self.sizes.map_or(1.0, |sizes| sizes.energy_factor(high - low, is_grating));
         BuildDemand {
             size: field.size(),
             pixel_um: (field.dx_um(), field.dy_um()),
@@ -86,7 +88,7 @@ impl Options {
             tiling: self.tiling,
             coherence_length_um: self.coherence_length_um,
             tolerance: self.tolerance,
-            purpose: Purpose::Surface { energy: self.conserve_energy },
+            purpose: Purpose::Surface { energy: if self.conserve_energy { energy } else { 0.0 } },
         }
     }
 

@@ -66,7 +66,7 @@ impl<N: Numbers> Passage<N> {
             reach: N::Real::select(to_below, lit(body.reach(true)), lit(body.reach(false))),
             turn,
             typical_normal: Some(N::Real::select(is_reflected, reflected, refracted)),
-            divisor_min: Some(DIVISOR_MIN / body.eta),
+            divisor_min: Some(body.normal_min.max(DIVISOR_MIN / body.eta)),
         }
     }
 }

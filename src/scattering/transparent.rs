@@ -26,21 +26,28 @@
 //! F is reciprocal. At the mirror direction it is Fresnel's reflectance, at the refracted one Fresnel's transmittance.
 //!
 //! S of a negative phase rate is S of the positive one at the opposite frequency. In transmission w can vanish, and S
-//! with it as w²: both take at least [`NORMAL_MIN`], so that their quotient stays smooth.
+//! with it as w²: both take at least [`TransparentBody::normal_min`], so that their quotient stays smooth. An order has
+//! the factor of its own direction, but is as wide as the coherence window lets it be. Where w changes by as much as it
+//! is over this width, 1/w² would raise the tails of strong orders above the weak orders there.
 //!
 //! Tables are those of the relief magnified n times, as under a [`Cover`](super::Cover) of the same index. So wave
 //! vectors in code are in units of the wave number in the medium, and no longer than 1.
 
-use super::{COSINE_MIN, Reading};
-use crate::numeric::{Number, Numbers, Real};
+use super::{COSINE_MIN, Reading, Vec3};
+use crate::numeric::{Number, Numbers, Plain, Real};
+use crate::table::CoherenceWindow;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Smallest |w| in units of the wave number in vacuum. Phases of a relief 1 µm high are then 0.02 rad, where S is in
-/// proportion to w² to 1e-4.
+/// Smallest |w| in units of the wave number in vacuum, for any coherence length. Phases of a relief 1 µm high are then
+/// 0.02 rad, where S is in proportion to w² to 1e-4.
 const NORMAL_MIN: f64 = 1e-3;
+/// Smallest |w| in standard deviations of an order. Smaller ones leave albedos above one on reliefs under short windows.
+const NORMAL_MIN_WIDTHS: f64 = 1.0;
+/// Wavelength in µm at which the width of an order is taken: the middle of the visible range.
+const WIDTH_WAVELENGTH_UM: f64 = 0.55;
 /// Smallest product of tangential lengths by which the azimuth's cosine is divided (`small_slope.rs`).
-const SINES_MIN: f64 = 1e-6;
+pub(crate) const SINES_MIN: f64 = 1e-6;
 
 /// Fate of the light that passes the relief.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -76,6 +83,8 @@ pub struct TransparentBody {
     pub eta: f64,
     /// Whether a flat side bounds the medium below, with air behind it. Otherwise it is a half-space.
     pub is_film: bool,
+    /// Smallest normal component of the scattering vector, in units of the wave number in the medium.
+    pub normal_min: f64,
 }
 
 /// One direction at a transparent body: its wave vector and its terms of the factor F.
@@ -122,15 +131,29 @@ pub(crate) struct TransparentPair<N: Numbers> {
 }
 
 impl TransparentBody {
+    /// A body of index `eta` under a relief with a coherence length in µm.
+    pub fn new(eta: f64, is_film: bool, coherence_length_um: f64) -> Self {
+        let width = WIDTH_WAVELENGTH_UM * CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
+        Self { eta, is_film, normal_min: NORMAL_MIN.max(NORMAL_MIN_WIDTHS * width) / eta }
+    }
+
     /// Largest tangential length of outgoing wave vectors over n, on one side.
     #[inline(always)]
     pub(crate) fn reach(self, is_below: bool) -> f64 {
         if is_below && !self.is_film { 1.0 } else { 1.0 / self.eta }
     }
 
-    /// Smallest normal component of the scattering vector over n.
-    fn normal_min(self) -> f64 {
-        NORMAL_MIN / self.eta
+    /// Factor on `S/λ²` of the magnified relief, in the scattering function of light from `wi` to `wo`, in 1/sr. The
+    /// directions have unit length and point away from the relief on either side of it.
+    pub fn factor(self, wi: Vec3, wo: Vec3) -> f64 {
+        self.pair(&self.side::<Plain<'_, f64>>(wi), &self.side(wo)).factor()
+    }
+
+    /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that it reflects
+    /// inside.
+    pub fn transmittance(self, cos: f64) -> f64 {
+        let [s, p] = self.side::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
+        0.5 * (s * s + p * p)
     }
 
     /// Reflectance of a flat body for unpolarised light at a cosine with the normal, on the side of air.
@@ -195,7 +218,7 @@ impl TransparentBody {
         let sigma = N::Real::select(is_reflected, one, -one);
         let signed = |side: &Side<N>| N::Real::select(side.is_below, -side.normal, side.normal);
         let w = signed(wi) + signed(wo);
-        let normal = w.abs().max(lit(self.normal_min()));
+        let normal = w.abs().max(lit(self.normal_min));
         let sign = N::Double::select(w.lt(zero), N::Double::lit(-1.0), N::Double::lit(1.0));
         let tangential = [0, 1].map(|i| (wi.tangential[i] + wo.tangential[i]) * sign);
         // k·k0·cosφ = −(Ki·Ko)_xy.
@@ -313,18 +336,17 @@ impl<N: Numbers> TransparentPair<N> {
 #[cfg(test)]
 mod tests {
     use super::super::perturbation::first_order;
-    use super::super::{ComplexIndex, Obliquity, Pair, Vec3, fresnel_unpolarised};
+    use super::super::{ComplexIndex, Obliquity, Pair, fresnel_unpolarised};
     use super::*;
     use crate::height_field::random::Random;
-    use crate::numeric::Plain;
     use sunbeam_fourier::num_complex::Complex64;
 
     type Double = Plain<'static, f64>;
 
-    const ETAS: [f64; 4] = [1.05, 1.33, 1.5, 2.4];
+    const ETAS: [f64; 4] = [1.2, 1.33, 1.5, 2.4];
 
     fn interface(eta: f64) -> TransparentBody {
-        TransparentBody { eta, is_film: false }
+        TransparentBody::new(eta, false, 65.0)
     }
 
     /// A direction above the relief. One in eight is the normal.
@@ -375,7 +397,7 @@ mod tests {
                 let found = pair(interface(eta), wi, wo);
                 assert!((found.power() - passed).abs() < ROUNDING, "{eta} {degrees}: {} {passed}", found.power());
                 // Through a film each state passes twice.
-                let film = TransparentBody { eta, is_film: true };
+                let film = TransparentBody::new(eta, true, 65.0);
                 let through = pair(film, wi, [-sin, 0.0, -cos]);
                 let [s, p] = [through.powers[0], through.powers[3]];
                 let twice = 0.5 * (found.powers[0].powi(2) + found.powers[3].powi(2));
@@ -409,7 +431,8 @@ mod tests {
                 let expected = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(o, i)| scale * expected[o][i].norm_sqr());
                 for (found, expected) in found.powers.into_iter().zip(expected) {
                     assert!(
-                        w.abs() < NORMAL_MIN || (found - expected).abs() < ROUNDING * (1.0 + expected),
+                        w.abs() < eta * interface(eta).normal_min
+                            || (found - expected).abs() < ROUNDING * (1.0 + expected),
                         "{eta} {wi:?} {wo:?}: {found} {expected}"
                     );
                 }
@@ -422,7 +445,7 @@ mod tests {
         const ROUNDING: f64 = 1e-12;
         let mut random = Random::new(5);
         for eta in ETAS {
-            for body in [interface(eta), TransparentBody { eta, is_film: true }] {
+            for body in [interface(eta), TransparentBody::new(eta, true, 65.0)] {
                 for _ in 0..500 {
                     let (a, b) = (above(&mut random), below(&mut random));
                     let (there, back) = (pair(body, a, b), pair(body, b, a));
@@ -435,7 +458,7 @@ mod tests {
 
     #[test]
     fn without_a_contrast_of_indices_light_goes_straight_on() {
-        for body in [interface(1.0), TransparentBody { eta: 1.0, is_film: true }] {
+        for body in [interface(1.0), TransparentBody::new(1.0, true, 65.0)] {
             let (wi, wo) = ([0.6, 0.0, 0.8], [-0.6, 0.0, -0.8]);
             assert!((pair(body, wi, wo).power() - 1.0).abs() < 1e-12);
             assert_eq!(pair(body, wi, [-0.6, 0.0, 0.8]).power(), 0.0);
@@ -447,8 +470,8 @@ mod tests {
         let grazing = (1.0 - 0.5e-14, COSINE_MIN);
         let directions = [[0.0, 0.0, 1.0], [grazing.0, 0.0, grazing.1], [-grazing.0, 0.0, grazing.1], [0.6, 0.0, 0.8]];
         let both_sides = directions.into_iter().flat_map(|w| [w, [w[0], w[1], -w[2]]]).collect::<Vec<_>>();
-        for eta in [1.0, 1.05, 1.5, 4.0] {
-            for body in [interface(eta), TransparentBody { eta, is_film: true }] {
+        for eta in [1.0, 1.2, 1.5, 4.0] {
+            for body in [interface(eta), TransparentBody::new(eta, true, 65.0)] {
                 for (wi, wo) in both_sides.iter().flat_map(|wi| both_sides.iter().map(move |wo| (*wi, *wo))) {
                     let single = |w: Vec3| body.side::<Plain<'static, f32>>(w.map(|c| c as f32));
                     let double = pair(body, wi, wo).factor();

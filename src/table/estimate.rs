@@ -99,14 +99,14 @@ impl Estimate {
 }
 
 /// Use of the table of `S`, which determines what else is built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Purpose {
     /// The table alone.
     Table,
     /// A surface: also the sampler, and the albedo table where energy is conserved.
     Surface {
-        /// Whether energy is conserved.
-        energy: bool,
+        /// Time of the albedo table over that of one for one relative size; 0 where energy is not conserved.
+        energy: f64,
     },
 }
 
@@ -160,7 +160,7 @@ impl BuildDemand {
         };
         let mut peak_bytes = own.peak_bytes;
         let mut seconds = own.seconds * (1.0 + SAMPLER_FRACTION);
-        if energy {
+        if energy > 0.0 {
             // A patch is divided by the albedo of its ensemble, whose table is built while its own is in memory.
             let albedo_source = match self.model {
                 Model::Ensemble => own,
@@ -173,7 +173,7 @@ impl BuildDemand {
             };
             let is_grating = self.size.0.min(self.size.1) == 1;
             let shortest_seconds = if is_grating { GRATING_ENERGY_SECONDS } else { ENERGY_SECONDS };
-            seconds += shortest_seconds + 1e-9 * ENERGY_KNOT_PAIR_NS * albedo_source.knots.powi(2);
+            seconds += energy * (shortest_seconds + 1e-9 * ENERGY_KNOT_PAIR_NS * albedo_source.knots.powi(2));
         }
         Estimate { bytes: peak_bytes.max(own.table_bytes * (1.0 + SAMPLER_FRACTION)), seconds }
     }

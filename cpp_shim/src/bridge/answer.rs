@@ -10,7 +10,7 @@ use super::ffi::{Part, TracedQuery};
 use super::surface::{Surface, Tables};
 use std::array;
 use sunbeam::grating::{GratingLobe, JonesTable};
-use sunbeam::lobe::{Gamut, LinearSrgb, Lobe, SpectralLobe, luminance};
+use sunbeam::lobe::{Gamut, LinearSrgb, Lobe, SpectralLobe, TransmissiveColourLobe, TransmissiveLobe, luminance};
 use sunbeam::numeric::{Lanes, Numbers, Plain, Real};
 use sunbeam::scattering::RelativeSize;
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -72,8 +72,12 @@ impl Surface {
                 scale: Lanes::all(scale),
                 depth: Lanes::all(depth),
             });
-            let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words: self.all_words(), size };
-            return in_lanes(&lobe, part, query.wi, query.second, query.wavelengths_nm);
+            let relief = SpectralLobe::<Lanes> { layout: tables.0.layout(), words: self.all_words(), size };
+            if let Some(body) = tables.0.options().body {
+                let lobe = TransmissiveLobe { body, relief };
+                return in_lanes(&lobe, part, query.wi, query.second, query.wavelengths_nm);
+            }
+            return in_lanes(&relief, part, query.wi, query.second, query.wavelengths_nm);
         }
         // Scalar variants of Mitsuba warn about every sample with a negative channel.
         self.answer(part, Gamut::Desaturate, query)
@@ -86,8 +90,12 @@ impl Surface {
         let with_luminance = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
         match &self.tables {
             Tables::Spectral(tables) => {
-                let lobe = SpectralLobe::<N> { layout: tables.0.layout(), words: query.words, size: query.size };
-                evaluated(&lobe, part, query, query.wavelengths_nm.map(within_range), |values| values)
+                let relief = SpectralLobe::<N> { layout: tables.0.layout(), words: query.words, size: query.size };
+                let nm = query.wavelengths_nm.map(within_range);
+                match tables.0.options().body {
+                    Some(body) => evaluated(&TransmissiveLobe { body, relief }, part, query, nm, |values| values),
+                    None => evaluated(&relief, part, query, nm, |values| values),
+                }
             }
             Tables::Grating(tables) => {
                 let lobe = GratingLobe::<N> { layout: tables.0.layout(), words: query.words[0] };
@@ -96,7 +104,13 @@ impl Surface {
             Tables::Colours(tables) => {
                 let mut lobe = tables.0.lobe_over::<N>(query.words, query.size);
                 lobe.factors.gamut = gamut;
-                evaluated(&lobe, part, query, LinearSrgb, with_luminance)
+                match tables.0.options().body {
+                    Some(body) => {
+                        let lobe = TransmissiveColourLobe { body, relief: lobe };
+                        evaluated(&lobe, part, query, LinearSrgb, with_luminance)
+                    }
+                    None => evaluated(&lobe, part, query, LinearSrgb, with_luminance),
+                }
             }
             Tables::GratingColours(tables) => {
                 let mut lobe = tables.0.lobe_over::<N>([query.words[0], query.words[1]]);
@@ -113,12 +127,22 @@ impl Surface {
         let wavelengths_nm = query.wavelengths_nm.map(within_range);
         match &self.tables {
             Tables::Spectral(tables) => {
-                SpectralLobe::<N> { layout: tables.0.layout(), words, size }.sample(wi, wavelengths_nm, u, active)
+                let relief = SpectralLobe::<N> { layout: tables.0.layout(), words, size };
+                match tables.0.options().body {
+                    Some(body) => TransmissiveLobe { body, relief }.sample(wi, wavelengths_nm, u, active),
+                    None => relief.sample(wi, wavelengths_nm, u, active),
+                }
             }
             Tables::Grating(tables) => {
                 GratingLobe::<N> { layout: tables.0.layout(), words: words[0] }.sample(wi, wavelengths_nm, u, active)
             }
-            Tables::Colours(tables) => tables.0.lobe_over::<N>(words, size).sample(wi, LinearSrgb, u, active),
+            Tables::Colours(tables) => {
+                let relief = tables.0.lobe_over::<N>(words, size);
+                match tables.0.options().body {
+                    Some(body) => TransmissiveColourLobe { body, relief }.sample(wi, LinearSrgb, u, active),
+                    None => relief.sample(wi, LinearSrgb, u, active),
+                }
+            }
             Tables::GratingColours(tables) => {
                 tables.0.lobe_over::<N>([words[0], words[1]]).sample(wi, LinearSrgb, u, active)
             }
@@ -170,9 +194,18 @@ fn evaluated<N: Numbers, C: Copy, T: Lobe<N, C>>(
     [a, b, c, d, density]
 }
 
+/// A number in each of four lanes.
+type Real4 = <Lanes<'static> as Numbers>::Real;
+
 /// [`evaluated`] with a wavelength in each of four lanes.
 #[inline(always)]
-fn in_lanes(lobe: &SpectralLobe<Lanes>, part: Part, wi: [f32; 3], wo: [f32; 3], wavelengths_nm: [f32; 4]) -> [f32; 5] {
+fn in_lanes<'a>(
+    lobe: &impl Lobe<Lanes<'a>, [Real4; 1], Value = [Real4; 1]>,
+    part: Part,
+    wi: [f32; 3],
+    wo: [f32; 3],
+    wavelengths_nm: [f32; 4],
+) -> [f32; 5] {
     let (wi, wo) = (wi.map(Lanes::all), wo.map(Lanes::all));
     let nm = [within_range(Lanes::each(wavelengths_nm))];
     let active = Lanes::mask(true);

@@ -134,7 +134,9 @@ sunbeam_status sunbeam_surface_describe(const sunbeam_surface *surface,
 //   in the surface's frame (z is the normal, x runs along the rows of the relief).
 // - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths (1 to 4096), each in [360, 830] nm.
 // - Item `i` of `f` receives the BRDF at each wavelength in 1/sr, without the cosine. It includes the Fresnel factor
-//   if the configuration has `eta`. It is zero unless both directions lie above the surface.
+//   if the configuration has `eta`. It is zero unless both directions lie above the surface. With `transmission` both
+//   may lie on either side: `f` is the power of light from `wi` to `wo` per solid angle and |cosine|, and directions
+//   below an interface are those in the medium.
 //
 // An item with a value out of these ranges is bad: its results are zeros, and all other items are computed. The
 // call then returns `SUNBEAM_STATUS_BAD_VALUE` with a message about the first bad item.
@@ -153,7 +155,7 @@ sunbeam_status sunbeam_surface_eval(const sunbeam_surface *surface,
 // Computes the density in 1/sr with which `sunbeam_surface_sample` samples the direction `wo`.
 //
 // Item `i` of `pdf` receives one float, the mean density over the wavelengths of the item. It is zero unless both
-// directions lie above the surface. Other arguments are those of `sunbeam_surface_eval`.
+// directions lie above the surface, or the configuration has `transmission`. Other arguments are those of `sunbeam_surface_eval`.
 //
 // Requirements:
 // The requirements of `sunbeam_surface_eval` apply.
@@ -183,7 +185,7 @@ sunbeam_status sunbeam_surface_eval_pdf(const sunbeam_surface *surface,
 // - Item `i` of `u` holds three random numbers in [0, 1).
 // - Item `i` of `wo` receives the direction: three floats.
 // - Item `i` of `pdf` receives its density, one float, as `sunbeam_surface_pdf` computes it.
-// - Item `i` of `weight` receives `f cos(theta_o) / pdf` at each wavelength.
+// - Item `i` of `weight` receives `f |cos(theta_o)| / pdf` at each wavelength.
 //
 // If `wi` or the sampled direction lies below the surface, all results of the item are zeros. Such a sample is valid
 // and contributes nothing. Other arguments and the treatment of bad items are those of `sunbeam_surface_eval`.

@@ -159,7 +159,7 @@ impl SurfaceHandle {
             return Err(format!("`u` holds {outside}; all must be in [0, 1)"));
         }
         let Some(wo) = self.surface.sample_direction(wi, wavelengths_nm, u) else { return Ok(None) };
-        let pdf = self.surface.eval_pdf(wi, wo, wavelengths_nm, |k, f| weights[k] = f * wo[2]);
+        let pdf = self.surface.eval_pdf(wi, wo, wavelengths_nm, |k, f| weights[k] = f * wo[2].abs());
         weights.iter_mut().for_each(|weight| *weight /= pdf);
         Ok((pdf > 0.0).then_some((wo, pdf)))
     }
@@ -171,7 +171,9 @@ impl SurfaceHandle {
 ///   in the surface's frame (z is the normal, x runs along the rows of the relief).
 /// - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths (1 to 4096), each in [360, 830] nm.
 /// - Item `i` of `f` receives the BRDF at each wavelength in 1/sr, without the cosine. It includes the Fresnel factor
-///   if the configuration has `eta`. It is zero unless both directions lie above the surface.
+///   if the configuration has `eta`. It is zero unless both directions lie above the surface. With `transmission` both
+///   may lie on either side: `f` is the power of light from `wi` to `wo` per solid angle and |cosine|, and directions
+///   below an interface are those in the medium.
 ///
 /// An item with a value out of these ranges is bad: its results are zeros, and all other items are computed. The
 /// call then returns `SUNBEAM_STATUS_BAD_VALUE` with a message about the first bad item.
@@ -205,7 +207,7 @@ pub unsafe extern "C" fn sunbeam_surface_eval(
 /// Computes the density in 1/sr with which `sunbeam_surface_sample` samples the direction `wo`.
 ///
 /// Item `i` of `pdf` receives one float, the mean density over the wavelengths of the item. It is zero unless both
-/// directions lie above the surface. Other arguments are those of `sunbeam_surface_eval`.
+/// directions lie above the surface, or the configuration has `transmission`. Other arguments are those of `sunbeam_surface_eval`.
 ///
 /// # Safety
 /// The requirements of `sunbeam_surface_eval` apply.
@@ -266,7 +268,7 @@ pub unsafe extern "C" fn sunbeam_surface_eval_pdf(
 /// - Item `i` of `u` holds three random numbers in [0, 1).
 /// - Item `i` of `wo` receives the direction: three floats.
 /// - Item `i` of `pdf` receives its density, one float, as `sunbeam_surface_pdf` computes it.
-/// - Item `i` of `weight` receives `f cos(theta_o) / pdf` at each wavelength.
+/// - Item `i` of `weight` receives `f |cos(theta_o)| / pdf` at each wavelength.
 ///
 /// If `wi` or the sampled direction lies below the surface, all results of the item are zeros. Such a sample is valid
 /// and contributes nothing. Other arguments and the treatment of bad items are those of `sunbeam_surface_eval`.

@@ -366,3 +366,28 @@ fn panics_become_a_status_and_messages_belong_to_threads() {
     let elsewhere = std::thread::spawn(message).join().unwrap();
     assert_eq!(elsewhere, "");
 }
+
+#[test]
+fn films_give_samples_on_both_sides() {
+    let json = r#"{"preset":"blazed","coherence_length":8,"conserve_energy":false,"eta":1.5,"transmission":"film"}"#;
+    let surface = new(json).unwrap();
+    let count = 200;
+    let u: Vec<f32> = (0..3 * count).map(|i| (i as f32 * 0.618_034).fract()).collect();
+    let (wi, nm) = ([0.6, 0.0, 0.8], [550.0]);
+    let (mut wo, mut pdf, mut weight) = (vec![0.0; 3 * count], vec![0.0; count], vec![0.0; count]);
+    // SAFETY: the arrays are as large as the strides say.
+    unsafe {
+        let (wo_out, pdf_out, weight_out) = (out(&mut wo, 3), out(&mut pdf, 1), out(&mut weight, 1));
+        let (wi, nm) = (floats(&wi, 0), floats(&nm, 0));
+        let status = sunbeam_surface_sample(surface, count, wi, 1, nm, floats(&u, 3), wo_out, pdf_out, weight_out);
+        assert_eq!(status, Status::Ok, "{}", message());
+        sunbeam_surface_free(surface);
+    }
+    // Nine tenths of the light pass, and a twentieth of the samples are reflected.
+    let below = wo.chunks(3).filter(|wo| wo[2] < 0.0).count();
+    let above = wo.chunks(3).filter(|wo| wo[2] > 0.0).count();
+    assert!(below > 150 && above > 2, "{below} below, {above} above");
+    assert!(weight.iter().zip(&pdf).all(|(weight, pdf)| *weight >= 0.0 && (*weight == 0.0 || *pdf > 0.0)));
+    let mean = weight.iter().sum::<f32>() / count as f32;
+    assert!((0.7..1.01).contains(&mean), "{mean}");
+}

@@ -213,7 +213,9 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
 /// Evaluates the colours of the outgoing directions on the GPU.
 fn on_gpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let realtime = Realtime::new(&args.method, &args.surface)?;
-    let index = args.surface.config()?.index();
+    let config = args.surface.config()?;
+    config.refuse_transmission("maps and peaks")?;
+    let index = config.index();
     let gpu = realtime::open(args.adapter)?;
     let (shader, report) = realtime.build(&gpu, index)?;
     let wi = single(args.wi());

@@ -75,6 +75,7 @@ impl Realtime {
         };
         let options = method.options(Quantity::ColourOnGpu)?;
         let config = surface.realtime_config(kind, &options)?;
+        kind.accept(config.body())?;
         Ok(Self { kind, options, config, cache: surface.cache()? })
     }
 

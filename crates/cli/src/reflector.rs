@@ -230,7 +230,7 @@ impl Reflector {
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match method.answers() {
             AnswerKind::Relief => factor * self.fresnel(&pair) * self.options.angular_factor(&pair),
-            AnswerKind::Reflectance => factor,
+            AnswerKind::Reflectance | AnswerKind::Film { .. } => factor,
         };
         method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }

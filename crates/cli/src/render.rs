@@ -11,12 +11,14 @@ use super::{Outcome, print_json};
 use ndarray::Array3;
 use serde::Serialize;
 use std::time::Instant;
-use sunbeam_realtime::{AdapterChoice, KERATIN, Query, Renderer, Scene, StageTimes, Target, View};
+use sunbeam::scattering::Transmission;
+use sunbeam_realtime::{AdapterChoice, Blend, KERATIN, Query, Renderer, Scene, StageTimes, Target, View};
 
 /// Draw the snake on the GPU, without a window
 ///
 /// The snake lies on dark soil in the sun, with camera, light and pigment as in the Mitsuba scenes. One unit is 1 cm, z
-/// is up. The only light is direct sunlight, with sharp shadows. Without --eta the skin is keratin, of index 1.56.
+/// is up. The only light is direct sunlight, with sharp shadows. Without --eta the skin is keratin, of index 1.56. With
+/// --transmission film the mesh is a clear sheet, lit from both sides, through which the ground is seen.
 ///
 /// The picture is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, the times and the
 /// method's data as JSON.
@@ -100,8 +102,12 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         return Err("parameter \"pairs\" needs --supersample 1: its directions are those at the pixels' centres".into());
     }
     let realtime = Realtime::new(&args.method, &args.surface)?;
-    let index = args.surface.config()?.index().unwrap_or(KERATIN);
+    let config = args.surface.config()?;
+    let index = config.index().unwrap_or(KERATIN);
     let view = args.scene.view(args.supersample)?;
+    if matches!(view.blend, Blend::FixedMix { .. }) && config.transmission != Transmission::None {
+        return Err("--blend mix needs --transmission none: light passes a film, so that no pigment is below".into());
+    }
     // The adapter is opened before the long work, so that its errors come at once.
     let gpu = realtime::open(args.adapter)?;
     let Size(width, height) = args.size;

@@ -96,7 +96,7 @@ fn demand(size: (usize, usize), pixel_um: f64, range_um: f64) -> BuildDemand {
         tiling: Tiling::Aperiodic,
         coherence_length_um: 65.0,
         tolerance: 1e-3,
-        purpose: Purpose::Surface { energy: true },
+        purpose: Purpose::Surface { energy: 1.0 },
     }
 }
 

@@ -10,18 +10,20 @@ use sunbeam::scattering::{ComplexIndex, Cover, Obliquity};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {
-    /// Unit vector towards the light in the grating's frame.
+    /// Unit vector towards the light in the grating's frame, above the surface or on either side of a film.
     pub wi: [f32; 3],
     /// [`Query::NOTHING`], [`Query::GROUND`] or [`Query::SKIN`].
     pub kind: u32,
     /// Unit vector towards the viewer in the grating's frame.
     pub wo: [f32; 3],
-    /// 1 where the sun is visible, else 0.
+    /// 1 where the sun is visible, also through films, else 0.
     pub lit: u32,
     /// Texture coordinates of the mesh, for the pigment.
     pub uv: [f32; 2],
+    /// Fraction of the sunlight that arrives at the point: `lit`, and less behind films.
+    pub sun: f32,
     /// Fills the struct to a multiple of 16 bytes.
-    pub(super) padding: [u32; 2],
+    pub(super) padding: u32,
 }
 
 impl Query {
@@ -34,7 +36,7 @@ impl Query {
 
     /// A sunlit point of the mesh with these directions in the grating's frame, and (0, 0) as texture coordinates.
     pub fn new(wi: [f32; 3], wo: [f32; 3]) -> Self {
-        Self { wi, kind: Self::SKIN, wo, lit: 1, ..Self::default() }
+        Self { wi, kind: Self::SKIN, wo, lit: 1, sun: 1.0, ..Self::default() }
     }
 }
 
@@ -83,6 +85,7 @@ impl OpticsUniform {
             answers: match answers {
                 AnswerKind::Relief => 0,
                 AnswerKind::Reflectance => 1,
+                AnswerKind::Film { .. } => 2,
             },
             cover_eta: cover_eta as f32,
         }
@@ -140,7 +143,8 @@ pub(super) struct FrameUniform {
     pub weight: f32,
     pub first: u32,
     pub ground: u32,
-    pub padding: [u32; 2],
+    pub film_eta: f32,
+    pub padding: u32,
 }
 
 /// Layout of `Sunlight` in `sunlight.wgsl`, which documents each member.
@@ -194,7 +198,7 @@ mod tests {
     fn structs_have_the_layout_of_the_shaders() {
         let (shade, locate) = (program::shade(&program::no_method()), program::locate());
         for (source, name, ours) in [
-            (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
+            (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv, sun)),
             (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers, cover_eta)),
             (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
@@ -209,7 +213,7 @@ mod tests {
                 "Frame",
                 fields!(
                     FrameUniform: origin, width, forward, height, right, mix, down, pigment_scale, to_sun, blend,
-                    subpixel, rotation, soil, weight, first, ground
+                    subpixel, rotation, soil, weight, first, ground, film_eta
                 ),
             ),
         ] {

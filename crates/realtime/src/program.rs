@@ -5,7 +5,7 @@ use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{COMMON_WGSL, Method, MethodKind, MethodOptions, MethodShader, StamForm, build};
-use sunbeam::scattering::Options;
+use sunbeam::scattering::{Options, TransparentBody};
 use sunbeam::table::{Model, Progress};
 use sunbeam::wgsl;
 
@@ -21,6 +21,7 @@ const SUNLIGHT: &str = wgsl!("wgsl/sunlight.wgsl");
 /// The program of [`super::TonePass`], which maps radiance to encoded values for a screen.
 pub(super) const TONE: &str = wgsl!("wgsl/tone.wgsl");
 const TRACE: &str = wgsl!("wgsl/trace.wgsl");
+const SHEET: &str = wgsl!("wgsl/sheet.wgsl");
 
 /// The program of [`super::Shader`] for a method.
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
@@ -41,7 +42,7 @@ pub(super) fn shadow() -> String {
 
 /// The program that turns the triangles of pixels into queries.
 pub(super) fn locate() -> String {
-    [FRAME, MESH, TRACE, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
+    [FRAME, MESH, TRACE, SHEET, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
 }
 
 /// The program that turns answered queries into a picture.
@@ -56,6 +57,7 @@ pub(super) fn resolve() -> String {
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..patch.clone() };
     let default = MethodOptions::default();
     let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
     // With a period of 0.3 µm only order 0 propagates, which is solved quickly.
@@ -66,6 +68,7 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
         ("shade, grating", shade(&GratingColourSurface::new(grating).shader())),
         ("shade, stam of GPU Gems", shade(&build(MethodKind::Stam, &field, &patch, &gems)?.shader())),
         ("shade, energy conserved", shade(&build(MethodKind::Table, &field, &Options::default(), &default)?.shader())),
+        ("shade, film", shade(&build(MethodKind::Table, &field, &film, &default)?.shader())),
         ("raster", raster()),
         ("shadow", shadow()),
         ("locate", locate()),

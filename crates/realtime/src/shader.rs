@@ -137,6 +137,19 @@ impl Shader {
         self.bytes
     }
 
+    /// Whether the method is that of a film, whose directions may lie on either side.
+    pub fn is_film(&self) -> bool {
+        matches!(self.answers, AnswerKind::Film { .. })
+    }
+
+    /// Index of the film that the method is of; 0 for a surface that only reflects.
+    pub(super) fn film_eta(&self) -> f32 {
+        match self.answers {
+            AnswerKind::Film { eta } => eta,
+            AnswerKind::Relief | AnswerKind::Reflectance => 0.0,
+        }
+    }
+
     /// Changes the optics of later answers.
     pub fn set_optics(&self, gpu: &Gpu, optics: &Optics) {
         let uniform = OpticsUniform::new(optics, self.answers);
@@ -163,7 +176,7 @@ impl Shader {
     }
 
     /// Answers queries. Only their directions are read. An answer is 0 unless both directions are finite and above the
-    /// surface.
+    /// surface, or on either side of a film.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], [`GpuError::TooLarge`], and

@@ -168,7 +168,7 @@ impl View {
         self.uniform((1, 1), 0).map(|_| ())
     }
 
-    /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the rays of
+    /// The uniform struct of one sample of a picture with this width and height in pixels, without a film. `sample` counts the rays of
     /// a pixel from 0, by rows from the upper left one.
     ///
     /// The camera's vectors are those of Mitsuba's `look_at` and `perspective`: rows are stored from the top, and the
@@ -223,7 +223,8 @@ impl View {
             weight: 1.0 / self.samples() as f32,
             first: u32::from(sample == 0),
             ground: u32::from(self.ground),
-            padding: [0; 2],
+            film_eta: 0.0,
+            padding: 0,
         })
     }
 }

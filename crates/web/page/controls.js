@@ -1,7 +1,7 @@
 // Listens to the controls, each of which changes a setting. panel.js shows the settings in them.
 
 import { goBack } from "./making.js";
-import { showPercent } from "./panel.js";
+import { KERATIN_ETA, showPercent } from "./panel.js";
 import { recover, resetView } from "./picture.js";
 import { refreshMap } from "./reading.js";
 import { change } from "./settings.js";
@@ -41,6 +41,14 @@ export function listenToControls() {
   for (const id of ["level", "tiling", "fill"]) listenForSurface(id, (field) => field.value);
   listenForSurface("channel", (field) => field.value.trim() || undefined);
   listenForSurface("conserve_energy", (field) => field.checked);
+  // A film is bare and does not absorb, and the library needs its index.
+  byId("transmission").addEventListener("change", () => change(({ surface }) => {
+    delete surface.transmission;
+    if (!byId("transmission").checked) return;
+    surface.transmission = "film";
+    surface.eta ??= KERATIN_ETA;
+    for (const key of ["k", "cover_eta", "shadowing", "obliquity"]) delete surface[key];
+  }));
   byId("preset").addEventListener("change", () => choosePreset(byId("preset").value));
   byId("file").addEventListener("change", () => {
     const [file] = byId("file").files;

@@ -4,7 +4,7 @@ import { byId, isFile, page, views } from "./state.js";
 import { degrees, signed } from "./words.js";
 
 /** Refractive index of keratin, the library's default. */
-const KERATIN_ETA = 1.56;
+export const KERATIN_ETA = 1.56;
 
 /** Dielectrics with their refractive index at 550 nm. */
 const DIELECTRICS = [{ name: "Keratin", eta: KERATIN_ETA }, { name: "Polycarbonate", eta: 1.58 }];
@@ -42,6 +42,9 @@ export function showControls() {
     showPercent(id, percent);
   }
   put("cover_eta", surface.cover_eta);
+  byId("transmission").checked = surface.transmission === "film";
+  // Only the colour table shows films.
+  byId("transmission").disabled = settings.method !== "table";
   const canConserve = method?.conserves_energy;
   byId("conserve_energy").disabled = !canConserve;
   byId("conserve_energy").checked = Boolean(canConserve && surface.conserve_energy);

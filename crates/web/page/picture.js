@@ -148,7 +148,9 @@ async function hover(x, y) {
       const point = hoverNext;
       hoverNext = null;
       const found = await page.engine.query(...point);
-      if (!found) continue;
+      // The map has the directions above the surface alone. A film may be lit and seen from below.
+      const isBelow = found && Math.min(found.wi[2], found.wo[2]) <= 0;
+      if (!found || (isBelow && page.settings.surface.transmission === "film")) continue;
       const { theta_deg, phi_deg } = angles(found.wi);
       page.settings.map = { theta_deg: rounded(Math.min(theta_deg, THETA_MAX_DEG)), phi_deg: rounded(phi_deg) };
       showMapLight();

@@ -98,11 +98,14 @@ mod tests {
 
     #[test]
     fn every_method_survives_a_round_trip_and_cut_bytes_are_refused() {
-        let json = r#"{"surface": {"preset": "sinusoidal", "coherence_length": 20}}"#;
-        let mut settings = Settings::from_json(json).unwrap();
-        let relief = Relief::new(&settings, None).unwrap();
-        for kind in MethodKind::ALL {
-            settings.method = kind;
+        let settings = |more: &str| {
+            let json = format!(r#"{{"surface": {{"preset": "sinusoidal", "coherence_length": 20{more}}}}}"#);
+            Settings::from_json(&json).unwrap()
+        };
+        let relief = Relief::new(&settings(""), None).unwrap();
+        let film = settings(r#", "eta": 1.5, "transmission": "film""#);
+        let opaque = MethodKind::ALL.map(|method| Settings { method, ..settings("") });
+        for settings in opaque.into_iter().chain([film]) {
             let method = relief.method(&settings, &Progress::none()).unwrap();
             let (ours, bytes) = (method.shader(), MethodData::to_bytes(&*method).unwrap());
             let data = MethodData::from_bytes(bytes.clone()).unwrap();

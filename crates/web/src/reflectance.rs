@@ -1,6 +1,6 @@
 //! Evaluates a realtime method's BRDF `f_r` on the CPU: for BRDF maps and single directions, also without a GPU.
 //!
-//! The answer of a method is either the whole `f_r` ([`AnswerKind::Reflectance`]), or only the relief's part
+//! The answer of a method is either the whole `f_r` ([`AnswerKind::Reflectance`], [`AnswerKind::Film`]), or only the relief's part
 //! ([`AnswerKind::Relief`]). The relief's part is completed by two factors:
 //!
 //! `f_r` = interface · angular factor · relief's part
@@ -42,7 +42,7 @@ impl Reflectance {
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
-            AnswerKind::Reflectance => factor,
+            AnswerKind::Reflectance | AnswerKind::Film { .. } => factor,
             AnswerKind::Relief => {
                 factor * pair.interface(Some(self.index), self.model.obliquity) * self.model.angular_factor(&pair)
             }

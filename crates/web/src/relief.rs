@@ -177,7 +177,7 @@ impl Relief {
     fn tables(&self, settings: &Settings) -> BuildDemand {
         let model = settings.model();
         let purpose = match settings.method {
-            MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: true },
+            MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: 1.0 },
             _ => Purpose::Table,
         };
         BuildDemand { purpose, ..model.demand(&self.inside(settings)) }

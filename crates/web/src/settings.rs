@@ -214,6 +214,7 @@ impl Settings {
         if self.surface.theory == Theory::Rigorous {
             return refuse("parameter \"theory\" is rigorous, but must be scalar here".to_owned());
         }
+        self.method.accept(self.surface.body()).map_err(|error| WebError::Settings(error.to_string()))?;
         if let Some(path) = &self.surface.filename
             && !is_plain_name(path)
         {
@@ -336,7 +337,8 @@ impl Settings {
         if method.conserve_energy != Some(true) {
             // Without energy conservation the method's data do not depend on these fields. The shader applies them.
             (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
-            (method.eta, method.k) = (None, None);
+            // The tables of a film are those of the relief magnified by its index.
+            (method.eta, method.k) = (method.body().map(|body| body.eta), None);
         }
         Keys {
             relief: serialised(&relief),

@@ -48,6 +48,9 @@ fn each_wrong_setting_is_named() {
         (r#"{"surface": {"filename": "/etc/passwd"}}"#, "filename"),
         (r#"{"surface": {"preset": "blazed", "theory": "rigorous"}}"#, "theory"),
         (r#"{"method": "exact"}"#, "exact"),
+        (r#"{"surface": {"transmission": "film"}}"#, "transmission"),
+        (r#"{"surface": {"eta": 1.5, "transmission": "interface"}}"#, "transmission"),
+        (r#"{"surface": {"eta": 1.5, "transmission": "film"}, "method": "flss"}"#, "table"),
         (r#"{"options": {"lambda_step_nm": 0}}"#, "lambda_step_nm"),
         (r#"{"shape": "cube"}"#, "cube"),
         (r#"{"sun": {"elevation_deg": 0}}"#, "sun elevation"),
@@ -81,6 +84,9 @@ fn each_key_changes_only_with_its_own_data() {
     assert!(resized.relief != base.relief && resized.method != base.method);
     let covered = keys(r#"{"surface": {"preset": "xenopeltis", "cover_eta": 1.5}}"#);
     assert!(covered.relief == base.relief && covered.method != base.method);
+    let film =
+        |eta| keys(&format!(r#"{{"surface": {{"preset": "xenopeltis", "eta": {eta}, "transmission": "film"}}}}"#));
+    assert!(film(1.5).relief == base.relief && film(1.5).method != base.method && film(1.5).method != film(1.6).method);
     let sphere = keys(r#"{"shape": "sphere"}"#);
     assert!(sphere.scene != base.scene && sphere.method == base.method);
     assert_eq!(keys(r#"{"shape": "sphere", "resolution": 4}"#), sphere);

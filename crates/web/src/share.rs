@@ -29,6 +29,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     }
     match settings.pigment {
         Pigment::Physical => {}
+        // Nothing lies below a film.
+        _ if settings.surface.body().is_some() => {}
         Pigment::Mix => {
             add("blend", "mix".to_owned());
             add("share", settings.share.to_string());
@@ -139,7 +141,11 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
             line(&format!("    <float name=\"radius\" value=\"{}\"/>", Shape::SPHERE_RADIUS_CM));
         }
     }
-    line("    <bsdf type=\"twosided\">");
+    // A film has two sides of its own.
+    let is_film = settings.surface.body().is_some();
+    if !is_film {
+        line("    <bsdf type=\"twosided\">");
+    }
     line("        <bsdf type=\"diffraction\">");
     let is_number = |value: &str| value.parse::<f64>().is_ok();
     for (name, value) in surface_parameters(settings) {
@@ -157,6 +163,7 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
     }
     match (settings.pigment, settings.shape) {
         (Pigment::None, _) => {}
+        _ if is_film => {}
         (_, Shape::Snake) => {
             line("            <texture type=\"bitmap\" name=\"diffuse_reflectance\">");
             line("                <string name=\"filename\" value=\"pigment.exr\"/>");
@@ -168,7 +175,9 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
         }
     }
     line("        </bsdf>");
-    line("    </bsdf>");
+    if !is_film {
+        line("    </bsdf>");
+    }
     line("</shape>");
 }
 
@@ -201,6 +210,7 @@ fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
     choice("obliquity", (config.obliquity != default.obliquity).then(|| named(config.obliquity)));
     choice("conserve_energy", config.conserve_energy.map(|conserves| conserves.to_string()));
     choice("shadowing", config.shadowing.then(|| "true".to_owned()));
+    choice("transmission", (config.transmission != default.transmission).then(|| named(config.transmission)));
     parameters
 }
 
@@ -298,6 +308,8 @@ mod tests {
         ] {
             assert!(file.contains(words), "{words} in {file}");
         }
+        let film = command(r#"{"surface": {"eta": 1.5, "transmission": "film"}, "pigment": "mix"}"#);
+        assert!(film.contains("--eta 1.5") && film.contains("--transmission film") && !film.contains("blend"));
         let flss = command(r#"{"method": "flss", "options": {"lambda_step_nm": 10, "weighted": false}}"#);
         assert!(flss.contains("--method flss --lambda-step 10") && !flss.contains("weighted"));
         assert!(flss.contains("--tiling periodic") && flss.contains("--model patch"));
@@ -315,5 +327,8 @@ mod tests {
         let sphere = xml(&settings(r#"{"shape": "sphere", "method": "flss"}"#), (8, 8));
         assert!(sphere.contains(r#"<shape type="sphere">"#) && sphere.contains("the method flss"));
         assert!(!sphere.contains("sunbeam snake"));
+        let film = xml(&settings(r#"{"surface": {"eta": 1.5, "transmission": "film"}}"#), (8, 8));
+        assert!(film.contains(r#"<string name="transmission" value="film"/>"#));
+        assert!(!film.contains("twosided") && !film.contains("diffuse_reflectance"));
     }
 }

@@ -62,7 +62,11 @@ impl Spectra {
         let none = || vec![0.0; SPECTRUM_COUNT];
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return none() };
         let Some(pair) = Pair::new(wi, wo) else { return none() };
-        let interface = factor * pair.interface(Some(self.index), self.model.obliquity);
+        let interface = match self.model.body {
+            // The tables of a film have its factor.
+            Some(_) => 1.0,
+            None => factor * pair.interface(Some(self.index), self.model.obliquity),
+        };
         let f_r = |wavelength_nm: f64| match &self.source {
             Source::Surface(surface) => Some(interface * surface.eval(wi, wo, wavelength_nm)),
             Source::Method(method) => {
@@ -100,8 +104,9 @@ mod tests {
         // Near the first order of 480 nm.
         let (wi, wo) = (direction(30.0, 180.0), direction(18.0, 0.0));
         let colours = SpectralToRgb::new(FIRST_NM, STEP_NM, SPECTRUM_COUNT).unwrap();
-        for (method, cover) in [("table", ""), ("flss", ""), ("table", r#", "cover_eta": 1.5"#)] {
-            let (relief, settings) = with_surface(method, cover);
+        let film = r#", "eta": 1.5, "transmission": "film""#;
+        for (method, more) in [("table", ""), ("flss", ""), ("table", r#", "cover_eta": 1.5"#), ("table", film)] {
+            let (relief, settings) = with_surface(method, more);
             let spectra = relief.spectra(&settings, &Progress::none()).unwrap();
             let spectrum: Vec<f64> = spectra.spectrum(wi, wo).into_iter().map(f64::from).collect();
             assert_eq!(spectrum.len(), SPECTRUM_COUNT);

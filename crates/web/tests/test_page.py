@@ -150,6 +150,7 @@ CONTROLS = {
     "pattern": (keys("#pattern", Keys.LEFT), ("surface", "scale"), 0.99, "picture map"),
     "depth": (keys("#depth", Keys.LEFT), ("surface", "depth"), 0.99, "picture map"),
     "cover_eta": (text("#cover_eta", "1.5"), ("surface", "cover_eta"), 1.5, "picture map"),
+    "transmission": (click("#transmission"), ("surface", "transmission"), "film", "picture map"),
     "conserve_energy": (click("#conserve_energy"), ("surface", "conserve_energy"), True, "picture"),
     "material": (option("#material", "Polycarbonate"), ("surface", "eta"), 1.58, "picture map"),
     "eta": (text("#eta", "1.9"), ("surface", "eta"), 1.9, "picture map"),

@@ -5,7 +5,7 @@ use super::surface_form::SurfaceForm;
 use super::widgets::{choice, number, optional, row, switch};
 use eframe::egui::{self, Ui};
 use std::ops::RangeInclusive;
-use sunbeam::config::{COVER_ETA, ObliquityChoice, RELATIVE_SIZE, Theory};
+use sunbeam::config::{BODY_ETA, COVER_ETA, ObliquityChoice, RELATIVE_SIZE, Theory};
 use sunbeam::methods::{
     GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
     TERMS_MAX,
@@ -34,16 +34,24 @@ pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm)
         });
         number(ui, "Scale", &mut settings.surface.scale, RELATIVE_SIZE, 0.005, "");
         number(ui, "Depth", &mut settings.surface.depth, RELATIVE_SIZE, 0.005, "");
-        optional(ui, "Cover's index", &mut settings.surface.cover_eta, 1.5, COVER_ETA, 0.01, "");
-        choice(ui, "Theory", &mut settings.surface.theory, Theory::ALL.map(|theory| (theory, theory.name())));
-        // The rigorous theory contains obliquity and shadowing.
-        if settings.surface.theory == Theory::Scalar {
+        let mut is_film = settings.is_film();
+        switch(ui, "Film", &mut is_film);
+        settings.set_film(is_film);
+        if !is_film {
+            optional(ui, "Cover's index", &mut settings.surface.cover_eta, 1.5, COVER_ETA, 0.01, "");
+            choice(ui, "Theory", &mut settings.surface.theory, Theory::ALL.map(|theory| (theory, theory.name())));
+        }
+        // The rigorous theory contains obliquity and shadowing, and a film has its own factor.
+        if settings.surface.theory == Theory::Scalar && !is_film {
             let obliquity = ObliquityChoice::ALL.map(|choice| (choice, choice.name()));
             choice(ui, "Obliquity", &mut settings.surface.obliquity, obliquity);
             switch(ui, "Shadowing", &mut settings.surface.shadowing);
         }
         number(ui, "Rotation", &mut settings.view.rotation_deg, -360.0..=360.0, 0.5, "°");
-        index(ui, &mut settings.index);
+        match &mut settings.index {
+            Some(index) if is_film => number(ui, "eta", &mut index.eta, BODY_ETA, 0.01, ""),
+            _ => index(ui, &mut settings.index),
+        }
     });
     section(ui, "Method", |ui| method(ui, settings));
     section(ui, "Sun", |ui| settings.sun.show(ui, settings.orbit.azimuth_deg()));

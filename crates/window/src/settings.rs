@@ -3,11 +3,11 @@
 use super::sun::Sun;
 use std::time::Instant;
 use sunbeam::cache::Cache;
-use sunbeam::config::{ObliquityChoice, SurfaceConfig, Theory};
+use sunbeam::config::{BODY_ETA, ObliquityChoice, SurfaceConfig, Theory};
 use sunbeam::methods::{Method, MethodKind, MethodOptions};
-use sunbeam::scattering::{ComplexIndex, SpectralIndex};
+use sunbeam::scattering::{ComplexIndex, SpectralIndex, Transmission};
 use sunbeam::table::{Model, Progress, Tiling};
-use sunbeam_realtime::{GpuError, Optics, Orbit, View};
+use sunbeam_realtime::{GpuError, KERATIN, Optics, Orbit, View};
 
 /// All choices of the user.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +41,26 @@ impl Settings {
         Optics { index: self.index, cover: self.surface.cover(), obliquity, shadowing: self.surface.shadowing }
     }
 
+    /// Whether the mesh is a film, which reflects and transmits.
+    pub(crate) fn is_film(&self) -> bool {
+        self.surface.transmission == Transmission::Film
+    }
+
+    /// Makes the mesh a film of the index, or a surface that only reflects. A film excludes other settings of the
+    /// surface, and absorption.
+    pub(crate) fn set_film(&mut self, is_film: bool) {
+        if is_film == self.is_film() {
+            return;
+        }
+        self.surface.transmission = if is_film { Transmission::Film } else { Transmission::None };
+        if is_film {
+            let eta = self.index.map_or(KERATIN.eta, |index| index.eta.clamp(*BODY_ETA.start(), *BODY_ETA.end()));
+            self.index = Some(ComplexIndex { eta, k: 0.0 });
+            (self.surface.cover_eta, self.surface.theory) = (None, Theory::Scalar);
+            (self.surface.obliquity, self.surface.shadowing) = (ObliquityChoice::default(), false);
+        }
+    }
+
     /// The view for the renderer.
     ///
     /// # Errors
@@ -61,6 +81,10 @@ impl Settings {
             ..self.surface.clone()
         };
         let index = self.index.filter(|_| rigorous);
+        if self.is_film() {
+            // The tables are those of the relief magnified by the index.
+            (surface.eta, surface.k) = (self.index.map(|index| index.eta), None);
+        }
         // Some methods support only one coherence patch that repeats.
         if self.kind.is_patch_only() && !rigorous {
             (surface.model, surface.tiling) = (Model::Patch, Some(Tiling::Periodic));
@@ -100,5 +124,47 @@ impl Recipe {
     /// The method's name.
     pub(crate) fn name(&self) -> &'static str {
         self.kind.name()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sunbeam::height_field::Preset;
+    use sunbeam::methods::AnswerKind;
+
+    #[test]
+    fn a_film_has_the_index_of_the_window_and_no_cover() {
+        let view = View::default();
+        let mut settings = Settings {
+            surface: SurfaceConfig {
+                preset: Some(Preset::Sinusoidal),
+                coherence_length: 10.0,
+                cover_eta: Some(1.4),
+                shadowing: true,
+                ..SurfaceConfig::default()
+            },
+            kind: MethodKind::Table,
+            options: MethodOptions { resolution: 0.5, ..MethodOptions::default() },
+            index: Some(ComplexIndex { eta: 0.9, k: 6.7 }),
+            view,
+            orbit: Orbit::from(&view.camera),
+            sun: Sun::from(&view.light),
+            exposure: 0.0,
+            scale: 1.0,
+            cache: Cache::off(),
+        };
+        let opaque = settings.recipe();
+        settings.set_film(true);
+        // The smallest index of a film, instead of a metal's.
+        assert_eq!(settings.index, Some(ComplexIndex { eta: *BODY_ETA.start(), k: 0.0 }));
+        settings.index = Some(ComplexIndex { eta: 1.5, k: 0.0 });
+        let built = settings.recipe().build().unwrap();
+        assert_eq!(built.method.answers(), AnswerKind::Film { eta: 1.5 });
+        let flss = Settings { kind: MethodKind::Flss, ..settings.clone() }.recipe();
+        assert!(flss.build().err().unwrap().contains("the method table knows it"));
+        settings.set_film(false);
+        assert!(settings.recipe() != opaque && !settings.is_film());
+        assert_eq!(settings.recipe().build().unwrap().method.answers(), AnswerKind::Relief);
     }
 }

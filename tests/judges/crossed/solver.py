@@ -1,4 +1,4 @@
-"""Maxwell's equations for light in air on a dielectric relief that repeats along x and y.
+"""Maxwell's equations for light in a clear medium, such as air, on a relief that repeats along x and y.
 
 A change of coordinates makes the interface flat: z = s + h(x, y) φ(s) with φ = 1 − |s|/a, so that h acts within a of
 s = 0 on either side and nowhere else. (Chandezon, Raoult and Maystre, J. Opt. 11, 1980, shift the whole of space.) In
@@ -78,11 +78,16 @@ def solve(
     phi_deg: float,
     index: complex,
     resolution: Resolution = Resolution(),
+    above: float = 1.0,
 ) -> Orders:
-    """Efficiencies of all propagating reflected orders for a medium with the index `n`."""
-    problem = Problem(relief, wavelength_nm, theta_deg, phi_deg, index, resolution)
+    """Efficiencies of all propagating reflected orders at a medium of the index `index`.
+
+    Light and orders are in a medium of the index `above`, in which `theta_deg` is measured; the wavelength is that in
+    vacuum.
+    """
+    problem = Problem(relief, wavelength_nm, theta_deg, phi_deg, index, resolution, above)
     jx, jy = np.meshgrid(problem.jx, problem.jy)
-    leaves = (problem.beta_air.imag == 0).ravel()
+    leaves = (problem.beta_above.imag == 0).ravel()
     shares, columns, balances, residuals = [], [], [], []
     for state in "sp":
         up, down, residual = problem.solve(state)
@@ -105,12 +110,15 @@ def flux(fields: np.ndarray) -> np.ndarray:
 class Problem:
     """The system of one light on one relief: coefficients at the points, and inverses of the mean systems.
 
-    Fields are arrays `[point or node, component, jy, jx]`, their components ex, ey, hx, hy. Wave numbers are in 1/um.
+    Fields are arrays `[point or node, component, jy, jx]`, their components ex, ey, hx, hy. Wave numbers are in 1/um:
+    `k` in vacuum, `k_above` in the medium of the light.
     """
 
-    def __init__(self, relief, wavelength_nm, theta_deg, phi_deg, index, resolution):
+    def __init__(self, relief, wavelength_nm, theta_deg, phi_deg, index, resolution, above):
         self.resolution = resolution
         self.k = k = 2e3 * np.pi / wavelength_nm
+        self.index_above = above
+        self.k_above = above * k
         nx, ny = resolution.counts(relief.period)
         self.shape = (ny, nx)
         self.jx, self.jy = harmonics(nx), harmonics(ny)
@@ -118,11 +126,11 @@ class Problem:
         self.wi = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
         self.phi = phi
         rate_x, rate_y = (2 * np.pi / length for length in relief.period)
-        kx = self.jx[None, :] * rate_x - k * self.wi[0]
-        ky = self.jy[:, None] * rate_y - k * self.wi[1]
+        kx = self.jx[None, :] * rate_x - self.k_above * self.wi[0]
+        ky = self.jy[:, None] * rate_y - self.k_above * self.wi[1]
         self.kx, self.ky = (np.broadcast_to(a, self.shape) for a in (kx, ky))
         flat = self.kx**2 + self.ky**2
-        self.beta_air = np.sqrt(k**2 - flat + 0j)
+        self.beta_above = np.sqrt(self.k_above**2 - flat + 0j)
         self.beta_below = np.sqrt((index * k) ** 2 - flat + 0j)
         sampled = relief.sampled(nx, ny)
         highest, lowest = sampled.heights.max(), -sampled.heights.min()
@@ -140,7 +148,7 @@ class Problem:
         self.zs = 1 + relief.heights * rate
         self.zx, self.zy = slope_x * inside, slope_y * inside
         self.per_c = self.zs / (1 + self.zx**2 + self.zy**2)
-        self.eps = np.where(at.upper, 1.0, index**2 + 0j)[:, None, None]
+        self.eps = np.where(at.upper, self.index_above**2, index**2 + 0j)[:, None, None]
 
     def _mean_operator(self) -> np.ndarray:
         """The right-hand side with mean coefficients, `[harmonic, point, row, column]`."""
@@ -181,7 +189,7 @@ class Problem:
         nodes, rows = 2 * at.nodes, 4 * at.count
         unknowns = 4 * nodes
         self.mean = self._mean_operator()
-        self.above, self.below = self._admittance(self.beta_air), self._admittance(-self.beta_below)
+        self.above, self.below = self._admittance(self.beta_above), self._admittance(-self.beta_below)
         value, slope = (np.kron(matrix, np.eye(4)) for matrix in (at.value, at.slope))
         # Indices of the nodes at the ends and on both sides of s = 0.
         bottom, top = slice(0, 4), slice(unknowns - 4, unknowns)
@@ -211,7 +219,7 @@ class Problem:
         s = np.array([np.sin(self.phi), -np.cos(self.phi), 0.0])
         towards = -self.wi
         electric = s if state == "s" else np.cross(towards, s)
-        magnetic = np.cross(towards, electric)
+        magnetic = self.index_above * np.cross(towards, electric)
         return np.array([electric[0], electric[1], magnetic[0], magnetic[1]], complex)
 
     def deviation(self, fields: np.ndarray) -> np.ndarray:
@@ -257,15 +265,15 @@ class Problem:
 
     def amplitudes(self, up: np.ndarray) -> np.ndarray:
         """Amplitudes of s and p of upward harmonics, `[harmonic, 2]`, relative to the light's at the mean height."""
-        kx, ky, beta = self.kx.ravel(), self.ky.ravel(), self.beta_air.ravel()
+        kx, ky, beta = self.kx.ravel(), self.ky.ravel(), self.beta_above.ravel()
         flat = np.hypot(kx, ky)
-        steep = flat < 1e-9 * self.k
+        steep = flat < 1e-9 * self.k_above
         length = np.where(steep, 1, flat)
         x, y = np.where(steep, -np.cos(self.phi), kx / length), np.where(steep, -np.sin(self.phi), ky / length)
         # s = (−y, x, 0); the part of p = k × s in the plane is −(x, y) β/k.
         s = -y * up[:, 0] + x * up[:, 1]
-        p = -(x * up[:, 0] + y * up[:, 1]) * self.k / beta
+        p = -(x * up[:, 0] + y * up[:, 1]) * self.k_above / beta
         # The light's phase is also taken at s = `above`.
-        phase = np.exp(-1j * (beta + self.k * self.wi[2]) * self.panels.above)
-        weight = np.sqrt(beta / (self.k * self.wi[2]))
+        phase = np.exp(-1j * (beta + self.k_above * self.wi[2]) * self.panels.above)
+        weight = np.sqrt(beta / (self.k_above * self.wi[2]))
         return np.stack([s, p], axis=-1) * (weight * phase)[:, None]

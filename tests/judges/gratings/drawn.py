@@ -1,6 +1,7 @@
 """Random gratings and lights, with answers of judges other than the solver in Rust.
 
-`python -m tests.judges.gratings.drawn` writes `answers/drawn.json`. The judges are
+`python -m tests.judges.gratings.drawn` writes `answers/drawn.json`, for gratings in air, and `answers/covered.json`,
+for gratings under a clear cover. The judges are
 
 - for perfect conductors the boundary integral of this package, where light at an azimuth is light across the grooves of
   a longer wavelength;
@@ -8,13 +9,14 @@
 - for lamellar gratings in metals NIST's SCATMECH (`requirements-judges.lock`).
 
 There is none for sawteeth in metals. Each judge solves at two resolutions; answers that have not converged are left
-out.
+out. Under a cover the judges solve for light and orders in a medium of the cover's index, without its flat side.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,17 +30,27 @@ from .metals import index
 from .profile import Sinusoid, blazed, lamellar
 from .scatmech import lamellar as metal_lamellar
 
-ANSWERS = Path(__file__).parent / "answers" / "drawn.json"
+ANSWERS = Path(__file__).parent / "answers"
+# Names of the files of answers: gratings in air, and under a cover.
+BARE, COVERED = "drawn", "covered"
 SEED, EACH = 18, 16
 METALS = ("none", "Al", "Ag", "Au")
+# A dielectric below a cover, and its index, about that of titania.
+DIELECTRIC, DIELECTRIC_ETA = "dielectric", 2.4
 SHAPES = ("sinusoidal", "blazed", "lamellar")
 PERIODS_UM, DEPTH_MAX, THETA_MAX_DEG = (0.3, 4.0), 0.4, 75.0
+# Media, shapes, periods and indices of covers; a perfect conductor's judge has no s and p at an azimuth.
+COVERED_MEDIA, COVERED_SHAPES = ("Al", "Ag", "Au", DIELECTRIC), ("sinusoidal", "lamellar")
+COVERED_PERIODS_UM, COVER_ETAS = (0.4, 4.0), (1.3, 1.8)
 WAVELENGTHS_NM = (450.0, 650.0)
 # Largest change of an order's power in unpolarised light between both resolutions of a converged answer.
 SETTLED = 5e-4
 PROFILES = {"sinusoidal": Sinusoid, "blazed": blazed, "lamellar": lamellar}
-# Orders that SCATMECH keeps on either side.
-WAVES = (70, 140)
+# Largest direction cosine along the grooves of light across them.
+ACROSS = 1e-12
+# Orders that SCATMECH keeps on either side. Under a cover it converges more slowly, and a third number of orders tells
+# the error of the extrapolation.
+WAVES, COVERED_WAVES = (70, 140), (70, 105, 140)
 # Samples of a sinusoid, which has one harmonic.
 SAMPLES = 9
 
@@ -47,7 +59,8 @@ SAMPLES = 9
 class Setting:
     """A grating and a light; `metal` is `none` for a perfect conductor. The light is turned by `phi_deg` from +x.
 
-    The metal's index is that at the light's wavelength, unless another is named.
+    The metal's index is that at the light's wavelength, unless another is named. `theta_deg` is measured in air, and
+    `wavelength_nm` in vacuum; `cover_eta` is the index of a flat clear layer over the relief.
     """
 
     metal: str
@@ -58,22 +71,39 @@ class Setting:
     theta_deg: float
     phi_deg: float
     index_nm: float | None = None
+    cover_eta: float = 1.0
 
     @property
     def index(self) -> complex | None:
+        if self.metal == DIELECTRIC:
+            return complex(DIELECTRIC_ETA)
         return None if self.metal == "none" else index(self.metal, self.index_nm or self.wavelength_nm)
+
+    @property
+    def theta_inside_deg(self) -> float:
+        """Angle of the light in the cover, by Snell's law."""
+        return float(np.degrees(np.arcsin(np.sin(np.radians(self.theta_deg)) / self.cover_eta)))
 
     @property
     def wi(self) -> np.ndarray:
         theta, phi = np.radians([self.theta_deg, self.phi_deg])
         return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
+    def wo(self, orders: np.ndarray) -> np.ndarray:
+        """Directions in air of some orders, `[order, 3]`; NaN along z for those that do not leave."""
+        x = np.asarray(orders) * self.wavelength_nm * 1e-3 / self.period_um - self.wi[0]
+        y = np.full_like(x, -self.wi[1])
+        with np.errstate(invalid="ignore"):
+            return np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=-1)
+
 
 @dataclass(frozen=True)
 class Judged:
     """A setting and its judge's answer: orders, their power in unpolarised light, and the change between resolutions.
 
-    `jones` holds amplitudes of s and p as in `tests.judges.crossed.solver.Orders`, where the judge gives them.
+    `jones` holds amplitudes of s and p as in `tests.judges.crossed.solver.Orders`, where the judge gives them, and
+    `states` the powers of s and p, `[order, out, in]`. Under a cover orders are those that leave it, and powers are
+    those inside.
     """
 
     setting: Setting
@@ -81,28 +111,42 @@ class Judged:
     power: np.ndarray
     unsettled: float
     jones: np.ndarray | None
+    states: np.ndarray | None = None
+
+
+def drawn(rng: np.random.Generator, metal: str, shape: str, periods_um: tuple[float, float]) -> Setting:
+    period = float(np.exp(rng.uniform(*np.log(periods_um))))
+    numbers = (period, period * rng.uniform(0.02, DEPTH_MAX), rng.uniform(*WAVELENGTHS_NM))
+    angles = (rng.uniform(0, THETA_MAX_DEG), rng.uniform(0, 360))
+    return Setting(metal, shape, *(round(float(x), 4) for x in (*numbers, *angles)))
 
 
 def settings() -> list[Setting]:
     rng = np.random.default_rng(SEED)
-    drawn = []
-    for metal in METALS:
-        for shape in SHAPES:
-            for _ in range(EACH):
-                period = float(np.exp(rng.uniform(*np.log(PERIODS_UM))))
-                numbers = (period, period * rng.uniform(0.02, DEPTH_MAX), rng.uniform(*WAVELENGTHS_NM))
-                angles = (rng.uniform(0, THETA_MAX_DEG), rng.uniform(0, 360))
-                drawn.append(Setting(metal, shape, *(round(float(x), 4) for x in (*numbers, *angles))))
-    return [setting for setting in drawn if setting.metal == "none" or setting.shape != "blazed"]
+    made = [drawn(rng, metal, shape, PERIODS_UM) for metal in METALS for shape in SHAPES for _ in range(EACH)]
+    return [setting for setting in made if setting.metal == "none" or setting.shape != "blazed"]
+
+
+def covered_settings() -> list[Setting]:
+    rng = np.random.default_rng(SEED)
+    return [
+        replace(drawn(rng, medium, shape, COVERED_PERIODS_UM), cover_eta=round(float(rng.uniform(*COVER_ETAS)), 4))
+        for medium in COVERED_MEDIA
+        for shape in COVERED_SHAPES
+        for _ in range(EACH)
+    ]
 
 
 def perfect(setting: Setting, resolution: Resolution) -> tuple:
     """Fields proportional to exp(i ky y) obey the equations across the grooves with κ² = k² − ky² for k²."""
-    across = np.sqrt(1 - setting.wi[1] ** 2)
+    # Wave number across the grooves over that in air.
+    across = np.sqrt(setting.cover_eta**2 - setting.wi[1] ** 2)
     theta_deg = float(np.degrees(np.arcsin(setting.wi[0] / across)))
     profile = PROFILES[setting.shape](setting.period_um, setting.height_um)
     found = solve(profile, setting.wavelength_nm / across, theta_deg, resolution)
-    return found.orders, found.unpolarised, None
+    # Across the grooves TE and TM are s and p.
+    states = np.stack([found.te, found.tm], axis=-1)[:, None] * np.eye(2) if abs(setting.wi[1]) < ACROSS else None
+    return found.orders, found.unpolarised, None, states
 
 
 def sinusoid(setting: Setting, factor: float) -> tuple:
@@ -110,65 +154,91 @@ def sinusoid(setting: Setting, factor: float) -> tuple:
     x = np.arange(SAMPLES) / SAMPLES
     wave = 0.5 * setting.height_um * np.sin(2 * np.pi * x)[None]
     slope = np.pi * setting.height_um / setting.period_um
+    above = setting.cover_eta
     # Harmonics of the field: those of the waves, twice for the slopes.
-    cutoff = factor * (6e3 / setting.wavelength_nm + (10 + 25 * slope) / setting.period_um)
+    cutoff = factor * (6e3 * above / setting.wavelength_nm + (10 + 25 * slope) / setting.period_um)
     resolution = CrossedResolution(cutoff, round(factor * 26), 1e-7, 300)
     relief = Relief(wave, (setting.period_um, 0.4 / cutoff))
-    found = crossed(relief, setting.wavelength_nm, setting.theta_deg, setting.phi_deg, setting.index, resolution)
+    light = (setting.wavelength_nm, setting.theta_inside_deg, setting.phi_deg)
+    found = crossed(relief, *light, setting.index, resolution, above)
     order = np.argsort(found.jx)
-    return found.jx[order], found.unpolarised[order], found.jones[order]
+    jones = found.jones[order]
+    return found.jx[order], found.unpolarised[order], jones, np.abs(jones) ** 2
 
 
 def scatmech(setting: Setting, waves: int) -> tuple:
-    found = metal_lamellar(
-        setting.period_um,
-        setting.height_um,
-        setting.wavelength_nm,
-        setting.index,
-        setting.theta_deg,
-        setting.phi_deg,
-        waves,
-    )
+    light = (setting.wavelength_nm, setting.index, setting.theta_inside_deg, setting.phi_deg)
+    found = metal_lamellar(setting.period_um, setting.height_um, *light, waves, setting.cover_eta)
     orders = np.array(sorted(found))
-    return orders, np.array([0.5 * sum(found[order]) for order in orders]), None
+    states = np.array([found[order] for order in orders])
+    return orders, 0.5 * states.sum(axis=(1, 2)), None, states
+
+
+def extrapolated(few: tuple[int, tuple], many: tuple[int, tuple]) -> tuple:
+    """The limit of answers with two numbers of waves, whose errors are inverse to these numbers."""
+    (m, before), (n, after) = few, many
+    power, states = ((n * after[part] - m * before[part]) / (n - m) for part in (1, 3))
+    return after[0], power, None, states
 
 
 def judged(setting: Setting) -> Judged:
     """The judge's answer at the finer of two resolutions.
 
-    SCATMECH's error is inverse to the number of orders; its answers are extrapolated.
+    SCATMECH's error is inverse to the number of orders; its answers are extrapolated from the fewest and the most.
     """
     if setting.metal == "none":
-        (_, before, _), (orders, power, jones) = (perfect(setting, Resolution().finer(f)) for f in (1.0, 2.0))
+        coarse, fine = (perfect(setting, Resolution().finer(factor)) for factor in (1.0, 2.0))
     elif setting.shape == "sinusoidal":
-        (_, before, _), (orders, power, jones) = (sinusoid(setting, factor) for factor in (1.0, 1.4))
+        coarse, fine = (sinusoid(setting, factor) for factor in (1.0, 1.4))
     else:
-        (_, before, _), (orders, power, jones) = (scatmech(setting, waves) for waves in WAVES)
-        before, power = power, 2 * power - before
-    return Judged(setting, orders, power, float(np.abs(power - before).max()), jones)
+        numbers = WAVES if setting.cover_eta == 1 else COVERED_WAVES
+        *fewer, most = ((waves, scatmech(setting, waves)) for waves in numbers)
+        fine = extrapolated(fewer[0], most)
+        coarse = most[1] if len(fewer) == 1 else extrapolated(fewer[1], most)
+    return leaving(setting, fine, float(np.abs(fine[1] - coarse[1])[leaves(setting, fine[0])].max()))
 
 
-def load() -> list[Judged]:
+def leaves(setting: Setting, orders: np.ndarray) -> np.ndarray:
+    """Whether each order leaves into air."""
+    return np.isfinite(setting.wo(orders)[:, 2])
+
+
+def leaving(setting: Setting, answer: tuple, unsettled: float) -> Judged:
+    """The orders that leave into air of a judge's answer: orders, powers, amplitudes and powers of states."""
+    kept = leaves(setting, answer[0])
+    orders, power, jones, states = (None if part is None else part[kept] for part in answer)
+    return Judged(setting, orders, power, unsettled, jones, states)
+
+
+def load(name: str = BARE) -> list[Judged]:
     """The stored answers that have converged."""
     found = []
-    for row in json.loads(ANSWERS.read_text(encoding="utf-8"))["answers"]:
-        jones = row["jones"]
+    for row in stored(name)["answers"]:
+        jones, states = row["jones"], row.get("states")
         if jones is not None:
             parts = np.array(jones)
             jones = parts[..., 0] + 1j * parts[..., 1]
-        setting = Setting(**row["setting"])
-        found.append(Judged(setting, np.array(row["orders"]), np.array(row["power"]), row["unsettled"], jones))
+            states = np.abs(jones) ** 2
+        elif states is not None:
+            states = np.array(states)
+        power = (np.array(row["orders"]), np.array(row["power"]))
+        found.append(Judged(Setting(**row["setting"]), *power, row["unsettled"], jones, states))
     return found
 
 
-def left_out() -> list[dict]:
+def left_out(name: str = BARE) -> list[dict]:
     """Settings whose judge has not converged, with the change between resolutions."""
-    return json.loads(ANSWERS.read_text(encoding="utf-8"))["left_out"]
+    return stored(name)["left_out"]
 
 
-def main() -> None:
+def stored(name: str) -> dict:
+    return json.loads((ANSWERS / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def write(name: str, chosen: list[Setting]) -> None:
+    """Solves the settings and writes the answers to the file `name`."""
     kept, unsettled = [], []
-    for setting in settings():
+    for setting in chosen:
         try:
             answer = judged(setting)
         except ValueError as error:
@@ -179,19 +249,32 @@ def main() -> None:
             row = {"setting": asdict(setting), "unsettled": float(f"{answer.unsettled:.1e}")}
             unsettled.append({**row, "why": "two resolutions differ"})
             continue
-        jones = answer.jones
-        if jones is not None:
-            jones = np.round(np.stack([jones.real, jones.imag], axis=-1), 6).tolist()
         row = {
             "setting": asdict(setting),
             "orders": answer.orders.tolist(),
             "power": np.round(answer.power, 7).tolist(),
+            "unsettled": float(f"{answer.unsettled:.1e}"),
+            "jones": None,
         }
-        kept.append({**row, "unsettled": float(f"{answer.unsettled:.1e}"), "jones": jones})
+        if answer.jones is not None:
+            row["jones"] = np.round(np.stack([answer.jones.real, answer.jones.imag], axis=-1), 6).tolist()
+        elif answer.states is not None:
+            row["states"] = np.round(answer.states, 7).tolist()
+        kept.append(row)
         print(setting, f"{answer.unsettled:.1e}", flush=True)
-    ANSWERS.parent.mkdir(exist_ok=True)
+    ANSWERS.mkdir(exist_ok=True)
     rows = [",\n".join(json.dumps(row) for row in part) for part in (kept, unsettled)]
-    ANSWERS.write_text(f'{{"answers": [\n{rows[0]}\n],\n"left_out": [\n{rows[1]}\n]}}\n', encoding="utf-8")
+    text = f'{{"answers": [\n{rows[0]}\n],\n"left_out": [\n{rows[1]}\n]}}\n'
+    (ANSWERS / f"{name}.json").write_text(text, encoding="utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.judges.gratings.drawn", description=__doc__)
+    parser.add_argument("names", nargs="*", choices=(BARE, COVERED), default=(BARE, COVERED))
+    names = parser.parse_args().names
+    for name, chosen in ((BARE, settings), (COVERED, covered_settings)):
+        if name in names:
+            write(name, chosen())
 
 
 if __name__ == "__main__":

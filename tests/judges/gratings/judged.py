@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from mitsuba_scenes.environment import REPOSITORY
 
 from .boundary_integral import Resolution, solve
@@ -58,8 +60,9 @@ def metals() -> list[str]:
         for period, height, theta, azimuth in LAMELLAR:
             coarse, fine = (metal_lamellar(period, height, 550.0, index, theta, azimuth, waves) for waves in WAVES)
             for order in fine:
-                limit = [2 * b - a for a, b in zip(coarse[order], fine[order])]
-                unsettled = max(abs(a - b) for a, b in zip(limit, fine[order]))
+                before, after = (found[order].sum(axis=0) for found in (coarse, fine))
+                limit = 2 * after - before
+                unsettled = np.abs(limit - after).max()
                 setting = f"{metal},{index.real},{index.imag},{period},{height},{theta},{azimuth}"
                 rows.append(f"{setting},{order},{limit[0]:.6f},{limit[1]:.6f},{unsettled:.6f}")
     return rows

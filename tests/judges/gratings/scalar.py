@@ -60,20 +60,25 @@ def propagating(period: float, light: Light) -> tuple[np.ndarray, np.ndarray]:
     return orders[np.abs(towards) < 1], towards[np.abs(towards) < 1]
 
 
-def surface_words(grating: Grating, model: Model, coherence_length_um: float) -> list:
-    """Arguments of the command for grating and light."""
+def surface_words(grating: Grating, model: Model, coherence_length_um: float, cover_eta: float | None = None) -> list:
+    """Arguments of the command for grating, model, and index of a cover."""
     words = ["--preset", grating.preset, "--period", grating.period, "--height", grating.height]
     words += ["--coherence-length", coherence_length_um, "--obliquity", model.obliquity]
+    words += [] if cover_eta is None else ["--cover-eta", cover_eta]
     return [*words, "--conserve-energy", str(model.conserve_energy).lower()]
 
 
 def efficiencies(
-    grating: Grating, model: Model, lights: list[Light], coherence_length_um: float = COHERENCE_LENGTH_UM
+    grating: Grating,
+    model: Model,
+    lights: list[Light],
+    coherence_length_um: float = COHERENCE_LENGTH_UM,
+    cover_eta: float | None = None,
 ) -> list[np.ndarray]:
     """Fraction of the power in every propagating order for each light, from the command's exact values.
 
     At the centre of an order the reflectance is `O |c_j|² K(0) / λ²` with `K(0) = 4πs²`, and the order carries
-    `O |c_j|²` (docs/model.md#the-reflectance).
+    `O |c_j|²` (docs/model.md#the-reflectance). Under a cover of index `cover_eta` the factor K(0)/λ² is the same.
     """
     questions, sizes = [], []
     for light in lights:
@@ -82,7 +87,8 @@ def efficiencies(
         sizes.append(len(towards))
         wi = [sine, 0, np.sqrt(1 - sine**2)]
         questions += [{"wi": wi, "wo": [x, 0, np.sqrt(1 - x * x)], "wavelength": light.wavelength_nm} for x in towards]
-    values = ask(["eval", "--method", "exact", *surface_words(grating, model, coherence_length_um)], questions)
+    words = surface_words(grating, model, coherence_length_um, cover_eta)
+    values = ask(["eval", "--method", "exact", *words], questions)
     peak = 4 * np.pi * (coherence_length_um / 4) ** 2
     parts = np.split(np.array(values), np.cumsum(sizes)[:-1])
     return [part * (light.wavelength_nm / 1e3) ** 2 / peak for part, light in zip(parts, lights)]

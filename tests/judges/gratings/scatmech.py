@@ -11,8 +11,10 @@ import numpy as np
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
-# Largest order that propagates for periods of up to nine wavelengths.
-ORDERS = 18
+# Largest order that propagates for periods of up to 15 wavelengths.
+ORDERS = 30
+# First two Stokes parameters of s and p.
+STATES = np.array([[1, 1], [1, -1]])
 
 
 def lamellar(
@@ -23,11 +25,13 @@ def lamellar(
     theta_i_deg: float,
     azimuth_deg: float,
     waves: int,
-) -> dict[int, tuple[float, float]]:
-    """Efficiencies of propagating orders of a grating of duty 1/2 for s and p polarised light.
+    above: float = 1.0,
+) -> dict[int, np.ndarray]:
+    """Efficiencies of propagating orders of a grating of duty 1/2: powers of s and p, `[out, in]`.
 
     `waves` are kept on either side of order 0. The grating is turned by `azimuth_deg` about its normal; order m
-    leaves at the sine of `theta_i_deg` along the grating's vector plus m·wavelength/period.
+    leaves at the sine of `theta_i_deg` along the grating's vector plus m·wavelength/period. Light and orders are in a
+    medium of the index `above`, in which the angle is measured; the wavelength is that in vacuum.
     """
     try:
         from pySCATMECH.rcw import RCW_Model
@@ -42,8 +46,8 @@ def lamellar(
         "bottomwidth": repr(period_um / 2),
         "offset": "0",
         "nlevels": "1",
-        "medium_i": "(1,0)",
-        "space": "(1,0)",
+        "medium_i": f"({above!r},0)",
+        "space": f"({above!r},0)",
         "medium_t": medium,
         "material": medium,
     }
@@ -62,5 +66,5 @@ def lamellar(
     for order in range(-ORDERS, ORDERS + 1):
         mueller = np.array(model.DiffractionEfficiency(order))
         if mueller[0, 0] > 0:
-            found[order] = (float(mueller[0, 0] + mueller[0, 1]), float(mueller[0, 0] - mueller[0, 1]))
+            found[order] = 0.5 * STATES @ mueller[:2, :2] @ STATES
     return found

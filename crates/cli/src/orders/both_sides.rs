@@ -48,7 +48,7 @@ fn rigorous(
     })
 }
 
-/// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#transmission.
+/// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#bodies-that-transmit.
 ///
 /// TE and TM are known where light arrives across the grooves: there they are the outgoing states s and p.
 fn scalar(

@@ -85,6 +85,34 @@ fn render_writes_a_picture_its_png_and_its_directions() {
     assert!(exr(Path::new(&bare)).iter().filter(|value| **value == 0.0).count() > 1000);
 }
 
+/// Light from below passes a film, but no other surface.
+#[test]
+fn a_film_transmits_and_what_it_excludes_is_refused() {
+    let film = ["--preset", "blazed", "--coherence-length", "10", "--eta", "1.5", "--transmission", "film"];
+    for (own, named) in [
+        (&["render", "--method", "flss", "-o", "a.exr"][..], "the method table knows it"),
+        (&["render", "--method", "table", "--blend", "mix", "-o", "a.exr"], "--transmission none"),
+        (&["brdf-map", "--backend", "gpu", "--method", "table", "-o", "a.exr"], "reflected light"),
+    ] {
+        let message = refused(&[own, &film].concat());
+        assert!(message.contains(named) && message.contains("transmission"), "{message}");
+    }
+    let interface = [&["render", "--method", "table", "-o", "a.exr"], &film[..7], &["interface"]].concat();
+    assert!(refused(&interface).contains("transmission = interface, only none and film"));
+
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (through, opaque) = (path("film.exr"), path("opaque.exr"));
+    let common = ["render", "--method", "table", "--shape", "flat", "--size", "48x32", "--light-from", "0.1,0.5,-0.8"];
+    json(&[&common[..], &film, &["-o", &through]].concat());
+    json(&[&common[..], &film[..6], &["-o", &opaque]].concat());
+    let (through, opaque) = (exr(Path::new(&through)), exr(Path::new(&opaque)));
+    assert!(opaque.iter().all(|value| *value == 0.0));
+    let bright = through.iter().filter(|value| **value > 0.01).count();
+    assert!(through.iter().all(|value| value.is_finite()) && bright > 100, "{bright}");
+}
+
 #[test]
 fn maps_of_both_backends_match() {
     let Some(_) = gpu() else { return };

@@ -35,6 +35,8 @@ struct Frame {
     first: u32,
     // 1 if the scene has a ground, the plane z = 0; else 0.
     ground: u32,
+    // Index of the film that the mesh is; 0 for a surface that only reflects.
+    film_eta: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

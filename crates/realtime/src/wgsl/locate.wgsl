@@ -16,6 +16,9 @@
 // and to the viewer. `frame` (frame.wgsl) is the uniform of the sample: camera, sun and ground. The shading frame has
 // Mitsuba 3's conventions for a mesh with normals and texture coordinates, so pictures agree pixel by pixel.
 //
+// A film (`frame.film_eta`) is lit from both sides and lets light pass (sheet.wgsl). Its pixels are all in `rest`: rays
+// find the sunlight behind other parts of the film, and the sunlit ground behind it.
+//
 // Lengths are in cm. frame.wgsl, mesh.wgsl and trace.wgsl declare the bindings 0 to 3.
 
 // Lists of pixels; counterpart of `ListLengths` in target.rs, which has the members before `entries`. A pixel is a u32
@@ -141,6 +144,11 @@ struct Located {
     face: vec3<f32>,
 }
 
+// Whether the mesh is a film.
+fn locate_is_film() -> bool {
+    return frame.film_eta != 0.0;
+}
+
 // The query of the point with the barycentric coordinates b (of c1 and c2) in the triangle with the corners c0, c1, c2.
 // `to_viewer` is a unit vector.
 fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Located {
@@ -165,8 +173,8 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
 
     var wi = vec3<f32>(dot(frame.to_sun, s), dot(frame.to_sun, t), dot(frame.to_sun, n));
     var wo = vec3<f32>(dot(to_viewer, s), dot(to_viewer, t), dot(to_viewer, n));
-    // Both sides of the skin are equal: for a viewer behind it, the normal is reversed.
-    if wo.z < 0.0 {
+    // Both sides of the skin are equal: for a viewer behind it, the normal is reversed. Those of a film differ.
+    if wo.z < 0.0 && !locate_is_film() {
         wi.z = -wi.z;
         wo.z = -wo.z;
     }
@@ -229,28 +237,52 @@ fn locate_area() -> u32 {
 // Radiance that a sample adds before the method's answer: that of the sunlit ground, 0 for skin.
 fn locate_radiance(query: Query) -> vec3<f32> {
     let is_lit_ground = query.kind == QUERY_GROUND && query.lit != 0u;
-    return select(vec3<f32>(0.0), frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
+    return select(vec3<f32>(0.0), query.sun * frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
+}
+
+// Fraction of the sunlight that arrives at a point behind films.
+fn locate_sun(found: Located) -> f32 {
+    return sheet_passed(locate_offset(found.p, found.face, frame.to_sun), frame.to_sun, TRACE_FAR);
+}
+
+// Radiance that a sample adds for the sunlit ground behind all films along the ray of a pixel.
+fn locate_behind(ray: vec3<f32>) -> vec3<f32> {
+    var ground = locate_beyond(ray, TRACE_FAR);
+    if ground.query.kind != QUERY_GROUND || frame.to_sun.z <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    ground.query.lit = 1u;
+    ground.query.sun = 1.0;
+    if locate_light(ground.p, ground.face) != LOCATE_LIT {
+        ground.query.sun = locate_sun(ground);
+    }
+    return sheet_passed(frame.origin, ray, distance(ground.p, frame.origin)) * locate_radiance(ground.query);
 }
 
 // Visibility of the sun from the point of a query, by the map. Points without a surface, and surfaces that face away
-// from the sun or the viewer, are dark.
+// from the sun or the viewer, are dark. Films face both ways. They also let light pass, so that no map can tell that a
+// point behind one is dark.
 fn locate_light_at(found: Located) -> u32 {
     let query = found.query;
-    if query.kind == QUERY_NOTHING || query.wi.z <= 0.0 || query.wo.z <= 0.0 {
+    let is_film = query.kind == QUERY_SKIN && locate_is_film();
+    let faces_away = min(query.wi.z, query.wo.z) <= 0.0;
+    if query.kind == QUERY_NOTHING || (faces_away && !is_film) || query.wi.z * query.wo.z == 0.0 {
         return LOCATE_DARK;
     }
-    return locate_light(found.p, found.face);
+    let light = locate_light(found.p, found.face);
+    return select(light, LOCATE_UNSURE, light == LOCATE_DARK && locate_is_film());
 }
 
 // Stores the query of a pixel and adds its radiance and weight to the picture; the first sample replaces the previous
-// picture. The pixel is added to `rest` if `missed` is true (its ray missed the rasteriser's triangle), or if the map
-// does not decide the visibility of the sun.
-fn locate_store(pixel: vec2<u32>, found: Located, missed: bool) {
+// picture. The pixel is added to `rest` if `needs_ray` is true (its ray missed the rasteriser's triangle, or meets a
+// film), or if the map does not decide the visibility of the sun.
+fn locate_store(pixel: vec2<u32>, found: Located, needs_ray: bool) {
     let index = locate_index(pixel);
     var query = found.query;
     let light = locate_light_at(found);
     query.lit = u32(light == LOCATE_LIT);
-    if missed || light == LOCATE_UNSURE {
+    query.sun = f32(query.lit);
+    if needs_ray || light == LOCATE_UNSURE {
         lists.entries[locate_area() + atomicAdd(&lists.rest, 1u)] = locate_packed(pixel);
     }
     queries[index] = query;
@@ -332,7 +364,7 @@ fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     if !missed {
         found = locate_hit(ray, hit, c0, c1, c2);
     }
-    locate_store(pixel, found, missed);
+    locate_store(pixel, found, missed || (found.query.kind == QUERY_SKIN && locate_is_film()));
 }
 
 // Writes the queries of `rest`, with rays through the tree. locate_store has added the weight of the sample, but no
@@ -358,16 +390,25 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
     let found = locate_hit(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
     var light = locate_light_at(found);
-    if light == LOCATE_UNSURE {
+    var sun = 1.0;
+    if light == LOCATE_UNSURE && locate_is_film() {
+        sun = locate_sun(found);
+        light = LOCATE_LIT;
+    } else if light == LOCATE_UNSURE {
         let start = locate_offset(found.p, found.face, frame.to_sun);
         let met = trace(start, frame.to_sun, TRACE_FAR, true).triangle;
         light = select(LOCATE_DARK, LOCATE_LIT, met == TRACE_NONE);
     }
     var query = found.query;
     query.lit = u32(light == LOCATE_LIT);
+    query.sun = sun * f32(query.lit);
     let index = locate_index(pixel);
     queries[index] = query;
-    picture[index] += vec4<f32>(locate_radiance(query), 0.0);
+    var radiance = locate_radiance(query);
+    if query.kind == QUERY_SKIN && locate_is_film() {
+        radiance += locate_behind(ray);
+    }
+    picture[index] += vec4<f32>(radiance, 0.0);
 }
 
 // Lists the queries of sunlit skin in `chosen`, by runs of the list `skin`.

@@ -9,6 +9,8 @@
 
 // Value of `Optics.answers` for methods whose answer is f_r itself.
 const OPTICS_ANSWERS_REFLECTANCE: u32 = 1u;
+// Value of `Optics.answers` for methods whose answer is the whole scattering function of a film.
+const OPTICS_ANSWERS_FILM: u32 = 2u;
 
 // Optical options of the surface; counterpart of `OpticsUniform` in layout.rs.
 struct Optics {
@@ -22,7 +24,7 @@ struct Optics {
     obliquity: u32,
     // 1: M of V-shaped cavities; 0: M = 1.
     shadowing: u32,
-    // Meaning of the method's answer: OPTICS_ANSWERS_REFLECTANCE, or 0 for the relief's factor.
+    // Meaning of the method's answer: OPTICS_ANSWERS_REFLECTANCE, OPTICS_ANSWERS_FILM, or 0 for the relief's factor.
     answers: u32,
     // Index of the cover; 1 without one.
     cover_eta: f32,
@@ -82,7 +84,7 @@ fn optics_interface(optics: Optics, pair: Pair) -> f32 {
 
 // Factor on the method's answer: R·O·M (Q·M for small slope), or 1 where the answer is the whole reflectance.
 fn optics_factor(optics: Optics, pair: Pair) -> f32 {
-    if optics.answers == OPTICS_ANSWERS_REFLECTANCE {
+    if optics.answers == OPTICS_ANSWERS_REFLECTANCE || optics.answers == OPTICS_ANSWERS_FILM {
         return 1.0;
     }
     var factor = optics_interface(optics, pair) * pair_obliquity(pair, optics.obliquity);

@@ -7,6 +7,7 @@
 //                with R inside, and times the cover's factor
 //     fixed mix  f = (1 - mix)·ρ/π + mix·f_r
 //     none       f = f_r
+// A film has no pigment: f is its scattering function. The sun's irradiance is multiplied by the fraction that arrives.
 
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
@@ -70,7 +71,7 @@ fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
 
 // Reflectance f of the skin with its pigment, in 1/sr; `reflectance` is f_r.
 fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
-    if frame.blend == FRAME_NONE {
+    if frame.blend == FRAME_NONE || optics.answers == OPTICS_ANSWERS_FILM {
         return reflectance;
     }
     let diffuse = resolve_pigment(query.uv) / RESOLVE_SUN;
@@ -91,6 +92,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     }
     let index = chosen[number];
     let query = queries[index];
-    let radiance = RESOLVE_SUN * query.wi.z * resolve_skin(query, reflectances[index].rgb);
+    let irradiance = RESOLVE_SUN * query.sun * abs(query.wi.z);
+    let radiance = irradiance * resolve_skin(query, reflectances[index].rgb);
     picture[index] += vec4<f32>(frame.weight * radiance, 0.0);
 }

@@ -40,6 +40,14 @@ fn loops_are_cut_short() -> bool {
     return turns != range.two;
 }
 
+// Whether a query has two directions above the surface; off the horizon of a film, on either side.
+fn has_answer(query: Query) -> bool {
+    if optics.answers == OPTICS_ANSWERS_FILM {
+        return pair_is_finite(query.wi) && pair_is_finite(query.wo) && query.wi.z != 0.0 && query.wo.z != 0.0;
+    }
+    return pair_of(query.wi, query.wo).valid;
+}
+
 // Answers one query of the range and adds the answer to the sum over the parts.
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -49,7 +57,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = chosen[range.first + id.x];
     let query = queries[index];
     var reflectance = vec3<f32>(0.0);
-    if pair_of(query.wi, query.wo).valid {
+    if has_answer(query) {
         answer_part = range.part;
         answer_parts = range.parts;
         let wi = optics_inside(optics, query.wi);

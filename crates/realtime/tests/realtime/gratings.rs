@@ -2,7 +2,7 @@
 //! picture.
 
 use super::common::{Random, cache, direction};
-use super::support::{gpu, query};
+use super::support::{gpu, query, worst_of_pairs};
 use std::f32::consts::PI;
 use std::sync::Arc;
 use sunbeam::cache::Origin;
@@ -108,17 +108,6 @@ fn mean_of(expected: &[[f32; 3]]) -> f32 {
     expected.as_flattened().iter().map(|value| value.abs()).sum::<f32>() / (3 * expected.len()) as f32
 }
 
-/// The largest difference of a channel, relative to the brightest channel of its pair.
-fn worst(found: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) -> f32 {
-    let brightest = |rgb: &[f32; 3]| rgb.iter().fold(floor, |most, value| most.max(value.abs()));
-    let error = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max) / brightest(b);
-    found
-        .iter()
-        .zip(expected)
-        .map(error)
-        .fold(0.0, |most, error| if error.is_nan() { f32::INFINITY } else { most.max(error) })
-}
-
 fn answers(gpu: &Gpu, shader: &Shader, queries: &[Query]) -> Vec<[f32; 3]> {
     shader.evaluate(gpu, queries).unwrap().reflectances
 }
@@ -143,7 +132,7 @@ fn wgsl_of_gratings_agrees_with_rust() {
         let (found, expected) = (answers(&gpu, &shader, &asked), twin(method, &asked));
         let mean = mean_of(&expected);
         assert!(mean > 0.0 && expected.iter().filter(|rgb| rgb[1] > 1e-3 * mean).count() > asked.len() / 3);
-        let error = worst(&found, &expected, mean);
+        let error = worst_of_pairs(&found, &expected, mean);
         eprintln!("{json}: {} pairs, largest difference {error:.1e}", asked.len());
         assert!(error < TOLERANCE, "{json}: {error}");
 
@@ -155,7 +144,7 @@ fn wgsl_of_gratings_agrees_with_rust() {
                 let chosen = values.iter().enumerate().filter(|(i, _)| (i / 2 % OFF.len() >= CLEAR) == clear);
                 chosen.map(|(_, rgb)| *rgb).collect()
             };
-            let error = worst(&of(&found_there), &of(&expected_there), mean_there);
+            let error = worst_of_pairs(&of(&found_there), &of(&expected_there), mean_there);
             eprintln!("{json}: where orders pass off, clear of that {clear}, largest difference {error:.1e}");
             assert!(error < tolerance, "{json}, {clear}: {error}");
         }
@@ -163,7 +152,7 @@ fn wgsl_of_gratings_agrees_with_rust() {
         // Each change of one side alone is seen: directions, period, width of an order, what an order has.
         let moved: Vec<Query> =
             asked.iter().map(|query| Query::new([query.wi[0] + 1e-3, query.wi[1], query.wi[2]], query.wo)).collect();
-        assert!(worst(&found, &twin(method, &moved), mean) > TOLERANCE);
+        assert!(worst_of_pairs(&found, &twin(method, &moved), mean) > TOLERANCE);
         let uniform = method.shader().uniform;
         // Places in the struct: steps for each nm, spacing, standard deviation, period.
         for word in [1, 7, 8, 9] {
@@ -172,7 +161,7 @@ fn wgsl_of_gratings_agrees_with_rust() {
             let value = f32::from_le_bytes(changed[place.clone()].try_into().unwrap());
             changed[place].copy_from_slice(&(1.01 * value).to_le_bytes());
             shader.set_parameters(&gpu, &changed).unwrap();
-            let error = worst(&answers(&gpu, &shader, &asked), &expected, mean);
+            let error = worst_of_pairs(&answers(&gpu, &shader, &asked), &expected, mean);
             // A perfect conductor is the same at every wavelength.
             assert!(error > TOLERANCE || (word == 1 && json == PERFECT.0), "word {word} of {json}: {error}");
         }
@@ -217,10 +206,10 @@ fn a_picture_agrees_with_the_library_pixel_by_pixel() {
     let expected = radiance(&grating.0);
     let mean = mean_of(&expected);
     let bright = expected.iter().filter(|rgb| rgb.iter().any(|value| *value > mean)).count();
-    let error = worst(&picture, &expected, mean);
+    let error = worst_of_pairs(&picture, &expected, mean);
     eprintln!("{bright} bright pixels, largest difference {error:.1e}");
     assert!(bright > 300, "{bright}");
     assert!(error < PASSING_OFF, "{error}");
     // Negative control: another grating.
-    assert!(worst(&picture, &radiance(&self::grating(ALUMINIUM.0).0), mean) > 0.1);
+    assert!(worst_of_pairs(&picture, &radiance(&self::grating(ALUMINIUM.0).0), mean) > 0.1);
 }

@@ -7,6 +7,7 @@ mod common;
 mod support;
 
 mod faults;
+mod films;
 mod gratings;
 mod methods;
 mod pictures;

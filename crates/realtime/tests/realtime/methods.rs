@@ -41,7 +41,7 @@ fn twin(method: &dyn Method, queries: &[Query]) -> Vec<[f32; 3]> {
         let pair = Pair::new(query.wi.map(f64::from), query.wo.map(f64::from)).unwrap();
         let factor = match method.answers() {
             AnswerKind::Relief => pair.obliquity(Obliquity::Stam) as f32,
-            AnswerKind::Reflectance => 1.0,
+            AnswerKind::Reflectance | AnswerKind::Film { .. } => 1.0,
         };
         method.answer_rgb(query.wi, query.wo).map(|channel| factor * channel)
     };

@@ -102,3 +102,14 @@ pub(crate) fn worst(found: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) -> f3
     };
     found.as_flattened().iter().zip(expected.as_flattened()).map(error).fold(0.0, f32::max)
 }
+
+/// The largest difference of a channel, relative to the brightest channel of its pair or a floor.
+pub(crate) fn worst_of_pairs(found: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) -> f32 {
+    let brightest = |rgb: &[f32; 3]| rgb.iter().fold(floor, |most, value| most.max(value.abs()));
+    let error = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max) / brightest(b);
+    found
+        .iter()
+        .zip(expected)
+        .map(error)
+        .fold(0.0, |most, error| if error.is_nan() { f32::INFINITY } else { most.max(error) })
+}

@@ -1,0 +1,33 @@
+// Rotation of the relief about the normal.
+#pragma once
+
+#include <mitsuba/core/vector.h>
+
+namespace sunbeam {
+
+namespace dr = drjit;
+
+/// Sine and cosine of the relief's rotation, counter-clockwise from the tangent.
+template <typename Float> struct Rotation {
+    using Vector3f = mitsuba::Vector<Float, 3>;
+
+    Float sin, cos;
+
+    /// A rotation by an angle in degrees.
+    static Rotation degrees(const Float &angle) {
+        const auto [sin, cos] = dr::sincos(dr::deg_to_rad(angle));
+        return { sin, cos };
+    }
+
+    /// Vector `w` of the shading frame in the relief's frame.
+    Vector3f to_relief(const Vector3f &w) const {
+        return { dr::fmadd(cos, w.x(), sin * w.y()), dr::fmadd(cos, w.y(), -sin * w.x()), w.z() };
+    }
+
+    /// Vector `w` of the relief's frame in the shading frame.
+    Vector3f to_shading(const Vector3f &w) const {
+        return { dr::fmadd(cos, w.x(), -sin * w.y()), dr::fmadd(cos, w.y(), sin * w.x()), w.z() };
+    }
+};
+
+} // namespace sunbeam

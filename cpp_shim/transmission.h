@@ -1,0 +1,290 @@
+// Optics of a transparent body: a dielectric that reflects and transmits. The lobe in Rust (src/lobe/transmissive.rs)
+// has the value for unpolarised light; polarisation, radiance and the flat side's mirror are here.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <mitsuba/core/warp.h>
+#include <mitsuba/render/bsdf.h>
+#include <mitsuba/render/fresnel.h>
+#include <mitsuba/render/mueller.h>
+
+#include "interface.h"
+#include "lobe.h"
+#include "rotation.h"
+#include "textures.h"
+
+namespace sunbeam {
+
+/// Reflection and transmission by a relief between air, above, and a lossless medium, below.
+///
+/// Directions are unit vectors in the shading frame and point away from the surface. Below an interface they are
+/// directions in the medium, below a film in the air behind its flat side.
+template <typename Float, typename Spectrum> class Transmission {
+public:
+    MI_IMPORT_TYPES(Texture)
+    using Lobe = DiffractionLobe<Float, Spectrum>;
+
+    /// A body of index `eta`. Only a film has a back, whose mirror reflection may be left out.
+    Transmission(float eta, bool is_film, bool back_reflection)
+        : m_eta(eta), m_is_film(is_film), m_back_reflection(is_film && back_reflection) {}
+
+    bool is_film() const { return m_is_film; }
+    bool back_reflection() const { return m_back_reflection; }
+
+    /// `BSDFFlags` of each component: diffracted reflection and transmission, and the back's mirror if there is one.
+    /// `varies` tells whether they vary with the place on the surface.
+    std::vector<uint32_t> components(bool varies) const {
+        const uint32_t sides = BSDFFlags::FrontSide | BSDFFlags::BackSide | BSDFFlags::Anisotropic |
+                               (varies ? +BSDFFlags::SpatiallyVarying : 0u);
+        const uint32_t transmission =
+            +BSDFFlags::GlossyTransmission | sides | (m_is_film ? 0u : +BSDFFlags::NonSymmetric);
+        std::vector<uint32_t> components = { +BSDFFlags::GlossyReflection | sides, transmission };
+        if (m_back_reflection)
+            components.push_back(BSDFFlags::DeltaReflection | BSDFFlags::BackSide);
+        return components;
+    }
+
+    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the component, then serves as the
+    /// first of three variates in the lobe, which chooses the side. The mirror has a probability in place of a density.
+    std::pair<BSDFSample3f, Spectrum> sample(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
+                                             const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
+                                             const Point2f &sample2, Mask active) const {
+        BSDFSample3f bs = dr::zeros<BSDFSample3f>();
+        const Enabled enabled(ctx, m_back_reflection);
+        const Float cos_theta_i = Frame3f::cos_theta(si.wi);
+        active &= cos_theta_i != 0.f;
+        if (unlikely(enabled.none() || dr::none_or<false>(active)))
+            return { bs, 0.f };
+
+        const Place place(textures, si, active);
+        const Float prob_mirror = mirror_probability(cos_theta_i, enabled);
+        const Mask pick_mirror  = sample1 < prob_mirror;
+        // Uniform in [0, 1) again, given that the mirror is not picked.
+        sample1 = dr::clip((sample1 - prob_mirror) / dr::maximum(1.f - prob_mirror, dr::Epsilon<Float>), 0.f,
+                           dr::OneMinusEpsilon<Float>);
+        const Vector3f wo =
+            place.rotation.to_shading(lobe.sample(dr::detach(place.rotation.to_relief(si.wi)), si.wavelengths,
+                                                  place.size, sample1, sample2, active && !pick_mirror));
+        // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
+        bs.wo                     = dr::detach(wo);
+        const Float cos_theta_o   = Frame3f::cos_theta(bs.wo);
+        const Mask is_transmitted = cos_theta_i * cos_theta_o < 0.f;
+        bs.eta                    = m_is_film ? Float(1.f)
+                                              : dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, m_eta, 1.f / m_eta), Float(1.f));
+        bs.sampled_component      = dr::select(is_transmitted, UInt32(TRANSMISSION), UInt32(REFLECTION));
+        bs.sampled_type =
+            dr::select(is_transmitted, UInt32(+BSDFFlags::GlossyTransmission), UInt32(+BSDFFlags::GlossyReflection));
+        const auto [value, pdf] =
+            evaluate<true, true>(lobe, place, enabled, ctx, si, bs.wo, active && !pick_mirror && cos_theta_o != 0.f);
+        const Mask is_sampled = active && pdf > 0.f;
+        bs.pdf                = dr::select(is_sampled, pdf, 0.f);
+        Spectrum weight       = (dr::select(is_sampled, dr::rcp(pdf), 0.f) * value) & is_sampled;
+        if (enabled.mirror) {
+            const Vector3f mirror                         = reflect(si.wi);
+            const bool radiance                           = ctx.mode == TransportMode::Radiance;
+            dr::masked(bs.wo, pick_mirror)                = dr::detach(mirror);
+            dr::masked(bs.eta, pick_mirror)               = 1.f;
+            dr::masked(bs.pdf, pick_mirror)               = dr::select(active, prob_mirror, 0.f);
+            dr::masked(bs.sampled_component, pick_mirror) = UInt32(MIRROR);
+            dr::masked(bs.sampled_type, pick_mirror)      = UInt32(+BSDFFlags::DeltaReflection);
+            const Spectrum mirrored = mirror_matrix(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
+            weight = dr::select(pick_mirror, (mirrored / prob_mirror) & (active && prob_mirror > 0.f), weight);
+        }
+        return { bs, weight };
+    }
+
+    /// BSDF times |cosθo| and density in 1/sr of `sample`, over the enabled components. A part whose template argument
+    /// is false is not computed.
+    template <bool Value, bool Density>
+    std::pair<Spectrum, Float> answer(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
+                                      const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
+                                      Mask active) const {
+        active &= Frame3f::cos_theta(si.wi) != 0.f && Frame3f::cos_theta(wo) != 0.f;
+        const Enabled enabled(ctx, m_back_reflection);
+        if (unlikely(enabled.none() || dr::none_or<false>(active)))
+            return { 0.f, 0.f };
+        return evaluate<Value, Density>(lobe, Place(textures, si, active), enabled, ctx, si, wo, active);
+    }
+
+private:
+    /// Numbers of the components.
+    static constexpr uint32_t REFLECTION = 0, TRANSMISSION = 1, MIRROR = 2;
+
+    /// Whether each component exists and is enabled by the caller's context.
+    struct Enabled {
+        bool reflection, transmission, mirror;
+
+        Enabled(const BSDFContext &ctx, bool has_mirror)
+            : reflection(ctx.is_enabled(BSDFFlags::GlossyReflection, REFLECTION)),
+              transmission(ctx.is_enabled(BSDFFlags::GlossyTransmission, TRANSMISSION)),
+              mirror(has_mirror && ctx.is_enabled(BSDFFlags::DeltaReflection, MIRROR)) {}
+        bool none() const { return !reflection && !transmission && !mirror; }
+    };
+
+    /// Values of the textures at a point.
+    struct Place {
+        UnpolarizedSpectrum specular_reflectance, specular_transmittance;
+        typename Lobe::Size size;
+        Rotation<Float> rotation;
+
+        Place(const Textures<Float, Spectrum> &textures, const SurfaceInteraction3f &si, const Mask &active)
+            : specular_reflectance(textures.specular_reflectance->eval(si, active)),
+              specular_transmittance(textures.specular_transmittance->eval(si, active)),
+              size(textures.size(si, active)),
+              rotation(Rotation<Float>::degrees(textures.rotation->eval_1(si, active))) {}
+    };
+
+    /// Probability that `sample` picks the mirror: its reflectance, below the surface only.
+    Float mirror_probability(const Float &cos_theta_i, const Enabled &enabled) const {
+        if (!enabled.mirror)
+            return Float(0.f);
+        const Float below = enabled.reflection || enabled.transmission
+                                ? dr::detach(std::get<0>(mitsuba::fresnel(dr::abs(cos_theta_i), Float(m_eta))))
+                                : Float(1.f);
+        return dr::select(cos_theta_i < 0.f, below, 0.f);
+    }
+
+    template <bool Value, bool Density>
+    std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const Place &place, const Enabled &enabled,
+                                        const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
+                                        Mask active) const {
+        const Float cos_theta_i = Frame3f::cos_theta(si.wi), cos_theta_o = Frame3f::cos_theta(wo);
+        const Mask is_transmitted = cos_theta_i * cos_theta_o < 0.f;
+        active &= (is_transmitted && enabled.transmission) || (!is_transmitted && enabled.reflection);
+        const Vector3f wi_relief = place.rotation.to_relief(si.wi), wo_relief = place.rotation.to_relief(wo);
+        UnpolarizedSpectrum power(0.f);
+        Float pdf(0.f);
+        if constexpr (Value && Density)
+            std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+        else if constexpr (Value)
+            power = lobe.eval(wi_relief, wo_relief, si.wavelengths, place.size, active);
+        else
+            pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+        Spectrum value(0.f);
+        if constexpr (Value) {
+            power *= dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance);
+            // The lobe has the power of light from wi to wo. Radiance from wo to wi changes with the squared index.
+            const bool radiance = ctx.mode == TransportMode::Radiance;
+            if (radiance && !m_is_film)
+                power *= dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, 1.f / (m_eta * m_eta), m_eta * m_eta),
+                                    Float(1.f));
+            if constexpr (is_polarized_v<Spectrum>)
+                value = power * mueller(radiance ? wo : si.wi, radiance ? si.wi : wo);
+            else
+                value = power;
+        }
+        pdf *= 1.f - mirror_probability(cos_theta_i, enabled);
+        return { value & active, dr::select(active, pdf, 0.f) };
+    }
+
+    /// Terms of one direction in the Jones matrix; symbols as in src/scattering/transparent.rs.
+    struct Side {
+        using Complex  = dr::Complex<Float>;
+        using Vector2f = mitsuba::Vector<Float, 2>;
+
+        Mask is_below;
+        /// Tangential part of K, and its length k.
+        Vector2f tangential;
+        Float length;
+        /// v, s and p, and e.
+        Complex v, s, p;
+        Float e;
+        /// Amplitudes √τ with which the states s and p pass a film's flat side.
+        Float passed_s, passed_p;
+
+        Side(const Vector3f &w, float eta, bool is_film) {
+            const Float cos      = dr::abs(w.z());
+            is_below             = w.z() < 0.f;
+            const Mask in_medium = is_film ? Mask(false) : is_below;
+            tangential           = Vector2f(w.x(), w.y()) * dr::select(in_medium, Float(eta), Float(1.f));
+            length               = dr::sqrt(dr::maximum(dr::squared_norm(tangential), LENGTH_SQUARED_MIN));
+            const Float eps = eta * eta, squared = cos * cos;
+            const Float c1_squared = dr::select(in_medium, dr::fmadd(squared, eps, 1.f - eps), squared);
+            const Float cn         = dr::sqrt(dr::select(in_medium, squared * eps, squared + (eps - 1.f)));
+            const Complex c1(dr::sqrt(dr::maximum(c1_squared, 0.f)), dr::sqrt(dr::maximum(-c1_squared, 0.f)));
+            s        = c1 + cn;
+            p        = eps * c1 + cn;
+            v        = dr::select(is_below, c1 * Float(eta), Complex(cn));
+            e        = dr::select(is_below, Float(1.f), Float(eta));
+            passed_s = passed_p = 1.f;
+            if (is_film) {
+                const Float root = 2.f * dr::sqrt(dr::real(c1) * cn);
+                passed_s         = dr::select(is_below, root / dr::real(s), 1.f);
+                passed_p         = dr::select(is_below, root * eta / dr::real(p), 1.f);
+            }
+        }
+
+    private:
+        static constexpr float LENGTH_SQUARED_MIN = 1e-12f;
+    };
+
+    /// Mueller matrix of light that arrives from `from` and leaves towards `to`, over its first element, between
+    /// Mitsuba's frames of reference. One matrix applies to all light of a pair, so nothing is depolarised.
+    ///
+    /// The amplitudes are, up to a common factor, with the signs a (1 below and −1 above) of both directions:
+    /// cosφ/(s s0), a0 v0 sinφ/(s p0), a v sinφ/(p s0), −σ (v v0 cosφ − σ e e0 k k0)/(p p0).
+    Spectrum mueller([[maybe_unused]] const Vector3f &from, [[maybe_unused]] const Vector3f &to) const {
+        if constexpr (is_polarized_v<Spectrum>) {
+            using Complex = typename Side::Complex;
+            const Side in(from, m_eta, m_is_film), out(to, m_eta, m_is_film);
+            // Tangential unit vectors of travel. A direction along the normal takes the other's.
+            auto unit = [](const Side &side, const Side &other, float sign) {
+                const auto own = sign * side.tangential / side.length, others = -sign * other.tangential / other.length;
+                const auto fallback = dr::select(other.length > TANGENT_MIN, others, typename Side::Vector2f(1.f, 0.f));
+                return dr::select(side.length > TANGENT_MIN, own, fallback);
+            };
+            const auto travel_in = unit(in, out, -1.f), travel_out = unit(out, in, 1.f);
+            const Float cos   = dr::dot(travel_in, travel_out),
+                        sin   = travel_in.x() * travel_out.y() - travel_in.y() * travel_out.x();
+            const Float a_in  = dr::select(in.is_below, Float(1.f), Float(-1.f)),
+                        a_out = dr::select(out.is_below, Float(1.f), Float(-1.f)), sigma = a_in * a_out;
+            const Float sines = dr::select(in.length > TANGENT_MIN, in.length, 0.f) *
+                                dr::select(out.length > TANGENT_MIN, out.length, 0.f);
+            const Complex ss = Complex(cos) / (out.s * in.s) * (out.passed_s * in.passed_s),
+                          sp = in.v * (a_in * sin) / (out.s * in.p) * (out.passed_s * in.passed_p),
+                          ps = out.v * (a_out * sin) / (out.p * in.s) * (out.passed_p * in.passed_s),
+                          pp = (out.v * in.v * cos - Complex(sigma * out.e * in.e * sines)) * (-sigma) /
+                               (out.p * in.p) * (out.passed_p * in.passed_p);
+            auto wide = [](const Complex &z) {
+                return dr::Complex<UnpolarizedSpectrum>(UnpolarizedSpectrum(dr::real(z)),
+                                                        UnpolarizedSpectrum(dr::imag(z)));
+            };
+            const Spectrum matrix =
+                Interface<Float, Spectrum>::jones_to_mueller(wide(ss), wide(sp), wide(ps), wide(pp));
+            const UnpolarizedSpectrum power = matrix(0, 0);
+            const Vector3f s_in(-travel_in.y(), travel_in.x(), 0.f), s_out(-travel_out.y(), travel_out.x(), 0.f);
+            return Interface<Float, Spectrum>::in_stokes_bases(dr::select(power > 0.f, dr::rcp(power), 0.f) * matrix,
+                                                               from, s_in, to, s_out);
+        }
+        return Spectrum(1.f);
+    }
+
+    /// Mirror reflection by a film's flat side of light from `from` towards `to`, between Mitsuba's frames of
+    /// reference.
+    Spectrum mirror_matrix([[maybe_unused]] const Vector3f &from, const Vector3f &to) const {
+        const Float cos = dr::abs(to.z());
+        if constexpr (is_polarized_v<Spectrum>) {
+            const dr::Complex<UnpolarizedSpectrum> index(UnpolarizedSpectrum(m_eta), UnpolarizedSpectrum(0.f));
+            const Spectrum matrix = mitsuba::mueller::specular_reflection(UnpolarizedSpectrum(cos), index);
+            const Float squared   = dr::square(from.x()) + dr::square(from.y());
+            const Vector3f s      = dr::select(squared > TANGENT_MIN * TANGENT_MIN,
+                                               Vector3f(-from.y(), from.x(), 0.f) *
+                                                   dr::rsqrt(dr::maximum(squared, TANGENT_MIN * TANGENT_MIN)),
+                                               Vector3f(0.f, 1.f, 0.f));
+            return Interface<Float, Spectrum>::in_stokes_bases(matrix, from, s, to, s);
+        } else {
+            return Spectrum(std::get<0>(mitsuba::fresnel(cos, Float(m_eta))));
+        }
+    }
+
+    /// Smallest tangential length that has an azimuth.
+    static constexpr float TANGENT_MIN = 1e-5f;
+
+    float m_eta;
+    bool m_is_film, m_back_reflection;
+};
+
+} // namespace sunbeam

@@ -1,0 +1,41 @@
+// Grid of directions of the albedo tables, for albedo.wgsl and film.wgsl; compiled after table.wgsl. Counterpart of
+// src/energy/grid.rs, with the same arithmetic.
+//
+// The grid is square and uniform over the stretched direction
+//     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1],
+// which maps the hemisphere to the unit disc with dense nodes near the horizon. A cell is the square between four nodes.
+
+@group(1) @binding(2) var<storage, read> albedos: array<u32>;
+
+// Place of a direction in the grid.
+struct GridPlace {
+    // Index of its cell in a plane, [row along y][column along x].
+    cell: u32,
+    // Position in the cell along x and y, 0 to 1.
+    fraction: vec2<f32>,
+    // 1/cos²θ, the factor on the tabulated value.
+    per_squared_cosine: f32,
+}
+
+// Place of a direction of unit length.
+fn place(w: vec3<f32>) -> GridPlace {
+    let cosine = clamp(w.z, COSINE_MIN, 1.0);
+    let scale = 1.0 / sqrt((1.0 + sqrt(cosine)) * (1.0 + cosine));
+    let cells = f32(table.albedo_cells);
+    let position = clamp((w.xy * scale + 1.0) * (0.5 * cells), vec2<f32>(0.0), vec2<f32>(cells));
+    let cell = min(floor(position), vec2<f32>(cells - 1.0));
+    return GridPlace(u32(cell.y) * table.albedo_cells + u32(cell.x), position - cell, 1.0 / (cosine * cosine));
+}
+
+// The two values of a word, that in the lower half first.
+fn albedo_pair(word: u32) -> vec2<f32> {
+    return vec2<f32>(bitcast<f32>(word << 16u), bitcast<f32>(word & 0xffff0000u));
+}
+
+// Value at a position in a cell, 0 to 1 along x and y, bilinear between the corners. The first word has those of the
+// lower y, the second those of the upper y.
+fn in_cell(lower_y: u32, upper_y: u32, fraction: vec2<f32>) -> f32 {
+    let lower = albedo_pair(lower_y);
+    let upper = albedo_pair(upper_y);
+    return mix(mix(lower.x, lower.y, fraction.x), mix(upper.x, upper.y, fraction.x), fraction.y);
+}

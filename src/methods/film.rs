@@ -1,0 +1,58 @@
+//! The method `table` of a film, which reflects and transmits: the colour table of the relief magnified by the index,
+//! with the factor of both sides.
+//!
+//! The shader is transparent.wgsl and film.wgsl. Where energy is conserved, albedos by wavelength are uploaded as they
+//! are, and a channel takes the mean over its band.
+
+use super::table::shader;
+use super::{AnswerKind, Method, MethodShader};
+use crate::colour_table::ColourTable;
+use crate::energy::AlbedoTable;
+use crate::lobe::colour_at_body;
+use crate::scattering::TransparentBody;
+use crate::wgsl;
+
+/// Words of the albedos' buffer where nothing is divided, which no shader reads.
+const NO_ALBEDO: [u32; 4] = [0; 4];
+
+/// The colour table of a film.
+pub(super) struct FilmTable {
+    pub body: TransparentBody,
+    /// Table of the magnified relief.
+    pub table: ColourTable,
+    /// Albedos by which the scattering function is divided; `None` where nothing is divided.
+    pub albedo: Option<AlbedoTable>,
+}
+
+impl Method for FilmTable {
+    fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        let albedo = self.albedo.as_ref().map(AlbedoTable::view::<f32>);
+        colour_at_body(self.body, &self.table.view::<f32>(), albedo.as_ref(), None, [wi, wo], true)
+    }
+
+    fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+        None
+    }
+
+    fn answers(&self) -> AnswerKind {
+        AnswerKind::Film { eta: self.body.eta as f32 }
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        let words = self.albedo.as_ref().map_or(&NO_ALBEDO[..], AlbedoTable::words);
+        shader(&self.table, Some(words), |uniform| {
+            uniform.body_eta = self.body.eta as f32;
+            uniform.body_normal_min = self.body.normal_min as f32;
+            if let Some(albedo) = &self.albedo {
+                let layout = albedo.layout();
+                uniform.albedo_cells = layout.cells;
+                uniform.albedo_planes = layout.planes;
+                uniform.albedo_min_nm = layout.wavelength_min_nm;
+                uniform.albedo_planes_per_nm = layout.planes_per_nm;
+            }
+        })
+        .and(wgsl!("transparent.wgsl"))
+        .and(wgsl!("albedo_grid.wgsl"))
+        .and(wgsl!("film.wgsl"))
+    }
+}

@@ -1,0 +1,50 @@
+// Scattering function of a film: the colour table of the magnified relief times the factor of transparent.wgsl, divided
+// by the albedo where energy is conserved; compiled after transparent.wgsl and albedo_grid.wgsl. Counterpart of
+// `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
+//
+// Let A(w) be the larger of 1 and the albedo for a direction w at the angle θ from the normal and a wavelength: the sum
+// of what the film reflects and transmits. A channel takes the mean over its band, of A at three wavelengths. `albedos`
+// holds (A - 1)·cos²θ on the grid, in four words for each [side][gap between planes of wavelength][cell]. They are the
+// corners of the lower y and of the upper y on the lower plane, then those on the upper plane.
+
+// Place of a direction in the table, whose second side is that of directions below the relief.
+fn place_at_body(w: vec3<f32>) -> GridPlace {
+    let n = table.body_eta;
+    let cells = table.albedo_cells;
+    let is_below = w.z < 0.0;
+    // The direction within the medium on its side, pointing upwards: air above, the film below.
+    let below = vec3<f32>(w.xy / n, sqrt(w.z * w.z + (n - 1.0) * (n + 1.0)) / n);
+    var at = place(select(w, below, is_below));
+    at.cell += select(0u, (table.albedo_planes - 1u) * cells * cells, is_below);
+    return at;
+}
+
+// A - 1 at a place and a wavelength in nm.
+fn excess(at: GridPlace, nm: f32) -> f32 {
+    let last = f32(table.albedo_planes - 1u);
+    let position = clamp((nm - table.albedo_min_nm) * table.albedo_planes_per_nm, 0.0, last);
+    let plane = min(floor(position), last - 1.0);
+    let first = 4u * (u32(plane) * table.albedo_cells * table.albedo_cells + at.cell);
+    let lower = in_cell(albedos[first], albedos[first + 1u], at.fraction);
+    let upper = in_cell(albedos[first + 2u], albedos[first + 3u], at.fraction);
+    return mix(lower, upper, position - plane) * at.per_squared_cosine;
+}
+
+// A - 1 of red, green and blue at a place: the mean over the channel's band, by the weights of src/energy/colour.rs.
+fn band_excess(at: GridPlace) -> vec3<f32> {
+    let mean = vec3<f32>(-0.0940, 0.0823, 1.0350) * excess(at, 460.0)
+        + vec3<f32>(-0.0078, 0.8087, 0.0006) * excess(at, 540.0)
+        + vec3<f32>(1.1019, 0.1090, -0.0355) * excess(at, 620.0);
+    return max(mean, vec3<f32>(0.0));
+}
+
+// The scattering function of light from wi to wo, linear sRGB in 1/sr. Parts other than 0 are zero, like those of
+// `relief_rgb`.
+fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    let pair = pair_at_body(side_of_body(wi), side_of_body(wo));
+    let undivided = pair.factor * relief_rgb(pair.q);
+    if table.albedo_cells == 0u {
+        return undivided;
+    }
+    return undivided / (1.0 + max(band_excess(place_at_body(wi)), band_excess(place_at_body(wo))));
+}

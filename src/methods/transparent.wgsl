@@ -1,0 +1,91 @@
+// Factor F of a film, which reflects and transmits; compiled after table.wgsl. Counterpart of
+// src/scattering/transparent.rs, which has the formulas and symbols, for bodies that are films.
+//
+// All directions of a film are in air, so that no component is imaginary. Wave vectors are in units of the wave number
+// in the film, n times that in air.
+
+// Smallest product of tangential lengths by which the azimuth's cosine is divided.
+const SINES_MIN: f32 = 1e-6;
+
+// One direction at a film: its wave vector and its terms of the factor F.
+struct Side {
+    // Whether the direction lies below the relief.
+    is_below: bool,
+    // Direction cosines along the surface, those of the wave vector in air.
+    cosines: vec2<f32>,
+    // ζ over n, positive.
+    normal: f32,
+    // k.
+    sine: f32,
+    // v, and e.
+    v: f32,
+    e: f32,
+    // τ/s² and τ/p².
+    states: vec2<f32>,
+}
+
+// A pair of directions at a film.
+struct TransparentPair {
+    // Ki + Ko over n, with the sign that makes the normal component positive.
+    q: vec3<f32>,
+    // Factor on S/λ² of the magnified relief, in the scattering function of light from wi to wo, in 1/sr.
+    factor: f32,
+}
+
+// Terms of a direction of unit length, which points away from the relief on either side of it.
+fn side_of_body(w: vec3<f32>) -> Side {
+    let n = table.body_eta;
+    let eps = n * n;
+    let is_below = w.z < 0.0;
+    let c1 = max(abs(w.z), COSINE_MIN);
+    let cn = sqrt(c1 * c1 + (n - 1.0) * (n + 1.0));
+    let s = c1 + cn;
+    let p = eps * c1 + cn;
+    let per_squared = 1.0 / vec2<f32>(s * s, p * p);
+    // Transmittances of the flat side below for both states.
+    let refracted = 4.0 * c1 * cn * vec2<f32>(1.0, eps) * per_squared;
+    return Side(
+        is_below,
+        w.xy,
+        select(c1, cn, is_below) / n,
+        length(w.xy),
+        select(cn, n * c1, is_below),
+        select(n, 1.0, is_below),
+        select(vec2<f32>(1.0), refracted, is_below) * per_squared,
+    );
+}
+
+// (ε − 1)/w, with w over n. Without a contrast of indices light goes straight on, with the limit s0.
+fn contrast_over_normal(is_reflected: bool, normal: f32, wi: Side) -> f32 {
+    let n = table.body_eta;
+    if n == 1.0 {
+        return select(2.0 * wi.normal, 0.0, is_reflected);
+    }
+    return (n - 1.0) * (n + 1.0) / normal;
+}
+
+// The pair of two directions, light arriving from wi and leaving along wo.
+fn pair_at_body(wi: Side, wo: Side) -> TransparentPair {
+    let n = table.body_eta;
+    let is_reflected = wi.is_below == wo.is_below;
+    let sigma = select(-1.0, 1.0, is_reflected);
+    let w = select(wi.normal, -wi.normal, wi.is_below) + select(wo.normal, -wo.normal, wo.is_below);
+    let normal = max(abs(w), table.body_normal_min);
+    let tangential = (wi.cosines + wo.cosines) / n * select(1.0, -1.0, w < 0.0);
+    // k·k0·cosφ = −(Ki·Ko)_xy.
+    let sines = wi.sine * wo.sine;
+    let cos_phi = clamp(-dot(wi.cosines, wo.cosines) / max(sines, SINES_MIN), -1.0, 1.0);
+    let cos_squared = cos_phi * cos_phi;
+    let sin_squared = 1.0 - cos_squared;
+    let pp = wi.v * wo.v * cos_phi - sigma * wi.e * wo.e * sines;
+    let contrast = contrast_over_normal(is_reflected, normal, wi);
+    // States of the outgoing and the incident light: ss, sp, ps and pp. Unpolarised light has half of each.
+    let powers = vec4<f32>(
+        cos_squared * wo.states.x * wi.states.x,
+        sin_squared * wi.v * wi.v * wo.states.x * wi.states.y,
+        sin_squared * wo.v * wo.v * wo.states.y * wi.states.x,
+        pp * pp * wo.states.y * wi.states.y,
+    );
+    let power = 2.0 * (powers.x + powers.y + powers.z + powers.w) * wi.normal * wo.normal * contrast * contrast;
+    return TransparentPair(vec3<f32>(tangential, normal), power / (n * n));
+}

@@ -1,0 +1,66 @@
+"""Gratings under a clear cover: powers of orders in air, from the judges' powers inside and by the project's theories.
+
+A power is the fraction of unpolarised light from air in an order that leaves into air, without light that the cover's
+flat side reflects back to the grating.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .drawn import DIELECTRIC, Judged, Setting
+from .scalar import COHERENCE_LENGTH_UM, ask
+from .theories import EXACT, SCALAR, optics, words
+
+
+def transmittances(eta: float, cos: np.ndarray | float) -> np.ndarray:
+    """Fresnel's transmittances of the flat side for s and p, `[..., state]`, from cosines of angles in air."""
+    cos = np.asarray(cos)
+    # eta times the cosine inside.
+    inside = np.sqrt(eta**2 - 1 + cos**2)
+    return np.stack(
+        [4 * cos * inside / (cos + inside) ** 2, 4 * eta**2 * cos * inside / (eta**2 * cos + inside) ** 2], axis=-1
+    )
+
+
+def flat_sides(judged: Judged) -> tuple[np.ndarray, np.ndarray]:
+    """Transmittances of the flat side for the light, `[state]`, and for the orders, `[order, state]`."""
+    setting = judged.setting
+    cos_o = setting.wo(judged.orders)[:, 2]
+    return transmittances(setting.cover_eta, setting.wi[2]), transmittances(setting.cover_eta, cos_o)
+
+
+def through_means(judged: Judged) -> np.ndarray:
+    """The judge's powers times the mean transmittances of both states, as the model has it (docs/model.md)."""
+    arriving, leaving = flat_sides(judged)
+    return judged.power * arriving.mean() * leaving.mean(axis=-1)
+
+
+def through_states(judged: Judged) -> np.ndarray:
+    """The judge's powers with each state's own transmittances: those of incoherent s and p from end to end."""
+    arriving, leaving = flat_sides(judged)
+    return 0.5 * np.einsum("ma,mab,b->m", leaving, judged.states, arriving)
+
+
+def powers(judged: Judged, theory: str, cover_eta: float | None = None) -> np.ndarray:
+    """Powers of the judge's orders by SCALAR or EXACT (`theories`), from `sunbeam eval --method exact`.
+
+    `cover_eta` replaces the setting's index of the cover. SCALAR does not conserve energy; its obliquity factor is the
+    default of the medium.
+    """
+    setting = judged.setting
+    wi = setting.wi.tolist()
+    questions = [{"wi": wi, "wo": wo, "wavelength": setting.wavelength_nm} for wo in setting.wo(judged.orders).tolist()]
+    obliquity = "small_slope" if setting.metal == DIELECTRIC else "stam"
+    more = {
+        EXACT: ["--theory", "rigorous"],
+        SCALAR: ["--theory", "scalar", "--obliquity", obliquity, "--conserve-energy", "false"],
+    }[theory]
+    surface = [*words(setting), *optics(setting), "--cover-eta", cover_eta or setting.cover_eta]
+    asked = ["eval", "--method", "exact", *surface, "--coherence-length", COHERENCE_LENGTH_UM, *more]
+    return np.array(ask(asked, questions)) * power_of_value(setting)
+
+
+def power_of_value(setting: Setting) -> float:
+    """Power of an order over f at its centre, λ²/K(0) (docs/model.md#coherence), with lengths in air."""
+    return (setting.wavelength_nm * 1e-3) ** 2 / (4 * np.pi * (COHERENCE_LENGTH_UM / 4) ** 2)
