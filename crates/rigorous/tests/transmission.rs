@@ -1,5 +1,8 @@
 //! Orders on both sides of lossless dielectrics against closed forms and conservation laws.
 
+// Helpers outside of `#[test]` functions unwrap as tests do.
+#![allow(clippy::unwrap_used, reason = "tests panic on errors")]
+
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{BothSides, Channel, Discretisation, Order, Profile, Resolution, solve_both_sides};
 
