@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 pub struct BodyOrder {
     /// Tangential part of `Ki + Ko` in wave numbers in vacuum, with the sign that makes the normal part positive.
     pub tangential: [f64; 2],
-    /// |w|, at least 1e-3.
+    /// |w|, at least `normal_min` of the body.
     pub normal: f64,
     /// Factors on `|c_m|²` in the power of an order, for the pairs of states ss, sp, ps and pp, the outgoing one first.
     pub powers: [f64; 4],
@@ -23,7 +23,7 @@ impl BodyOrder {
     /// use sunbeam::scattering::{BodyOrder, TransparentBody};
     ///
     /// // Straight through a flat interface to glass: Fresnel's transmittance.
-    /// let glass = TransparentBody { eta: 1.5, is_film: false };
+    /// let glass = TransparentBody::new(1.5, false, 65.0);
     /// let order = BodyOrder::new(glass, [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
     /// assert!((order.unpolarised() - 0.96).abs() < 1e-12);
     /// ```

@@ -13,8 +13,9 @@ use sunbeam::table::{CoherenceWindow, Progress};
 /// Largest root mean square error of an order's power by the tables.
 const RMS: f64 = 4e-3;
 const ETA: f64 = 1.5;
-const FILM: TransparentBody = TransparentBody { eta: ETA, is_film: true };
-const INTERFACE: TransparentBody = TransparentBody { eta: ETA, is_film: false };
+// `normal_min` is of the scalar theory.
+const FILM: TransparentBody = TransparentBody { eta: ETA, is_film: true, normal_min: 0.0 };
+const INTERFACE: TransparentBody = TransparentBody { is_film: false, ..FILM };
 /// Period, height and coherence length of the sinusoid in µm.
 const PERIOD_UM: f64 = 0.6;
 const HEIGHT_UM: f64 = 0.2;
