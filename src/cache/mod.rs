@@ -231,6 +231,28 @@ impl Cache {
         })
     }
 
+    /// [`Cache::shared_grating`] of a film of index `eta`.
+    ///
+    /// # Errors
+    /// The errors of [`GratingSurface::new`].
+    #[cfg(feature = "rigorous")]
+    pub fn shared_grating_of_film(
+        &self,
+        profile: &Profile,
+        eta: f64,
+        coherence_length_um: f64,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
+        static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
+        let key = Key::of_grating(&format!("grating on a film of {eta:?}"), profile, None);
+        IN_USE.get((key, coherence_length_um.to_bits()), || {
+            let build = || GratingSurface::of_film(profile, eta, coherence_length_um, build_limit, progress);
+            let (grating, origin) = self.read_or_build(|| key, build)?;
+            Ok((grating.with_coherence_length(coherence_length_um), origin))
+        })
+    }
+
     /// [`Cache::shared_grating`] in linear sRGB.
     ///
     /// # Errors

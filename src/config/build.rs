@@ -28,7 +28,7 @@ use crate::height_field::{
 };
 use crate::lobe::{ColourSurface, Surface};
 use crate::methods::MethodError;
-use crate::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex};
+use crate::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex, TransparentBody};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
@@ -230,7 +230,7 @@ impl SurfaceConfig {
         self.magnified_profile(1.0)
     }
 
-    /// The profile that goes with [`SurfaceConfig::coherence_length_inside`]: magnified by the index of the cover.
+    /// The profile that goes with [`SurfaceConfig::grating_coherence_um`]: magnified by the index of the cover.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::profile`].
@@ -265,8 +265,35 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
-        let (index, coherence_um) = (self.relative(index), self.coherence_length_inside());
-        Ok(cache.shared_grating(&self.profile_inside()?, index.as_ref(), coherence_um, self.build_limit, progress)?)
+        self.shared_grating_of(&self.profile_inside()?, self.relative(index).as_ref(), cache, progress)
+    }
+
+    /// The grating of a profile inside the cover, of an index relative to the cover's. A body has its own index.
+    /// Tables of an interface would miss the lines within its cells at which light from below is totally reflected.
+    fn shared_grating_of(
+        &self,
+        profile: &Profile,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
+        let (coherence_um, limit) = (self.grating_coherence_um(), self.build_limit);
+        if self.body().is_some_and(|body| !body.is_film) {
+            let advice = "its tables have \"film\"; \"interface\" has theory \"scalar\", lists of orders and the method \
+                          exact";
+            contradiction("transmission", "theory \"rigorous\"", advice)?;
+        }
+        Ok(match self.body() {
+            Some(TransparentBody { eta, .. }) => {
+                cache.shared_grating_of_film(profile, eta, coherence_um, limit, progress)?
+            }
+            None => cache.shared_grating(profile, index, coherence_um, limit, progress)?,
+        })
+    }
+
+    /// Coherence length in µm that goes with [`SurfaceConfig::profile_inside`].
+    pub fn grating_coherence_um(&self) -> f64 {
+        self.coherence_length * self.cover_eta.unwrap_or(1.0)
     }
 
     /// [`SurfaceConfig::build_shared_grating`] in linear sRGB.
@@ -279,8 +306,9 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingColourSurface, Origin)>, BuildError> {
+        self.refuse_transmission("colours of theory \"rigorous\"")?;
         let (profile, index) = (self.profile_inside()?, self.relative(index));
-        let coherence_um = self.coherence_length_inside();
+        let coherence_um = self.grating_coherence_um();
         Ok(cache.shared_grating_colours(&profile, index.as_ref(), coherence_um, self.build_limit, progress)?)
     }
 
@@ -294,6 +322,7 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(JonesTable, Origin)>, BuildError> {
+        self.refuse_transmission("Jones matrices of theory \"rigorous\"")?;
         let index = self.relative(index);
         Ok(cache.shared_jones(&self.profile_inside()?, index.as_ref(), self.build_limit, progress)?)
     }
@@ -320,8 +349,7 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<(BuiltSurface, Origin), BuildError> {
         let index = self.index_inside().map(SpectralIndex::Constant);
-        let coherence_um = self.coherence_length_inside();
-        let built = cache.shared_grating(profile, index.as_ref(), coherence_um, self.build_limit, progress)?;
+        let built = self.shared_grating_of(profile, index.as_ref(), cache, progress)?;
         let origin = built.1.clone();
         Ok((BuiltSurface::rigorous(built, self.cover()), origin))
     }

@@ -77,7 +77,10 @@ impl BuiltSurface {
 
     /// Whether the surface transmits light, so that directions below it count.
     pub fn transmits(&self) -> bool {
-        matches!(&self.tables, Tables::Scalar(surface, _) if surface.options().body.is_some())
+        match &self.tables {
+            Tables::Scalar(surface, _) => surface.options().body.is_some(),
+            Tables::Rigorous(built) => built.0.transmits(),
+        }
     }
 
     /// The pair as the tables take it. `None` where the surface scatters nothing.

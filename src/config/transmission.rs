@@ -1,6 +1,6 @@
 //! The parameter `transmission`, and the parameters that contradict it.
 
-use super::{Accepted, ConfigError, ObliquityChoice, SurfaceConfig, Theory, contradiction};
+use super::{Accepted, ConfigError, ObliquityChoice, SurfaceConfig, contradiction};
 use crate::scattering::{Transmission, TransparentBody};
 use std::ops::RangeInclusive;
 
@@ -48,7 +48,6 @@ impl SurfaceConfig {
             ("k", self.k.is_some_and(|k| k > 0.0), "a body that transmits does not absorb; leave it out"),
             ("cover_eta", self.cover_eta.is_some(), "a relief that transmits is bare; leave it out"),
             ("shadowing", self.shadowing, "light passes what would shadow it"),
-            ("theory", self.theory == Theory::Rigorous, "theory \"scalar\" has it"),
             (
                 "obliquity",
                 !matches!(self.obliquity, ObliquityChoice::Auto | ObliquityChoice::SmallSlope),

@@ -74,6 +74,7 @@ impl EfficiencyTable {
         table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
+        let sides = solver.sides();
         let (nm, cell_counts) = table_wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
         let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let cells = cell_counts[0];
@@ -117,6 +118,7 @@ impl EfficiencyTable {
             wavelengths: nm.len() as u32,
             cells: cells as u32,
             nodes: table_resolution.stored,
+            sides: sides as u32,
         };
         Ok(Self { layout, words, solved })
     }
@@ -149,12 +151,18 @@ impl EfficiencyTable {
                 // The Bloch phase is a up to an integer, so a itself will do.
                 let exact = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
-                let row = view.row(&position, nm, true);
-                let (order_count, incident) = (position.cell as usize + 1, position.incident as usize);
-                let tabulated = |number: usize| view.entry(&row, u32::lit(number as u32), true);
-                Ok((0..order_count)
-                    .map(|number| (tabulated(number) - exact[0][incident * order_count + number]).abs())
-                    .collect::<Vec<_>>())
+                let orders = position.cell as usize + 1;
+                let channels = orders * solver.sides();
+                let errors = (0..solver.sides()).flat_map(|side| {
+                    let incident = side * orders + position.incident as usize;
+                    let row = view.row_of(&position, incident as u32, nm, true);
+                    let exact = &exact[0][incident * channels..][..channels];
+                    let numbered = exact.iter().enumerate();
+                    numbered
+                        .map(|(channel, exact)| (view.entry(&row, u32::lit(channel as u32), true) - exact).abs())
+                        .collect::<Vec<_>>()
+                });
+                Ok(errors.collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>, GratingError>>()?
             .concat();
@@ -169,6 +177,8 @@ impl EfficiencyTable {
 struct Cell {
     /// Index s of the cell.
     index: usize,
+    /// Sides of the relief.
+    sides: usize,
     /// Chebyshev nodes along either side.
     nodes: usize,
     /// `[node of triangle_nodes][wavelength]`, each a matrix of [`OrderSolver::efficiencies`].
@@ -220,19 +230,19 @@ impl Cell {
                 let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
                 let mut matrices = solver.efficiencies(t, b, wavelengths_nm)?;
                 if i == k {
-                    matrices.iter_mut().for_each(|matrix| symmetrise(matrix, index));
+                    matrices.iter_mut().for_each(|matrix| symmetrise(matrix, index, solver.sides()));
                 }
                 Ok(matrices)
             })
             .collect::<Result<Vec<_>, GratingError>>()?;
-        Ok(Self { index, nodes, matrices })
+        Ok(Self { index, sides: solver.sides(), nodes, matrices })
     }
 
     /// Efficiency at node i of p, node k of q, and wavelength j; `entry` is an index into the matrix. Beyond the
     /// diagonal it is that of the reversed path.
     fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> f64 {
         let matrix = &self.matrices[triangle_index(i, k)][j];
-        matrix[if i < k { reversed(entry, self.index) } else { entry }]
+        matrix[if i < k { reversed(entry, self.index, self.sides) } else { entry }]
     }
 
     /// RMS of the two highest Chebyshev terms along p together: the root of the sum of their squares, averaged over
@@ -240,7 +250,7 @@ impl Cell {
     fn highest_terms(&self) -> f64 {
         let n = self.nodes;
         let coefficients = coefficient_matrix(n);
-        let (entries, wavelengths) = ((self.index + 1).pow(2), self.matrices[0].len());
+        let (entries, wavelengths) = (self.channels().pow(2), self.matrices[0].len());
         let mut sum = 0.0;
         for j in 0..wavelengths {
             for entry in 0..entries {
@@ -257,11 +267,16 @@ impl Cell {
         (sum / (entries * wavelengths) as f64).sqrt()
     }
 
+    /// Number of channels.
+    fn channels(&self) -> usize {
+        (self.index + 1) * self.sides
+    }
+
     /// 16-bit entries of the cell at wavelength j, in the order of [`EfficiencyLayout`], for `stored` nodes along
     /// either side.
     fn packed(&self, j: usize, stored: usize) -> Vec<u16> {
-        let orders = self.index + 1;
-        let entries = orders * orders;
+        let channels = self.channels();
+        let entries = channels * channels;
         let resampling = resampling_matrix(self.nodes, stored);
         // Resampled along q, not yet along p: `[Chebyshev node i of p][stored node g of q][entry]`.
         let mut along_q = vec![0.0; self.nodes * stored * entries];
@@ -276,12 +291,12 @@ impl Cell {
             }
         }
         // Stored nodes of p, then of q.
-        let mut halves = Vec::with_capacity(stored * stored * orders * (orders + 1));
+        let mut halves = Vec::with_capacity(stored * stored * channels * (channels + 1));
         for weights in &resampling {
             for g in 0..stored {
-                for incident in 0..orders {
+                for incident in 0..channels {
                     let mut sum = 0;
-                    for entry in incident * orders..(incident + 1) * orders {
+                    for entry in incident * channels..(incident + 1) * channels {
                         let value: f64 = weights
                             .iter()
                             .enumerate()
@@ -299,19 +314,21 @@ impl Cell {
     }
 }
 
-/// Index of the reversed path of `entry` in a matrix of cell `s`, `[incident · orders + outgoing]`. The outgoing order
-/// becomes the incident one and vice versa, and order numbers count from the other side.
-pub(super) fn reversed(entry: usize, s: usize) -> usize {
+/// Index of the reversed path of `entry` in a matrix of cell `s`, `[incident · channels + outgoing]`. The outgoing
+/// channel becomes the incident one and vice versa, and order numbers count from the other side.
+pub(super) fn reversed(entry: usize, s: usize, sides: usize) -> usize {
     let orders = s + 1;
-    let (incident, outgoing) = (entry / orders, entry % orders);
-    (s - outgoing) * orders + (s - incident)
+    let channels = orders * sides;
+    // The opposite order on the same side of the relief.
+    let opposite = |channel: usize| channel - channel % orders + (s - channel % orders);
+    opposite(entry % channels) * channels + opposite(entry / channels)
 }
 
 /// Replaces a matrix on the diagonal `p = q`, which reciprocity maps to itself, by the mean with its image. The two
 /// differ by the solver's error.
-fn symmetrise(matrix: &mut [f64], s: usize) {
+fn symmetrise(matrix: &mut [f64], s: usize, sides: usize) {
     let before = matrix.to_vec();
     for (entry, value) in matrix.iter_mut().enumerate() {
-        *value = 0.5 * (*value + before[reversed(entry, s)]);
+        *value = 0.5 * (*value + before[reversed(entry, s, sides)]);
     }
 }

@@ -17,6 +17,9 @@ pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 /// `[node of p][node of q][incident order][entry]`, with `s + 1` incident orders and `s + 2` entries: the efficiencies
 /// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/60 000;
 /// two share a word, the lower half first.
+///
+/// Tables of a body that transmits have two sides. A *channel* is an order on a side; those above the relief come
+/// first, then those below, each by order number. There, channels take the place of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
     /// First wavelength in nm.
@@ -29,6 +32,8 @@ pub struct EfficiencyLayout {
     pub cells: u32,
     /// Nodes along either side of a cell.
     pub nodes: u32,
+    /// Sides of the relief that light arrives at and leaves on: 1 or 2.
+    pub sides: u32,
 }
 
 /// The table as an evaluator over the numbers `N` reads it. The table of Jones matrices (`polarisation.rs`) has the
@@ -71,7 +76,7 @@ impl<N: Numbers> EfficiencyView<N> {
         active: N::Mask,
     ) -> ([Node<N>; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
-        let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes } = self.layout;
+        let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes, .. } = self.layout;
         // Lower node of the interval around x among `count` nodes, and the fraction of a step from this node.
         let interval = |x: N::Real, count: u32| {
             let x = x.clip(real(0.0), real(f64::from(count - 1)));
@@ -109,31 +114,75 @@ impl<N: Numbers> EfficiencyView<N> {
         std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
-    /// Rows of the incident order at a position, for a wavelength in nm. Masked positions may lie outside the table;
-    /// the nearest cell and order are taken.
+    /// Rows of the incident order above the relief at a position, for a wavelength in nm. Masked positions may lie
+    /// outside the table; the nearest cell and order are taken.
     #[inline(always)]
     pub(super) fn row(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> Row<N> {
+        self.row_of(position, position.incident, nm, active)
+    }
+
+    /// Rows of an incident channel at a position; else as [`EfficiencyView::row`].
+    #[inline(always)]
+    pub(super) fn row_of(
+        &self,
+        position: &CellPosition<N>,
+        incident: N::Index,
+        nm: N::Real,
+        active: N::Mask,
+    ) -> Row<N> {
         let index = N::Index::lit;
         let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
-        let cell = position.cell.min(index(self.layout.cells - 1));
-        let orders = cell + index(1);
+        let channels = self.channels(position);
         // In halves of words.
-        let row_length = orders + index(1);
-        let node_length = orders * row_length;
+        let row_length = channels + index(1);
+        let node_length = channels * row_length;
         let offset = |bits: usize| {
             let Node { cell_offset, number } = nodes[bits];
-            cell_offset + number * node_length + position.incident.min(cell) * row_length
+            cell_offset + number * node_length + incident.min(channels - index(1)) * row_length
         };
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Sum of all efficiencies of the row: the entry after that of the last order.
+    /// Number of orders on one side at a position.
     #[inline(always)]
-    pub(super) fn row_total(&self, row: &Row<N>, position: &CellPosition<N>, active: N::Mask) -> N::Real {
-        self.entry(row, position.cell + N::Index::lit(1), active)
+    fn orders(&self, position: &CellPosition<N>) -> N::Index {
+        position.cell.min(N::Index::lit(self.layout.cells - 1)) + N::Index::lit(1)
     }
 
-    /// Efficiency of an outgoing order by its order number ([`CellPosition::order_number`]).
+    /// Number of channels at a position.
+    #[inline(always)]
+    pub(super) fn channels(&self, position: &CellPosition<N>) -> N::Index {
+        let orders = self.orders(position);
+        if self.layout.sides == 1 { orders } else { orders + orders }
+    }
+
+    /// Channel of an order number on the side below the relief where the mask is true, else above.
+    #[inline(always)]
+    pub(super) fn channel(&self, position: &CellPosition<N>, number: N::Index, is_below: N::Mask) -> N::Index {
+        if self.layout.sides == 1 {
+            return number;
+        }
+        N::Index::select(is_below, number + self.orders(position), number)
+    }
+
+    /// Side and order number of a channel: whether it lies below the relief.
+    #[inline(always)]
+    pub(super) fn side_and_number(&self, position: &CellPosition<N>, channel: N::Index) -> (N::Mask, N::Index) {
+        let orders = self.orders(position);
+        if self.layout.sides == 1 {
+            return (N::mask(false), channel);
+        }
+        let is_below = orders.le(channel);
+        (is_below, N::Index::select(is_below, channel - orders.min(channel), channel))
+    }
+
+    /// Sum of all efficiencies of the row: the entry after that of the last channel.
+    #[inline(always)]
+    pub(super) fn row_total(&self, row: &Row<N>, position: &CellPosition<N>, active: N::Mask) -> N::Real {
+        self.entry(row, self.channels(position), active)
+    }
+
+    /// Efficiency of an outgoing channel, or order by its number ([`CellPosition::order_number`]).
     #[inline(always)]
     pub(super) fn entry(&self, row: &Row<N>, number: N::Index, active: N::Mask) -> N::Real {
         let [p, q, to_longer] = row.fractions;

@@ -3,10 +3,10 @@
 use super::GratingError;
 use super::lobe::REACH;
 use super::rigorous_solver::{BALANCE, DOUBLINGS, medium_at};
-use crate::scattering::{Pair, SpectralIndex, Vec3};
+use crate::scattering::{ComplexIndex, Pair, SpectralIndex, TransparentBody, Vec3};
 use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
-use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
+use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution, Side, check_size};
 
 /// Largest error of the power balance, relative to the incident power: half of the bound for tables.
 const BALANCE_EXACT: f64 = 0.5 * BALANCE;
@@ -29,13 +29,22 @@ pub struct ExactGrating {
     index: Option<SpectralIndex>,
     /// σ in cycles/µm.
     sigma_per_um: f64,
+    /// The body that transmits; `None` for a grating that only reflects.
+    body: Option<TransparentBody>,
 }
 
 impl ExactGrating {
     /// A profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`), with a
     /// coherence length in µm.
     pub fn new(profile: Profile, index: Option<SpectralIndex>, coherence_length_um: f64) -> Self {
-        Self { profile, index, sigma_per_um: CoherenceWindow::new(coherence_length_um).order_sigma_per_um() }
+        let sigma_per_um = CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
+        Self { profile, index, sigma_per_um, body: None }
+    }
+
+    /// A profile on a body that transmits, with a coherence length in µm.
+    pub fn of_body(profile: Profile, body: TransparentBody, coherence_length_um: f64) -> Self {
+        let index = SpectralIndex::Constant(ComplexIndex { eta: body.eta, k: 0.0 });
+        Self { body: Some(body), ..Self::new(profile, Some(index), coherence_length_um) }
     }
 
     /// `f_r` in 1/sr, like [`GratingSurface::eval`](super::GratingSurface::eval): without the cosine, and zero unless
@@ -44,6 +53,9 @@ impl ExactGrating {
     /// # Errors
     /// An index or wavelength that the solver refuses, and orders that it cannot solve accurately enough.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, GratingError> {
+        if let Some(body) = self.body {
+            return self.eval_at_body(body, wi, wo, wavelength_nm);
+        }
         let Some(pair) = Pair::new(wi, wo) else { return Ok(0.0) };
         let period_um = self.profile.period_um();
         let periods = 1e3 * period_um / wavelength_nm;
@@ -72,24 +84,101 @@ impl ExactGrating {
         Ok(sum * scale)
     }
 
+    /// [`ExactGrating::eval`] at a body that transmits: the power per solid angle of light from wi to wo, on either
+    /// side.
+    ///
+    /// # Errors
+    /// Those of [`ExactGrating::eval`].
+    fn eval_at_body(&self, body: TransparentBody, wi: Vec3, wo: Vec3, nm: f64) -> Result<f64, GratingError> {
+        if [wi, wo].iter().any(|w| w[2] == 0.0 || w.iter().any(|c| !c.is_finite())) {
+            return Ok(0.0);
+        }
+        let sides = [wi, wo].map(|w| if w[2] > 0.0 { Side::Above } else { Side::Below });
+        let inside = |side: Side| if side == Side::Below { body.eta } else { 1.0 };
+        // Index of the medium that the directions themselves are in.
+        let own = sides.map(|side| if body.is_film { 1.0 } else { inside(side) });
+        let [ki, ko] = [0, 1].map(|i| [wi, wo][i].map(|c| c * own[i]));
+        let period_um = self.profile.period_um();
+        let (periods, sigma) = (1e3 * period_um / nm, period_um * self.sigma_per_um);
+        let (frequency_x, offset_y) = ((ki[0] + ko[0]) * periods, (ki[1] + ko[1]) * periods / sigma);
+        if offset_y.abs() >= REACH {
+            return Ok(0.0);
+        }
+        let y = 0.5 * (ki[1] - ko[1]);
+        let reaches = own.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
+        let tm = periods * (body.eta * body.eta - y * y).max(0.0).sqrt();
+        check_size(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm, y.abs().min(1.0))?;
+        let mut sum = 0.0;
+        let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
+        for m in first.ceil() as i32..=last.floor() as i32 {
+            let a = 0.5 * ((ko[0] - ki[0]) * periods - f64::from(m));
+            if a.abs() < reaches[0] && (a + f64::from(m)).abs() < reaches[1] {
+                let offset_x = (frequency_x - f64::from(m)) / sigma;
+                let [from, to] = [(sides[0], 0), (sides[1], m)].map(|(side, order)| Channel { side, order });
+                sum += (-0.5 * offset_x * offset_x).exp() * self.efficiency_at_body(body, tm, a, nm, [to, from])?;
+            }
+        }
+        let scale = (periods / sigma * own[1]).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
+        Ok(sum * scale)
+    }
+
+    /// Unpolarised efficiency of light between two channels, `[to, from]`, at tm of the medium and b = `a`; behind the
+    /// flat side of a film.
+    ///
+    /// # Errors
+    /// Those of [`ExactGrating::efficiency`].
+    fn efficiency_at_body(
+        &self,
+        body: TransparentBody,
+        tm: f64,
+        a: f64,
+        nm: f64,
+        [to, from]: [Channel; 2],
+    ) -> Result<f64, GratingError> {
+        self.on_first_balanced(tm, a, nm, |mesh| {
+            let scattering = mesh.air_above(tm, a, body.eta, nm)?.scatter(body.eta, nm)?;
+            let efficiency =
+                if body.is_film { scattering.film_efficiency(to, from) } else { scattering.efficiency(to, from) };
+            Ok((efficiency, scattering.balance_error()))
+        })
+    }
+
     /// Unpolarised efficiency of order `m` for the incident wave with these `t` and `a`, at a wavelength in nm.
     ///
     /// # Errors
     /// An index or wavelength that the solver refuses, and a power balance that does not hold after [`DOUBLINGS`].
     fn efficiency(&self, t: f64, a: f64, m: i32, nm: f64) -> Result<f64, GratingError> {
         let medium = medium_at(self.index.as_ref(), nm)?;
-        let mut resolution = Resolution::new(&self.profile, &medium, nm)?;
+        self.on_first_balanced(t, a, nm, |mesh| {
+            let amplitudes = mesh.air(t, a)?.solve(&medium, nm)?;
+            Ok((amplitudes.efficiency(m, 0), amplitudes.balance_error()))
+        })
+    }
+
+    /// The efficiency on the first mesh whose power balance holds; `solve` returns it with the error of the balance.
+    ///
+    /// # Errors
+    /// Those of [`ExactGrating::efficiency`].
+    fn on_first_balanced(
+        &self,
+        t: f64,
+        b: f64,
+        nm: f64,
+        solve: impl Fn(&Discretisation) -> Result<(f64, f64), sunbeam_rigorous::Error>,
+    ) -> Result<f64, GratingError> {
+        let mut resolution = Resolution::new(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm)?;
         // Values of the last attempt, for the error.
         let (mut nodes, mut balance) = (0, 0.0);
         for _ in 0..=DOUBLINGS {
             let mesh = Discretisation::new(&self.profile, resolution)?;
-            let amplitudes = mesh.air(t, a)?.solve(&medium, nm)?;
-            (nodes, balance) = (mesh.nodes(), amplitudes.balance_error());
+            let efficiency;
+            (efficiency, balance) = solve(&mesh)?;
+            nodes = mesh.nodes();
             if balance <= BALANCE_EXACT {
-                return Ok(amplitudes.efficiency(m, 0));
+                return Ok(efficiency);
             }
             resolution.nodes *= 2;
         }
-        Err(GratingError::Unbalanced { t, b: a, wavelength_nm: nm, nodes, balance })
+        Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
     }
 }

@@ -13,11 +13,14 @@
 //! The code has frequencies in units of 1/d, in which order m has the frequency m. `periods` is d/λ. `inverse_sigma` is
 //! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on `t` and `a` of the
 //! incident wave (symbols: `mod.rs`).
+//!
+//! At a film both directions may lie on either side, and `f_r` is the power per solid angle and `|cosθo|` of light from
+//! `wi` to `wo`. All directions are in air, so the formulas are the same; efficiencies depend on both sides, too.
 
 use super::cell_position::{CellPosition, groove_t};
-use super::efficiencies::{EfficiencyLayout, EfficiencyView};
+use super::efficiencies::{EfficiencyLayout, EfficiencyView, Row};
 use super::polarisation::JonesView;
-use crate::lobe::{PerWavelength, Sides, are_above};
+use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION, are_above, is_above};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
@@ -57,7 +60,25 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
-impl<N: Numbers> Sides<N> for GratingLobe<'_, N> {}
+/// Sides of a film. One draw decides on the side and the order, so [`PerWavelength::draw`] has the side in the sign of
+/// z. Only the uniform part of the mixture is divided here, equally; either side counts as chosen with probability ½.
+impl<N: Numbers> Sides<N> for GratingLobe<'_, N> {
+    #[inline(always)]
+    fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
+        if self.is_film() { N::Real::lit(0.0).lt(w[2].abs()) } else { is_above::<N>(w) }
+    }
+
+    #[inline(always)]
+    fn choose(&self, _wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
+        let is_below = if self.is_film() { u[0].lt(N::Real::lit(0.5 * UNIFORM_FRACTION)) } else { N::mask(false) };
+        (is_below, u)
+    }
+
+    #[inline(always)]
+    fn probability(&self, _wi: [N::Real; 3], _wo: [N::Real; 3]) -> N::Real {
+        N::Real::lit(if self.is_film() { 0.5 } else { 1.0 })
+    }
+}
 
 impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     type Pair = [[N::Real; 3]; 2];
@@ -73,24 +94,28 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         value
     }
 
-    /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their
-    /// efficiencies at `wi`. A solid angle covers `wo.z/λ²` of the plane of frequencies for each steradian.
+    /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their efficiencies
+    /// at `wi`. A solid angle covers `|wo.z|/λ²` of the plane of frequencies for each steradian. At a film it is the
+    /// density given the side of `wo`.
     #[inline(always)]
     fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
         let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
-        let row = view.row(&position, nm, active);
+        let row = self.incident_row(&position, wi, nm, active);
         let total = view.row_total(&row, &position, active);
+        let is_below = self.is_below(wo);
         let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
             let (outgoing, propagates) = position.order_number(m);
-            [N::Real::select(propagates, view.entry(&row, outgoing, active & propagates), zero)]
+            let channel = view.channel(&position, outgoing, is_below);
+            [N::Real::select(propagates, view.entry(&row, channel, active & propagates), zero)]
         });
-        N::Real::select(active & zero.lt(total), weighted / total * wo[2], zero)
+        let cos_o = if self.is_film() { wo[2].abs() * N::Real::lit(2.0) } else { wo[2] };
+        N::Real::select(active & zero.lt(total), weighted / total * cos_o, zero)
     }
 
     /// Draws an order by its efficiency, then a direction within the order's Gaussian. The result is the zero vector
-    /// where the direction falls below the horizon.
+    /// where the direction falls below the horizon. At a film the order's side is drawn with it, and z has its sign.
     #[inline(always)]
     fn draw(
         &self,
@@ -103,15 +128,17 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
-        let row = view.row(&position, nm, active);
+        let row = self.incident_row(&position, wi, nm, active);
+        let last = view.channels(&position) - index(1);
         let target = u[0] * view.row_total(&row, &position, active);
-        // The first order at which the running sum exceeds the target; the last one if rounding keeps the sum below.
-        let (outgoing, _) = N::while_loop(
+        // The first channel at which the running sum exceeds the target; the last one if rounding keeps the sum below.
+        let (channel, _) = N::while_loop(
             c"order",
             (index(0), view.entry(&row, index(0), active)),
-            |(number, sum)| active & sum.le(target) & number.lt(position.cell),
+            |(number, sum)| active & sum.le(target) & number.lt(last),
             |(number, sum)| (number + index(1), sum + view.entry(&row, number + index(1), active)),
         );
+        let (is_below, outgoing) = view.side_and_number(&position, channel);
         let m = N::widen(N::real(outgoing)) - N::widen(N::real(position.incident));
         let wavelength_um = nm * real(1e-3);
         // σ over direction cosines.
@@ -121,8 +148,10 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let centre_x = N::narrow(m / self.periods(nm) - N::widen(wi[0]));
         let (x, y) = (centre_x + offset_x, offset_y - wi[1]);
         let z_squared = real(1.0) - x * x - y * y;
-        let is_above = active & real(0.0).lt(z_squared);
-        [x, y, z_squared.max(real(0.0)).sqrt()].map(|c| N::Real::select(is_above, c, real(0.0)))
+        let is_off_horizon = active & real(0.0).lt(z_squared);
+        let z = z_squared.max(real(0.0)).sqrt();
+        let z = if self.is_film() { N::Real::select(is_below, -z, z) } else { z };
+        [x, y, z].map(|c| N::Real::select(is_off_horizon, c, real(0.0)))
     }
 }
 
@@ -159,6 +188,24 @@ impl<N: Numbers> GratingLobe<'_, N> {
         EfficiencyView { layout: self.layout.efficiencies, words: self.words }
     }
 
+    /// Whether the grating is the relief of a film, with light on both sides.
+    fn is_film(&self) -> bool {
+        self.layout.efficiencies.sides == 2
+    }
+
+    /// Whether a direction lies below the relief.
+    #[inline(always)]
+    fn is_below(&self, w: [N::Real; 3]) -> N::Mask {
+        if self.is_film() { w[2].lt(N::Real::lit(0.0)) } else { N::mask(false) }
+    }
+
+    /// Row of the channel incident from `wi`, at its position.
+    #[inline(always)]
+    fn incident_row(&self, position: &CellPosition<N>, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> Row<N> {
+        let view = self.view();
+        view.row_of(position, view.channel(position, position.incident, self.is_below(wi)), nm, active)
+    }
+
     /// `d/λ` at a wavelength in nm.
     #[inline(always)]
     fn periods(&self, nm: N::Real) -> N::Double {
@@ -192,12 +239,13 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let t = groove_t::<N>(periods, (N::widen(wi[1]) - N::widen(wo[1])) * half);
         // After the move, the sum of the wave numbers of incident and outgoing wave, a and a + m.
         let sum_of_a = (N::widen(wo[0]) - N::widen(wi[0])) * periods;
-        let view = self.view();
+        let (view, is_below) = (self.view(), self.is_below(wo));
         self.sum_kernels(wi, wo, nm, active, |m, active| {
             let position = CellPosition::<N>::new(t, (sum_of_a - m) * half);
             let (outgoing, propagates) = position.order_number(m);
             let active = active & propagates & position.propagates;
-            let efficiency = view.entry(&view.row(&position, nm, active), outgoing, active);
+            let row = self.incident_row(&position, wi, nm, active);
+            let efficiency = view.entry(&row, view.channel(&position, outgoing, is_below), active);
             quantity(OrderAt { position: &position, outgoing, efficiency }, active)
                 .map(|value| N::Real::select(active, value, N::Real::lit(0.0)))
         })

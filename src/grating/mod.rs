@@ -38,6 +38,7 @@
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
 //! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
+//! | `film_solver.rs` | the solver of both sides of a film |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
 //! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
 //! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
@@ -53,6 +54,7 @@ mod colour_tables;
 mod efficiencies;
 mod error;
 mod exact;
+mod film_solver;
 mod jones_shape;
 mod lobe;
 mod order_solver;
@@ -79,5 +81,5 @@ pub(crate) use lobe::REACH;
 pub use lobe::{GratingLayout, GratingLobe};
 pub use polarisation::{JonesTable, JonesView};
 pub use profile::{preset_profile, profile_of};
-pub use sunbeam_rigorous::{Medium, Profile, check_size, solve_orders};
+pub use sunbeam_rigorous::{Medium, Order, Profile, check_size, solve_both_sides, solve_orders};
 pub use surface::GratingSurface;

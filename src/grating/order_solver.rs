@@ -13,4 +13,11 @@ pub(super) trait OrderSolver: Sync {
     /// # Errors
     /// A point (t, b) that cannot be solved accurately enough.
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError>;
+
+    /// Sides of the relief, 1 or 2. With two, channels take the place of orders ([`EfficiencyLayout`]).
+    ///
+    /// [`EfficiencyLayout`]: super::EfficiencyLayout
+    fn sides(&self) -> usize {
+        1
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::GratingError;
 use super::build::TableResolution;
+use super::order_solver::OrderSolver;
 use super::rigorous_solver::{Meshes, RigorousSolver, sufficient_resolution};
 use super::wavelengths::Spacing;
 use crate::scattering::SpectralIndex;
@@ -34,6 +35,15 @@ const AIR_SECONDS: f64 = 1e-6;
 /// measured.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
 
+/// The orders of a table.
+#[derive(Clone, Copy)]
+pub(super) struct TableOrders {
+    /// Period in µm.
+    pub period_um: f64,
+    /// Sides of the relief, 1 or 2.
+    pub sides: u32,
+}
+
 /// Meshes of a profile for all wavelengths, above a medium of this index by wavelength, or above a perfect conductor
 /// (`None`).
 ///
@@ -43,10 +53,11 @@ const SOLUTION_SECONDS: f64 = 1.2e-9;
 pub(super) fn create_meshes(
     profile: &Profile,
     index: Option<&SpectralIndex>,
+    orders: TableOrders,
     build_limit: f64,
 ) -> Result<Meshes, GratingError> {
     let resolution = sufficient_resolution(profile, index)?;
-    estimate(profile.period_um(), resolution.nodes, index.is_some())
+    estimate(orders, resolution.nodes, index.is_some())
         .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
     Meshes::new(profile, resolution)
 }
@@ -64,30 +75,38 @@ pub(super) fn choose_spacing(
     if index.is_none() {
         return Ok(None);
     }
-    Ok(Some(Spacing::choose(period_um, &RigorousSolver::new(meshes, index, &[])?, WAVELENGTH_TOLERANCE)?))
+    Ok(Some(spacing_of(&RigorousSolver::new(meshes, index, &[])?, period_um)?))
+}
+
+/// Spacing of the wavelengths of a solver's table. The period is in µm.
+///
+/// # Errors
+/// A test point that cannot be solved.
+pub(super) fn spacing_of(solver: &impl OrderSolver, period_um: f64) -> Result<Spacing, GratingError> {
+    Spacing::choose(period_um, solver, WAVELENGTH_TOLERANCE)
 }
 
 /// Numbers of nodes and wavelengths of a table of efficiencies, and the accepted error of its cells.
-pub(super) fn choose_resolution(period_um: f64, spacing: Option<Spacing>) -> TableResolution {
-    let cells = cell_count(period_um);
+pub(super) fn choose_resolution(orders: TableOrders, spacing: Option<Spacing>) -> TableResolution {
+    let cells = cell_count(orders.period_um);
     let stored = spacing.map_or(STORED[1], |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
         // Entries have two bytes, and their number is proportional to the square of the nodes along a side.
-        let fitting = (0.5 * BYTES_MAX / entries(cells, wavelengths)).sqrt();
+        let fitting = (0.5 * BYTES_MAX / entries(cells, wavelengths)).sqrt() / f64::from(orders.sides);
         (fitting as u32).clamp(STORED[0], STORED[1])
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
 }
 
 /// Cost of a table's build on two cores; `nodes` is the number of nodes on the profile.
-fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
-    let cells = cell_count(period_um);
+fn estimate(orders: TableOrders, nodes: usize, has_wavelengths: bool) -> Estimate {
+    let cells = cell_count(orders.period_um);
     let wavelengths = if has_wavelengths { ESTIMATED_WAVELENGTHS } else { 1.0 };
     let nodes = nodes as f64;
     let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
     let table_nodes = f64::from(STORED[usize::from(!has_wavelengths)]).powi(2);
     Estimate {
-        bytes: 2.0 * table_nodes * entries(cells, wavelengths),
+        bytes: 2.0 * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
         seconds: 0.5 * cells * ESTIMATED_POINTS * point_seconds,
     }
 }

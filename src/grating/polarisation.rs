@@ -14,7 +14,7 @@ use super::cell_position::{CellPosition, wave_at};
 use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, Node};
 use super::jones_shape::JonesShape;
-use super::plan::{choose_spacing, create_meshes};
+use super::plan::{TableOrders, choose_spacing, create_meshes};
 use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::{STEPS_NM, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::math::u16_pair;
@@ -81,7 +81,8 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = create_meshes(profile, index, build_limit)?;
+        let meshes =
+            create_meshes(profile, index, TableOrders { period_um: profile.period_um(), sides: 1 }, build_limit)?;
         let spacing = choose_spacing(&meshes, period_um, index)?;
         let step_nm = spacing.map(|spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM));
         let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);
@@ -127,6 +128,7 @@ impl JonesTable {
             }
         }
         let layout = EfficiencyLayout {
+            sides: 1,
             first_nm: nm[0],
             step_nm: nm[1] - nm[0],
             wavelengths: nm.len() as u32,
@@ -193,7 +195,7 @@ impl Cell {
         if i >= k {
             return shapes[entry];
         }
-        let [ee, eh, he, hh] = shapes[reversed(entry, self.index)];
+        let [ee, eh, he, hh] = shapes[reversed(entry, self.index, 1)];
         [ee, he, eh, hh]
     }
 

@@ -55,6 +55,11 @@ pub(super) struct Meshes {
 }
 
 impl Meshes {
+    /// Period d in µm.
+    pub(super) fn period_um(&self) -> f64 {
+        self.profile.period_um()
+    }
+
     /// Discretises a profile at the resolution that [`sufficient_resolution`] returns.
     ///
     /// # Errors
@@ -64,12 +69,12 @@ impl Meshes {
         Ok(Self { profile: profile.clone(), resolution, first, finer: [const { OnceLock::new() }; DOUBLINGS] })
     }
 
-    /// The mesh after a number of doublings of the nodes, 1 to [`DOUBLINGS`].
+    /// The mesh after a number of doublings of the nodes, 0 to [`DOUBLINGS`].
     ///
     /// # Errors
     /// More nodes than the solver accepts.
-    fn finer(&self, doublings: usize) -> Result<&Discretisation, GratingError> {
-        let slot = &self.finer[doublings - 1];
+    pub(super) fn after(&self, doublings: usize) -> Result<&Discretisation, GratingError> {
+        let Some(slot) = doublings.checked_sub(1).map(|i| &self.finer[i]) else { return Ok(&self.first) };
         if let Some(mesh) = slot.get() {
             return Ok(mesh);
         }
@@ -128,7 +133,7 @@ impl<'a> RigorousSolver<'a> {
     fn solve_finer(&self, t: f64, b: f64, nm: f64) -> Result<Amplitudes, GratingError> {
         let (mut nodes, mut balance) = (0, f64::INFINITY);
         for doublings in 1..=DOUBLINGS {
-            let mesh = self.meshes.finer(doublings)?;
+            let mesh = self.meshes.after(doublings)?;
             let amplitudes = mesh.air(t, b)?.solve(&medium_at(self.index, nm)?, nm)?;
             (nodes, balance) = (mesh.nodes(), self.imbalance(&amplitudes, t, nm));
             if balance <= BALANCE {

@@ -4,15 +4,16 @@ use super::GratingError;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
+use super::film_solver::FilmSolver;
 use super::lobe::{GratingLayout, GratingLobe};
 use super::order_solver::OrderSolver;
-use super::plan::{choose_resolution, choose_spacing, create_meshes};
+use super::plan::{TableOrders, choose_resolution, choose_spacing, create_meshes, spacing_of};
 use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::all_solved;
 use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
-use crate::scattering::{SpectralIndex, Vec3};
+use crate::scattering::{ComplexIndex, SpectralIndex, Vec3};
 use crate::table::{CoherenceWindow, Progress};
 use serde::{Deserialize, Serialize};
 use sunbeam_rigorous::Profile;
@@ -60,11 +61,38 @@ impl GratingSurface {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = create_meshes(profile, index, build_limit)?;
-        let table_resolution = choose_resolution(period_um, choose_spacing(&meshes, period_um, index)?);
+        let orders = TableOrders { period_um, sides: 1 };
+        let meshes = create_meshes(profile, index, orders, build_limit)?;
+        let table_resolution = choose_resolution(orders, choose_spacing(&meshes, period_um, index)?);
         let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
         let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
         Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+    }
+
+    /// Solves and tabulates the orders of a profile on both sides of a film of index `eta`, which has a flat lower
+    /// side; else as [`GratingSurface::new`].
+    ///
+    /// # Errors
+    /// Those of [`GratingSurface::new`].
+    pub fn of_film(
+        profile: &Profile,
+        eta: f64,
+        coherence_length_um: f64,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let period_um = profile.period_um();
+        let orders = TableOrders { period_um, sides: 2 };
+        let index = SpectralIndex::Constant(ComplexIndex { eta, k: 0.0 });
+        let meshes = create_meshes(profile, Some(&index), orders, build_limit)?;
+        let solver = FilmSolver { meshes: &meshes, eta };
+        let table_resolution = choose_resolution(orders, Some(spacing_of(&solver, period_um)?));
+        Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+    }
+
+    /// Whether the grating is the relief of a film, which transmits light.
+    pub fn transmits(&self) -> bool {
+        self.layout.efficiencies.sides == 2
     }
 
     /// Tabulates the orders that a solver gives.
@@ -134,7 +162,8 @@ impl GratingSurface {
     }
 
     /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
-    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN.
+    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a film, directions may lie
+    /// below: it is then the power per solid angle and |cos| of light from `wi` to `wo`.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }

@@ -100,5 +100,5 @@ pub(crate) fn sample_direction<'a>(
         active,
         |_, u, active| lobe.draw(wi, to_below, nm, u, active),
     );
-    (z > 0.0).then_some([x, y, if to_below { -z } else { z }])
+    (z != 0.0).then_some([x, y, if to_below { -z } else { z }])
 }

@@ -23,7 +23,7 @@ pub(crate) trait PerWavelength<N: Numbers>: Sides<N> {
 
     /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
     /// need two random numbers ignore the first. The direction points upwards even where it lies below the relief, as
-    /// `to_below` says.
+    /// `to_below` says; a lobe that draws the side itself points downwards below it.
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

@@ -10,10 +10,12 @@
 //! | `cover.rs` | a flat clear layer over the relief |
 //! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
 //! | `transparent.rs` | reflection and transmission at a lossless medium, one factor for both |
+//! | `body_order.rs` | one order at such a medium, for lists of orders |
 //! | `passage.rs` | the way of scattered light, for samplers |
 //! | `options.rs` | parameters of the model |
 //! | `map.rs` | directions of the pixels of a hemispherical map |
 
+mod body_order;
 mod cover;
 mod fresnel;
 mod geometry;
@@ -28,6 +30,7 @@ mod small_slope;
 mod transparent;
 mod vector;
 
+pub use body_order::BodyOrder;
 pub use cover::{Cover, Inside};
 pub use fresnel::{fresnel_of_family, fresnel_unpolarised};
 pub(crate) use geometry::{COSINE_MIN, angular_factor, direction_above, floored_cosines};

@@ -19,3 +19,4 @@ mod stam_gems;
 mod tables;
 mod transforms;
 mod transmission;
+mod transmission_rigorous;

@@ -13,11 +13,11 @@ use sunbeam::table::{Progress, Tiling};
 /// Relative error of tables built to 1e-3, at the peaks of orders.
 const TABLES: f64 = 2e-3;
 
-fn built(json: &str) -> BuiltSurface {
+pub(super) fn built(json: &str) -> BuiltSurface {
     SurfaceConfig::from_json(json).unwrap().build_by_theory(&Cache::off(), &Progress::none()).unwrap().0
 }
 
-fn eval(surface: &BuiltSurface, wi: Vec3, wo: Vec3, nm: f64) -> f64 {
+pub(super) fn eval(surface: &BuiltSurface, wi: Vec3, wo: Vec3, nm: f64) -> f64 {
     let mut value = f64::NAN;
     surface.eval(wi, wo, &[nm], |_, f| value = f);
     value
@@ -38,7 +38,7 @@ fn leaving(body: TransparentBody, k: [f64; 2], is_below: bool) -> Option<Vec3> {
 }
 
 /// Index of the medium that directions on a side are in.
-fn medium(body: TransparentBody, is_below: bool) -> f64 {
+pub(super) fn medium(body: TransparentBody, is_below: bool) -> f64 {
     if is_below && !body.is_film { body.eta } else { 1.0 }
 }
 
@@ -165,7 +165,13 @@ fn a_flat_relief_divides_light_as_fresnel_does() {
 
 /// Mean weight of samples, which is the albedo of both sides together, its standard error, and the largest relative
 /// difference from reciprocity.
-fn sampled(surface: &BuiltSurface, body: TransparentBody, wi: Vec3, nm: f64, random: &mut Random) -> (f64, f64, f64) {
+pub(super) fn sampled(
+    surface: &BuiltSurface,
+    body: TransparentBody,
+    wi: Vec3,
+    nm: f64,
+    random: &mut Random,
+) -> (f64, f64, f64) {
     const SAMPLES: usize = 8_000;
     let (mut sum, mut squares, mut unequal) = (0.0, 0.0, 0f64);
     for _ in 0..SAMPLES {

@@ -1,5 +1,6 @@
 //! `sunbeam orders`: directions and efficiencies of a grating's orders, for one incidence or along a curve.
 
+mod both_sides;
 mod plot;
 mod solve;
 
@@ -17,6 +18,7 @@ use std::io::Write;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use sunbeam::config::{BuildError, SurfaceConfig};
+use sunbeam::scattering::Transmission;
 
 /// Accepted wavelengths in nm.
 const WAVELENGTH_NM: RangeInclusive<f64> = 1.0..=1e6;
@@ -33,6 +35,11 @@ const POINTS_MAX: usize = 2000;
 ///
 /// --theory rigorous solves Maxwell's equations. --theory scalar, the default, is the phase screen, which has the mean
 /// only and does not conserve energy.
+///
+/// With --transmission film or interface the orders below the relief are listed, too: those of an interface with their
+/// directions within the medium, those of a film behind its flat side. A trapped order stays within the film, and its
+/// direction is the one there. Both theories have te and tm then; the scalar one where light arrives across the
+/// grooves.
 ///
 /// Prints a table. --json adds the Jones matrices and the errors of energy balance and reciprocity. A Jones matrix has
 /// real and imaginary parts; its rows are the outgoing states without Hy and without Ey, its columns the incident ones.
@@ -140,7 +147,7 @@ pub(crate) fn run(args: &OrdersArgs) -> Outcome {
     let (Some(over), Some(range)) = (args.over, args.range) else {
         let (config, incidence) = args.problem(None)?;
         let solved = SolvedOrders::new(&config, &incidence)?;
-        return if args.json { print_json(&solved) } else { print_table(&solved) };
+        return if args.json { print_json(&solved) } else { print_table(&solved, config.transmission) };
     };
     let problems =
         (0..range.count).map(|i| args.problem(Some((over, range.value(i))))).collect::<Result<Vec<_>, _>>()?;
@@ -212,24 +219,28 @@ impl OrdersArgs {
     }
 }
 
-/// Prints a line for each order, with efficiencies in percent, and one for the light that crosses into the material.
-fn print_table(solved: &SolvedOrders) -> Outcome {
+/// Prints a line for each order, with efficiencies in percent, and one for the light that is in none of them.
+fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     let mut out = std::io::stdout().lock();
     let percent =
         |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
-    writeln!(out, "{:>5} {:>9} {:>9} {:>9} {:>9} {:>9}", "order", "theta", "phi", "te %", "tm %", "mean %")?;
+    let (side_title, rest) = match transmission {
+        Transmission::None => ("", "absorbed or transmitted"),
+        Transmission::Film => ("side", "left inside the film"),
+        Transmission::Interface => ("side", ""),
+    };
+    let line = |side: &str| if side_title.is_empty() { String::new() } else { format!("{side:>8} ") };
+    let side = line(side_title);
+    writeln!(out, "{side}{:>5} {:>9} {:>9} {:>9} {:>9} {:>9}", "order", "theta", "phi", "te %", "tm %", "mean %")?;
     for order in &solved.orders {
         let [te, tm] = [order.te, order.tm].map(percent);
-        let mean = percent(Some(order.mean));
-        writeln!(
-            out,
-            "{:>5} {:>8.3}° {:>8.3}° {te:>9} {tm:>9} {mean:>9}",
-            order.order, order.theta_deg, order.phi_deg
-        )?;
+        let (side, mean) = (line(order.side.name()), percent(Some(order.mean)));
+        let (number, theta, phi) = (order.order, order.theta_deg, order.phi_deg);
+        writeln!(out, "{side}{number:>5} {theta:>8.3}° {phi:>8.3}° {te:>9} {tm:>9} {mean:>9}")?;
     }
-    if let Some([te, tm]) = solved.absorbed {
+    if let Some([te, tm]) = solved.absorbed.filter(|_| !rest.is_empty()) {
         let [te, tm, mean] = [te, tm, 0.5 * (te + tm)].map(|fraction| percent(Some(fraction)));
-        writeln!(out, "{:>25} {te:>9} {tm:>9} {mean:>9}", "absorbed or transmitted")?;
+        writeln!(out, "{rest:>0$} {te:>9} {tm:>9} {mean:>9}", 25 + line("").len())?;
     }
     Ok(())
 }

@@ -132,7 +132,11 @@ impl Reflector {
         let (evaluator, grating) = match method {
             Method::Exact if needs_sampler => {
                 let relative = config.index_inside().map(SpectralIndex::Constant);
-                let exact = ExactGrating::new(config.profile_inside()?, relative, config.coherence_length_inside());
+                let (profile, coherence_um) = (config.profile_inside()?, config.grating_coherence_um());
+                let exact = match config.body() {
+                    Some(body) => ExactGrating::of_body(profile, body, coherence_um),
+                    None => ExactGrating::new(profile, relative, coherence_um),
+                };
                 (Evaluator::ExactGrating(Box::new(exact)), None)
             }
             Method::Exact => {
@@ -161,7 +165,11 @@ impl Reflector {
     pub(crate) fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
         match &self.evaluator {
             Evaluator::ExactGrating(exact) => {
-                let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return Ok(0.0) };
+                let inside = match self.options.body {
+                    Some(_) => Some(Inside::bare(wi, wo)),
+                    None => Inside::new(self.cover, wi, wo),
+                };
+                let Some(Inside { wi, wo, factor, .. }) = inside else { return Ok(0.0) };
                 exact.eval(wi, wo, wavelength_nm).map(|f| factor * f).map_err(|error| error.to_string())
             }
             _ => Ok(self.eval(wi, wo, wavelength_nm)),
@@ -208,7 +216,9 @@ impl Reflector {
                 let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
                 self.options.angular_factor(&pair) * f64::from(spectral)
             }
-            Evaluator::Grating(_) | Evaluator::ExactGrating(_) => 0.0,
+            // Only gratings on a body that transmits come here.
+            Evaluator::Grating(grating) => grating.0.eval(wi, wo, wavelength_nm),
+            Evaluator::ExactGrating(_) => 0.0,
         }
     }
 

@@ -14,16 +14,12 @@
 use crate::discretisation::Discretisation;
 use crate::layers::layer_matrices;
 use crate::linear::{Matrix, from_fn, product, solve, zeros};
+use crate::medium::outgoing;
 use crate::metal::response;
+use crate::waves::{Waves, away_from_cutoffs};
 use crate::{Amplitudes, Error, Medium, MetalTable};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
-
-/// Smallest distance of t from the cut-off of an order (βm = 0), where the lattice sum has a pole.
-///
-/// Amplitudes vary as the square root of the distance, so moving t by up to twice this distance changes them by about
-/// 1e-5. Larger values change them more; smaller ones approach the pole to within rounding.
-const CUTOFF_DISTANCE: f64 = 1e-11;
 
 /// Magnitude of the coupling `(ky/k)(1 − κ²/κm²)` below which Ey and Hy are solved separately, which takes a quarter of
 /// the time. It covers the rounding of ky = 0.
@@ -47,16 +43,14 @@ const COUPLING_MIN: f64 = 1e-12;
 pub struct Air<'a> {
     /// Nodes of the profile.
     mesh: &'a Discretisation,
-    /// κd/2π.
+    /// κ² in (rad/µm)²; negative where no order propagates in the air.
+    kappa_squared: f64,
+    /// κd/2π; zero where κ² is negative.
     t: f64,
     /// Bloch phase in turns.
     b: f64,
-    /// Indices m of the propagating orders, ascending.
-    orders: Vec<i32>,
-    /// αm of the orders, in rad/µm.
-    alpha: Vec<f64>,
-    /// βm of the orders, in rad/µm; positive.
-    beta: Vec<f64>,
+    /// Propagating orders.
+    waves: Waves,
     /// S, applied to the flux: target node × source node.
     single: Matrix,
     /// ½ − K: target node × source node.
@@ -79,27 +73,32 @@ impl<'a> Air<'a> {
     /// # Errors
     /// Special functions that overflow.
     pub(crate) fn new(mesh: &'a Discretisation, t: f64, b: f64) -> Result<Self, Error> {
-        let period = mesh.profile().period_um();
         let t = away_from_cutoffs(t, b);
-        let orders: Vec<i32> =
-            ((-t - b).ceil() as i32..=(t - b).floor() as i32).filter(|&m| (b + f64::from(m)).abs() < t).collect();
-        let grating_wave_number = TAU / period;
-        let alpha: Vec<f64> = orders.iter().map(|&m| grating_wave_number * (b + f64::from(m))).collect();
-        // βm = (2π/d)·√(t² − (b + m)²), with the difference as a product, which keeps its digits near a cut-off.
-        let beta: Vec<f64> = orders
-            .iter()
-            .map(|&m| {
-                let a = b + f64::from(m);
-                grating_wave_number * ((t - a) * (t + a)).sqrt()
-            })
-            .collect();
+        let kappa = TAU * t / mesh.profile().period_um();
+        Self::at(mesh, kappa * kappa, t, b)
+    }
+
+    /// [`Air::new`] at κ² in (rad/µm)², which is negative for light in the lower medium that air reflects totally.
+    ///
+    /// # Errors
+    /// Special functions that overflow.
+    pub(crate) fn at_kappa_squared(mesh: &'a Discretisation, kappa_squared: f64, b: f64) -> Result<Self, Error> {
+        let t = kappa_squared.max(0.0).sqrt() * mesh.profile().period_um() / TAU;
+        if t > 0.0 { Self::new(mesh, t, b) } else { Self::at(mesh, kappa_squared, 0.0, b) }
+    }
+
+    /// Computes all matrices. t belongs to κ², or is zero where it is negative.
+    fn at(mesh: &'a Discretisation, kappa_squared: f64, t: f64, b: f64) -> Result<Self, Error> {
+        let period = mesh.profile().period_um();
+        let waves = Waves::propagating(period, t, b);
+        let (alpha, beta) = (&waves.alpha, &waves.beta);
         let nodes = &mesh.coarse;
-        let layers = layer_matrices(nodes, 1, Complex64::new(grating_wave_number * t, 0.0), b)?;
+        let layers = layer_matrices(nodes, 1, outgoing(kappa_squared.into()), b)?;
         let mut exterior = -layers.double;
         exterior.diag_mut().map_inplace(|value| *value += 0.5);
         let derivative = mesh.derivative(b);
         let single_derivative = product(&layers.single, &derivative);
-        let (n, count, step) = (nodes.len(), orders.len(), nodes.step());
+        let (n, count, step) = (nodes.len(), alpha.len(), nodes.step());
         let incident = from_fn(n, count, |i, m| Complex64::cis(alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]));
         // Above the relief, the Green's function of a source at (x, z) has in order m the amplitude i/(2dβm) ·
         // e^{−iαm·x − iβm·z}. `green` is this amplitude over i, times the quadrature step.
@@ -114,11 +113,10 @@ impl<'a> Air<'a> {
         let single = layers.single;
         Ok(Self {
             mesh,
+            kappa_squared,
             t,
             b,
-            orders,
-            alpha,
-            beta,
+            waves,
             single,
             exterior,
             single_derivative,
@@ -131,7 +129,7 @@ impl<'a> Air<'a> {
 
     /// Indices of the propagating orders, ascending.
     pub fn orders(&self) -> &[i32] {
-        &self.orders
+        &self.waves.orders
     }
 
     /// t = κd/2π, raised by 2e-11 if it was within 1e-11 of the cut-off of an order.
@@ -172,14 +170,23 @@ impl<'a> Air<'a> {
         self.solve_with(metal.index(), k, &metal.at(self.ky_squared(k), self.b))
     }
 
-    /// κ in rad/µm.
-    fn kappa(&self) -> f64 {
-        TAU * self.t / self.mesh.profile().period_um()
+    /// ky² = k² − κ² in (rad/µm)², for the wave number k in vacuum (rad/µm); negative where ky is imaginary.
+    pub(crate) fn ky_squared(&self, k: f64) -> f64 {
+        if self.t == 0.0 {
+            return k * k - self.kappa_squared;
+        }
+        let kappa = TAU * self.t / self.mesh.profile().period_um();
+        (k - kappa) * (k + kappa)
     }
 
-    /// ky² = k² − κ² in (rad/µm)², for the wave number k in vacuum (rad/µm); negative where ky is imaginary.
-    fn ky_squared(&self, k: f64) -> f64 {
-        (k - self.kappa()) * (k + self.kappa())
+    /// Nodes of the profile.
+    pub(crate) fn mesh(&self) -> &'a Discretisation {
+        self.mesh
+    }
+
+    /// Propagating orders.
+    pub(crate) fn waves(&self) -> &Waves {
+        &self.waves
     }
 
     /// Solves above a perfect conductor, where Ey and the normal derivative of Hy vanish: two independent systems.
@@ -187,63 +194,95 @@ impl<'a> Air<'a> {
         let flux = solve(&self.single, &self.incident, "the field of Ey")?;
         let field = solve(&self.exterior, &self.incident, "the field of Hy")?;
         let (electric, magnetic) = (product(&self.from_flux, &flux), product(&self.from_field, &field));
-        let count = self.orders.len();
+        let count = self.waves.orders.len();
         let amplitude = |out: usize, from: usize| {
             let zero = Complex64::ZERO;
             [[electric[(out, from)], zero], [zero, magnetic[(out, from)]]]
         };
-        Ok(Amplitudes::new(&self.orders, &self.alpha, &self.beta, amplitude, vec![[0.0; 2]; count]))
+        Ok(Amplitudes::new(&self.waves, amplitude, vec![[0.0; 2]; count]))
     }
 
     /// Solves for Ey and Hy above a medium of refractive index `index`, at wave number k (rad/µm) in vacuum.
     ///
-    /// `response` eliminates the fluxes from the system, which has only the fields as unknowns. The fluxes, the
-    /// amplitudes of all orders and the power that crosses into the medium follow from the fields.
+    /// The amplitudes of all orders and the power that crosses into the medium follow from the fields.
     fn solve_with(&self, index: Complex64, k: f64, response: &Matrix) -> Result<Amplitudes, Error> {
-        let (n, count) = (self.mesh.nodes(), self.orders.len());
-        let ky = Complex64::new(self.ky_squared(k), 0.0).sqrt();
-        let kappa_squared = self.kappa() * self.kappa();
-        let kappa_m_squared = index * index * k * k - ky * ky;
-        // Coefficients of ∂νEy = electric·W Ey − coupling·∂sHy and ∂νHy = magnetic·W Hy + coupling·∂sEy (`lib.rs`).
-        let electric = kappa_squared * index * index / kappa_m_squared;
-        let magnetic = kappa_squared / kappa_m_squared;
-        let coupling = ky / k * (1.0 - magnetic);
-        let single_response = product(&self.single, response);
-        let is_coupled = coupling.norm() > COUPLING_MIN;
-        // Columns of these and all following matrices: incident Ey of each order, then incident Hy of each order.
-        let (fields_e, fields_h) = if is_coupled {
-            self.solve_coupled(&single_response, electric, magnetic, coupling)?
-        } else {
-            let zero = zeros(n, count);
-            let e = solve(&self.uncoupled(&single_response, electric), &self.incident, "the field of Ey")?;
-            let h = solve(&self.uncoupled(&single_response, magnetic), &self.incident, "the field of Hy")?;
-            (join_columns(&e, &zero), join_columns(&zero, &h))
-        };
-        // Flux of one component from its own field and, by the coupling, from that of the other component.
-        let flux_of = |own: &Matrix, own_weight: Complex64, other: &Matrix, other_weight: Complex64| {
-            let mut flux = product(response, own) * own_weight;
-            if is_coupled {
-                flux.scaled_add(other_weight, &product(&self.derivative, other));
-            }
-            flux
-        };
-        let fluxes_e = flux_of(&fields_e, electric, &fields_h, -coupling);
-        let fluxes_h = flux_of(&fields_h, magnetic, &fields_e, coupling);
-        let radiated =
-            |field: &Matrix, flux: &Matrix| product(&self.from_field, field) + product(&self.from_flux, flux);
-        let (out_e, out_h) = (radiated(&fields_e, &fluxes_e), radiated(&fields_h, &fluxes_h));
+        let count = self.waves.orders.len();
+        let continuity = self.continuity(index, k);
+        let incident = [&self.incident, &self.incident];
+        let fields = self.fields(&continuity, response, incident)?;
+        let fluxes = self.fluxes(&continuity, &fields, &fields.each_ref().map(|field| product(response, field)));
+        let [out_e, out_h] = self.radiated(&fields, &fluxes);
         let amplitude =
             |out: usize, from: usize| [&out_e, &out_h].map(|wave| [wave[(out, from)], wave[(out, count + from)]]);
         let absorbed = (0..count)
             .map(|from| {
                 [from, count + from].map(|column| {
-                    let inward = self.inward(&fields_e, &fluxes_e, column) + self.inward(&fields_h, &fluxes_h, column);
+                    let inward = [0, 1].map(|i| self.inward(&fields[i], &fluxes[i], column));
                     // The incident wave, of amplitude 1, carries d·βm in the unit of `inward`.
-                    inward / (self.mesh.profile().period_um() * self.beta[from])
+                    (inward[0] + inward[1]) / (self.mesh.profile().period_um() * self.waves.beta[from])
                 })
             })
             .collect();
-        Ok(Amplitudes::new(&self.orders, &self.alpha, &self.beta, amplitude, absorbed))
+        Ok(Amplitudes::new(&self.waves, amplitude, absorbed))
+    }
+
+    /// Continuity of the fields above a medium of refractive index `index`, at wave number k (rad/µm) in vacuum.
+    pub(crate) fn continuity(&self, index: Complex64, k: f64) -> Continuity {
+        let ky = Complex64::new(self.ky_squared(k), 0.0).sqrt();
+        let kappa_m_squared = index * index * k * k - ky * ky;
+        let magnetic = self.kappa_squared / kappa_m_squared;
+        Continuity { weights: [magnetic * index * index, magnetic], coupling: ky / k * (1.0 - magnetic) }
+    }
+
+    /// Ey and Hy on the curve, each as a matrix node × incident wave.
+    ///
+    /// `response` eliminates the fluxes from the system, which has only the fields as unknowns. `right` has the right
+    /// sides of the equation of Ey for waves in the state Ey, and of the equation of Hy for waves in the state Hy: node
+    /// × wave. Columns of the result are the waves of the first kind, then those of the second.
+    ///
+    /// # Errors
+    /// Fields that are not finite.
+    pub(crate) fn fields(
+        &self,
+        continuity: &Continuity,
+        response: &Matrix,
+        right: [&Matrix; 2],
+    ) -> Result<[Matrix; 2], Error> {
+        let single_response = product(&self.single, response);
+        if continuity.is_coupled() {
+            return self.coupled_fields(&single_response, continuity, right);
+        }
+        let [e, h] = [0, 1].map(|i| self.uncoupled(&single_response, continuity.weights[i]));
+        let (e, h) = (solve(&e, right[0], "the field of Ey")?, solve(&h, right[1], "the field of Hy")?);
+        let zero = |columns: &Matrix| zeros(columns.nrows(), columns.ncols());
+        Ok([join_columns(&e, &zero(&h)), join_columns(&zero(&e), &h)])
+    }
+
+    /// Fluxes of Ey and Hy in the air, from the fields and the fluxes in the lower medium.
+    pub(crate) fn fluxes(&self, continuity: &Continuity, fields: &[Matrix; 2], below: &[Matrix; 2]) -> [Matrix; 2] {
+        let flux = |own: usize, sign: f64| {
+            let mut flux = &below[own] * continuity.weights[own];
+            if continuity.is_coupled() {
+                flux.scaled_add(continuity.coupling * sign, &product(&self.derivative, &fields[1 - own]));
+            }
+            flux
+        };
+        [flux(0, -1.0), flux(1, 1.0)]
+    }
+
+    /// Amplitudes of Ey and Hy of all orders in the air: order × incident wave.
+    pub(crate) fn radiated(&self, fields: &[Matrix; 2], fluxes: &[Matrix; 2]) -> [Matrix; 2] {
+        [0, 1].map(|i| product(&self.from_field, &fields[i]) + product(&self.from_flux, &fluxes[i]))
+    }
+
+    /// Incident wave of each order at the nodes: node × order.
+    pub(crate) fn incident(&self) -> &Matrix {
+        &self.incident
+    }
+
+    /// S, applied to the flux: target node × source node.
+    pub(crate) fn single(&self) -> &Matrix {
+        &self.single
     }
 
     /// `½ − K + weight·S W`: the system of one component without coupling.
@@ -252,15 +291,14 @@ impl<'a> Air<'a> {
         from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * single_response[(i, j)])
     }
 
-    /// Ey and Hy as two matrices, node × incident wave: incident Ey of each order, then incident Hy of each.
-    fn solve_coupled(
+    /// [`Air::fields`] with the coupling of Ey and Hy.
+    fn coupled_fields(
         &self,
         single_response: &Matrix,
-        electric: Complex64,
-        magnetic: Complex64,
-        coupling: Complex64,
-    ) -> Result<(Matrix, Matrix), Error> {
-        let (n, count) = (self.mesh.nodes(), self.orders.len());
+        &Continuity { weights: [electric, magnetic], coupling }: &Continuity,
+        right: [&Matrix; 2],
+    ) -> Result<[Matrix; 2], Error> {
+        let n = self.mesh.nodes();
         let mut system = zeros(2 * n, 2 * n);
         for j in 0..n {
             for i in 0..n {
@@ -272,16 +310,14 @@ impl<'a> Air<'a> {
                 system[(n + i, j)] = cross;
             }
         }
-        let mut right = zeros(2 * n, 2 * count);
-        for m in 0..count {
-            for i in 0..n {
-                right[(i, m)] = self.incident[(i, m)];
-                right[(n + i, count + m)] = self.incident[(i, m)];
-            }
-        }
+        let [of_e, of_h] = right.map(Matrix::ncols);
+        let right = from_fn(2 * n, of_e + of_h, |i, column| match (i < n, column < of_e) {
+            (true, true) => right[0][(i, column)],
+            (false, false) => right[1][(i - n, column - of_e)],
+            _ => Complex64::ZERO,
+        });
         let fields = solve(&system, &right, "the coupled fields")?;
-        let rows_from = |first: usize| from_fn(n, 2 * count, |i, j| fields[(first + i, j)]);
-        Ok((rows_from(0), rows_from(n)))
+        Ok([0, n].map(|first| from_fn(n, of_e + of_h, |i, j| fields[(first + i, j)])))
     }
 
     /// `−Im ∫ u* ∂νu ds` over one period, for the incident wave `column`: the power of one component that crosses into
@@ -292,15 +328,23 @@ impl<'a> Air<'a> {
     }
 }
 
-/// The matrix with the columns of `left`, then those of `right`.
-fn join_columns(left: &Matrix, right: &Matrix) -> Matrix {
-    let split = left.ncols();
-    from_fn(left.nrows(), split + right.ncols(), |i, j| if j < split { left[(i, j)] } else { right[(i, j - split)] })
+/// Continuity of the tangential fields: ∂νu in the air from the fields on the curve, `∂νEy = weights[0]·W Ey −
+/// coupling·∂sHy` and `∂νHy = weights[1]·W Hy + coupling·∂sEy` (`lib.rs`).
+pub(crate) struct Continuity {
+    /// Factors of the fluxes in the lower medium, of Ey and of Hy.
+    pub(crate) weights: [Complex64; 2],
+    coupling: Complex64,
 }
 
-/// t, raised by twice [`CUTOFF_DISTANCE`] where it lies within [`CUTOFF_DISTANCE`] of a cut-off, |b + m| = t.
-fn away_from_cutoffs(t: f64, b: f64) -> f64 {
-    let distance_to_integer = |x: f64| (x - x.round()).abs();
-    let distance = distance_to_integer(t - b).min(distance_to_integer(t + b));
-    if distance < CUTOFF_DISTANCE { t + 2.0 * CUTOFF_DISTANCE } else { t }
+impl Continuity {
+    /// Whether Ey and Hy are solved together.
+    fn is_coupled(&self) -> bool {
+        self.coupling.norm() > COUPLING_MIN
+    }
+}
+
+/// The matrix with the columns of `left`, then those of `right`.
+pub(crate) fn join_columns(left: &Matrix, right: &Matrix) -> Matrix {
+    let split = left.ncols();
+    from_fn(left.nrows(), split + right.ncols(), |i, j| if j < split { left[(i, j)] } else { right[(i, j - split)] })
 }

@@ -1,5 +1,6 @@
 //! Jones matrices between all propagating orders, and their checks.
 
+use crate::waves::Waves;
 use num_complex::Complex64;
 
 /// Amplitudes between polarisation states, `jones[out][in]`. State 0 has Ey and no Hy, state 1 has Hy and no Ey.
@@ -26,13 +27,9 @@ pub type Jones = [[Complex64; 2]; 2];
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amplitudes {
-    /// Indices of the orders, ascending.
-    orders: Vec<i32>,
-    /// αm of the orders, in rad/µm.
-    alpha: Vec<f64>,
-    /// βm of the orders, in rad/µm.
-    beta: Vec<f64>,
-    /// Jones matrices at `out · count + in`, with the positions of both orders in `orders` and `count` its length.
+    /// Propagating orders.
+    waves: Waves,
+    /// Jones matrices at `out · count + in`, with the positions of both orders in `waves` and `count` its length.
     jones: Vec<Jones>,
     /// Fractions of the incident power that cross into the lower medium: `[incident order][incident state]`.
     absorbed: Vec<[f64; 2]>,
@@ -40,15 +37,9 @@ pub struct Amplitudes {
 
 impl Amplitudes {
     /// Collects the Jones matrices. `amplitude(out, in)` is the matrix without the factor √(βm/βn); `out` and `in` are
-    /// positions in `orders`. `absorbed` is `[incident order][incident state]`.
-    pub(crate) fn new(
-        orders: &[i32],
-        alpha: &[f64],
-        beta: &[f64],
-        amplitude: impl Fn(usize, usize) -> Jones,
-        absorbed: Vec<[f64; 2]>,
-    ) -> Self {
-        let count = orders.len();
+    /// positions in `waves`. `absorbed` is `[incident order][incident state]`.
+    pub(crate) fn new(waves: &Waves, amplitude: impl Fn(usize, usize) -> Jones, absorbed: Vec<[f64; 2]>) -> Self {
+        let (count, beta) = (waves.orders.len(), &waves.beta);
         let jones = (0..count * count)
             .map(|i| {
                 let (out, from) = (i / count, i % count);
@@ -56,28 +47,28 @@ impl Amplitudes {
                 amplitude(out, from).map(|row| row.map(|value| value * weight))
             })
             .collect();
-        Self { orders: orders.to_vec(), alpha: alpha.to_vec(), beta: beta.to_vec(), jones, absorbed }
+        Self { waves: waves.clone(), jones, absorbed }
     }
 
     /// Indices of the orders, ascending.
     pub fn orders(&self) -> &[i32] {
-        &self.orders
+        &self.waves.orders
     }
 
     /// Wave numbers αm of the orders along x, in rad/µm.
     pub fn alpha_per_um(&self) -> &[f64] {
-        &self.alpha
+        &self.waves.alpha
     }
 
     /// Wave numbers βm of the orders along z, in rad/µm; positive.
     pub fn beta_per_um(&self) -> &[f64] {
-        &self.beta
+        &self.waves.beta
     }
 
     /// Jones matrix of order `out` for light incident in order `from`; zero where either does not propagate.
     pub fn jones(&self, out: i32, from: i32) -> Jones {
         match (self.position(out), self.position(from)) {
-            (Some(out), Some(from)) => self.jones[out * self.orders.len() + from],
+            (Some(out), Some(from)) => self.jones[out * self.waves.orders.len() + from],
             _ => [[Complex64::ZERO; 2]; 2],
         }
     }
@@ -101,7 +92,7 @@ impl Amplitudes {
     ///
     /// Meaningless where ky is imaginary ([`Air::solve`](crate::Air::solve)): the continuation does not conserve power.
     pub fn balance_error(&self) -> f64 {
-        let count = self.orders.len();
+        let count = self.waves.orders.len();
         let mut worst = 0.0_f64;
         for from in 0..count {
             for state in [0, 1] {
@@ -117,8 +108,8 @@ impl Amplitudes {
     /// path. `reversed` are the amplitudes at −b.
     pub fn reciprocity_error(&self, reversed: &Self) -> f64 {
         let mut worst = 0.0_f64;
-        for &out in &self.orders {
-            for &from in &self.orders {
+        for &out in &self.waves.orders {
+            for &from in &self.waves.orders {
                 let (forward, backward) = (self.jones(out, from), reversed.jones(-from, -out));
                 for i in [0, 1] {
                     for j in [0, 1] {
@@ -132,6 +123,6 @@ impl Amplitudes {
 
     /// Position of an order in `orders`; `None` where it does not propagate.
     fn position(&self, order: i32) -> Option<usize> {
-        self.orders.iter().position(|&m| m == order)
+        self.waves.orders.iter().position(|&m| m == order)
     }
 }

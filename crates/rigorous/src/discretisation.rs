@@ -182,6 +182,24 @@ impl Discretisation {
         Air::new(self, t, finite("b", b)?)
     }
 
+    /// The air above a dielectric of index `eta`, at tm = κm·d/2π of the medium, Bloch phase `b` in turns and a
+    /// wavelength (nm). No order propagates in the air where κ² is negative.
+    ///
+    /// # Errors
+    /// tm, `eta` or the wavelength not above 0, tm above a third of the nodes, b not finite, or special functions that
+    /// overflow.
+    pub fn air_above(&self, tm: f64, b: f64, eta: f64, wavelength_nm: f64) -> Result<Air<'_>, Error> {
+        positive("tm", tm)?;
+        if tm > self.nodes() as f64 / NODES_PER_WAVE_MIN {
+            return Err(Error::OutOfRange { quantity: "tm", found: tm, accepted: "up to a third of the nodes" });
+        }
+        let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
+        let kappa_m = TAU * tm / self.profile.period_um();
+        // κ² = κm² − (n² − 1)k².
+        let kappa_squared = kappa_m * kappa_m - (positive("eta", eta)?.powi(2) - 1.0) * k * k;
+        Air::at_kappa_squared(self, kappa_squared, finite("b", b)?)
+    }
+
     /// Matrix D of the derivative with respect to the nodes' parameter τ, for functions with Bloch phase `bloch`
     /// (turns).
     ///

@@ -54,6 +54,8 @@
 //! - `∂νEy = κ²[(n²/κm²) W Ey − (ky/k) Δ ∂sHy]`,
 //! - `∂νHy = κ²[(1/κm²) W Hy + (ky/k) Δ ∂sEy]`.
 //!
+//! Light that arrives in the lower medium, with the field u₀, adds `∂νu₀ − W u₀` to `W u`.
+//!
 //! Unknowns are Ey and Hy at the nodes of one period of the curve. One linear system is solved for all incident orders
 //! at once. The integral equations are those of Kress, *Linear Integral Equations*, and Popov (ed.), *Gratings: Theory
 //! and Numeric Applications*, ch. 12. The elimination of the lower medium by W and the coupling's form are our own.
@@ -64,14 +66,18 @@
 //! - [`Discretisation`]: a [`Profile`] with nodes on it, for any wavelength and direction.
 //! - [`Air`]: layer potentials and plane waves above the relief at one (t, b), for any wavelength and lower medium.
 //! - [`Amplitudes`]: the Jones matrices between all orders at one wavelength, the result of [`Air::solve`].
+//! - [`solve_both_sides`]: all orders on both sides of a lossless dielectric, for light from either side.
+//! - [`Scattering`]: the Jones matrices between all orders on both sides, the result of [`Air::scatter`].
 //! - [`MetalTable`]: W of one metal at one wavelength, for all directions.
 //!
 //! All functions run on the caller's thread. Their results are identical to the bit, however many threads call them.
 
 mod air;
 mod amplitudes;
+mod both_sides;
 mod discretisation;
 mod error;
+mod flat_side;
 mod interpolation;
 mod lattice_sum;
 mod layers;
@@ -82,10 +88,13 @@ mod metal;
 mod nodes;
 mod orders;
 mod profile;
+mod scattering;
 mod special;
+mod waves;
 
 pub use air::Air;
 pub use amplitudes::{Amplitudes, Jones};
+pub use both_sides::{BothSides, solve_both_sides};
 pub use discretisation::{Discretisation, Resolution};
 pub use error::Error;
 pub use limits::check_size;
@@ -93,3 +102,4 @@ pub use medium::Medium;
 pub use metal::{KY_SQUARED_RANGE, MetalTable};
 pub use orders::{Estimate, Order, Orders, solve_orders, transverse_basis};
 pub use profile::Profile;
+pub use scattering::{Channel, Scattering, Side};

@@ -7,10 +7,10 @@ use std::f64::consts::TAU;
 
 /// Largest accepted violation of power balance, as a fraction of the incident power, and of reciprocity, as an
 /// amplitude. It is far below what a picture shows.
-const TOLERANCE: f64 = 5e-4;
+pub(crate) const TOLERANCE: f64 = 5e-4;
 
 /// Smallest accepted cosine of incidence. At smaller ones efficiencies are ratios of two vanishing powers.
-const COSINE_MIN: f64 = 1e-7;
+pub(crate) const COSINE_MIN: f64 = 1e-7;
 
 /// Largest accepted deviation of a direction's length from 1, above the rounding of single precision.
 const LENGTH_TOLERANCE: f64 = 1e-6;
@@ -109,10 +109,7 @@ impl Estimate {
 /// 2048).
 pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: [f64; 3]) -> Result<Orders, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
-    let length = wi.iter().map(|c| c * c).sum::<f64>().sqrt();
-    if !(1.0 - LENGTH_TOLERANCE..=1.0 + LENGTH_TOLERANCE).contains(&length) {
-        return Err(Error::OutOfRange { quantity: "length of wi", found: length, accepted: "1" });
-    }
+    check_length(wi)?;
     if wi[2] < COSINE_MIN {
         return Err(Error::OutOfRange { quantity: "z of wi", found: wi[2], accepted: "1e-7 to 1, above the horizon" });
     }
@@ -151,15 +148,29 @@ fn orders_of(amplitudes: &Amplitudes, k: f64, wi_y: f64) -> Vec<Order> {
     let orders = amplitudes.orders().iter().zip(amplitudes.alpha_per_um()).zip(amplitudes.beta_per_um());
     orders
         .map(|((&index, alpha), beta)| {
-            let mut jones = amplitudes.jones(index, 0);
-            // Reflection y → −y reverses the sign of Ey but not of Hy, so the elements between both change their signs.
-            if wi_y > 0.0 {
-                jones[0][1] = -jones[0][1];
-                jones[1][0] = -jones[1][0];
-            }
+            let jones = flipped(amplitudes.jones(index, 0), wi_y);
             Order { index, direction: [alpha / k, -wi_y, beta / k], jones }
         })
         .collect()
+}
+
+/// Refuses a direction whose length is not 1.
+///
+/// # Errors
+/// [`Error::OutOfRange`] with the length.
+pub(crate) fn check_length(wi: [f64; 3]) -> Result<(), Error> {
+    let length = wi.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if (1.0 - LENGTH_TOLERANCE..=1.0 + LENGTH_TOLERANCE).contains(&length) {
+        return Ok(());
+    }
+    Err(Error::OutOfRange { quantity: "length of wi", found: length, accepted: "1" })
+}
+
+/// The Jones matrix for light from a direction with this y, from that for ky ≥ 0.
+///
+/// Reflection y → −y reverses the sign of Ey but not of Hy, so the elements between both change their signs.
+pub(crate) fn flipped([[ee, eh], [he, hh]]: Jones, wi_y: f64) -> Jones {
+    if wi_y > 0.0 { [[ee, -eh], [-he, hh]] } else { [[ee, eh], [he, hh]] }
 }
 
 /// Unit electric vectors of the two polarisation states of a wave that travels along the unit vector `d`, which is not

@@ -1,7 +1,7 @@
 //! The plot of `sunbeam orders`: efficiencies of the strongest orders over the quantity that varies.
 
 use super::Curve;
-use super::solve::Order;
+use super::solve::{Order, Side};
 use crate::chart::{Axis, Chart, Corner, Stroke, drawing};
 use std::collections::BTreeMap;
 
@@ -23,22 +23,27 @@ pub(super) fn svg(curve: &Curve) -> String {
     let is_polarised = curve.points.iter().flat_map(|point| &point.solved.orders).any(|order| order.te.is_some());
     let y_label = if is_polarised { "efficiency: mean, TE dashed, TM dotted" } else { "efficiency" };
     let mut chart = Chart::new(SIZE, "", x, Axis::linear(y_label, (0.0, 1.05 * top)));
-    for ((order, _), colour) in strongest.into_iter().zip(COLOURS) {
+    for (((side, order), _), colour) in strongest.into_iter().zip(COLOURS) {
         let mean = Stroke::solid(colour, 3.0);
-        chart.curve(values(curve, order, |order| Some(order.mean)), mean);
-        chart.curve(values(curve, order, |order| order.te), Stroke { colour, width: 1.0, dashes: "8 4" });
-        chart.curve(values(curve, order, |order| order.tm), Stroke { colour, width: 1.0, dashes: "2 3" });
-        chart.explain_stroke(mean, format!("order {order}"));
+        chart.curve(values(curve, (side, order), |order| Some(order.mean)), mean);
+        chart.curve(values(curve, (side, order), |order| order.te), Stroke { colour, width: 1.0, dashes: "8 4" });
+        chart.curve(values(curve, (side, order), |order| order.tm), Stroke { colour, width: 1.0, dashes: "2 3" });
+        chart.explain_stroke(mean, explanation(side, order));
     }
     drawing(vec![chart.into_group(Corner::UpperRight)], SIZE, 1)
 }
 
+/// Explanation of an order's line. Reflected orders have no side in it.
+fn explanation(side: Side, order: i32) -> String {
+    if side == Side::Above { format!("order {order}") } else { format!("order {order}, {}", side.name()) }
+}
+
 /// All orders of the curve with their largest efficiencies along it, the strongest first.
-fn by_strength(curve: &Curve) -> Vec<(i32, f64)> {
-    let mut largest: BTreeMap<i32, f64> = BTreeMap::new();
+fn by_strength(curve: &Curve) -> Vec<((Side, i32), f64)> {
+    let mut largest: BTreeMap<(Side, i32), f64> = BTreeMap::new();
     for order in curve.points.iter().flat_map(|point| &point.solved.orders) {
         let efficiency = [Some(order.mean), order.te, order.tm].into_iter().flatten().fold(0.0, f64::max);
-        let entry = largest.entry(order.order).or_default();
+        let entry = largest.entry((order.side, order.order)).or_default();
         *entry = entry.max(efficiency);
     }
     let mut sorted: Vec<_> = largest.into_iter().collect();
@@ -47,9 +52,9 @@ fn by_strength(curve: &Curve) -> Vec<(i32, f64)> {
 }
 
 /// One efficiency of an order over the quantity that varies, at the points at which the order propagates.
-fn values(curve: &Curve, order: i32, efficiency: fn(&Order) -> Option<f64>) -> Vec<(f64, f64)> {
+fn values(curve: &Curve, (side, order): (Side, i32), efficiency: fn(&Order) -> Option<f64>) -> Vec<(f64, f64)> {
     let at_point = |point: &super::Point| {
-        let found = point.solved.orders.iter().find(|each| each.order == order)?;
+        let found = point.solved.orders.iter().find(|each| (each.side, each.order) == (side, order))?;
         Some((point.at, efficiency(found)?))
     };
     curve.points.iter().filter_map(at_point).collect()

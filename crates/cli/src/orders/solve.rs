@@ -1,5 +1,6 @@
 //! The orders of a grating for one incidence, by either theory.
 
+use super::both_sides;
 use crate::arguments::direction_from_degrees;
 use serde::Serialize;
 use sunbeam::config::{BuildError, SurfaceConfig, Theory};
@@ -29,9 +30,10 @@ pub(super) struct SolvedOrders {
     pub(super) wavelength_nm: f64,
     /// Unit vector towards the light.
     pub(super) wi: Vec3,
-    /// The orders that propagate, by ascending number.
+    /// The orders that propagate: those above the relief by ascending number, then those below.
     pub(super) orders: Vec<Order>,
-    /// Fractions of the TE and of the TM light that cross into the material.
+    /// Fractions of the TE and of the TM light that are in none of the orders: they cross into the material, or the
+    /// flat side of a film reflects them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absorbed: Option<[f64; 2]>,
     /// Largest deviation from 1 of the sum of all fractions, for light from the direction of any order.
@@ -42,9 +44,34 @@ pub(super) struct SolvedOrders {
     pub(super) reciprocity_error: Option<f64>,
 }
 
+/// Side of the relief on which an order leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Side {
+    /// Reflected.
+    Above,
+    /// Transmitted: into the medium of an interface, or into the air behind a film.
+    Below,
+    /// In the medium of a film, whose flat side reflects it totally.
+    Trapped,
+}
+
+impl Side {
+    /// The name in tables and plots.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Above => "above",
+            Self::Below => "below",
+            Self::Trapped => "trapped",
+        }
+    }
+}
+
 /// An order that propagates.
 #[derive(Serialize)]
 pub(super) struct Order {
+    /// The side of the relief.
+    pub(super) side: Side,
     /// The number m of the order.
     pub(super) order: i32,
     /// Angle of `direction` with the normal.
@@ -68,6 +95,9 @@ pub(super) struct Order {
 impl SolvedOrders {
     /// Solves the orders of a configuration by its theory.
     pub(super) fn new(config: &SurfaceConfig, incidence: &Incidence) -> Result<Self, BuildError> {
+        if let Some(body) = config.body() {
+            return both_sides::solve(config, body, incidence.wi(), incidence.wavelength_nm);
+        }
         config.require_bare("the orders")?;
         match config.theory {
             Theory::Rigorous => Self::rigorous(config, incidence.wi(), incidence.wavelength_nm),
@@ -89,17 +119,12 @@ impl SolvedOrders {
     fn rigorous(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
         let (profile, medium) = (config.profile()?, medium(config)?);
         let solved = solve_orders(&profile, &medium, wavelength_nm, wi).map_err(GratingError::from)?;
-        let orders = solved.orders.iter().map(|order| {
-            let jones = order.jones.map(|row| row.map(|amplitude| [amplitude.re, amplitude.im]));
-            let (te, tm) = (Some(order.te()), Some(order.tm()));
-            Order { te, tm, jones: Some(jones), ..Order::with_mean(order.index, order.direction, order.efficiency()) }
-        });
         Ok(Self {
             theory: Theory::Rigorous.name(),
             period_um: profile.period_um(),
             wavelength_nm,
             wi,
-            orders: orders.collect(),
+            orders: solved.orders.iter().map(|order| Order::with_jones(Side::Above, order)).collect(),
             absorbed: Some(solved.absorbed),
             balance_error: Some(solved.balance_error),
             reciprocity_error: Some(solved.reciprocity_error),
@@ -133,7 +158,7 @@ impl SolvedOrders {
             // The first row of the transform has the orders along x, negative ones in its upper half.
             let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[m.rem_euclid(bins) as usize];
             let factor = pair.interface(config.index(), options.obliquity) * options.angular_factor(&pair);
-            orders.push(Order::with_mean(m, wo, factor * amplitude.norm_sqr()));
+            orders.push(Order::with_mean(Side::Above, m, wo, factor * amplitude.norm_sqr()));
         }
         Ok(Self {
             theory: Theory::Scalar.name(),
@@ -155,11 +180,19 @@ fn medium(config: &SurfaceConfig) -> Result<Medium, GratingError> {
 }
 
 impl Order {
+    /// The order of the solver.
+    pub(super) fn with_jones(side: Side, order: &sunbeam::grating::Order) -> Self {
+        let jones = order.jones.map(|row| row.map(|amplitude| [amplitude.re, amplitude.im]));
+        let (te, tm) = (Some(order.te()), Some(order.tm()));
+        let unpolarised = Self::with_mean(side, order.index, order.direction, order.efficiency());
+        Self { te, tm, jones: Some(jones), ..unpolarised }
+    }
+
     /// The order without values by polarisation.
-    fn with_mean(order: i32, direction: Vec3, mean: f64) -> Self {
+    pub(super) fn with_mean(side: Side, order: i32, direction: Vec3, mean: f64) -> Self {
         // The addition turns a negative zero into a positive one.
         let direction @ [x, y, z] = direction.map(|component| component + 0.0);
         let (theta_deg, phi_deg) = (x.hypot(y).atan2(z).to_degrees(), y.atan2(x).to_degrees());
-        Self { order, theta_deg, phi_deg, direction, te: None, tm: None, mean, jones: None }
+        Self { side, order, theta_deg, phi_deg, direction, te: None, tm: None, mean, jones: None }
     }
 }

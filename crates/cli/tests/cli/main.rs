@@ -17,6 +17,7 @@ mod compare;
 mod height_fields;
 mod maps;
 mod methods;
+mod orders;
 mod outputs;
 mod render;
 mod sampler;

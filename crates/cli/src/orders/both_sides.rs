@@ -1,0 +1,110 @@
+//! The orders on both sides of a body that transmits, for one incidence, by either theory.
+
+use super::solve::{Order, Side, SolvedOrders};
+use sunbeam::config::{BuildError, SurfaceConfig, Theory};
+use sunbeam::grating::{GratingError, solve_both_sides};
+use sunbeam::scattering::{BodyOrder, TransparentBody, Vec3};
+use sunbeam::transform::OrderTransform;
+
+/// Solves the orders by the configuration's theory.
+pub(super) fn solve(
+    config: &SurfaceConfig,
+    body: TransparentBody,
+    wi: Vec3,
+    wavelength_nm: f64,
+) -> Result<SolvedOrders, BuildError> {
+    match config.theory {
+        Theory::Rigorous => rigorous(config, body, wi, wavelength_nm),
+        Theory::Scalar => scalar(config, body, wi, wavelength_nm),
+    }
+}
+
+/// The orders by Maxwell's equations.
+fn rigorous(
+    config: &SurfaceConfig,
+    body: TransparentBody,
+    wi: Vec3,
+    wavelength_nm: f64,
+) -> Result<SolvedOrders, BuildError> {
+    let profile = config.profile()?;
+    let solved = solve_both_sides(&profile, body.eta, wavelength_nm, wi).map_err(GratingError::from)?;
+    let above = solved.above.iter().map(|order| Order::with_jones(Side::Above, order));
+    let below = solved.below.iter().map(|order| match order.through_flat_side(body.eta) {
+        _ if !body.is_film => Order::with_jones(Side::Below, order),
+        Some(passed) => Order::with_jones(Side::Below, &passed),
+        None => Order::with_jones(Side::Trapped, order),
+    });
+    let orders: Vec<Order> = above.chain(below).collect();
+    let left = |fraction: fn(&Order) -> Option<f64>| (1.0 - orders.iter().filter_map(fraction).sum::<f64>()).max(0.0);
+    Ok(SolvedOrders {
+        theory: Theory::Rigorous.name(),
+        period_um: profile.period_um(),
+        wavelength_nm,
+        wi,
+        absorbed: Some([left(|order| order.te), left(|order| order.tm)]),
+        orders,
+        balance_error: Some(solved.balance_error),
+        reciprocity_error: Some(solved.reciprocity_error),
+    })
+}
+
+/// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#bodies-that-transmit.
+///
+/// TE and TM are known where light arrives across the grooves: there they are the outgoing states s and p.
+fn scalar(
+    config: &SurfaceConfig,
+    body: TransparentBody,
+    wi: Vec3,
+    wavelength_nm: f64,
+) -> Result<SolvedOrders, BuildError> {
+    // An error for reliefs that vary along y.
+    config.profile()?;
+    let field = config.height_field()?;
+    let transform = OrderTransform::new(&field);
+    let (period_um, wavelength_um) = (field.extent_um().0, wavelength_nm * 1e-3);
+    let step = wavelength_um / period_um;
+    let bins = transform.size().0 as i32;
+    let inside = TransparentBody { is_film: false, ..body };
+    let mut orders = Vec::new();
+    for is_below in [false, true] {
+        // Index of the medium on this side of the relief.
+        let index = if is_below { body.eta } else { 1.0 };
+        let (first, last) = (((wi[0] - index) / step).ceil() as i32, ((wi[0] + index) / step).floor() as i32);
+        for m in first..=last {
+            let (x, y) = (f64::from(m) * step - wi[0], -wi[1]);
+            let tangential_squared = x * x + y * y;
+            // The pixels resolve orders below half of their number; a single pixel has order 0.
+            let is_resolved = 2 * m.abs() < bins.max(2);
+            if tangential_squared >= index * index || !is_resolved {
+                continue;
+            }
+            let (side, body, index) = match (is_below, body.is_film) {
+                (false, _) => (Side::Above, body, 1.0),
+                (true, true) if tangential_squared < 1.0 => (Side::Below, body, 1.0),
+                (true, true) => (Side::Trapped, inside, index),
+                (true, false) => (Side::Below, body, index),
+            };
+            let z = (index * index - tangential_squared).sqrt();
+            let wo = [x, y, if is_below { -z } else { z }].map(|component| component / index);
+            let pair = BodyOrder::new(body, wi, wo);
+            // The first row of the transform has the orders along x, negative ones in its upper half.
+            let bin = (pair.tangential[0] / step).round() as i32;
+            let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[bin.rem_euclid(bins) as usize];
+            let power = amplitude.norm_sqr();
+            let [ss, sp, ps, pp] = pair.powers;
+            let by_state = (wi[1] == 0.0).then_some([(ss + sp) * power, (ps + pp) * power]);
+            let [te, tm] = [0, 1].map(|state| by_state.map(|powers| powers[state]));
+            orders.push(Order { te, tm, ..Order::with_mean(side, m, wo, pair.unpolarised() * power) });
+        }
+    }
+    Ok(SolvedOrders {
+        theory: Theory::Scalar.name(),
+        period_um,
+        wavelength_nm,
+        wi,
+        orders,
+        absorbed: None,
+        balance_error: None,
+        reciprocity_error: None,
+    })
+}

@@ -1,0 +1,98 @@
+//! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call.
+
+use crate::discretisation::NODES_MAX;
+use crate::error::positive;
+use crate::orders::{COSINE_MIN, TOLERANCE, check_length, flipped};
+use crate::{Air, Channel, Discretisation, Error, Medium, Order, Profile, Resolution, Scattering, Side, check_size};
+use std::f64::consts::TAU;
+
+/// All propagating orders on both sides for light from one direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BothSides {
+    /// Orders in the air, by ascending index.
+    pub above: Vec<Order>,
+    /// Orders in the medium, by ascending index. Their directions are unit vectors within the medium, with negative z.
+    pub below: Vec<Order>,
+    /// Nodes on one period with which the checks passed.
+    pub nodes: usize,
+    /// [`Scattering::balance_error`] of the solution.
+    pub balance_error: f64,
+    /// [`Scattering::reciprocity_error`] of the solution.
+    pub reciprocity_error: f64,
+}
+
+/// All propagating orders on both sides of a dielectric of index `eta`, for light of a wavelength (nm) from `wi`.
+///
+/// `wi` is a unit vector away from the relief, towards the light. Below the relief, z < 0, it lies within the medium.
+/// An order's index m counts from the light: `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the index n of the
+/// order's medium and n' of the light's. Balance and reciprocity are checked as by
+/// [`solve_orders`](crate::solve_orders).
+///
+/// ```
+/// use sunbeam_rigorous::{Profile, solve_both_sides};
+///
+/// let profile = Profile::lamellar(1.2, 0.5, 0.5)?;
+/// let solved = solve_both_sides(&profile, 1.5, 550.0, [0.0, 0.0, 1.0])?;
+/// let sum: f64 = solved.above.iter().chain(&solved.below).map(|order| order.te()).sum();
+/// assert!((sum - 1.0).abs() < 1e-3);
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
+///
+/// # Errors
+/// An index below 1, and those of [`solve_orders`](crate::solve_orders); light from below is refused at the horizon.
+pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f64; 3]) -> Result<BothSides, Error> {
+    let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
+    check_length(wi)?;
+    if wi[2].abs() < COSINE_MIN {
+        let quantity = "magnitude of z of wi";
+        return Err(Error::OutOfRange { quantity, found: wi[2].abs(), accepted: "1e-7 to 1, off the horizon" });
+    }
+    if !(eta.is_finite() && eta >= 1.0) {
+        return Err(Error::OutOfRange { quantity: "eta", found: eta, accepted: "finite and at least 1" });
+    }
+    let medium = Medium::index(eta, 0.0)?;
+    let side = if wi[2] > 0.0 { Side::Above } else { Side::Below };
+    // Index of the light's medium.
+    let from = if side == Side::Above { 1.0 } else { eta };
+    let period = profile.period_um();
+    let b = -wi[0] * from * k * period / TAU;
+    // κ² of the light's medium, from x and z, which keeps its digits for light along the grooves.
+    let own_squared = (from * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
+    let kappa_squared = if side == Side::Above { own_squared } else { own_squared - (eta * eta - 1.0) * k * k };
+    check_size(profile, &medium, wavelength_nm, (wi[1] * from).abs().min(1.0))?;
+    let mut resolution = Resolution::new(profile, &medium, wavelength_nm)?;
+    loop {
+        let mesh = Discretisation::new(profile, resolution)?;
+        let solve = |b: f64| Air::at_kappa_squared(&mesh, kappa_squared, b)?.scatter(eta, wavelength_nm);
+        let (forward, reversed) = (solve(b)?, solve(-b)?);
+        let (balance_error, reciprocity_error) = (forward.balance_error(), forward.reciprocity_error(&reversed));
+        if balance_error <= TOLERANCE && reciprocity_error <= TOLERANCE {
+            let incident = Channel { side, order: 0 };
+            let orders = |side: Side, index: f64| orders_on(&forward, side, incident, index * k, wi[1] * from / index);
+            let (above, below) = (orders(Side::Above, 1.0), orders(Side::Below, eta));
+            return Ok(BothSides { above, below, nodes: mesh.nodes(), balance_error, reciprocity_error });
+        }
+        resolution.nodes *= 2;
+        if resolution.nodes > NODES_MAX {
+            return Err(Error::Unresolved {
+                nodes: mesh.nodes(),
+                balance: balance_error,
+                reciprocity: reciprocity_error,
+                tolerance: TOLERANCE,
+            });
+        }
+    }
+}
+
+/// Orders on one side, whose waves have the wave number `own` (rad/µm) and directions with y = −`wi_y`.
+fn orders_on(scattering: &Scattering, side: Side, incident: Channel, own: f64, wi_y: f64) -> Vec<Order> {
+    let waves = scattering.alpha_per_um(side).iter().zip(scattering.beta_per_um(side));
+    let orders = scattering.orders(side).iter().zip(waves);
+    orders
+        .map(|(&index, (alpha, beta))| {
+            let jones = flipped(scattering.jones(Channel { side, order: index }, incident), wi_y);
+            let z = if side == Side::Above { beta / own } else { -beta / own };
+            Order { index, direction: [alpha / own, -wi_y, z], jones }
+        })
+        .collect()
+}

@@ -1,0 +1,322 @@
+//! Amplitudes between all orders on both sides of a relief in a lossless dielectric.
+//!
+//! Symbols and equations are those of `lib.rs`, those of matrices over the nodes in `air.rs`. In the lower medium an
+//! incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z}, with `βm = √(κm² −
+//! αm²)`.
+//!
+//! The power of a wave is βm/κ² in the air, for Ey and for Hy of amplitude 1. In the medium it is n²·βm/κm² for Ey and
+//! βm/κm² for Hy.
+
+use crate::air::{Air, Continuity, join_columns};
+use crate::error::positive;
+use crate::flat_side::transmitted_form;
+use crate::linear::{Matrix, from_fn, product};
+use crate::metal::response;
+use crate::waves::{Waves, away_from_cutoffs};
+use crate::{Error, Jones};
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Form of a power that no boundary changes.
+const UNCHANGED: Jones = [[Complex64::ONE, Complex64::ZERO], [Complex64::ZERO, Complex64::ONE]];
+
+/// Side of the relief.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// In the air.
+    Above,
+    /// In the medium.
+    Below,
+}
+
+/// An order on one side of the relief.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Channel {
+    /// The side.
+    pub side: Side,
+    /// Index m of the order.
+    pub order: i32,
+}
+
+impl Channel {
+    /// Order `order` in the air.
+    pub fn above(order: i32) -> Self {
+        Self { side: Side::Above, order }
+    }
+
+    /// Order `order` in the medium.
+    pub fn below(order: i32) -> Self {
+        Self { side: Side::Below, order }
+    }
+}
+
+/// Amplitudes between all propagating orders on both sides of one grating, at one (t, b) and wavelength.
+///
+/// Polarisation states and the weights of powers are those of [`Amplitudes`](crate::Amplitudes). Light incident in
+/// order n comes, on either side, from the mirror direction of order n.
+///
+/// ```
+/// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};
+///
+/// let profile = Profile::sinusoid(1.1, 0.1)?;
+/// let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 1 })?;
+/// let scattering = mesh.air(1.5, 0.2)?.scatter(1.5, 550.0)?;
+/// // All light is reflected or transmitted.
+/// assert!(scattering.balance_error() < 1e-3);
+/// assert!(scattering.efficiency(Channel::below(0), Channel::above(0)) > 0.5);
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scattering {
+    /// Index n of the medium.
+    eta: f64,
+    /// Wave number k in vacuum, in rad/µm.
+    wave_number: f64,
+    /// ky/k; imaginary in the continuation.
+    groove_cosine: Complex64,
+    above: Waves,
+    below: Waves,
+    /// Jones matrices at `out · count + in`. Positions count the orders above, then those below.
+    jones: Vec<Jones>,
+}
+
+/// The waves in the lower medium at the coarse nodes.
+struct Lower {
+    waves: Waves,
+    /// Incident wave of each order: node × order.
+    incident: Matrix,
+    /// Derivative of the incident waves along the normal, times the speed: node × order.
+    incident_flux: Matrix,
+    /// Amplitude of each order radiated by the field: order × node.
+    from_field: Matrix,
+    /// Amplitude of each order radiated by the flux: order × node.
+    from_flux: Matrix,
+}
+
+impl Lower {
+    /// Computes the waves for tm = κm·d/2π and the Bloch phase b.
+    fn new(air: &Air<'_>, tm: f64, b: f64) -> Self {
+        let mesh = air.mesh();
+        let (period, nodes) = (mesh.profile().period_um(), &mesh.coarse);
+        let waves = Waves::propagating(period, tm, b);
+        let (alpha, beta) = (&waves.alpha, &waves.beta);
+        let (n, count, step) = (nodes.len(), alpha.len(), nodes.step());
+        let upwards = |i: usize, m: usize| Complex64::cis(alpha[m] * nodes.x[i] + beta[m] * nodes.z[i]);
+        // The slope of the phase along the normal, times the speed; `sign` is that of the wave's component along z.
+        let slope = |i: usize, m: usize, sign: f64| {
+            let [nx, nz] = nodes.normal[i];
+            (alpha[m] * nx + sign * beta[m] * nz) * nodes.speed[i]
+        };
+        // Below the relief, the Green's function of a source at (x, z) has in order m the amplitude i/(2dβm) ·
+        // e^{−iαm·x + iβm·z}. `green` is this amplitude over i, times the quadrature step.
+        let green = |m: usize, i: usize| {
+            Complex64::cis(-alpha[m] * nodes.x[i] + beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
+        };
+        Self {
+            incident: from_fn(n, count, upwards),
+            incident_flux: from_fn(n, count, |i, m| Complex64::I * upwards(i, m) * slope(i, m, 1.0)),
+            from_field: from_fn(count, n, |m, i| -green(m, i) * slope(i, m, -1.0)),
+            from_flux: from_fn(count, n, |m, i| Complex64::I * green(m, i)),
+            waves,
+        }
+    }
+}
+
+impl Air<'_> {
+    /// Amplitudes between all orders on both sides, above a lossless dielectric of index `eta` at a wavelength (nm).
+    ///
+    /// Where ky is imaginary, the amplitudes are the continuation that [`Air::solve`] describes.
+    ///
+    /// # Errors
+    /// An index or wavelength that is not finite and positive, special functions that overflow, and solutions that are
+    /// not finite.
+    pub fn scatter(&self, eta: f64, wavelength_nm: f64) -> Result<Scattering, Error> {
+        let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
+        let index = Complex64::from(positive("eta", eta)?);
+        let (mesh, b) = (self.mesh(), self.b());
+        let grating_wave_number = TAU / mesh.profile().period_um();
+        // κm² = (n² − 1)k² + κ².
+        let kappa_m_squared = (eta * k) * (eta * k) - self.ky_squared(k);
+        let tm = away_from_cutoffs(kappa_m_squared.max(0.0).sqrt() / grating_wave_number, b);
+        let kappa_m_squared = (tm * grating_wave_number).powi(2);
+        let response = response(mesh, kappa_m_squared.into(), b)?;
+        let lower = Lower::new(self, tm, b);
+        let continuity = self.continuity(index, k);
+        // Flux that light from below adds to the response.
+        let added = &lower.incident_flux - &product(&response, &lower.incident);
+        let from_below = product(self.single(), &added);
+        let right = continuity.weights.map(|weight| join_columns(self.incident(), &(&from_below * -weight)));
+        let fields = self.fields(&continuity, &response, right.each_ref())?;
+        let below = self.fluxes_below(&response, &fields, &added);
+        let fluxes = self.fluxes(&continuity, &fields, &below);
+        let out_above = self.radiated(&fields, &fluxes);
+        let out_below = [0, 1].map(|i| product(&lower.from_field, &fields[i]) + product(&lower.from_flux, &below[i]));
+        let jones = weighted(self.waves(), &lower.waves, &continuity, [&out_above, &out_below]);
+        let groove_cosine = Complex64::from(self.ky_squared(k)).sqrt() / k;
+        let (above, below) = (self.waves().clone(), lower.waves);
+        Ok(Scattering { eta, wave_number: k, groove_cosine, above, below, jones })
+    }
+
+    /// Fluxes of Ey and Hy in the lower medium. Columns are those of [`Air::fields`], light from above, then from
+    /// below; `added` is the flux that light from below adds to the response, in its own state.
+    fn fluxes_below(&self, response: &Matrix, fields: &[Matrix; 2], added: &Matrix) -> [Matrix; 2] {
+        let above = self.waves().orders.len();
+        let count = above + added.ncols();
+        [0, 1].map(|state| {
+            let mut flux = product(response, &fields[state]);
+            for column in 0..added.ncols() {
+                let mut into = flux.column_mut(state * count + above + column);
+                into += &added.column(column);
+            }
+            flux
+        })
+    }
+}
+
+impl Scattering {
+    /// All channels: the propagating orders above, then those below, each ascending.
+    pub fn channels(&self) -> impl Iterator<Item = Channel> + '_ {
+        let above = self.above.orders.iter().map(|&order| Channel::above(order));
+        above.chain(self.below.orders.iter().map(|&order| Channel::below(order)))
+    }
+
+    /// Indices of the propagating orders on a side, ascending.
+    pub fn orders(&self, side: Side) -> &[i32] {
+        &self.waves(side).orders
+    }
+
+    /// Wave numbers αm of the orders on a side along x, in rad/µm.
+    pub fn alpha_per_um(&self, side: Side) -> &[f64] {
+        &self.waves(side).alpha
+    }
+
+    /// Wave numbers βm of the orders on a side along z, in rad/µm; positive.
+    pub fn beta_per_um(&self, side: Side) -> &[f64] {
+        &self.waves(side).beta
+    }
+
+    /// Jones matrix from one channel to another; zero where either does not propagate.
+    pub fn jones(&self, out: Channel, from: Channel) -> Jones {
+        match (self.position(out), self.position(from)) {
+            (Some(out), Some(from)) => self.jones[out * self.count() + from],
+            _ => [[Complex64::ZERO; 2]; 2],
+        }
+    }
+
+    /// Fraction of unpolarised light incident in one channel that leaves in another; zero where either does not
+    /// propagate. Where ky is imaginary, the analytic continuation of this fraction in ky².
+    pub fn efficiency(&self, out: Channel, from: Channel) -> f64 {
+        self.passed(self.jones(out, from), &[UNCHANGED; 2])
+    }
+
+    /// [`Scattering::efficiency`] of a film, whose flat lower side has air below it. Light on the side below passes
+    /// that boundary once; zero where it is reflected totally.
+    pub fn film_efficiency(&self, out: Channel, from: Channel) -> f64 {
+        match (self.form(out, true), self.form(from, false)) {
+            (Some(after), Some(before)) => self.passed(self.jones(out, from), &[after, before]),
+            _ => 0.0,
+        }
+    }
+
+    /// Unpolarised power `½ tr(J† M J M₀)` of a Jones matrix J, with the forms M after and M₀ before the relief.
+    ///
+    /// J† has the continuation in ky in place of the complex conjugate: elements between Ey and Hy are proportional to
+    /// ky, and keep the sign of an imaginary ky.
+    fn passed(&self, jones: Jones, [after, before]: &[Jones; 2]) -> f64 {
+        let sign = if self.groove_cosine.im == 0.0 { 1.0 } else { -1.0 };
+        let adjoint = [0, 1].map(|i| [0, 1].map(|j| jones[j][i].conj() * if i == j { 1.0 } else { sign }));
+        let product = |a: &Jones, b: &Jones| [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]));
+        let [[first, _], [_, last]] = product(&product(&adjoint, after), &product(&jones, before));
+        0.5 * (first + last).re
+    }
+
+    /// Form of the power of a channel beyond the flat side of a film; `None` where that side reflects it totally, and
+    /// where the channel does not propagate.
+    fn form(&self, channel: Channel, is_downwards: bool) -> Option<Jones> {
+        let waves = self.waves(channel.side);
+        let place = waves.orders.iter().position(|&m| m == channel.order)?;
+        if channel.side == Side::Above {
+            return Some(UNCHANGED);
+        }
+        let [k_x, cn] = [waves.alpha[place], waves.beta[place]].map(|wave_number| wave_number / self.wave_number);
+        let in_air = self.above.orders.iter().position(|&m| m == channel.order)?;
+        let c1 = self.above.beta[in_air] / self.wave_number;
+        Some(transmitted_form(self.eta, k_x, self.groove_cosine, [c1, cn], is_downwards))
+    }
+
+    /// Violation of the power balance: the largest |reflected + transmitted − 1| over all incident channels and states.
+    ///
+    /// Meaningless where ky is imaginary ([`Air::solve`]): the continuation does not conserve power.
+    pub fn balance_error(&self) -> f64 {
+        let count = self.count();
+        let mut worst = 0.0_f64;
+        for from in 0..count {
+            for state in [0, 1] {
+                let sum: f64 =
+                    (0..count).flat_map(|out| self.jones[out * count + from].map(|row| row[state].norm_sqr())).sum();
+                worst = worst.max((sum - 1.0).abs());
+            }
+        }
+        worst
+    }
+
+    /// Violation of reciprocity: the largest magnitude of the difference between an amplitude and that of the reversed
+    /// path. `reversed` are the amplitudes at −b.
+    pub fn reciprocity_error(&self, reversed: &Self) -> f64 {
+        let mut worst = 0.0_f64;
+        let opposite = |channel: Channel| Channel { order: -channel.order, ..channel };
+        for out in self.channels() {
+            for from in self.channels() {
+                let (forward, backward) = (self.jones(out, from), reversed.jones(opposite(from), opposite(out)));
+                for i in [0, 1] {
+                    for j in [0, 1] {
+                        worst = worst.max((forward[i][j] - backward[j][i]).norm());
+                    }
+                }
+            }
+        }
+        worst
+    }
+
+    fn waves(&self, side: Side) -> &Waves {
+        match side {
+            Side::Above => &self.above,
+            Side::Below => &self.below,
+        }
+    }
+
+    /// Number of channels.
+    fn count(&self) -> usize {
+        self.above.orders.len() + self.below.orders.len()
+    }
+
+    /// Position of a channel; `None` where it does not propagate.
+    fn position(&self, channel: Channel) -> Option<usize> {
+        let place = self.orders(channel.side).iter().position(|&m| m == channel.order)?;
+        Some(if channel.side == Side::Above { place } else { self.above.orders.len() + place })
+    }
+}
+
+/// Jones matrices of [`Scattering`], from the amplitudes of Ey and Hy on either side, `[side][component]`: order ×
+/// incident wave.
+fn weighted(above: &Waves, below: &Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Vec<Jones> {
+    let (n_above, count) = (above.orders.len(), above.orders.len() + below.orders.len());
+    // Power of a wave of amplitude 1, over that of one in the air with βm = 1: `continuity.weights` are n²κ²/κm² and
+    // κ²/κm². Without orders in the air, κ² is negative, and powers are relative to the medium's.
+    let power = |position: usize, state: usize| match position.checked_sub(n_above) {
+        None => above.beta[position],
+        Some(position) => below.beta[position] * continuity.weights[state].norm(),
+    };
+    (0..count * count)
+        .map(|i| {
+            let (to, from) = (i / count, i % count);
+            let (side, row) = if to < n_above { (0, to) } else { (1, to - n_above) };
+            [0, 1].map(|state_out| {
+                [0, 1].map(|state_in| {
+                    let amplitude = out[side][state_out][(row, state_in * count + from)];
+                    amplitude * (power(to, state_out) / power(from, state_in)).sqrt()
+                })
+            })
+        })
+        .collect()
+}

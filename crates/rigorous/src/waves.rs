@@ -1,0 +1,46 @@
+//! The propagating orders of one medium.
+
+use std::f64::consts::TAU;
+
+/// Smallest distance of t from the cut-off of an order (βm = 0), where the lattice sum has a pole.
+///
+/// Amplitudes vary as the square root of the distance, so moving t by up to twice this distance changes them by about
+/// 1e-5. Larger values change them more; smaller ones approach the pole to within rounding.
+const CUTOFF_DISTANCE: f64 = 1e-11;
+
+/// The propagating orders of one medium.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Waves {
+    /// Indices m, ascending.
+    pub(crate) orders: Vec<i32>,
+    /// αm, in rad/µm.
+    pub(crate) alpha: Vec<f64>,
+    /// βm, in rad/µm; positive.
+    pub(crate) beta: Vec<f64>,
+}
+
+impl Waves {
+    /// The orders with |b + m| < t, for a period in µm.
+    pub(crate) fn propagating(period: f64, t: f64, b: f64) -> Self {
+        let orders: Vec<i32> =
+            ((-t - b).ceil() as i32..=(t - b).floor() as i32).filter(|&m| (b + f64::from(m)).abs() < t).collect();
+        let grating_wave_number = TAU / period;
+        let alpha = orders.iter().map(|&m| grating_wave_number * (b + f64::from(m))).collect();
+        // βm = (2π/d)·√(t² − (b + m)²), with the difference as a product, which keeps its digits near a cut-off.
+        let beta = orders
+            .iter()
+            .map(|&m| {
+                let a = b + f64::from(m);
+                grating_wave_number * ((t - a) * (t + a)).sqrt()
+            })
+            .collect();
+        Self { orders, alpha, beta }
+    }
+}
+
+/// t, raised by twice [`CUTOFF_DISTANCE`] where it lies within [`CUTOFF_DISTANCE`] of a cut-off, |b + m| = t.
+pub(crate) fn away_from_cutoffs(t: f64, b: f64) -> f64 {
+    let distance_to_integer = |x: f64| (x - x.round()).abs();
+    let distance = distance_to_integer(t - b).min(distance_to_integer(t + b));
+    if distance < CUTOFF_DISTANCE { t + 2.0 * CUTOFF_DISTANCE } else { t }
+}

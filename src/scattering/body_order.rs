@@ -1,0 +1,47 @@
+//! One pair of directions at a transparent body, in double precision, for lists of orders.
+
+use super::{Side, TransparentBody, TransparentPair, Vec3};
+use crate::numeric::Plain;
+use std::f64::consts::TAU;
+
+/// Scattering vector and powers of a pair of directions at a transparent body (`transparent.rs`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyOrder {
+    /// Tangential part of `Ki + Ko` in wave numbers in vacuum, with the sign that makes the normal part positive.
+    pub tangential: [f64; 2],
+    /// |w|, at least `normal_min` of the body.
+    pub normal: f64,
+    /// Factors on `|c_m|²` in the power of an order, for the pairs of states ss, sp, ps and pp, the outgoing one first.
+    pub powers: [f64; 4],
+}
+
+impl BodyOrder {
+    /// The pair of light from `wi` that leaves along `wo`. Both are unit vectors away from the relief, each in the
+    /// medium of its side.
+    ///
+    /// ```
+    /// use sunbeam::scattering::{BodyOrder, TransparentBody};
+    ///
+    /// // Straight through a flat interface to glass: Fresnel's transmittance.
+    /// let glass = TransparentBody::new(1.5, false, 65.0);
+    /// let order = BodyOrder::new(glass, [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
+    /// assert!((order.unpolarised() - 0.96).abs() < 1e-12);
+    /// ```
+    pub fn new(body: TransparentBody, wi: Vec3, wo: Vec3) -> Self {
+        type Double = Plain<'static, f64>;
+        let side = |w: Vec3| -> Side<Double> { body.side(w) };
+        let pair: TransparentPair<Double> = body.pair(&side(wi), &side(wo));
+        let tangential = pair.tangential().map(|k| k * body.eta);
+        Self { tangential, normal: pair.normal() * body.eta, powers: pair.powers }
+    }
+
+    /// κ of the order's amplitude `c_m`, in rad/µm.
+    pub fn kappa(&self, wavelength_um: f64) -> f64 {
+        TAU * self.normal / wavelength_um
+    }
+
+    /// Factor for unpolarised light.
+    pub fn unpolarised(&self) -> f64 {
+        0.5 * self.powers.iter().sum::<f64>()
+    }
+}

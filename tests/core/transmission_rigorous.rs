@@ -1,0 +1,168 @@
+//! Gratings on bodies that transmit by Maxwell's equations: tables of films and the reference without tables against
+//! single solutions, energy, and samples.
+
+use super::common::Random;
+use super::transmission::{built, eval, medium, sampled};
+use std::f64::consts::TAU;
+use sunbeam::Cache;
+use sunbeam::config::{BuiltReport, SurfaceConfig};
+use sunbeam::grating::{ExactGrating, Order, Profile, solve_both_sides};
+use sunbeam::scattering::{TransparentBody, Vec3};
+use sunbeam::table::{CoherenceWindow, Progress};
+
+/// Largest root mean square error of an order's power by the tables.
+const RMS: f64 = 4e-3;
+const ETA: f64 = 1.5;
+// `normal_min` is of the scalar theory.
+const FILM: TransparentBody = TransparentBody { eta: ETA, is_film: true, normal_min: 0.0 };
+const INTERFACE: TransparentBody = TransparentBody { is_film: false, ..FILM };
+/// Period, height and coherence length of the sinusoid in µm.
+const PERIOD_UM: f64 = 0.6;
+const HEIGHT_UM: f64 = 0.2;
+
+fn json(transmission: &str, coherence_um: f64) -> String {
+    format!(
+        r#"{{"preset": "sinusoidal", "period": {PERIOD_UM}, "height": {HEIGHT_UM}, "coherence_length": {coherence_um},
+            "eta": {ETA}, "transmission": "{transmission}", "theory": "rigorous"}}"#
+    )
+}
+
+fn profile() -> Profile {
+    Profile::sinusoid(PERIOD_UM, HEIGHT_UM).unwrap()
+}
+
+/// A direction on either side, up to 80° from the normal.
+fn either_side(random: &mut Random) -> Vec3 {
+    loop {
+        let w = random.direction();
+        if w[2] > 0.17 {
+            return if random.unit() < 0.5 { w } else { [w[0], w[1], -w[2]] };
+        }
+    }
+}
+
+/// The direction within the medium of a direction behind the flat side of a film; other directions unchanged.
+fn inside(body: TransparentBody, w: Vec3) -> Vec3 {
+    if !(body.is_film && w[2] < 0.0) {
+        return w;
+    }
+    let [x, y] = [w[0] / ETA, w[1] / ETA];
+    [x, y, -(1.0 - x * x - y * y).sqrt()]
+}
+
+/// Orders on both sides for light from `wi`, those behind a film after its flat side.
+fn orders(body: TransparentBody, wi: Vec3, nm: f64) -> Vec<Order> {
+    let solved = solve_both_sides(&profile(), ETA, nm, inside(body, wi)).unwrap();
+    let below = solved.below.iter().filter_map(|order| match body.is_film {
+        true => order.through_flat_side(ETA),
+        false => Some(order.clone()),
+    });
+    solved.above.iter().cloned().chain(below).collect()
+}
+
+/// Value of an order of efficiency 1 at its centre: the window's Gaussian over solid angle, without the cosine.
+fn peak(body: TransparentBody, wo: Vec3, nm: f64, coherence_um: f64) -> f64 {
+    let sigma = CoherenceWindow::new(coherence_um).order_sigma_per_um() * nm * 1e-3;
+    medium(body, wo[2] < 0.0).powi(2) / (TAU * sigma * sigma)
+}
+
+#[test]
+fn tables_of_a_film_match_single_solutions() {
+    const COHERENCE_UM: f64 = 30.0;
+    let mut random = Random::new(3);
+    let surface = built(&json("film", COHERENCE_UM));
+    let BuiltReport::Rigorous(report) = surface.report() else { panic!("a grating") };
+    println!("{report:?}");
+    assert!(surface.transmits() && report.rms < RMS, "{report:?}");
+    let exact = ExactGrating::of_body(profile(), FILM, COHERENCE_UM);
+    let (mut squares, mut count) = (0.0, 0);
+    for _ in 0..60 {
+        let (wi, nm) = (either_side(&mut random), random.wavelength_nm());
+        for order in orders(FILM, wi, nm) {
+            let wo = order.direction;
+            let (found, peak) = (eval(&surface, wi, wo, nm), peak(FILM, wo, nm, COHERENCE_UM));
+            let expected = exact.eval(wi, wo, nm).unwrap();
+            squares += ((found - expected) / peak).powi(2);
+            count += 1;
+        }
+    }
+    let rms = (squares / f64::from(count)).sqrt();
+    println!("RMS {rms:.1e} of {count} orders");
+    assert!(rms < RMS, "{rms}");
+    for _ in 0..8 {
+        let (wi, nm) = (either_side(&mut random), random.wavelength_nm());
+        let (albedo, error, unequal) = sampled(&surface, FILM, wi, nm, &mut random);
+        let expected: f64 = orders(FILM, wi, nm).iter().map(Order::efficiency).sum();
+        println!("{wi:?}: {albedo:.4} ± {error:.4}, {expected:.4}, reciprocity {unequal:.1e}");
+        assert!(albedo < 1.0 + 2.0 * RMS + 4.0 * error, "{wi:?}: {albedo} ± {error}");
+        // Orders are averaged over their width, and part of those near the horizon is beyond it.
+        // Jones matrices of light that enters through the flat side are not listed.
+        let is_listed = wi[2] > 0.0;
+        assert!(!is_listed || (albedo - expected).abs() < 0.03 + 4.0 * error, "{wi:?}: {albedo} ± {error}, {expected}");
+        assert!(unequal < 1e-6, "{wi:?}: {unequal}");
+    }
+}
+
+#[test]
+fn the_reference_has_the_orders_of_light_from_above() {
+    /// The solver's accepted errors of power.
+    const ABSOLUTE: f64 = 1e-3;
+    const COHERENCE_UM: f64 = 200.0;
+    let mut random = Random::new(5);
+    for body in [FILM, INTERFACE] {
+        let exact = ExactGrating::of_body(profile(), body, COHERENCE_UM);
+        for _ in 0..6 {
+            let (mut wi, nm) = (either_side(&mut random), random.wavelength_nm());
+            if body.is_film {
+                // Jones matrices of light that enters through the flat side are not listed.
+                wi[2] = wi[2].abs();
+            }
+            for order in orders(body, wi, nm).iter().filter(|order| order.direction[2].abs() > 0.1) {
+                let found =
+                    exact.eval(wi, order.direction, nm).unwrap() / peak(body, order.direction, nm, COHERENCE_UM);
+                let expected = order.efficiency();
+                assert!((found - expected).abs() < ABSOLUTE, "{body:?} {wi:?} {}: {found} {expected}", order.index);
+            }
+        }
+    }
+}
+
+#[test]
+fn tables_of_an_interface_are_refused() {
+    let config = SurfaceConfig::from_json(&json("interface", 30.0)).unwrap();
+    let error = config.build_by_theory(&Cache::off(), &Progress::none()).err().unwrap().to_string();
+    assert!(error.contains("\"transmission\" contradicts theory \"rigorous\""), "{error}");
+}
+
+#[test]
+fn densities_of_a_grating_on_a_film_integrate_to_the_fraction_of_samples() {
+    const SAMPLES: usize = 20_000;
+    let mut random = Random::new(13);
+    let surface = built(&json("film", 8.0));
+    for wi in [[0.0, 0.0, 1.0], [0.4, 0.3, -(0.75_f64.sqrt())]] {
+        let mut counts = [0usize; 2];
+        for _ in 0..SAMPLES {
+            let u = [random.unit(), random.unit(), random.unit()];
+            if let Some(wo) = surface.sample_direction(wi, &[450.0, 650.0], u) {
+                counts[usize::from(wo[2] < 0.0)] += 1;
+            }
+        }
+        // Midpoints of direction cosines x and y on either side; orders are five midpoints wide.
+        const STEPS: i32 = 300;
+        for (side, count) in [1.0, -1.0].into_iter().zip(counts) {
+            let mut sum = 0.0;
+            for i in 0..STEPS * STEPS {
+                let [x, y] = [i / STEPS, i % STEPS].map(|step| f64::from(2 * step + 1) / f64::from(STEPS) - 1.0);
+                let z_squared = 1.0 - x * x - y * y;
+                if z_squared > 0.0 {
+                    let wo = [x, y, side * z_squared.sqrt()];
+                    let area = 4.0 / f64::from(STEPS * STEPS);
+                    sum += surface.eval_pdf(wi, wo, &[450.0, 650.0], |_, _| {}) * area / wo[2].abs();
+                }
+            }
+            let fraction = count as f64 / SAMPLES as f64;
+            // Four standard errors of the fraction of samples, and the midpoints' error at the horizon.
+            assert!((sum - fraction).abs() < 0.015, "{wi:?} {side}: {sum} {fraction}");
+        }
+    }
+}
