@@ -38,6 +38,7 @@ PARTS = (
     "polarisation",
     "validity",
     "covers-validity",
+    "bodies-validity",
     "skins-validity",
     "stability",
     "instruments",
