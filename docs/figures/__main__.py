@@ -39,6 +39,7 @@ PARTS = (
     "films",
     "validity",
     "covers-validity",
+    "bodies-validity",
     "skins-validity",
     "stability",
     "instruments",

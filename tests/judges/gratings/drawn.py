@@ -153,20 +153,26 @@ def perfect(setting: Setting, resolution: Resolution) -> tuple:
 
 
 def sinusoid(setting: Setting, factor: float) -> tuple:
-    """The period along y is so short that harmonic 0 alone is kept."""
-    x = np.arange(SAMPLES) / SAMPLES
-    wave = 0.5 * setting.height_um * np.sin(2 * np.pi * x)[None]
-    slope = np.pi * setting.height_um / setting.period_um
     above = setting.cover_eta
-    # Harmonics of the field: those of the waves, twice for the slopes.
-    cutoff = factor * (6e3 * above / setting.wavelength_nm + (10 + 25 * slope) / setting.period_um)
-    resolution = CrossedResolution(cutoff, round(factor * 26), 1e-7, 300)
-    relief = Relief(wave, (setting.period_um, 0.4 / cutoff))
+    relief, resolution = flattened(setting.period_um, setting.height_um, setting.wavelength_nm / above, factor)
     light = (setting.wavelength_nm, setting.theta_inside_deg, setting.phi_deg)
     found = crossed(relief, *light, setting.index, resolution, above)
     order = np.argsort(found.jx)
     jones = found.jones[order]
     return found.jx[order], found.unpolarised[order], jones, np.abs(jones) ** 2
+
+
+def flattened(period_um: float, height_um: float, wavelength_nm: float, factor: float) -> tuple:
+    """A sinusoid for the solver of `tests.judges.crossed`, and a resolution, from the shortest wavelength in a medium.
+
+    The period along y is so short that harmonic 0 alone is kept.
+    """
+    x = np.arange(SAMPLES) / SAMPLES
+    wave = 0.5 * height_um * np.sin(2 * np.pi * x)[None]
+    slope = np.pi * height_um / period_um
+    # Harmonics of the field: those of the waves, twice for the slopes.
+    cutoff = factor * (6e3 / wavelength_nm + (10 + 25 * slope) / period_um)
+    return Relief(wave, (period_um, 0.4 / cutoff)), CrossedResolution(cutoff, round(factor * 26), 1e-7, 300)
 
 
 def scatmech(setting: Setting, waves: int) -> tuple:

@@ -133,16 +133,20 @@ def closed_form(grating: Grating, obliquity: str, light: Light) -> np.ndarray:
     cos_i, cos_o = np.sqrt(1 - sine**2), np.sqrt(1 - towards**2)
     w = cos_i + cos_o
     phase = 2e3 * np.pi * w / light.wavelength_nm * grating.height
-    if grating.preset == "sinusoidal":
-        power = np.array([bessel(order, 0.5 * p) ** 2 for order, p in zip(orders, phase)])
-    elif grating.preset == "blazed":
-        power = np.sinc(phase / (2 * np.pi) + orders) ** 2
-    else:
-        odd = np.where(orders % 2 == 1, np.sin(0.5 * phase) / (0.5 * np.pi * np.where(orders == 0, 1, orders)), 0)
-        power = np.where(orders == 0, np.cos(0.5 * phase), odd) ** 2
+    power = shares(grating.preset, orders, phase)
     if obliquity == "unit":
         return power
     return power * (1 + sine * towards + cos_i * cos_o) ** 2 / (cos_i * cos_o * w**2)
+
+
+def shares(preset: str, orders: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """|c_j|² of a preset's orders, for the phase at its full height by order."""
+    if preset == "sinusoidal":
+        return np.array([bessel(order, 0.5 * p) ** 2 for order, p in zip(orders, phase)])
+    if preset == "blazed":
+        return np.sinc(phase / (2 * np.pi) + orders) ** 2
+    odd = np.where(orders % 2 == 1, np.sin(0.5 * phase) / (0.5 * np.pi * np.where(orders == 0, 1, orders)), 0)
+    return np.where(orders == 0, np.cos(0.5 * phase), odd) ** 2
 
 
 def bessel(order: int, argument: float) -> float:

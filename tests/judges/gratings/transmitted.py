@@ -1,0 +1,185 @@
+"""Gratings of a dielectric: powers of transmitted orders by a judge, by the project's theories and by a phase screen.
+
+`python -m tests.judges.gratings.transmitted` writes `answers/transmitted.json`, for unpolarised light. The judges are
+the solver of `tests.judges.crossed` for sinusoids, and NIST's SCATMECH for the others (`requirements-judges.lock`),
+which cuts sawteeth into steps.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from tests.judges.crossed.solver import Problem, flux
+
+from .drawn import ANSWERS, flattened
+from .scalar import COHERENCE_LENGTH_UM, Grating, ask, shares
+
+FILE = ANSWERS / "transmitted.json"
+ETA, WAVELENGTHS_NM = 1.5, (450.0, 550.0, 650.0)
+# Rows of the page: name and grating. A sawtooth's facets are turned away from light of azimuth 0.
+SAWTOOTH, FACING = "sawtooth, turned away", "sawtooth, facing the light"
+GRATINGS = (
+    ("sinusoid", Grating("sinusoidal", 2.0, 0.3)),
+    ("sinusoid", Grating("sinusoidal", 2.0, 0.6)),
+    ("sinusoid", Grating("sinusoidal", 1.0, 0.3)),
+    ("lamellar", Grating("lamellar", 2.0, 0.3)),
+    (SAWTOOTH, Grating("blazed", 3.33, 0.4)),
+    (FACING, Grating("blazed", 3.33, 0.4)),
+)
+# Angle of incidence and azimuth in degrees.
+LIGHTS_DEG = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (30.0, 45.0))
+# Factors on the resolution of sinusoids; orders on either side that SCATMECH keeps, and its steps, by preset.
+FACTORS = (0.7, 1.0)
+KEPT = {"lamellar": ((60, 1), (120, 1)), "blazed": ((32, 30), (44, 60))}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A row of the page and a light from air."""
+
+    name: str
+    grating: Grating
+    wavelength_nm: float
+    theta_deg: float
+    azimuth_deg: float
+
+    @property
+    def phi_deg(self) -> float:
+        """Azimuth of the light from +x; along the normal that of the other side, which is the same light."""
+        return 180.0 - self.azimuth_deg if self.name == FACING and self.theta_deg > 0 else self.azimuth_deg
+
+    @property
+    def wi(self) -> np.ndarray:
+        theta, phi = np.radians([self.theta_deg, self.phi_deg])
+        return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+
+    def tangential(self, orders: np.ndarray) -> np.ndarray:
+        """Tangential wave vectors of orders, `[order, 2]`, in units of the wave number in air."""
+        return np.stack([orders * self.wavelength_nm * 1e-3 / self.grating.period, 0.0 * orders], -1) - self.wi[:2]
+
+    @property
+    def orders(self) -> np.ndarray:
+        """The orders that propagate in the medium."""
+        reach = int((ETA + 1) * 1e3 * self.grating.period / self.wavelength_nm) + 1
+        orders = np.arange(-reach, reach + 1)
+        return orders[np.linalg.norm(self.tangential(orders), axis=-1) < ETA]
+
+
+def settings() -> list[Setting]:
+    """All settings, by row, light and wavelength."""
+    return [Setting(*row, nm, *light) for row in GRATINGS for light in LIGHTS_DEG for nm in WAVELENGTHS_NM]
+
+
+def small_slope(setting: Setting, limited: bool = False, eta: float = ETA) -> np.ndarray:
+    return powers(setting, ["--theory", "scalar", "--conserve-energy", str(limited).lower()], eta)
+
+
+def rigorous(setting: Setting) -> np.ndarray:
+    return powers(setting, ["--theory", "rigorous"], ETA)
+
+
+def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
+    """Powers of the transmitted orders, from `sunbeam eval --method exact` with the index `eta`.
+
+    f at the centre of an order is its power times n² K(0)/λ² (docs/model.md#bodies-that-transmit).
+    """
+    directions = setting.tangential(setting.orders) / eta
+    down = -np.sqrt(1 - (directions**2).sum(axis=-1))
+    questions = [
+        {"wi": setting.wi.tolist(), "wo": [x, y, z], "wavelength": setting.wavelength_nm}
+        for (x, y), z in zip(directions.tolist(), down.tolist())
+    ]
+    grating = setting.grating
+    words = ["--preset", grating.preset, "--period", grating.period, "--height", grating.height, "--eta", eta]
+    words += ["--transmission", "interface", "--coherence-length", COHERENCE_LENGTH_UM, *theory]
+    peak = 4 * np.pi * (eta * COHERENCE_LENGTH_UM / 4) ** 2
+    return np.array(ask(["eval", "--method", "exact", *words], questions)) * (setting.wavelength_nm * 1e-3) ** 2 / peak
+
+
+def phase_screen(setting: Setting) -> np.ndarray:
+    """Fresnel's transmittance of the flat surface times the orders of a thin phase screen."""
+    cos, below = setting.wi[2], np.sqrt(ETA**2 - (setting.tangential(setting.orders) ** 2).sum(axis=-1))
+    inside = np.sqrt(ETA**2 - 1 + cos**2)
+    fresnel = 2 * cos * inside * (1 / (cos + inside) ** 2 + (ETA / (ETA**2 * cos + inside)) ** 2)
+    phase = 2e3 * np.pi * setting.grating.height / setting.wavelength_nm * (cos - below)
+    return fresnel * shares(setting.grating.preset, setting.orders, phase)
+
+
+def misplaced(found: np.ndarray, true: np.ndarray) -> float:
+    """Power in wrong orders as a fraction of the transmitted light."""
+    return float(0.5 * np.abs(found - true).sum() / true.sum())
+
+
+def stored() -> list[dict]:
+    return json.loads(FILE.read_text(encoding="utf-8"))["answers"]
+
+
+def load() -> dict[Setting, np.ndarray]:
+    """The stored powers of each setting's `orders`."""
+    made = {}
+    for row in stored():
+        told = row["setting"]
+        made[Setting(**{**told, "grating": Grating(**told["grating"])})] = np.array(row["power"])
+    return made
+
+
+def unsettled(preset: str, theta_min_deg: float = 0.0) -> float:
+    """The largest change of an order's power between the judge's two resolutions, from an angle of incidence on."""
+    rows = [row for row in stored() if row["setting"]["theta_deg"] >= theta_min_deg]
+    return max(row["unsettled"] for row in rows if row["setting"]["grating"]["preset"] == preset)
+
+
+def coordinates(setting: Setting, factor: float) -> np.ndarray:
+    """Powers of a sinusoid's orders by the solver in coordinates in which the surface is flat."""
+    grating, nm = setting.grating, setting.wavelength_nm
+    relief, resolution = flattened(grating.period, grating.height, nm / ETA, factor)
+    problem = Problem(relief, nm, setting.theta_deg, setting.phi_deg, complex(ETA), resolution, 1.0)
+    below = [-flux(problem.solve(state)[1]) / abs(flux(problem.incident(state)[None])[0]) for state in "sp"]
+    powers = dict(zip(problem.jx.tolist(), np.mean(below, axis=0)))
+    return np.array([powers[order] for order in setting.orders.tolist()])
+
+
+def scatmech(setting: Setting, waves: int, levels: int) -> np.ndarray:
+    """Powers of orders by coupled waves, with `waves` orders kept on either side, and `levels` steps."""
+    from pySCATMECH.rcw import RCW_Model
+
+    grating, medium = setting.grating, f"({ETA!r},0)"
+    height, half = repr(grating.height), repr(grating.period / 2)
+    lines = {
+        "blazed": {None: "Triangular_Grating", "amplitude": height, "aspect": "0"},
+        "lamellar": {None: "Single_Line_Grating", "height": height, "topwidth": half, "bottomwidth": half}
+        | {"offset": "0", "space": "(1,0)"},
+    }[grating.preset]
+    lines |= {"period": repr(grating.period), "medium_i": "(1,0)", "medium_t": medium, "material": medium}
+    light = {"lambda": repr(setting.wavelength_nm * 1e-3), "thetai": repr(setting.theta_deg)}
+    light |= {"rotation": repr(setting.phi_deg), "order": str(waves), "type": "1"}
+    model = RCW_Model({None: "RCW_Model", **light, "grating": {**lines, "nlevels": str(levels)}})
+    return np.array([np.array(model.DiffractionEfficiency(order))[0, 0] for order in setting.orders.tolist()])
+
+
+def judged(setting: Setting) -> tuple[np.ndarray, float]:
+    """The judge's powers at the finer of two resolutions, and the largest change between both."""
+    if setting.grating.preset == "sinusoidal":
+        coarse, fine = (coordinates(setting, factor) for factor in FACTORS)
+    else:
+        coarse, fine = (scatmech(setting, *kept) for kept in KEPT[setting.grating.preset])
+    return fine, float(np.abs(fine - coarse).max())
+
+
+def main() -> None:
+    rows = []
+    for setting in settings():
+        power, unsettled = judged(setting)
+        rows.append({"setting": asdict(setting), "unsettled": float(f"{unsettled:.1e}")})
+        rows[-1]["power"] = np.round(power, 6).tolist()
+        print(setting, f"{unsettled:.1e}", flush=True)
+    resolutions = json.dumps({"sinusoidal": FACTORS, **KEPT})
+    answers = ",\n".join(json.dumps(row) for row in rows)
+    FILE.write_text(f'{{"eta": {ETA}, "resolutions": {resolutions},\n"answers": [\n{answers}\n]}}\n', encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
