@@ -155,7 +155,8 @@ sunbeam_status sunbeam_surface_eval(const sunbeam_surface *surface,
 // Computes the density in 1/sr with which `sunbeam_surface_sample` samples the direction `wo`.
 //
 // Item `i` of `pdf` receives one float, the mean density over the wavelengths of the item. It is zero unless both
-// directions lie above the surface, or the configuration has `transmission`. Other arguments are those of `sunbeam_surface_eval`.
+// directions lie above the surface, or the configuration has `transmission`. Other arguments are those of
+// `sunbeam_surface_eval`.
 //
 // Requirements:
 // The requirements of `sunbeam_surface_eval` apply.
