@@ -20,7 +20,7 @@
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, Row};
 use super::polarisation::JonesView;
-use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION, are_above, is_above};
+use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION, are_above};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,7 @@ struct OrderAt<'a, N: Numbers> {
 impl<N: Numbers> Sides<N> for GratingLobe<'_, N> {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
-        if self.is_film() { N::Real::lit(0.0).lt(w[2].abs()) } else { is_above::<N>(w) }
+        N::Real::lit(0.0).lt(if self.is_film() { w[2].abs() } else { w[2] })
     }
 
     #[inline(always)]

@@ -50,7 +50,7 @@ pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
 
 /// Whether a direction lies above the surface.
 #[inline(always)]
-pub(crate) fn is_above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
+fn is_above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
     N::Real::lit(0.0).lt(w[2])
 }
 

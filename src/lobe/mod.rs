@@ -37,7 +37,7 @@ pub use exact::Exact;
 pub(crate) use in_colour::InColour;
 pub use in_colour::{Gamut, luminance};
 pub use mixture::UNIFORM_FRACTION;
-pub(crate) use mixture::{Sides, are_above, is_above, mixture_density, sample_mixture};
+pub(crate) use mixture::{Sides, are_above, mixture_density, sample_mixture};
 pub(crate) use per_wavelength::PerWavelength;
 
 pub use spectral::{SpectralLayout, SpectralLobe};
