@@ -64,7 +64,7 @@ public:
         return { value(answer, wo) + zero_with_derivatives(wi, wo, wavelengths, size, active), answer[DENSITY] };
     }
 
-    /// Mueller matrix in 1/sr of a rigorous surface in a polarised variant, without cosθo. Light comes from the
+    /// Mueller matrix in 1/sr of a rigorous surface in a polarised variant, without |cosθo|. Light comes from the
     /// direction `from` and leaves towards `to`. The first axis of each frame of reference is the grooves' direction
     /// (y) without its component along the light. Not differentiable.
     Spectrum matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths, const Mask &active) const {

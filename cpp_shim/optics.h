@@ -335,16 +335,10 @@ private:
             const Float factor = dr::detach(Frame3f::cos_theta(wo)) / dr::square(m_cover.eta());
             const Spectrum matrix =
                 m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) * factor;
-            // First axis of the matrix's frames (`DiffractionLobe::matrix`). The bound keeps it finite along the
-            // grooves.
-            const Vector3f grooves = local.rotation.to_shading({ 0.f, 1.f, 0.f });
-            auto transverse        = [&](const Vector3f &w) {
-                const Vector3f axis = dr::fnmadd(w, dr::dot(grooves, w), grooves);
-                return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), 1e-12f));
-            };
             const Vector3f from_in = m_cover.inside(from), to_in = m_cover.inside(to);
             return local.specular * m_cover.through(Interface<Float, Spectrum>::in_stokes_bases(
-                                                        matrix, from_in, transverse(from_in), to_in, transverse(to_in)),
+                                                        matrix, from_in, local.rotation.groove_axis(from_in), to_in,
+                                                        local.rotation.groove_axis(to_in)),
                                                     from, to);
         }
         return Spectrum(0.f);

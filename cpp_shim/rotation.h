@@ -24,6 +24,14 @@ template <typename Float> struct Rotation {
         return { dr::fmadd(cos, w.x(), sin * w.y()), dr::fmadd(cos, w.y(), -sin * w.x()), w.z() };
     }
 
+    /// Direction of the grooves, the relief's y, without its component along `w`: a unit vector of the shading frame.
+    /// The bound keeps it finite along the grooves.
+    Vector3f groove_axis(const Vector3f &w) const {
+        const Vector3f grooves = to_shading({ 0.f, 1.f, 0.f });
+        const Vector3f axis    = dr::fnmadd(w, dr::dot(grooves, w), grooves);
+        return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), 1e-12f));
+    }
+
     /// Vector `w` of the relief's frame in the shading frame.
     Vector3f to_shading(const Vector3f &w) const {
         return { dr::fmadd(cos, w.x(), -sin * w.y()), dr::fmadd(cos, w.y(), sin * w.x()), w.z() };

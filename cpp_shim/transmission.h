@@ -157,6 +157,16 @@ private:
         const Vector3f wi_relief = place.rotation.to_relief(si.wi), wo_relief = place.rotation.to_relief(wo);
         UnpolarizedSpectrum power(0.f);
         Float pdf(0.f);
+        if (is_polarized_v<Spectrum> && lobe.surface().is_rigorous()) {
+            Spectrum value(0.f);
+            if constexpr (Value)
+                value = dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance) *
+                        order_matrices(lobe, place, ctx, si, wo, active);
+            if constexpr (Density)
+                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active) *
+                      (1.f - mirror_probability(cos_theta_i, enabled));
+            return { value & active, dr::select(active, pdf, 0.f) };
+        }
         if constexpr (Value && Density)
             std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
         else if constexpr (Value)
@@ -178,6 +188,23 @@ private:
         }
         pdf *= 1.f - mirror_probability(cos_theta_i, enabled);
         return { value & active, dr::select(active, pdf, 0.f) };
+    }
+
+    /// Mueller matrix of a rigorous film, whose orders each have their own, times |cosθo| and between Mitsuba's frames
+    /// of reference. Zero in unpolarised variants.
+    Spectrum order_matrices([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const Place &place,
+                            [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,
+                            [[maybe_unused]] const Vector3f &wo, [[maybe_unused]] const Mask &active) const {
+        if constexpr (is_polarized_v<Spectrum>) {
+            const bool radiance  = ctx.mode == TransportMode::Radiance;
+            const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
+            const Spectrum matrix =
+                lobe.matrix(place.rotation.to_relief(from), place.rotation.to_relief(to), si.wavelengths, active);
+            return Interface<Float, Spectrum>::in_stokes_bases(matrix, from, place.rotation.groove_axis(from), to,
+                                                               place.rotation.groove_axis(to)) *
+                   dr::abs(dr::detach(Frame3f::cos_theta(wo)));
+        }
+        return Spectrum(0.f);
     }
 
     /// Terms of one direction in the Jones matrix; symbols as in src/scattering/transparent.rs.

@@ -8,7 +8,7 @@
 //! | from 80 on | contents: the tables in postcard's encoding |
 
 #[cfg(feature = "rigorous")]
-use crate::grating::Profile;
+use crate::grating::{GratingBody, Profile};
 use crate::height_field::HeightField;
 use crate::scattering::{Options, SpectralIndex};
 use serde::Serialize;
@@ -44,13 +44,13 @@ impl Key {
     }
 
     /// Key of a grating's tables, which do not depend on the coherence length. `kind` separates the several kinds of
-    /// tables of one grating. `index` is `None` for a perfect conductor.
+    /// tables of one grating.
     #[cfg(feature = "rigorous")]
-    pub(super) fn of_grating(kind: &str, profile: &Profile, index: Option<&SpectralIndex>) -> Self {
+    pub(super) fn of_grating(kind: &str, profile: &Profile, body: GratingBody<'_>) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(CODE.as_bytes());
         // `Debug` writes numbers as the shortest decimals that read back unchanged.
-        hasher.update(format!("{kind} {profile:?} {index:?}").as_bytes());
+        hasher.update(format!("{kind} {profile:?} {body:?}").as_bytes());
         Self(hasher.finalize())
     }
 

@@ -34,7 +34,7 @@ mod shared;
 
 use crate::colour_table::ColourTableError;
 #[cfg(feature = "rigorous")]
-use crate::grating::{GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile};
+use crate::grating::{GratingBody, GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile};
 use crate::height_field::HeightField;
 use crate::lobe::{ColourSurface, Surface};
 use crate::scattering::{Options, SpectralIndex};
@@ -205,10 +205,8 @@ impl Cache {
         IN_USE.get(key, || self.read_or_build(|| key, build))
     }
 
-    /// The grating of a profile by Maxwell's equations; shared as by [`Cache::shared_surface`].
-    ///
-    /// `index` is the index of the medium below the profile; `None` is a perfect conductor. `build_limit` multiplies
-    /// the limits of memory and time of a build.
+    /// The grating of a profile on a body by Maxwell's equations; shared as by [`Cache::shared_surface`]. `build_limit`
+    /// multiplies the limits of memory and time of a build.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
@@ -216,39 +214,17 @@ impl Cache {
     pub fn shared_grating(
         &self,
         profile: &Profile,
-        index: Option<&SpectralIndex>,
+        body: GratingBody<'_>,
         coherence_length_um: f64,
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
         static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
-        let key = Key::of_grating("grating", profile, index);
+        let key = Key::of_grating("grating", profile, body);
         IN_USE.get((key, coherence_length_um.to_bits()), || {
-            let build = || GratingSurface::new(profile, index, coherence_length_um, build_limit, progress);
+            let build = || GratingSurface::of_body(profile, body, coherence_length_um, build_limit, progress);
             let (grating, origin) = self.read_or_build(|| key, build)?;
             // One entry serves every coherence length: the tables do not depend on it.
-            Ok((grating.with_coherence_length(coherence_length_um), origin))
-        })
-    }
-
-    /// [`Cache::shared_grating`] of a film of index `eta`.
-    ///
-    /// # Errors
-    /// The errors of [`GratingSurface::new`].
-    #[cfg(feature = "rigorous")]
-    pub fn shared_grating_of_film(
-        &self,
-        profile: &Profile,
-        eta: f64,
-        coherence_length_um: f64,
-        build_limit: f64,
-        progress: &Progress,
-    ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
-        static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
-        let key = Key::of_grating(&format!("grating on a film of {eta:?}"), profile, None);
-        IN_USE.get((key, coherence_length_um.to_bits()), || {
-            let build = || GratingSurface::of_film(profile, eta, coherence_length_um, build_limit, progress);
-            let (grating, origin) = self.read_or_build(|| key, build)?;
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })
     }
@@ -261,16 +237,16 @@ impl Cache {
     pub fn shared_grating_colours(
         &self,
         profile: &Profile,
-        index: Option<&SpectralIndex>,
+        body: GratingBody<'_>,
         coherence_length_um: f64,
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Arc<(GratingColourSurface, Origin)>, GratingError> {
         static IN_USE: Shared<(Key, u64), (GratingColourSurface, Origin)> = Shared::new();
-        let key = Key::of_grating("grating in colours", profile, index);
+        let key = Key::of_grating("grating in colours", profile, body);
         IN_USE.get((key, coherence_length_um.to_bits()), || {
             let build = || {
-                let spectral = self.shared_grating(profile, index, coherence_length_um, build_limit, progress)?;
+                let spectral = self.shared_grating(profile, body, coherence_length_um, build_limit, progress)?;
                 Ok::<_, GratingError>(GratingColourSurface::new(spectral.0.clone()))
             };
             let (grating, origin) = self.read_or_build(|| key, build)?;
@@ -286,13 +262,13 @@ impl Cache {
     pub fn shared_jones(
         &self,
         profile: &Profile,
-        index: Option<&SpectralIndex>,
+        body: GratingBody<'_>,
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Arc<(JonesTable, Origin)>, GratingError> {
         static IN_USE: Shared<Key, (JonesTable, Origin)> = Shared::new();
-        let key = Key::of_grating("polarisation of a grating", profile, index);
-        IN_USE.get(key, || self.read_or_build(|| key, || JonesTable::new(profile, index, build_limit, progress)))
+        let key = Key::of_grating("polarisation of a grating", profile, body);
+        IN_USE.get(key, || self.read_or_build(|| key, || JonesTable::new(profile, body, build_limit, progress)))
     }
 
     /// The tables of `key`, read from the cache, or else built and written to it. `key` is a function because computing

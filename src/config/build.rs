@@ -21,14 +21,14 @@ use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theo
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
 use crate::grating::{
-    GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile, preset_profile, profile_of,
+    GratingBody, GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile, preset_profile, profile_of,
 };
 use crate::height_field::{
     FileField, FileScale, HeightField, HeightFieldError, Level, MAX_LENGTH_UM, ReadOptions, Regions,
 };
 use crate::lobe::{ColourSurface, Surface};
 use crate::methods::MethodError;
-use crate::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex, TransparentBody};
+use crate::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
@@ -265,30 +265,27 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
-        self.shared_grating_of(&self.profile_inside()?, self.relative(index).as_ref(), cache, progress)
+        let (profile, index) = (self.profile_inside()?, self.relative(index));
+        let body = self.grating_body(index.as_ref())?;
+        Ok(cache.shared_grating(&profile, body, self.grating_coherence_um(), self.build_limit, progress)?)
     }
 
-    /// The grating of a profile inside the cover, of an index relative to the cover's. A body has its own index.
+    /// The body that carries a grating's relief, where `index` is relative to the cover's. A film has its own index.
     /// Tables of an interface would miss the lines within its cells at which light from below is totally reflected.
-    fn shared_grating_of(
-        &self,
-        profile: &Profile,
-        index: Option<&SpectralIndex>,
-        cache: &Cache,
-        progress: &Progress,
-    ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
-        let (coherence_um, limit) = (self.grating_coherence_um(), self.build_limit);
-        if self.body().is_some_and(|body| !body.is_film) {
-            let advice = "its tables have \"film\"; \"interface\" has theory \"scalar\", lists of orders and the method \
-                          exact";
-            contradiction("transmission", "theory \"rigorous\"", advice)?;
+    ///
+    /// # Errors
+    /// [`ConfigError::Contradiction`] for an interface.
+    fn grating_body<'a>(&self, index: Option<&'a SpectralIndex>) -> Result<GratingBody<'a>, ConfigError> {
+        match self.body() {
+            None => Ok(GratingBody::Reflector(index)),
+            Some(body) if body.is_film => Ok(GratingBody::Film(body.eta)),
+            Some(_) => Err(ConfigError::Contradiction {
+                parameter: "transmission",
+                other: "theory \"rigorous\"".to_owned(),
+                advice: "its tables have \"film\"; \"interface\" has theory \"scalar\", lists of orders and the \
+                         method exact",
+            }),
         }
-        Ok(match self.body() {
-            Some(TransparentBody { eta, .. }) => {
-                cache.shared_grating_of_film(profile, eta, coherence_um, limit, progress)?
-            }
-            None => cache.shared_grating(profile, index, coherence_um, limit, progress)?,
-        })
     }
 
     /// Coherence length in µm that goes with [`SurfaceConfig::profile_inside`].
@@ -306,10 +303,10 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(GratingColourSurface, Origin)>, BuildError> {
-        self.refuse_transmission("colours of theory \"rigorous\"")?;
         let (profile, index) = (self.profile_inside()?, self.relative(index));
+        let body = self.grating_body(index.as_ref())?;
         let coherence_um = self.grating_coherence_um();
-        Ok(cache.shared_grating_colours(&profile, index.as_ref(), coherence_um, self.build_limit, progress)?)
+        Ok(cache.shared_grating_colours(&profile, body, coherence_um, self.build_limit, progress)?)
     }
 
     /// Jones matrices of the orders of [`SurfaceConfig::build_shared_grating`].
@@ -322,9 +319,9 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(JonesTable, Origin)>, BuildError> {
-        self.refuse_transmission("Jones matrices of theory \"rigorous\"")?;
         let index = self.relative(index);
-        Ok(cache.shared_jones(&self.profile_inside()?, index.as_ref(), self.build_limit, progress)?)
+        let body = self.grating_body(index.as_ref())?;
+        Ok(cache.shared_jones(&self.profile_inside()?, body, self.build_limit, progress)?)
     }
 
     /// The surface at wavelengths by the configuration's theory and index.
@@ -349,7 +346,8 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<(BuiltSurface, Origin), BuildError> {
         let index = self.index_inside().map(SpectralIndex::Constant);
-        let built = self.shared_grating_of(profile, index.as_ref(), cache, progress)?;
+        let body = self.grating_body(index.as_ref())?;
+        let built = cache.shared_grating(profile, body, self.grating_coherence_um(), self.build_limit, progress)?;
         let origin = built.1.clone();
         Ok((BuiltSurface::rigorous(built, self.cover()), origin))
     }

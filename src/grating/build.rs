@@ -155,7 +155,7 @@ impl EfficiencyTable {
                 let channels = orders * solver.sides();
                 let errors = (0..solver.sides()).flat_map(|side| {
                     let incident = side * orders + position.incident as usize;
-                    let row = view.row_of(&position, incident as u32, nm, true);
+                    let row = view.row(&position, incident as u32, nm, true);
                     let exact = &exact[0][incident * channels..][..channels];
                     let numbered = exact.iter().enumerate();
                     numbered

@@ -17,11 +17,11 @@
 use super::cell_position::{CellPosition, groove_t};
 use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, PROPOSED, TAU_SCALE};
 use super::efficiencies::EfficiencyView;
-use super::lobe::{GratingLayout, REACH};
+use super::lobe::{GratingLayout, OnFilm, REACH};
 use super::polarisation::JonesView;
-use crate::lobe::{Gamut, InColour, Sides, are_above, luminance};
+use crate::lobe::{Gamut, InColour, Sides, luminance};
 use crate::numeric::math::normal_quantile;
-use crate::numeric::{Number, Numbers, Real};
+use crate::numeric::{Index, Number, Numbers, Real};
 use crate::sampling::{BELOW_ONE, TYPICAL_WAVELENGTH_UM};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
@@ -36,8 +36,8 @@ const DIVISOR_MIN: f64 = 1e-9;
 struct OrderColour<'a, N: Numbers> {
     /// Position of the incident wave in the cells.
     position: &'a CellPosition<N>,
-    /// Order number of the outgoing order.
-    outgoing: N::Index,
+    /// Channels of incident and outgoing light.
+    channels: [N::Index; 2],
     /// Wavelength `1/ν_m` in nm, clipped to the visible range.
     nm: N::Real,
     /// Contribution to `f_r·2πσ²`, linear sRGB.
@@ -86,9 +86,9 @@ impl<N: Numbers> GratingColourLobe<N> {
         // ky/k.
         let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
         let polarised = |order: OrderColour<'_, N>, active| {
-            let OrderColour { position, outgoing, nm, colour } = order;
+            let OrderColour { position, channels, nm, colour } = order;
             let power = luminance(colour);
-            jones.matrix(position, outgoing, nm, groove_cosine, active).map(|element| element * power)
+            jones.matrix(position, channels, nm, groove_cosine, active).map(|element| element * power)
         };
         self.sum_orders(from, to, active, polarised, |colour, active| {
             let nm = N::Real::lit(ORDER_ZERO_NM);
@@ -96,7 +96,9 @@ impl<N: Numbers> GratingColourLobe<N> {
             let half = N::Double::lit(0.5);
             let t = groove_t::<N>(periods, (N::widen(from[1]) - N::widen(to[1])) * half);
             let position = CellPosition::<N>::new(t, (N::widen(to[0]) - N::widen(from[0])) * (periods * half));
-            let order = OrderColour { position: &position, outgoing: position.incident, nm, colour };
+            // Order 0 has the same number on both sides.
+            let channels = [from, to].map(|w| self.view().incident_channel(&position, w));
+            let order = OrderColour { position: &position, channels, nm, colour };
             polarised(order, active & position.propagates)
         })
     }
@@ -115,15 +117,16 @@ impl<N: Numbers> GratingColourLobe<N> {
         quantity_zero: impl Fn([N::Real; 3], N::Mask) -> [N::Real; R],
     ) -> [N::Real; R] {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
-        let active = active & are_above::<N>(wi, wo);
+        let active = active & Sides::<N>::accepts(self, wi) & Sides::<N>::accepts(self, wo);
         let line = self.line(wi, wo);
         let tau = real(line.sigma) / line.length.max(real(DIVISOR_MIN));
-        let view = EfficiencyView::<N> { layout: self.layout.efficiencies, words: self.words[0] };
+        let view = self.view();
+        let is_below = view.is_below(wo);
         let half = N::Double::lit(0.5);
         let y = (N::widen(wi[1]) - N::widen(wo[1])) * half;
         let x_difference = N::widen(wo[0]) - N::widen(wi[0]);
         let weights_zero = self.spectral_weights(zero, tau, active);
-        let colour_zero = self.order_zero(N::narrow(x_difference * half), N::narrow(y), active);
+        let colour_zero = self.order_zero([wi, wo], [N::narrow(x_difference * half), N::narrow(y)], active);
         let start = quantity_zero(array::from_fn(|c| weights_zero[c] * colour_zero[c]), active);
         let range = [1e3 / WAVELENGTH_MAX_NM, 1e3 / WAVELENGTH_MIN_NM].map(real);
         let (_, sum) = N::while_loop(
@@ -141,14 +144,21 @@ impl<N: Numbers> GratingColourLobe<N> {
                 // Order 0 is in the start value.
                 let counts = active & propagates & position.propagates & real(0.5).lt(order.abs());
                 let nm = real(1e3) / visible_nu;
-                let power = view.entry(&view.row(&position, nm, counts), outgoing, counts) * gauss;
+                let channels = [view.incident_channel(&position, wi), view.channel(&position, outgoing, is_below)];
+                let power = view.entry(&view.row(&position, channels[0], nm, counts), channels[1], counts) * gauss;
                 let colour = self.spectral_weights(nu_m, tau, counts).map(|weight| weight * power);
-                let terms = quantity(OrderColour { position: &position, outgoing, nm, colour }, counts);
+                let terms = quantity(OrderColour { position: &position, channels, nm, colour }, counts);
                 (n + real(1.0), array::from_fn(|i| sum[i] + N::Real::select(counts, terms[i], zero)))
             },
         );
         let scale = real(1.0 / (TAU * line.sigma * line.sigma));
         sum.map(|value| N::Real::select(active, value * scale, zero))
+    }
+
+    /// The table of efficiencies.
+    #[inline(always)]
+    fn view(&self) -> EfficiencyView<N> {
+        EfficiencyView { layout: self.layout.efficiencies, words: self.words[0] }
     }
 
     /// The line of a pair of directions.
@@ -193,18 +203,40 @@ impl<N: Numbers> GratingColourLobe<N> {
         entry.map(|weight| N::Real::select(is_met, weight * width, real(0.0)))
     }
 
-    /// Colour of order 0's efficiency between directions whose half difference `(wo − wi)/2` is ±x across the grooves
-    /// and ±y along them.
+    /// Colour of order 0's efficiency between the directions wi and wo, whose half difference `(wo − wi)/2` is x across
+    /// the grooves and ±y along them.
     #[inline(always)]
-    fn order_zero(&self, x: N::Real, y: N::Real, active: N::Mask) -> [N::Real; 3] {
+    fn order_zero(&self, [wi, wo]: [[N::Real; 3]; 2], [x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
         let squared_length = (one - y * y).max(zero);
         let squared_cosine = (one - x * x / squared_length.max(real(1e-12))).max(zero);
-        self.tables.order_zero::<N>(self.words[1], squared_cosine.sqrt(), squared_length.sqrt(), active)
+        let kind = self.order_zero_kind([wi, wo], x);
+        self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active)
+    }
+
+    /// Position in [`OrderZero::ALL`](super::colour_tables::OrderZero) of the light from wi to wo, whose half
+    /// difference has the component x across the grooves.
+    #[inline(always)]
+    fn order_zero_kind(&self, [wi, wo]: [[N::Real; 3]; 2], x: N::Real) -> N::Index {
+        let index = N::Index::lit;
+        if !self.is_film() {
+            return index(0);
+        }
+        let zero = N::Real::lit(0.0);
+        let (from_below, to_below) = (wi[2].lt(zero), wo[2].lt(zero));
+        let reflected = N::Index::select(from_below, index(1), index(0));
+        // Transmitted light has the component `(w above − w below)/2` across the grooves.
+        let across = N::Real::select(to_below, -x, x);
+        let transmitted = N::Index::select(across.lt(zero), index(3), index(2));
+        N::Index::select((from_below & to_below) | !(from_below | to_below), reflected, transmitted)
     }
 }
 
-impl<N: Numbers> Sides<N> for GratingColourLobe<N> {}
+impl<N: Numbers> OnFilm for GratingColourLobe<N> {
+    fn is_film(&self) -> bool {
+        self.tables.sides == 2
+    }
+}
 
 impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
     fn gamut(&self) -> Gamut {
@@ -222,8 +254,10 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
         let line = self.line(wi, wo);
-        let row = self.tables.order_weights_row::<N>(wi);
+        let view = self.view();
+        let row = self.tables.order_weights_row::<N>(wi, view.is_below(wi));
         let total = self.tables.total_weight::<N>(self.words[1], row, active);
+        let is_below = view.is_below(wo);
         let variance = line.sigma * line.sigma;
         let length_squared = line.length * line.length;
         let (_, sum) = N::while_loop(
@@ -232,7 +266,8 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
             |(n, _)| active & n.le(line.last),
             |(n, sum)| {
                 let order = n * line.sign;
-                let weight = self.tables.order_weight::<N>(self.words[1], row, order, active);
+                let entry = self.tables.row_entry::<N>(order, is_below);
+                let weight = self.tables.order_weight::<N>(self.words[1], row, entry, active);
                 let (_, gauss) = line.nearest(order);
                 // Frequency of the order along q. There K is a Gaussian over νρ about it, of standard deviation σ.
                 let along_q = order * real(line.spacing) * line.direction[0];
@@ -251,25 +286,29 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         );
         // 1/√2π of the Gaussian in `along_q`, and 1/(√2π·σ) of K across the line.
         let scale = real(1.0 / (PROPOSED.len() as f64 * TAU * line.sigma));
-        N::Real::select(zero.lt(total), sum * scale * wo[2] / total, zero)
+        let cos_o = if self.is_film() { wo[2].abs() * real(2.0) } else { wo[2] };
+        N::Real::select(zero.lt(total), sum * scale * cos_o / total, zero)
     }
 
     /// A direction from three random numbers in [0, 1): the first selects an order, then a wavenumber, the others a
-    /// frequency within the order's Gaussian. The zero vector where the direction falls below the horizon.
+    /// frequency within the order's Gaussian. The zero vector where the direction falls below the horizon. At a film
+    /// the order's side is drawn with it, and z has its sign.
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
-        let row = self.tables.order_weights_row::<N>(wi);
-        let weight = |order: N::Real| self.tables.order_weight::<N>(self.words[1], row, order, active);
+        let index = N::Index::lit;
+        let row = self.tables.order_weights_row::<N>(wi, self.view().is_below(wi));
+        let weight = |entry: N::Index| self.tables.order_weight::<N>(self.words[1], row, entry, active);
         let target = u[0] * self.tables.total_weight::<N>(self.words[1], row, active);
-        let most = real(f64::from(self.tables.orders));
-        // The order at which the running sum exceeds the target, the sum before it, and its own weight.
-        let (order, before, own) = N::while_loop(
+        let last = index(self.tables.row_entries() - 1);
+        // The entry at which the running sum exceeds the target, the sum before it, and its own weight.
+        let (entry, before, own) = N::while_loop(
             c"order",
-            (-most, zero, weight(-most)),
-            |(order, before, own)| active & (before + own).le(target) & order.lt(most),
-            |(order, before, own)| (order + one, before + own, weight(order + one)),
+            (index(0), zero, weight(index(0))),
+            |(entry, before, own)| active & (before + own).le(target) & entry.lt(last),
+            |(entry, before, own)| (entry + index(1), before + own, weight(entry + index(1))),
         );
+        let (order, is_below) = self.tables.order_and_side::<N>(entry);
         // The position of the target within this order's weight is uniform in [0, 1). It selects one of the proposed
         // Gaussians, then a quantile of the Gaussian.
         let rest = ((target - before) / own.max(real(1e-20))).clip(zero, real(BELOW_ONE));
@@ -287,8 +326,10 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         let x = (order * real(1.0 / self.layout.period_um) + offset_x) * wavelength_um - wi[0];
         let y = offset_y * wavelength_um - wi[1];
         let z_squared = one - x * x - y * y;
-        let is_above = is_drawn & zero.lt(z_squared);
-        [x, y, z_squared.max(zero).sqrt()].map(|c| N::Real::select(is_above, c, zero))
+        let is_off_horizon = is_drawn & zero.lt(z_squared);
+        let z = z_squared.max(zero).sqrt();
+        let z = if self.is_film() { N::Real::select(is_below, -z, z) } else { z };
+        [x, y, z].map(|c| N::Real::select(is_off_horizon, c, zero))
     }
 }
 

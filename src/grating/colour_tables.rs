@@ -6,6 +6,8 @@
 //! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
+//! A film has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and outgoing light.
+//!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`.
 
 use super::lobe::REACH;
@@ -18,6 +20,7 @@ use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::array;
+use sunbeam_rigorous::Side;
 
 /// Middle of the tables' range of ν in 1/µm.
 pub(crate) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVELENGTH_MAX_NM);
@@ -49,12 +52,15 @@ const BIN_POINTS: [(f64, f64); 5] = [(0.5, 0.5), (0.02, 0.02), (0.02, 0.98), (0.
 /// Layout of the three tables in their data, which begin with the spectral weights.
 ///
 /// An entry of spectral weights and of order 0 is a packet of four words: red, green, blue, and zero. Order weights are
-/// `[bin across the grooves][bin along them][order]`; such a row has the orders from `−orders` to `orders`, then their
-/// sum. All words are bits of single-precision numbers.
+/// `[side of the incident light][bin across the grooves][bin along them][entry]`. The entries of such a row are the
+/// orders from `−orders` to `orders` that leave above, those that leave below a film, and the sum. All words are bits of
+/// single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTables {
     /// The highest order that propagates at any incidence and wavelength.
     pub orders: u32,
+    /// Sides of the relief that light arrives at and leaves on: 1 or 2.
+    pub sides: u32,
     /// Offset in words of the colours of order 0.
     order_zero: u32,
     /// Offset in words of the order weights.
@@ -66,12 +72,15 @@ impl ColourTables {
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
         // |m| ≤ 2d/λ.
         let orders = (2e3 * grating.layout().period_um / WAVELENGTH_MIN_NM) as u32;
+        let sides = grating.layout().efficiencies.sides;
         let mut words: Vec<f32> = spectral_weight_table();
         let order_zero = words.len() as u32;
-        words.extend(order_zero_table(grating));
+        let kinds = if sides == 1 { &OrderZero::ALL[..1] } else { &OrderZero::ALL };
+        words.extend(kinds.iter().flat_map(|&kind| order_zero_table(grating, kind)));
         let order_weights = words.len() as u32;
-        words.extend(order_weight_table(grating, orders));
-        (Self { orders, order_zero, order_weights }, words.into_iter().map(f32::to_bits).collect())
+        let tables = Self { orders, sides, order_zero, order_weights };
+        words.extend(tables.order_weight_table(grating));
+        (tables, words.into_iter().map(f32::to_bits).collect())
     }
 
     /// The data of spectral weights and order 0, without the order weights, which only sampling reads; and the index of
@@ -90,27 +99,63 @@ impl ColourTables {
         centre: N::Real,
         active: N::Mask,
     ) -> [N::Real; 3] {
-        interpolated::<N>(words, 0, WEIGHT_NODES, [width, centre], active)
+        interpolated::<N>(words, N::Index::lit(0), WEIGHT_NODES, [width, centre], active)
     }
 
     /// Colour of order 0's efficiency, linear sRGB, from the projection of the incident direction onto the xz plane:
-    /// its length `√(1 − y²)`, and the cosine of the angle between it and the normal. The sign of x does not matter, by
-    /// reciprocity.
+    /// its length `√(1 − y²)`, and the cosine of the angle between it and the normal. `kind` is the position of the
+    /// table in [`OrderZero::ALL`].
     #[inline(always)]
     pub(super) fn order_zero<N: Numbers>(
         &self,
         words: N::Words,
+        kind: N::Index,
         projected_cosine: N::Real,
         projected_length: N::Real,
         active: N::Mask,
     ) -> [N::Real; 3] {
         let coordinates = [projected_cosine, projected_length];
-        interpolated::<N>(words, self.order_zero, ORDER_ZERO_NODES, coordinates, active)
+        let packets = N::Index::lit(ORDER_ZERO_NODES[0] * ORDER_ZERO_NODES[1]);
+        let first = N::Index::lit(self.order_zero / 4) + kind * packets;
+        interpolated::<N>(words, first, ORDER_ZERO_NODES, coordinates, active)
     }
 
-    /// Offset in words of the row of order weights for an incident direction.
+    /// Number of entries of a row of order weights without their sum.
+    pub(super) fn row_entries(&self) -> u32 {
+        self.sides * self.orders_on_side()
+    }
+
+    /// Number of orders on one side in a row of order weights.
+    pub(super) fn orders_on_side(&self) -> u32 {
+        2 * self.orders + 1
+    }
+
+    /// Entry of an order in a row of order weights, on the side below the relief where the mask is true.
     #[inline(always)]
-    pub(super) fn order_weights_row<N: Numbers>(&self, wi: [N::Real; 3]) -> N::Index {
+    pub(super) fn row_entry<N: Numbers>(&self, order: N::Real, is_below: N::Mask) -> N::Index {
+        let entry = N::index((order + N::Real::lit(f64::from(self.orders))).max(N::Real::lit(0.0)));
+        if self.sides == 1 {
+            return entry;
+        }
+        N::Index::select(is_below, entry + N::Index::lit(self.orders_on_side()), entry)
+    }
+
+    /// Order of an entry in a row, and whether it leaves below the relief.
+    #[inline(always)]
+    pub(super) fn order_and_side<N: Numbers>(&self, entry: N::Index) -> (N::Real, N::Mask) {
+        let most = N::Real::lit(f64::from(self.orders));
+        if self.sides == 1 {
+            return (N::real(entry) - most, N::mask(false));
+        }
+        let above = N::Index::lit(self.orders_on_side());
+        let is_below = above.le(entry);
+        (N::real(N::Index::select(is_below, entry - above.min(entry), entry)) - most, is_below)
+    }
+
+    /// Offset in words of the row of order weights for an incident direction, from below the relief where the mask is
+    /// true.
+    #[inline(always)]
+    pub(super) fn order_weights_row<N: Numbers>(&self, wi: [N::Real; 3], is_below: N::Mask) -> N::Index {
         let real = N::Real::lit;
         let projected_length = (real(1.0) - wi[1] * wi[1]).max(real(1e-12)).sqrt();
         let bin = |coordinate: N::Real, count: u32| {
@@ -118,20 +163,24 @@ impl ColourTables {
         };
         let across = bin((real(1.0) - wi[0] / projected_length) * real(0.5), BINS[0]);
         let along = bin(wi[1].abs(), BINS[1]);
-        let row_length = N::Index::lit(2 * self.orders + 2);
-        N::Index::lit(self.order_weights) + (across * N::Index::lit(BINS[1]) + along) * row_length
+        let row_length = N::Index::lit(self.row_entries() + 1);
+        let first = N::Index::lit(self.order_weights) + (across * N::Index::lit(BINS[1]) + along) * row_length;
+        if self.sides == 1 {
+            return first;
+        }
+        let rows_above = N::Index::lit(BINS[0] * BINS[1]) * row_length;
+        N::Index::select(is_below, first + rows_above, first)
     }
 
-    /// Weight of an order m in a row.
+    /// Weight in a row, by its entry ([`ColourTables::row_entry`]).
     #[inline(always)]
     pub(super) fn order_weight<N: Numbers>(
         &self,
         words: N::Words,
         row: N::Index,
-        order: N::Real,
+        entry: N::Index,
         active: N::Mask,
     ) -> N::Real {
-        let entry = N::index((order + N::Real::lit(f64::from(self.orders))).max(N::Real::lit(0.0)));
         let [word] = N::gather::<1>(words, row + entry, active);
         N::from_bits(word)
     }
@@ -139,8 +188,72 @@ impl ColourTables {
     /// Sum of the weights of a row.
     #[inline(always)]
     pub(super) fn total_weight<N: Numbers>(&self, words: N::Words, row: N::Index, active: N::Mask) -> N::Real {
-        let [word] = N::gather::<1>(words, row + N::Index::lit(2 * self.orders + 1), active);
-        N::from_bits(word)
+        self.order_weight::<N>(words, row, N::Index::lit(self.row_entries()), active)
+    }
+
+    /// Table of order weights, arranged as [`ColourTables`] describes: sums of efficiencies over points of the bin and
+    /// over wavenumbers of the [`PROPOSED`] Gaussians.
+    fn order_weight_table(&self, grating: &GratingSurface) -> Vec<f32> {
+        let sides = &[Side::Above, Side::Below][..self.sides as usize];
+        let orders = self.orders as i32;
+        let bins = BINS[0] * BINS[1];
+        (0..self.sides * bins)
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let (from, bin) = (sides[(row / bins) as usize], row % bins);
+                let mut weights = vec![0.0; self.row_entries() as usize];
+                for (across, along) in BIN_POINTS {
+                    let y = (f64::from(bin % BINS[1]) + along) / f64::from(BINS[1]);
+                    let sine = 1.0 - 2.0 * (f64::from(bin / BINS[1]) + across) / f64::from(BINS[0]);
+                    let x = sine * (1.0 - y * y).sqrt();
+                    for (mean, sigma) in PROPOSED {
+                        for i in 0..PROPOSED_NODES {
+                            let probability = (i as f64 + 0.5) / PROPOSED_NODES as f64;
+                            let nu = mean + sigma * normal_quantile(probability);
+                            let nm = (1e3 / nu).clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+                            let channels = sides.iter().flat_map(|&to| (-orders..=orders).map(move |m| (m, to)));
+                            for (weight, (m, to)) in weights.iter_mut().zip(channels) {
+                                *weight += grating.efficiency_between(nm, [x, y], m, [from, to]);
+                            }
+                        }
+                    }
+                }
+                // Rounded first, so that the sum matches the stored weights.
+                let mut row: Vec<f32> = weights.into_iter().map(|weight| weight as f32).collect();
+                row.push(row.iter().sum());
+                row
+            })
+            .collect()
+    }
+}
+
+/// Kinds of light in order 0, each with a table of its own. Only [`OrderZero::ReflectedAbove`] exists at a grating
+/// without transmission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OrderZero {
+    /// Reflected above the relief. The sign of x does not matter, by reciprocity.
+    ReflectedAbove,
+    /// Reflected below the relief, as above.
+    ReflectedBelow,
+    /// Transmitted, where the direction above the relief has x ≥ 0. By reciprocity it serves both ways of the light.
+    TransmittedPositive,
+    /// Transmitted, where the direction above the relief has x < 0.
+    TransmittedNegative,
+}
+
+impl OrderZero {
+    /// All kinds, in the order of their tables.
+    const ALL: [Self; 4] =
+        [Self::ReflectedAbove, Self::ReflectedBelow, Self::TransmittedPositive, Self::TransmittedNegative];
+
+    /// Sides of incident and outgoing light, and the sign of x of the incident direction, in the table's build.
+    fn incidence(self) -> ([Side; 2], f64) {
+        match self {
+            Self::ReflectedAbove => ([Side::Above; 2], 1.0),
+            Self::ReflectedBelow => ([Side::Below; 2], 1.0),
+            Self::TransmittedPositive => ([Side::Above, Side::Below], 1.0),
+            Self::TransmittedNegative => ([Side::Above, Side::Below], -1.0),
+        }
     }
 }
 
@@ -182,18 +295,19 @@ fn spectral_weight_table() -> Vec<f32> {
 
 /// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]): its
 /// efficiency averaged over wavelengths with sRGB's weights times ν².
-fn order_zero_table(grating: &GratingSurface) -> Vec<f32> {
+fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
+    let (sides, sign) = kind.incidence();
     let last = |axis: usize| f64::from(ORDER_ZERO_NODES[axis] - 1);
     (0..ORDER_ZERO_NODES[0] * ORDER_ZERO_NODES[1])
         .into_par_iter()
         .flat_map_iter(|node| {
             let cosine = (f64::from(node / ORDER_ZERO_NODES[1]) / last(0)).clamp(COORDINATE_MIN, 1.0);
             let length = (f64::from(node % ORDER_ZERO_NODES[1]) / last(1)).clamp(COORDINATE_MIN, 1.0);
-            let (x, y) = (length * (1.0 - cosine * cosine).sqrt(), (1.0 - length * length).sqrt());
+            let (x, y) = (sign * length * (1.0 - cosine * cosine).sqrt(), (1.0 - length * length).sqrt());
             let (mut sum, mut total) = ([0.0; 3], [0.0; 3]);
             for (i, weight) in WavelengthWeights::per_nm().iter().enumerate().step_by(ORDER_ZERO_STEP_NM) {
                 let nm = WAVELENGTH_MIN_NM + i as f64;
-                let efficiency = grating.efficiency(nm, [-x, y], 0);
+                let efficiency = grating.efficiency_between(nm, [x, y], 0, sides);
                 for c in 0..3 {
                     let weight = f64::from(weight[c]) / (nm * nm);
                     sum[c] += weight * efficiency;
@@ -205,44 +319,12 @@ fn order_zero_table(grating: &GratingSurface) -> Vec<f32> {
         .collect()
 }
 
-/// Table of order weights, arranged as [`ColourTables`] describes: sums of efficiencies over points of the bin and over
-/// wavenumbers of the [`PROPOSED`] Gaussians.
-fn order_weight_table(grating: &GratingSurface, orders: u32) -> Vec<f32> {
-    let orders = orders as i32;
-    (0..BINS[0] * BINS[1])
-        .into_par_iter()
-        .flat_map_iter(|bin| {
-            let mut row = vec![0.0; 2 * orders as usize + 2];
-            for (across, along) in BIN_POINTS {
-                let y = (f64::from(bin % BINS[1]) + along) / f64::from(BINS[1]);
-                let sine = 1.0 - 2.0 * (f64::from(bin / BINS[1]) + across) / f64::from(BINS[0]);
-                let x = sine * (1.0 - y * y).sqrt();
-                for (mean, sigma) in PROPOSED {
-                    for i in 0..PROPOSED_NODES {
-                        let probability = (i as f64 + 0.5) / PROPOSED_NODES as f64;
-                        let nu = mean + sigma * normal_quantile(probability);
-                        let nm = (1e3 / nu).clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
-                        for m in -orders..=orders {
-                            row[(m + orders) as usize] += grating.efficiency(nm, [x, y], m);
-                        }
-                    }
-                }
-            }
-            // Rounded first, so that the sum matches the stored weights. The last element is still 0.
-            let mut row: Vec<f32> = row.into_iter().map(|weight| weight as f32).collect();
-            let total: f32 = row.iter().sum();
-            row[2 * orders as usize + 1] = total;
-            row
-        })
-        .collect()
-}
-
-/// Colour by bilinear interpolation in a table of packets that begins at the word `offset`. The table is
+/// Colour by bilinear interpolation in a table that begins at the packet `first`. The table is
 /// `[first axis][second axis]` with `counts` nodes; `coordinates` along both are in [0, 1].
 #[inline(always)]
 fn interpolated<N: Numbers>(
     words: N::Words,
-    offset: u32,
+    first: N::Index,
     counts: [u32; 2],
     coordinates: [N::Real; 2],
     active: N::Mask,
@@ -257,7 +339,7 @@ fn interpolated<N: Numbers>(
         (N::index(low), x - low)
     });
     let at = |di: u32, dj: u32| {
-        let packet = index(offset / 4) + (i + index(di)) * index(counts[1]) + j + index(dj);
+        let packet = first + (i + index(di)) * index(counts[1]) + j + index(dj);
         N::gather::<4>(words, packet, active).map(N::from_bits)
     };
     let (a, b, c, d) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));

@@ -114,22 +114,10 @@ impl<N: Numbers> EfficiencyView<N> {
         std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
-    /// Rows of the incident order above the relief at a position, for a wavelength in nm. Masked positions may lie
-    /// outside the table; the nearest cell and order are taken.
+    /// Rows of an incident channel at a position, for a wavelength in nm. Masked positions may lie outside the table;
+    /// the nearest cell and channel are taken.
     #[inline(always)]
-    pub(super) fn row(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> Row<N> {
-        self.row_of(position, position.incident, nm, active)
-    }
-
-    /// Rows of an incident channel at a position; else as [`EfficiencyView::row`].
-    #[inline(always)]
-    pub(super) fn row_of(
-        &self,
-        position: &CellPosition<N>,
-        incident: N::Index,
-        nm: N::Real,
-        active: N::Mask,
-    ) -> Row<N> {
+    pub(super) fn row(&self, position: &CellPosition<N>, incident: N::Index, nm: N::Real, active: N::Mask) -> Row<N> {
         let index = N::Index::lit;
         let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
         let channels = self.channels(position);
@@ -163,6 +151,18 @@ impl<N: Numbers> EfficiencyView<N> {
             return number;
         }
         N::Index::select(is_below, number + self.orders(position), number)
+    }
+
+    /// Channel of light from `wi`, at its position.
+    #[inline(always)]
+    pub(super) fn incident_channel(&self, position: &CellPosition<N>, wi: [N::Real; 3]) -> N::Index {
+        self.channel(position, position.incident, self.is_below(wi))
+    }
+
+    /// Whether a direction lies below a relief with two sides.
+    #[inline(always)]
+    pub(super) fn is_below(&self, w: [N::Real; 3]) -> N::Mask {
+        if self.layout.sides == 1 { N::mask(false) } else { w[2].lt(N::Real::lit(0.0)) }
     }
 
     /// Side and order number of a channel: whether it lies below the relief.

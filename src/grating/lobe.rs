@@ -18,9 +18,9 @@
 //! `wi` to `wo`. All directions are in air, so the formulas are the same; efficiencies depend on both sides, too.
 
 use super::cell_position::{CellPosition, groove_t};
-use super::efficiencies::{EfficiencyLayout, EfficiencyView, Row};
+use super::efficiencies::{EfficiencyLayout, EfficiencyView};
 use super::polarisation::JonesView;
-use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION, are_above};
+use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
@@ -55,14 +55,20 @@ pub struct GratingLobe<'a, N: Numbers> {
 struct OrderAt<'a, N: Numbers> {
     /// Position of the incident wave in the cells.
     position: &'a CellPosition<N>,
-    /// Order number of the outgoing order.
-    outgoing: N::Index,
+    /// Channels of incident and outgoing light.
+    channels: [N::Index; 2],
     efficiency: N::Real,
 }
 
-/// Sides of a film. One draw decides on the side and the order, so [`PerWavelength::draw`] has the side in the sign of
-/// z. Only the uniform part of the mixture is divided here, equally; either side counts as chosen with probability ½.
-impl<N: Numbers> Sides<N> for GratingLobe<'_, N> {
+/// A lobe of a grating, which may be the relief of a film with light on both sides.
+pub(super) trait OnFilm {
+    /// Whether the grating is the relief of a film.
+    fn is_film(&self) -> bool;
+}
+
+/// Sides of a film. One draw decides on the side and the order, so the sampler has the side in the sign of z. Only the
+/// uniform part of the mixture is divided here, equally; either side counts as chosen with probability ½.
+impl<N: Numbers, T: OnFilm> Sides<N> for T {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
         N::Real::lit(0.0).lt(if self.is_film() { w[2].abs() } else { w[2] })
@@ -77,6 +83,12 @@ impl<N: Numbers> Sides<N> for GratingLobe<'_, N> {
     #[inline(always)]
     fn probability(&self, _wi: [N::Real; 3], _wo: [N::Real; 3]) -> N::Real {
         N::Real::lit(if self.is_film() { 0.5 } else { 1.0 })
+    }
+}
+
+impl<N: Numbers> OnFilm for GratingLobe<'_, N> {
+    fn is_film(&self) -> bool {
+        self.layout.efficiencies.sides == 2
     }
 }
 
@@ -102,9 +114,9 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let zero = N::Real::lit(0.0);
         let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
-        let row = self.incident_row(&position, wi, nm, active);
+        let row = view.row(&position, view.incident_channel(&position, wi), nm, active);
         let total = view.row_total(&row, &position, active);
-        let is_below = self.is_below(wo);
+        let is_below = view.is_below(wo);
         let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
             let (outgoing, propagates) = position.order_number(m);
             let channel = view.channel(&position, outgoing, is_below);
@@ -128,7 +140,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
-        let row = self.incident_row(&position, wi, nm, active);
+        let row = view.row(&position, view.incident_channel(&position, wi), nm, active);
         let last = view.channels(&position) - index(1);
         let target = u[0] * view.row_total(&row, &position, active);
         // The first channel at which the running sum exceeds the target; the last one if rounding keeps the sum below.
@@ -170,13 +182,13 @@ impl<N: Numbers> GratingLobe<'_, N> {
         wavelengths_nm: [N::Real; L],
         active: N::Mask,
     ) -> [[N::Real; L]; 16] {
-        let active = active & are_above::<N>(from, to);
+        let active = active & Sides::<N>::accepts(self, from) & Sides::<N>::accepts(self, to);
         // ky/k of the wave; it is the mean of incident light, −from.y, and outgoing light, to.y.
         let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
         N::map_each(c"wavelengths", wavelengths_nm, active, |nm| {
             self.sum_orders(from, to, nm, active, |order, active| {
                 jones
-                    .matrix(order.position, order.outgoing, nm, groove_cosine, active)
+                    .matrix(order.position, order.channels, nm, groove_cosine, active)
                     .map(|element| element * order.efficiency)
             })
         })
@@ -186,24 +198,6 @@ impl<N: Numbers> GratingLobe<'_, N> {
     #[inline(always)]
     fn view(&self) -> EfficiencyView<N> {
         EfficiencyView { layout: self.layout.efficiencies, words: self.words }
-    }
-
-    /// Whether the grating is the relief of a film, with light on both sides.
-    fn is_film(&self) -> bool {
-        self.layout.efficiencies.sides == 2
-    }
-
-    /// Whether a direction lies below the relief.
-    #[inline(always)]
-    fn is_below(&self, w: [N::Real; 3]) -> N::Mask {
-        if self.is_film() { w[2].lt(N::Real::lit(0.0)) } else { N::mask(false) }
-    }
-
-    /// Row of the channel incident from `wi`, at its position.
-    #[inline(always)]
-    fn incident_row(&self, position: &CellPosition<N>, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> Row<N> {
-        let view = self.view();
-        view.row_of(position, view.channel(position, position.incident, self.is_below(wi)), nm, active)
     }
 
     /// `d/λ` at a wavelength in nm.
@@ -239,14 +233,16 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let t = groove_t::<N>(periods, (N::widen(wi[1]) - N::widen(wo[1])) * half);
         // After the move, the sum of the wave numbers of incident and outgoing wave, a and a + m.
         let sum_of_a = (N::widen(wo[0]) - N::widen(wi[0])) * periods;
-        let (view, is_below) = (self.view(), self.is_below(wo));
+        let view = self.view();
+        let is_below = view.is_below(wo);
         self.sum_kernels(wi, wo, nm, active, |m, active| {
             let position = CellPosition::<N>::new(t, (sum_of_a - m) * half);
             let (outgoing, propagates) = position.order_number(m);
             let active = active & propagates & position.propagates;
-            let row = self.incident_row(&position, wi, nm, active);
-            let efficiency = view.entry(&row, view.channel(&position, outgoing, is_below), active);
-            quantity(OrderAt { position: &position, outgoing, efficiency }, active)
+            let channels = [view.incident_channel(&position, wi), view.channel(&position, outgoing, is_below)];
+            let row = view.row(&position, channels[0], nm, active);
+            let efficiency = view.entry(&row, channels[1], active);
+            quantity(OrderAt { position: &position, channels, efficiency }, active)
                 .map(|value| N::Real::select(active, value, N::Real::lit(0.0)))
         })
     }

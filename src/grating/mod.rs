@@ -33,6 +33,7 @@
 //!
 //! | file | contents |
 //! | --- | --- |
+//! | `body.rs` | the medium or film below the relief |
 //! | `cell_position.rs` | from a wave's t and a to its cell |
 //! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
@@ -45,6 +46,7 @@
 //! | `exact.rs` | reference without tables |
 //! | `profile.rs` | profiles of presets and height fields |
 
+mod body;
 mod build;
 mod cell_position;
 mod chebyshev;
@@ -65,6 +67,7 @@ mod rigorous_solver;
 mod surface;
 mod wavelengths;
 
+pub use body::GratingBody;
 pub use build::GratingReport;
 pub use colour_lobe::GratingColourLobe;
 pub use colour_surface::GratingColourSurface;
@@ -81,5 +84,5 @@ pub(crate) use lobe::REACH;
 pub use lobe::{GratingLayout, GratingLobe};
 pub use polarisation::{JonesTable, JonesView};
 pub use profile::{preset_profile, profile_of};
-pub use sunbeam_rigorous::{Medium, Order, Profile, check_size, solve_both_sides, solve_orders};
+pub use sunbeam_rigorous::{Medium, Order, Profile, Side, check_size, solve_both_sides, solve_orders};
 pub use surface::GratingSurface;

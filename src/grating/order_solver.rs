@@ -1,6 +1,7 @@
 //! Interface of a grating's tables to the solver of its orders.
 
 use super::GratingError;
+use super::jones_shape::JonesShape;
 
 /// A solver of one grating at any incidence and wavelength (symbols: `mod.rs`). Tests replace it by closed forms.
 pub(super) trait OrderSolver: Sync {
@@ -20,4 +21,13 @@ pub(super) trait OrderSolver: Sync {
     fn sides(&self) -> usize {
         1
     }
+}
+
+/// A solver that also gives polarisation.
+pub(super) trait ShapeSolver: OrderSolver {
+    /// Shapes of the Jones matrices between all orders, arranged like [`OrderSolver::efficiencies`].
+    ///
+    /// # Errors
+    /// A point that cannot be solved accurately enough.
+    fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<JonesShape>>, GratingError>;
 }

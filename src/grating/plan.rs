@@ -1,11 +1,12 @@
 //! Plan of a grating's tables: their numbers of nodes and wavelengths, and the cost of their build (symbols: `mod.rs`).
 
 use super::GratingError;
+use super::body::GratingBody;
 use super::build::TableResolution;
 use super::order_solver::OrderSolver;
 use super::rigorous_solver::{Meshes, RigorousSolver, sufficient_resolution};
 use super::wavelengths::Spacing;
-use crate::scattering::SpectralIndex;
+use crate::scattering::{ComplexIndex, SpectralIndex};
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam_rigorous::Profile;
 
@@ -44,18 +45,25 @@ pub(super) struct TableOrders {
     pub sides: u32,
 }
 
-/// Meshes of a profile for all wavelengths, above a medium of this index by wavelength, or above a perfect conductor
-/// (`None`).
+/// Meshes of a profile on a body, for all wavelengths.
 ///
 /// # Errors
 /// Profiles and indices that the solver refuses, and a build whose estimate exceeds `build_limit` times the limits of
 /// [`crate::table`].
 pub(super) fn create_meshes(
     profile: &Profile,
-    index: Option<&SpectralIndex>,
+    body: GratingBody<'_>,
     orders: TableOrders,
     build_limit: f64,
 ) -> Result<Meshes, GratingError> {
+    let film;
+    let index = match body {
+        GratingBody::Reflector(index) => index,
+        GratingBody::Film(eta) => {
+            film = SpectralIndex::Constant(ComplexIndex { eta, k: 0.0 });
+            Some(&film)
+        }
+    };
     let resolution = sufficient_resolution(profile, index)?;
     estimate(orders, resolution.nodes, index.is_some())
         .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;

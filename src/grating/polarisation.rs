@@ -9,17 +9,19 @@
 //! is the real part and the upper half the imaginary part, both as `x/UNIT + ZERO` in 16 bits.
 
 use super::GratingError;
+use super::body::GratingBody;
 use super::build::reversed;
 use super::cell_position::{CellPosition, wave_at};
 use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, Node};
+use super::film_solver::FilmSolver;
 use super::jones_shape::JonesShape;
-use super::plan::{TableOrders, choose_spacing, create_meshes};
+use super::order_solver::ShapeSolver;
+use super::plan::{TableOrders, choose_spacing, create_meshes, spacing_of};
 use super::rigorous_solver::RigorousSolver;
-use super::wavelengths::{STEPS_NM, table_wavelengths, wavelengths_with_cell};
+use super::wavelengths::{STEPS_NM, Spacing, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -48,15 +50,16 @@ const STEP_MAX_NM: f64 = STEPS_NM[1];
 
 /// A table of the shapes of Jones matrices, which an order's efficiency scales.
 ///
-/// It is arranged as [`EfficiencyLayout`] describes, with two differences. A node has `(s + 1)²` packets of four words,
-/// `[incident order][outgoing order]`, each the shape of one matrix. Offsets of cells are counted in packets.
+/// It is arranged as [`EfficiencyLayout`] describes, with two differences. A node has a packet of four words for each
+/// pair of channels, `[incident][outgoing]`, the shape of one matrix. Offsets of cells are counted in packets.
 ///
 /// ```
-/// use sunbeam::grating::{JonesTable, Profile};
+/// use sunbeam::grating::{GratingBody, JonesTable, Profile};
 /// use sunbeam::table::Progress;
 ///
 /// // A perfectly conducting sinusoid of period 0.4 µm and height 0.05 µm.
-/// let table = JonesTable::new(&Profile::sinusoid(0.4, 0.05)?, None, 1.0, &Progress::none())?;
+/// let conductor = GratingBody::Reflector(None);
+/// let table = JonesTable::new(&Profile::sinusoid(0.4, 0.05)?, conductor, 1.0, &Progress::none())?;
 /// // Packets of four words.
 /// assert_eq!(table.words().len() % 4, 0);
 /// # Ok::<(), sunbeam::grating::GratingError>(())
@@ -69,24 +72,31 @@ pub struct JonesTable {
 }
 
 impl JonesTable {
-    /// Solves a profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`), and
-    /// tabulates the shapes of its orders' matrices.
+    /// Solves a profile in air on a body, and tabulates the shapes of its orders' matrices.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`](super::GratingSurface::new).
     pub fn new(
         profile: &Profile,
-        index: Option<&SpectralIndex>,
+        body: GratingBody<'_>,
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes =
-            create_meshes(profile, index, TableOrders { period_um: profile.period_um(), sides: 1 }, build_limit)?;
-        let spacing = choose_spacing(&meshes, period_um, index)?;
-        let step_nm = spacing.map(|spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM));
-        let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);
-        Self::build(period_um, &RigorousSolver::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
+        let meshes = create_meshes(profile, body, TableOrders { period_um, sides: body.sides() }, build_limit)?;
+        let step_of = |spacing: Spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM);
+        match body {
+            GratingBody::Reflector(index) => {
+                let step_nm = choose_spacing(&meshes, period_um, index)?.map(step_of);
+                let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);
+                Self::build(period_um, &RigorousSolver::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
+            }
+            GratingBody::Film(eta) => {
+                let solver = FilmSolver { meshes: &meshes, eta };
+                let step_nm = Some(step_of(spacing_of(&solver, period_um)?));
+                Self::build(period_um, &solver, step_nm, progress)
+            }
+        }
     }
 
     /// Solves and tabulates matrices at wavelengths at most `step_nm` apart (`None` for a perfect conductor).
@@ -95,13 +105,14 @@ impl JonesTable {
     /// A point that cannot be solved accurately enough.
     fn build(
         period_um: f64,
-        solver: &RigorousSolver,
+        solver: &impl ShapeSolver,
         step_nm: Option<f64>,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let (nm, cell_counts) = table_wavelengths(period_um, step_nm);
         let cells = cell_counts[0];
-        let stored = stored_nodes(&cell_counts);
+        let sides = solver.sides();
+        let stored = stored_nodes(&cell_counts, sides);
         // Packets of each cell: `[wavelength][cell][word]`.
         let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); nm.len()];
         // Progress counts the orders of each cell.
@@ -128,7 +139,7 @@ impl JonesTable {
             }
         }
         let layout = EfficiencyLayout {
-            sides: 1,
+            sides: sides as u32,
             first_nm: nm[0],
             step_nm: nm[1] - nm[0],
             wavelengths: nm.len() as u32,
@@ -156,9 +167,10 @@ impl JonesTable {
 
 /// Number of table nodes along either side of a cell: as many as [`BYTES_MAX`] allows, within [`NODES_MIN`] and
 /// [`NODES_MAX`]. `cell_counts` has the number of cells at each wavelength.
-fn stored_nodes(cell_counts: &[usize]) -> usize {
+fn stored_nodes(cell_counts: &[usize], sides: usize) -> usize {
     // Packets for each node (p, q), summed over cells and wavelengths.
-    let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * orders)).sum();
+    let channels = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * sides));
+    let packets: usize = channels.map(|channels| channels * channels).sum();
     let fitting = (BYTES_MAX / (PACKET_BYTES * packets) as f64).sqrt() as usize;
     fitting.clamp(NODES_MIN, NODES_MAX)
 }
@@ -167,7 +179,9 @@ fn stored_nodes(cell_counts: &[usize]) -> usize {
 struct Cell {
     /// Index s of the cell.
     index: usize,
-    /// `[node of triangle_nodes][wavelength][incident · orders + outgoing]`.
+    /// Sides of the relief.
+    sides: usize,
+    /// `[node of triangle_nodes][wavelength][incident · channels + outgoing]`.
     shapes: Vec<Vec<Vec<JonesShape>>>,
 }
 
@@ -176,7 +190,7 @@ impl Cell {
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
-    fn solve(index: usize, solver: &RigorousSolver, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
+    fn solve(index: usize, solver: &impl ShapeSolver, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
         let fractions = node_fractions(NODES_MAX);
         let shapes = triangle_nodes(NODES_MAX)
             .par_iter()
@@ -185,24 +199,24 @@ impl Cell {
                 solver.shapes(t, b, wavelengths_nm)
             })
             .collect::<Result<Vec<_>, GratingError>>()?;
-        Ok(Self { index, shapes })
+        Ok(Self { index, sides: solver.sides(), shapes })
     }
 
-    /// Shape at node i of p, node k of q, and wavelength j; `entry` is `incident · orders + outgoing`. Beyond the
+    /// Shape at node i of p, node k of q, and wavelength j; `entry` is `incident · channels + outgoing`. Beyond the
     /// diagonal it is that of the reversed path, transposed.
     fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> JonesShape {
         let shapes = &self.shapes[triangle_index(i, k)][j];
         if i >= k {
             return shapes[entry];
         }
-        let [ee, eh, he, hh] = shapes[reversed(entry, self.index, 1)];
+        let [ee, eh, he, hh] = shapes[reversed(entry, self.index, self.sides)];
         [ee, he, eh, hh]
     }
 
     /// Packets of the cell at wavelength j, `[node of p][node of q][entry][element]`, for `stored` nodes along either
     /// side.
     fn packed(&self, j: usize, stored: usize) -> Vec<u32> {
-        let entries = (self.index + 1).pow(2);
+        let entries = ((self.index + 1) * self.sides).pow(2);
         let resampling = resampling_matrix(NODES_MAX, stored);
         let add = |sum: &mut JonesShape, shape: JonesShape, weight: f64| {
             sum.iter_mut().zip(shape).for_each(|(sum, element)| *sum += element * weight);
@@ -245,26 +259,26 @@ pub struct JonesView<N: Numbers> {
 impl<N: Numbers> JonesView<N> {
     /// Mueller matrix of an order, row by row, divided by its first element.
     ///
-    /// `position` is that of the incident wave, `outgoing` the order number of the outgoing order, `nm` the wavelength,
-    /// and `groove_cosine` is ky/k. The first axis of the frames of incident and outgoing light is the grooves'
+    /// `position` is that of the incident wave, `channels` are those of incident and outgoing light, `nm` is the
+    /// wavelength, and `groove_cosine` is ky/k. The first axis of the frames of incident and outgoing light is the grooves'
     /// direction, made transverse to the light.
     #[inline(always)]
     pub(super) fn matrix(
         &self,
         position: &CellPosition<N>,
-        outgoing: N::Index,
+        channels: [N::Index; 2],
         nm: N::Real,
         groove_cosine: N::Real,
         active: N::Mask,
     ) -> [N::Real; 16] {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let nodes = EfficiencyView::<N> { layout: self.layout, words: self.words };
-        let orders = position.cell.min(index(self.layout.cells - 1)) + index(1);
-        let entry = position.incident.min(orders - index(1)) * orders + outgoing;
+        let count = nodes.channels(position);
+        let entry = channels[0].min(count - index(1)) * count + channels[1];
         // The shape in units of UNIT. The weights of the eight nodes sum to 1, so ZERO is subtracted once.
         let mut shape = [[real(-ZERO); 2]; 4];
         for (Node { cell_offset, number }, weight) in nodes.weighted_nodes(position, nm, active) {
-            let packet = N::gather::<4>(self.words, cell_offset + number * orders * orders + entry, active);
+            let packet = N::gather::<4>(self.words, cell_offset + number * count * count + entry, active);
             for (element, word) in shape.iter_mut().zip(packet) {
                 let parts = u16_pair::<N>(word);
                 *element = [0, 1].map(|c| parts[c].fma(weight, element[c]));
@@ -346,7 +360,7 @@ mod tests {
         let position = CellPosition::<Double>::new(groove_t::<Double>(periods, wi[1]), -wi[0] * periods);
         let (number, propagates) = position.order_number(f64::from(order));
         assert!(propagates);
-        table.view::<Double>(&table.words).matrix(&position, number, nm, -wi[1], true)
+        table.view::<Double>(&table.words).matrix(&position, [position.incident, number], nm, -wi[1], true)
     }
 
     /// Root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell. Two thirds
@@ -364,7 +378,8 @@ mod tests {
             (None, Medium::Perfect),
             (Some(SpectralIndex::Constant(aluminium)), Medium::index(aluminium.eta, aluminium.k).unwrap()),
         ] {
-            let table = JonesTable::new(&profile, index.as_ref(), 1.0, &Progress::none()).unwrap();
+            let table =
+                JonesTable::new(&profile, GratingBody::Reflector(index.as_ref()), 1.0, &Progress::none()).unwrap();
             let (mut squares, mut largest, mut count) = (0.0, 0.0_f64, 0);
             for (theta, phi) in [(0.1_f64, 0.4_f64), (0.5, 2.1), (0.8, -1.1), (1.1, 1.4), (1.3, 3.6), (0.6, 0.0)] {
                 let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
@@ -393,7 +408,7 @@ mod tests {
         for (period_um, has_most) in [(2.5, false), (1.6, true), (0.9, true)] {
             let (_, cell_counts) = table_wavelengths(period_um, Some(40.0));
             let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * orders)).sum();
-            let nodes = stored_nodes(&cell_counts);
+            let nodes = stored_nodes(&cell_counts, 1);
             let bytes = PACKET_BYTES * packets * nodes * nodes;
             assert!(bytes as f64 <= BYTES_MAX, "{period_um} µm: {nodes} nodes");
             assert_eq!(nodes == NODES_MAX, has_most, "{period_um} µm: {nodes} nodes");

@@ -2,7 +2,7 @@
 
 use super::GratingError;
 use super::jones_shape::{JonesShape, jones_shape};
-use super::order_solver::OrderSolver;
+use super::order_solver::{OrderSolver, ShapeSolver};
 use crate::scattering::{ComplexIndex, SpectralIndex};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
@@ -171,21 +171,6 @@ impl<'a> RigorousSolver<'a> {
         Ok(extracted)
     }
 
-    /// Shapes of the orders' Jones matrices, arranged like [`OrderSolver::efficiencies`]:
-    /// `[wavelength][incident · orders + outgoing]`.
-    ///
-    /// # Errors
-    /// A point that cannot be solved accurately enough.
-    pub(super) fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<JonesShape>>, GratingError> {
-        self.at_wavelengths(t, b, wavelengths_nm, |amplitudes, ky_squared_ratio| {
-            let orders = amplitudes.orders();
-            let pairs = orders.iter().flat_map(|&incident| orders.iter().map(move |&outgoing| (outgoing, incident)));
-            pairs
-                .map(|(outgoing, incident)| jones_shape(amplitudes.jones(outgoing, incident), ky_squared_ratio))
-                .collect()
-        })
-    }
-
     /// Error of the power balance times the largest cosine of incidence at `t`: the quantity that [`BALANCE`] bounds.
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
         amplitudes.balance_error() * self.largest_cosine(t, nm).min(1.0)
@@ -207,6 +192,18 @@ impl OrderSolver for RigorousSolver<'_> {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
         self.at_wavelengths(t, b, wavelengths_nm, |amplitudes, ky_squared_ratio| {
             efficiencies(amplitudes, ky_squared_ratio >= 0.0)
+        })
+    }
+}
+
+impl ShapeSolver for RigorousSolver<'_> {
+    fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<JonesShape>>, GratingError> {
+        self.at_wavelengths(t, b, wavelengths_nm, |amplitudes, ky_squared_ratio| {
+            let orders = amplitudes.orders();
+            let pairs = orders.iter().flat_map(|&incident| orders.iter().map(move |&outgoing| (outgoing, incident)));
+            pairs
+                .map(|(outgoing, incident)| jones_shape(amplitudes.jones(outgoing, incident), ky_squared_ratio))
+                .collect()
         })
     }
 }

@@ -1,6 +1,7 @@
 //! A grating's reflectance at wavelengths, from its table of efficiencies.
 
 use super::GratingError;
+use super::body::GratingBody;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
@@ -13,10 +14,10 @@ use super::wavelengths::all_solved;
 use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
-use crate::scattering::{ComplexIndex, SpectralIndex, Vec3};
+use crate::scattering::{SpectralIndex, Vec3};
 use crate::table::{CoherenceWindow, Progress};
 use serde::{Deserialize, Serialize};
-use sunbeam_rigorous::Profile;
+use sunbeam_rigorous::{Profile, Side};
 
 /// Number of random incidences and wavelengths at which a table's error is measured. More give a more accurate error
 /// and a longer build.
@@ -60,34 +61,37 @@ impl GratingSurface {
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
-        let period_um = profile.period_um();
-        let orders = TableOrders { period_um, sides: 1 };
-        let meshes = create_meshes(profile, index, orders, build_limit)?;
-        let table_resolution = choose_resolution(orders, choose_spacing(&meshes, period_um, index)?);
-        let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
-        let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
-        Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+        Self::of_body(profile, GratingBody::Reflector(index), coherence_length_um, build_limit, progress)
     }
 
-    /// Solves and tabulates the orders of a profile on both sides of a film of index `eta`, which has a flat lower
-    /// side; else as [`GratingSurface::new`].
+    /// Solves and tabulates the orders of a profile on a body: those on both sides of a film. Else as
+    /// [`GratingSurface::new`].
     ///
     /// # Errors
     /// Those of [`GratingSurface::new`].
-    pub fn of_film(
+    pub fn of_body(
         profile: &Profile,
-        eta: f64,
+        body: GratingBody<'_>,
         coherence_length_um: f64,
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let orders = TableOrders { period_um, sides: 2 };
-        let index = SpectralIndex::Constant(ComplexIndex { eta, k: 0.0 });
-        let meshes = create_meshes(profile, Some(&index), orders, build_limit)?;
-        let solver = FilmSolver { meshes: &meshes, eta };
-        let table_resolution = choose_resolution(orders, Some(spacing_of(&solver, period_um)?));
-        Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+        let orders = TableOrders { period_um, sides: body.sides() };
+        let meshes = create_meshes(profile, body, orders, build_limit)?;
+        match body {
+            GratingBody::Reflector(index) => {
+                let table_resolution = choose_resolution(orders, choose_spacing(&meshes, period_um, index)?);
+                let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
+                let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
+                Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+            }
+            GratingBody::Film(eta) => {
+                let solver = FilmSolver { meshes: &meshes, eta };
+                let table_resolution = choose_resolution(orders, Some(spacing_of(&solver, period_um)?));
+                Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+            }
+        }
     }
 
     /// Whether the grating is the relief of a film, which transmits light.
@@ -147,9 +151,15 @@ impl GratingSurface {
         GratingLobe { layout: &self.layout, words: &self.words }
     }
 
-    /// Unpolarised efficiency of an order for light from the direction with the cosines `wi`, across and along the
-    /// grooves; in [0, 1]. Zero for an order that does not propagate.
+    /// Unpolarised efficiency of a reflected order for light from above, from the direction with the cosines `wi`
+    /// across and along the grooves; in [0, 1]. Zero for an order that does not propagate.
     pub fn efficiency(&self, wavelength_nm: f64, wi: [f64; 2], order: i32) -> f64 {
+        self.efficiency_between(wavelength_nm, wi, order, [Side::Above; 2])
+    }
+
+    /// [`GratingSurface::efficiency`] for light that arrives at the first of the `sides` of a film and leaves on the
+    /// second. Of a grating that only reflects, both must be above.
+    pub fn efficiency_between(&self, wavelength_nm: f64, wi: [f64; 2], order: i32, sides: [Side; 2]) -> f64 {
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let t = groove_t::<Plain<f64>>(periods, wi[1]);
         let position = CellPosition::<Plain<f64>>::new(t, -wi[0] * periods);
@@ -158,7 +168,9 @@ impl GratingSurface {
             return 0.0;
         }
         let view = EfficiencyView::<Plain<f64>> { layout: self.layout.efficiencies, words: &self.words };
-        view.entry(&view.row(&position, wavelength_nm, true), number, true)
+        let [from, to] = sides.map(|side| side == Side::Below);
+        let row = view.row(&position, view.channel(&position, position.incident, from), wavelength_nm, true);
+        view.entry(&row, view.channel(&position, number, to), true)
     }
 
     /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above

@@ -60,11 +60,8 @@ impl Recipe {
         let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
         let index = spectral_index(samples)?;
         config.sizes = size_range(sizes)?;
-        if config.theory == Theory::Rigorous {
-            if config.sizes.is_some() {
-                return Err(PluginError::RigorousSizes);
-            }
-            config.refuse_transmission("theory \"rigorous\" in the plugin").map_err(BuildError::from)?;
+        if config.theory == Theory::Rigorous && config.sizes.is_some() {
+            return Err(PluginError::RigorousSizes);
         }
         let small_slope = config.obliquity == ObliquityChoice::SmallSlope;
         if !samples.known && config.theory == Theory::Rigorous {

@@ -12,7 +12,7 @@ use std::error::Error;
 use std::f64::consts::PI;
 use sunbeam::cache::Origin;
 use sunbeam::config::{SurfaceConfig, Theory};
-use sunbeam::grating::{GratingReport, profile_of};
+use sunbeam::grating::{GratingBody, GratingReport, profile_of};
 use sunbeam::height_field::{HeightField, Provenance, Roughness, Seams, TileReport};
 use sunbeam::lobe::SurfaceReport;
 use sunbeam::methods::TERMS_MAX;
@@ -226,13 +226,13 @@ impl HeightFieldArgs {
             }
             Theory::Rigorous => {
                 let index = config.index().map(SpectralIndex::Constant);
+                let body = GratingBody::Reflector(index.as_ref());
                 // The profile of an unchanged preset is exact.
                 let is_changed = self.crop.is_some() || self.make_tileable.is_some();
                 let profile = if is_changed { profile_of(field, config.tolerance)? } else { config.profile()? };
                 let (length_um, limit) = (config.coherence_length, config.build_limit);
-                let built = with_bar(BUILDING, |progress| {
-                    cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress)
-                })?;
+                let built =
+                    with_bar(BUILDING, |progress| cache.shared_grating(&profile, body, length_um, limit, progress))?;
                 let (surface, origin) = &*built;
                 Ok(Tables::Rigorous { origin: origin.clone(), report: *surface.report() })
             }

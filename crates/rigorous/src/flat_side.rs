@@ -2,36 +2,45 @@
 //!
 //! | symbol | meaning |
 //! | --- | --- |
-//! | K | wave vector over k; Kx and Ky are equal on both sides |
-//! | c1, cn | normal components of K in the air and in the medium, positive |
-//! | τs, τp | transmittances for the states across and in the plane of incidence, 4c1·cn/s² and 4ε·c1·cn/p² |
-//! | s, p | c1 + cn, and ε·c1 + cn, with ε = n² |
+//! | K | tangential wave vector (Kx, Ky) over k; equal on both sides |
+//! | c1, cn | normal components of the wave vector over k in the air and in the medium, positive |
+//! | n, ε | index of the medium, and n² |
+//! | s, p | c1 + cn, and ε·c1 + cn |
+//! | ts, tp | amplitudes across and in the plane of incidence, 2√(c1·cn)/s and 2n√(c1·cn)/p; \|t\|² is a power |
 //!
-//! The power that a field passes on is a quadratic form of its amplitudes v of the states without Hy and without Ey,
-//! `vᵀ M v*`. With q² = 1 − Ky²/ε and the vector w = (Kx, ±Ky·cn/n), positive for light that travels downwards,
-//! `M = τp + (τs − τp)·w wᵀ/(q²·(Kx² + Ky²))`. The quotient `(τs − τp)/(Kx² + Ky²) = −4c1·cn·(ε − 1)²/(s p)²` is
-//! finite, so M is analytic in Ky. This serves the continuation to imaginary ky.
+//! The Jones matrix between the states without Hy and without Ey is `tp·U + (ts − tp)·a bᵀ`. U turns the states in the
+//! medium into those in the air. The unit vectors a and b are the state across the plane of incidence in both. The
+//! quotients of U's elements and of `ts − tp` by K², which a and b require, are written out below. They are finite at
+//! K = 0 and analytic in Ky, which serves the continuation to imaginary Ky.
 
-use crate::{Jones, Order, transverse_basis};
+use crate::{Jones, Order};
 use num_complex::Complex64;
 
-/// The form M of a wave with the tangential wave vector (`k_x`, `k_y`) over k, in a medium of index `eta`. `normals`
-/// are c1 and cn.
-pub(crate) fn transmitted_form(
-    eta: f64,
-    k_x: f64,
-    k_y: Complex64,
-    [c1, cn]: [f64; 2],
-    is_downwards: bool,
-) -> [[Complex64; 2]; 2] {
+/// Jones matrix of the flat side, `[state in the air][state in the medium]`, for a wave with the tangential wave vector
+/// (`k_x`, `k_y`) over k, in a medium of index `eta`. `normals` are c1 and cn. `is_downwards` tells the direction of
+/// the light; upwards, the matrix of the passage is the transpose.
+pub(crate) fn passage(eta: f64, k_x: f64, k_y: Complex64, [c1, cn]: [f64; 2], is_downwards: bool) -> Jones {
     let eps = eta * eta;
-    let (s, p) = (c1 + cn, eps * c1 + cn);
-    let of_p = Complex64::from(4.0 * eps * c1 * cn / (p * p));
-    let slope = -4.0 * c1 * cn * (eps - 1.0).powi(2) / (s * p).powi(2);
     let sign = if is_downwards { 1.0 } else { -1.0 };
-    let w = [Complex64::from(k_x), k_y * (sign * cn / eta)];
-    let scale = slope / (1.0 - k_y * k_y / eps);
-    [[of_p + scale * w[0] * w[0], scale * w[0] * w[1]], [scale * w[1] * w[0], of_p + scale * w[1] * w[1]]]
+    let (s, p, root) = (c1 + cn, eps * c1 + cn, (c1 * cn).sqrt());
+    // √(1 − d.y²) of the directions in the air and in the medium; their product divides all elements.
+    let y_squared = k_y * k_y;
+    let norm = ((1.0 - y_squared) * (1.0 - y_squared / eps)).sqrt();
+    let squared = k_x * k_x + y_squared;
+    let cosine = 1.0 + y_squared * (squared / eps - 1.0 - 1.0 / eps) / (c1 * cn / eta + 1.0);
+    let sine = k_y * (sign * k_x * (eps - 1.0) / (eta * (eta * c1 + cn)));
+    let of_p = 2.0 * eta * root / p;
+    // (ts − tp)/K².
+    let slope = -2.0 * root * (eta - 1.0) * (eps - 1.0) / (s * p * (eta * c1 + cn));
+    let air = [Complex64::from(k_x), k_y * (sign * c1)];
+    let medium = [Complex64::from(k_x), k_y * (sign * cn / eta)];
+    let turned = [[cosine, sine], [-sine, cosine]];
+    [0, 1].map(|out| [0, 1].map(|within| (turned[out][within] * of_p + air[out] * medium[within] * slope) / norm))
+}
+
+/// Product of two Jones matrices.
+pub(crate) fn multiply(a: &Jones, b: &Jones) -> Jones {
+    [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
 }
 
 impl Order {
@@ -58,29 +67,73 @@ impl Order {
             return None;
         }
         let (c1, cn) = (c1_squared.sqrt(), -inside[2] * eta);
-        let outside = [x, y, -c1];
-        let scale = (4.0 * c1 * cn).sqrt();
-        let amplitudes = [scale / (c1 + cn), eta * scale / (eta * eta * c1 + cn)];
-        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        // Components along the states across and in the plane of incidence: `[state of the plane][state of the
-        // grooves]`.
-        let components = |d: [f64; 3]| {
-            let sine = d[0].hypot(d[1]);
-            let s = if sine < SINE_MIN { [0.0, 1.0, 0.0] } else { [-d[1] / sine, d[0] / sine, 0.0] };
-            let p = [s[1] * d[2], -s[0] * d[2], s[0] * d[1] - s[1] * d[0]];
-            let basis = transverse_basis(d);
-            [s, p].map(|state| basis.map(|e| dot(e, state)))
-        };
-        let (before, after) = (components(inside), components(outside));
-        let passed = |out: usize, within: usize| -> f64 {
-            (0..2).map(|state| after[state][out] * amplitudes[state] * before[state][within]).sum()
-        };
-        let jones: Jones = [0, 1]
-            .map(|out| [0, 1].map(|from| (0..2).map(|within| self.jones[within][from] * passed(out, within)).sum()));
-        Some(Self { index: self.index, direction: outside, jones })
+        let jones = multiply(&passage(eta, x, y.into(), [c1, cn], true), &self.jones);
+        Some(Self { index: self.index, direction: [x, y, -c1], jones })
     }
 }
 
-/// Sine with the normal below which the plane of incidence is taken to be that across the grooves: both states have the
-/// same transmittance there.
-const SINE_MIN: f64 = 1e-9;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Components of the states without Hy and without Ey along those across and in the plane of incidence:
+    /// `[state of the plane][state of the grooves]`, for the direction `d`, whose y may be imaginary.
+    fn components(d: [Complex64; 3]) -> Jones {
+        let sine = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        let zero = Complex64::ZERO;
+        let s = [-d[1] / sine, d[0] / sine, zero];
+        let p = [s[1] * d[2], -s[0] * d[2], s[0] * d[1] - s[1] * d[0]];
+        // As `transverse_basis`, which takes real directions.
+        let across = (d[0] * d[0] + d[2] * d[2]).sqrt();
+        let first = [-d[1] * d[0] / across, across, -d[1] * d[2] / across];
+        let second = [d[2] / across, zero, -d[0] / across];
+        [s, p].map(|state| [first, second].map(|basis| (0..3).map(|c| basis[c] * state[c]).sum()))
+    }
+
+    #[test]
+    fn matrices_have_fresnel_amplitudes_across_and_in_the_plane_of_incidence() {
+        /// Rounding of a few dozen operations.
+        const ROUNDING: f64 = 1e-12;
+        for eta in [1.2, 1.5, 2.5] {
+            for (k_x, k_y) in [
+                (0.5, Complex64::from(0.3)),
+                (-0.2, Complex64::from(0.9)),
+                (1e-3, Complex64::from(-2e-3)),
+                (0.4, Complex64::new(0.0, 0.2)),
+                (-0.1, Complex64::new(0.0, 0.7)),
+            ] {
+                let squared = (k_x * k_x + k_y * k_y).re;
+                let (c1, cn) = ((1.0 - squared).sqrt(), (eta * eta - squared).sqrt());
+                for (is_downwards, sign) in [(true, -1.0), (false, 1.0)] {
+                    let [air, medium] = [(c1, 1.0), (cn, eta)].map(|(normal, index)| {
+                        components([Complex64::from(k_x), k_y, Complex64::from(sign * normal)].map(|c| c / index))
+                    });
+                    let root = 2.0 * (c1 * cn).sqrt();
+                    let amplitudes = [root / (c1 + cn), eta * root / (eta * eta * c1 + cn)];
+                    let found = passage(eta, k_x, k_y, [c1, cn], is_downwards);
+                    for (out, within) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                        let expected: Complex64 =
+                            (0..2).map(|state| air[state][out] * medium[state][within] * amplitudes[state]).sum();
+                        let difference = (found[out][within] - expected).norm();
+                        assert!(difference < ROUNDING, "{eta} {k_x} {k_y} {out} {within}: {found:?} {expected}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn matrices_are_finite_at_normal_incidence_and_near_it() {
+        let at = |k_x: f64, k_y: Complex64| {
+            let squared = (k_x * k_x + k_y * k_y).re;
+            passage(1.5, k_x, k_y, [(1.0 - squared).sqrt(), (2.25 - squared).sqrt()], true)
+        };
+        // K² is zero in the third, where Kx is not.
+        for (k_x, k_y) in [(0.0, Complex64::ZERO), (1e-9, Complex64::from(1e-9)), (0.3, Complex64::new(0.0, 0.3))] {
+            let [[ee, eh], [he, hh]] = at(k_x, k_y);
+            // Both states of a plane of incidence have the amplitude 2√n/(1 + n) at K = 0.
+            let power = ee * hh - eh * he;
+            assert!((power - 0.96).norm() < 1e-6, "{k_x} {k_y}: {power}");
+        }
+    }
+}

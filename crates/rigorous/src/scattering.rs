@@ -9,16 +9,13 @@
 
 use crate::air::{Air, Continuity, join_columns};
 use crate::error::positive;
-use crate::flat_side::transmitted_form;
+use crate::flat_side::{multiply, passage};
 use crate::linear::{Matrix, from_fn, product};
 use crate::metal::response;
 use crate::waves::{Waves, away_from_cutoffs};
 use crate::{Error, Jones};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
-
-/// Form of a power that no boundary changes.
-const UNCHANGED: Jones = [[Complex64::ONE, Complex64::ZERO], [Complex64::ZERO, Complex64::ONE]];
 
 /// Side of the relief.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -203,45 +200,50 @@ impl Scattering {
         }
     }
 
+    /// [`Scattering::jones`] of a film, whose flat lower side has air below it. Light on the side below passes that
+    /// boundary once; zero where it is reflected totally.
+    pub fn film_jones(&self, out: Channel, from: Channel) -> Jones {
+        let mut jones = self.jones(out, from);
+        if from.side == Side::Below {
+            jones = multiply(&jones, &transposed(self.passage(from.order, false)));
+        }
+        if out.side == Side::Below {
+            jones = multiply(&self.passage(out.order, true), &jones);
+        }
+        jones
+    }
+
     /// Fraction of unpolarised light incident in one channel that leaves in another; zero where either does not
     /// propagate. Where ky is imaginary, the analytic continuation of this fraction in ky².
     pub fn efficiency(&self, out: Channel, from: Channel) -> f64 {
-        self.passed(self.jones(out, from), &[UNCHANGED; 2])
+        self.unpolarised_power(self.jones(out, from))
     }
 
-    /// [`Scattering::efficiency`] of a film, whose flat lower side has air below it. Light on the side below passes
-    /// that boundary once; zero where it is reflected totally.
+    /// [`Scattering::efficiency`] of a film, from [`Scattering::film_jones`].
     pub fn film_efficiency(&self, out: Channel, from: Channel) -> f64 {
-        match (self.form(out, true), self.form(from, false)) {
-            (Some(after), Some(before)) => self.passed(self.jones(out, from), &[after, before]),
-            _ => 0.0,
-        }
+        self.unpolarised_power(self.film_jones(out, from))
     }
 
-    /// Unpolarised power `½ tr(J† M J M₀)` of a Jones matrix J, with the forms M after and M₀ before the relief.
+    /// Mean over both states of incident light of the power in a Jones matrix.
     ///
-    /// J† has the continuation in ky in place of the complex conjugate: elements between Ey and Hy are proportional to
-    /// ky, and keep the sign of an imaginary ky.
-    fn passed(&self, jones: Jones, [after, before]: &[Jones; 2]) -> f64 {
+    /// Elements between Ey and Hy are proportional to ky. The continuation of their squared magnitudes to imaginary ky
+    /// is negative.
+    fn unpolarised_power(&self, jones: Jones) -> f64 {
         let sign = if self.groove_cosine.im == 0.0 { 1.0 } else { -1.0 };
-        let adjoint = [0, 1].map(|i| [0, 1].map(|j| jones[j][i].conj() * if i == j { 1.0 } else { sign }));
-        let product = |a: &Jones, b: &Jones| [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]));
-        let [[first, _], [_, last]] = product(&product(&adjoint, after), &product(&jones, before));
-        0.5 * (first + last).re
+        let [[ee, eh], [he, hh]] = jones.map(|row| row.map(|element| element.norm_sqr()));
+        0.5 * (ee + hh + sign * (eh + he))
     }
 
-    /// Form of the power of a channel beyond the flat side of a film; `None` where that side reflects it totally, and
-    /// where the channel does not propagate.
-    fn form(&self, channel: Channel, is_downwards: bool) -> Option<Jones> {
-        let waves = self.waves(channel.side);
-        let place = waves.orders.iter().position(|&m| m == channel.order)?;
-        if channel.side == Side::Above {
-            return Some(UNCHANGED);
-        }
-        let [k_x, cn] = [waves.alpha[place], waves.beta[place]].map(|wave_number| wave_number / self.wave_number);
-        let in_air = self.above.orders.iter().position(|&m| m == channel.order)?;
-        let c1 = self.above.beta[in_air] / self.wave_number;
-        Some(transmitted_form(self.eta, k_x, self.groove_cosine, [c1, cn], is_downwards))
+    /// Jones matrix of the flat side of a film for an order, `[state in the air][state in the medium]`. Zero where that
+    /// side reflects the order totally, and where the order does not propagate in the medium.
+    fn passage(&self, order: i32, is_downwards: bool) -> Jones {
+        let place_on = |side: Side| self.orders(side).iter().position(|&m| m == order);
+        let (Some(above), Some(below)) = (place_on(Side::Above), place_on(Side::Below)) else {
+            return [[Complex64::ZERO; 2]; 2];
+        };
+        let relative = |wave_number: f64| wave_number / self.wave_number;
+        let normals = [relative(self.above.beta[above]), relative(self.below.beta[below])];
+        passage(self.eta, relative(self.below.alpha[below]), self.groove_cosine, normals, is_downwards)
     }
 
     /// Violation of the power balance: the largest |reflected + transmitted − 1| over all incident channels and states.
@@ -295,6 +297,11 @@ impl Scattering {
         let place = self.orders(channel.side).iter().position(|&m| m == channel.order)?;
         Some(if channel.side == Side::Above { place } else { self.above.orders.len() + place })
     }
+}
+
+/// The Jones matrix with exchanged states.
+fn transposed(jones: Jones) -> Jones {
+    [0, 1].map(|i| [0, 1].map(|j| jones[j][i]))
 }
 
 /// Jones matrices of [`Scattering`], from the amplitudes of Ey and Hy on either side, `[side][component]`: order ×

@@ -12,8 +12,10 @@ const TABLE_RESOLUTION: TableResolution =
     TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
 /// Orders with a closed form that has the properties of a grating's: reciprocity, square roots at the horizon, and a
-/// dependence on the wavelength. It solves no grating.
-struct ClosedForm;
+/// dependence on the wavelength. It solves no grating. With two sides it is a film's.
+struct ClosedForm {
+    sides: usize,
+}
 
 /// Cosine of the angle in the plane across the grooves of the order with the wave number `a`.
 fn cos(t: f64, a: f64) -> f64 {
@@ -25,20 +27,49 @@ fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
     0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt().min(1.0)
 }
 
+/// Factor of a film's efficiencies between channels with the wave numbers `a` and `c`, from the first of two sides to
+/// the second; 0 is above.
+fn film_factor([from, to]: [usize; 2], a: f64, c: f64) -> f64 {
+    // Transmission depends on the sign of a + c, which both ways of the light share.
+    match [from, to] {
+        [0, 0] => 1.0,
+        [1, 1] => 0.6,
+        [0, _] => 1.2 + 0.3 * (0.4 * (a + c)).sin(),
+        _ => 1.2 - 0.3 * (0.4 * (a + c)).sin(),
+    }
+}
+
 impl OrderSolver for ClosedForm {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
         let first = -((t + b).floor());
         let count = ((t - b).floor() + (t + b).floor()) as usize + 1;
         let alpha = |i: usize| b + first + i as f64;
-        Ok(wavelengths_nm
-            .iter()
-            .map(|&nm| (0..count * count).map(|at| efficiency(t, alpha(at / count), alpha(at % count), nm)).collect())
-            .collect())
+        let channels = count * self.sides;
+        let between = |from: usize, to: usize, nm: f64| {
+            let (a, c) = (alpha(from % count), alpha(to % count));
+            efficiency(t, a, c, nm) * film_factor([from / count, to / count], a, c)
+        };
+        let matrix = |&nm: &f64| (0..channels * channels).map(|at| between(at / channels, at % channels, nm)).collect();
+        Ok(wavelengths_nm.iter().map(matrix).collect())
+    }
+
+    fn sides(&self) -> usize {
+        self.sides
     }
 }
 
+fn tabulated_on(sides: usize, coherence_length_um: f64) -> GratingSurface {
+    let solver = ClosedForm { sides };
+    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &solver, TABLE_RESOLUTION, &Progress::none()).unwrap()
+}
+
 fn tabulated(coherence_length_um: f64) -> GratingSurface {
-    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &ClosedForm, TABLE_RESOLUTION, &Progress::none()).unwrap()
+    tabulated_on(1, coherence_length_um)
+}
+
+/// The direction on side 0, above, or 1, below.
+fn on_side(side: usize, [x, y, z]: Vec3) -> Vec3 {
+    if side == 0 { [x, y, z] } else { [x, y, -z] }
 }
 
 fn direction(theta: f64, phi: f64) -> Vec3 {
@@ -197,64 +228,75 @@ fn summed(surface: &GratingSurface, wi: Vec3, wo: Vec3) -> [f64; 3] {
 fn colours_match_the_sum_over_wavelengths() {
     // The colour lobe takes one efficiency for the whole width of an order.
     const OF_LARGEST: f64 = 0.02;
-    let surface = GratingColourSurface::new(tabulated(65.0));
-    let (mut largest, mut worst) = (0.0_f64, 0.0_f64);
-    for (theta, phi) in [(0.0, 0.0), (0.5, 0.3), (0.9, 2.0), (1.2, 1.5)] {
-        let wi = direction(theta, phi);
-        for i in 0..160 {
-            // Along the plane of the orders, and close to it.
-            let (x, y) = (-1.0 + f64::from(i) / 80.0 - wi[0], -wi[1] + 0.002 * f64::from(i % 5));
-            if x * x + y * y >= 1.0 {
-                continue;
+    for sides in [1, 2] {
+        let surface = GratingColourSurface::new(tabulated_on(sides, 65.0));
+        for (from, to) in (0..sides).flat_map(|from| (0..sides).map(move |to| (from, to))) {
+            let (mut largest, mut worst) = (0.0_f64, 0.0_f64);
+            for (theta, phi) in [(0.0, 0.0), (0.5, 0.3), (0.9, 2.0), (1.2, 1.5)] {
+                let wi = on_side(from, direction(theta, phi));
+                for i in 0..160 {
+                    // Along the plane of the orders, and close to it.
+                    let (x, y) = (-1.0 + f64::from(i) / 80.0 - wi[0], -wi[1] + 0.002 * f64::from(i % 5));
+                    if x * x + y * y >= 1.0 {
+                        continue;
+                    }
+                    let wo = on_side(to, [x, y, (1.0 - x * x - y * y).sqrt()]);
+                    let (found, expected) = (surface.eval(wi, wo), summed(surface.grating(), wi, wo));
+                    for c in 0..3 {
+                        largest = largest.max(expected[c].abs());
+                        worst = worst.max((found[c] - expected[c]).abs());
+                    }
+                    let back = surface.eval(wo, wi);
+                    assert!((0..3).all(|c| (back[c] - found[c]).abs() <= 1e-6 * largest), "{found:?} {back:?}");
+                }
             }
-            let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
-            let (found, expected) = (surface.eval(wi, wo), summed(surface.grating(), wi, wo));
-            for c in 0..3 {
-                largest = largest.max(expected[c].abs());
-                worst = worst.max((found[c] - expected[c]).abs());
-            }
-            let back = surface.eval(wo, wi);
-            assert!((0..3).all(|c| (back[c] - found[c]).abs() <= 1e-6 * largest), "{found:?} {back:?}");
+            assert!(worst < OF_LARGEST * largest && largest > 0.1, "{from} {to}: {worst} of {largest}");
         }
     }
-    assert!(worst < OF_LARGEST * largest && largest > 0.1, "{worst} of {largest}");
 }
 
 #[test]
 fn mean_weights_of_colours_are_the_albedo() {
-    let surface = GratingColourSurface::new(tabulated(65.0));
-    for (theta, phi) in [(0.3, 0.4), (1.0, 2.2)] {
-        let wi = direction(theta, phi);
-        let lobe = surface.lobe::<f64>();
-        let mut expected = [0.0; 3];
-        for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
-            let nm = WAVELENGTH_MIN_NM + i as f64;
-            let albedo: f64 = (-9..=9).map(|m| surface.grating().efficiency(nm, [wi[0], wi[1]], m)).sum();
-            for c in 0..3 {
-                expected[c] += f64::from(weight[c]) * albedo;
+    for (sides, from) in [(1, 0), (2, 0), (2, 1)] {
+        let surface = GratingColourSurface::new(tabulated_on(sides, 65.0));
+        for (theta, phi) in [(0.3, 0.4), (1.0, 2.2)] {
+            let wi = on_side(from, direction(theta, phi));
+            let lobe = surface.lobe::<f64>();
+            let mut expected = [0.0; 3];
+            for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
+                let nm = WAVELENGTH_MIN_NM + i as f64;
+                let from_side = [Side::Above, Side::Below][from];
+                let channels =
+                    [Side::Above, Side::Below][..sides].iter().flat_map(|&to| (-9..=9).map(move |m| (m, to)));
+                let albedo: f64 = channels
+                    .map(|(m, to)| surface.grating().efficiency_between(nm, [wi[0], wi[1]], m, [from_side, to]))
+                    .sum();
+                for c in 0..3 {
+                    expected[c] += f64::from(weight[c]) * albedo;
+                }
             }
-        }
-        let (mut sums, mut squares, count) = ([0.0; 3], [0.0; 3], 100_000);
-        let mut random = Pcg64Mcg::seed_from_u64(3);
-        for _ in 0..count {
-            let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), true);
-            let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
-            for c in 0..3 {
-                let weight = if pdf > 0.0 { value[c] * wo[2] / pdf } else { 0.0 };
-                sums[c] += weight;
-                squares[c] += weight * weight;
+            let (mut sums, mut squares, count) = ([0.0; 3], [0.0; 3], 100_000);
+            let mut random = Pcg64Mcg::seed_from_u64(3);
+            for _ in 0..count {
+                let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), true);
+                let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
+                for c in 0..3 {
+                    let weight = if pdf > 0.0 { value[c] * wo[2].abs() / pdf } else { 0.0 };
+                    sums[c] += weight;
+                    squares[c] += weight * weight;
+                }
             }
-        }
-        for c in 0..3 {
-            let n = f64::from(count);
-            let mean = sums[c] / n;
-            let error = ((squares[c] / n - mean * mean) / n).sqrt();
-            // Four standard errors, and the parts of orders below the horizon.
-            assert!(
-                (mean - expected[c]).abs() < 4.0 * error + 0.005 * expected[c],
-                "{c}: {mean} ± {error}, {expected:?}"
-            );
-            assert!(error < 0.01 * expected[c], "{error}");
+            for c in 0..3 {
+                let n = f64::from(count);
+                let mean = sums[c] / n;
+                let error = ((squares[c] / n - mean * mean) / n).sqrt();
+                // Four standard errors, and the parts of orders below the horizon.
+                assert!(
+                    (mean - expected[c]).abs() < 4.0 * error + 0.005 * expected[c],
+                    "{sides} {from} {c}: {mean} ± {error}, {expected:?}"
+                );
+                assert!(error < 0.01 * expected[c], "{error}");
+            }
         }
     }
 }
