@@ -374,7 +374,7 @@ private:
     /// building takes seconds. Throws if a parameter is refused.
     rust::Box<Surface> new_lobe_surface(const Properties &props) {
         const std::string json = surface_json(props);
-        m_cover                = Cover<Float, Spectrum>(props.get<float>("cover_eta", 1.f));
+        m_cover                = Cover<Float, Spectrum>(float(cover_index(props).value_or(1.0)));
         m_cover_reflection     = props.get<bool>("cover_reflection", true) && m_cover.exists();
         check_optics(props);
         const std::string material         = material_name(props);

@@ -25,7 +25,7 @@ constexpr const char *CHOICES[] = {
     "preset", "fill", "level", "tiling", "theory", "model", "obliquity", "transmission"
 };
 constexpr const char *NUMBERS[] = { "period",     "height",           "region_size", "region_spread", "pixel_size",
-                                    "max_height", "coherence_length", "cover_eta",   "tolerance",     "build_limit" };
+                                    "max_height", "coherence_length", "tolerance",   "build_limit" };
 // Parameters that go to Rust as numbers and are textures otherwise.
 constexpr const char *SIZES[]    = { "scale", "depth" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
@@ -36,6 +36,9 @@ constexpr const char *ALL_NAMES =
     "tiling, scale, depth, theory, coherence_length, model, obliquity, conserve_energy, shadowing, cover_eta, "
     "transmission, tolerance, build_limit, cover_reflection, back_reflection, material, eta, k, int_ior, ext_ior, "
     "specular_reflectance, specular_transmittance, diffuse_reflectance, rotation";
+
+/// Wavelength in nm of the sodium line, at which the indices of media are commonly given.
+constexpr double SODIUM_NM = 589.3;
 
 /// Largest difference of the outer medium's index from 1.
 constexpr double AIR_TOLERANCE = 1e-3;
@@ -58,16 +61,20 @@ std::string json_string(std::string_view text) {
     return result + '"';
 }
 
-/// JSON number of a parameter. Refuses infinities and NaN.
-std::string json_number(const Properties &props, const char *name) {
-    if (const auto type = props.type(name); type != Properties::Type::Float && type != Properties::Type::Integer)
-        Throw("parameter \"%s\" must be a float, one number for the whole surface", name);
-    const double value = props.get<double>(name);
+/// JSON number of a parameter's value. Refuses infinities and NaN.
+std::string json_number(const char *name, double value) {
     if (!std::isfinite(value))
         Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
     // The shortest form that reads back as the same number. Unlike printf's, it does not depend on the locale.
     char text[32];
     return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+/// JSON number of a parameter.
+std::string json_number(const Properties &props, const char *name) {
+    if (!is_number(props, name))
+        Throw("parameter \"%s\" must be a float, one number for the whole surface", name);
+    return json_number(name, props.get<double>(name));
 }
 
 /// Absolute path of the file that Mitsuba's file resolver finds for `filename`. Refuses a missing file.
@@ -158,14 +165,40 @@ std::string surface_json(const Properties &props) {
         append("channel", props.type("channel") == Properties::Type::Integer
                               ? std::to_string(props.get<int64_t>("channel"))
                               : json_string(props.get<std::string>("channel")));
-    // Only bodies that transmit have one index for the whole surface.
-    if (const std::optional<double> eta = transparent_index(props)) {
-        char text[32];
-        append("eta", std::string(text, std::to_chars(text, text + sizeof text, *eta).ptr));
-    }
+    // A cover and a body that transmits have one index for the whole surface.
+    for (const auto &[name, eta] :
+         { std::pair("cover_eta", cover_index(props)), std::pair("eta", transparent_index(props)) })
+        if (eta)
+            append(name, json_number(name, *eta));
     if (props.has_property("filename"))
         append("filename", json_string(resolved_file(props)));
     return json.empty() ? "{}" : json + "}";
+}
+
+std::optional<double> cover_index(const Properties &props) {
+    if (!props.has_property("cover_eta"))
+        return {};
+    switch (props.type("cover_eta")) {
+        case Properties::Type::Float:
+        case Properties::Type::Integer:
+            return props.get<double>("cover_eta");
+        case Properties::Type::String:
+            // Mitsuba's indices have up to six decimals, which single precision blurs.
+            return std::round(1e6 * mitsuba::lookup_ior(props, "cover_eta", "air")) / 1e6;
+        case Properties::Type::Spectrum: {
+            const auto &spectrum = props.get<Properties::Spectrum>("cover_eta");
+            const auto &nm = spectrum.wavelengths, &values = spectrum.values;
+            const size_t above = std::upper_bound(nm.begin(), nm.end(), SODIUM_NM) - nm.begin();
+            if (above == 0 || above == nm.size())
+                return above == 0 ? values.front() : values.back();
+            const double fraction = (SODIUM_NM - nm[above - 1]) / (nm[above] - nm[above - 1]);
+            return values[above - 1] + fraction * (values[above] - values[above - 1]);
+        }
+        default:
+            Throw("parameter \"cover_eta\" must be a float, the name of a medium as of \"int_ior\", or a spectrum, of "
+                  "which the value at %g nm is taken",
+                  SODIUM_NM);
+    }
 }
 
 std::optional<double> transparent_index(const Properties &props) {

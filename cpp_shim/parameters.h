@@ -18,6 +18,10 @@ std::string surface_json(const mitsuba::Properties &props);
 /// Whether a parameter is given as one number.
 bool is_number(const mitsuba::Properties &props, const char *name);
 
+/// Index of the cover: `cover_eta`, a number, the name of a medium, or a spectrum at the sodium line. Returns nothing
+/// without a cover.
+std::optional<double> cover_index(const mitsuba::Properties &props);
+
 /// Index of a body that transmits: `eta`, or `int_ior` over `ext_ior`. Returns nothing for a surface that only
 /// reflects. Refuses parameters that contradict transmission.
 std::optional<double> transparent_index(const mitsuba::Properties &props);

@@ -84,6 +84,26 @@ def test_an_index_of_one_is_no_cover():
         np.testing.assert_array_equal(a, b)
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        "pet",
+        # The value at 589.3 nm, between two of the spectrum.
+        {"type": "spectrum", "value": [(400, 1.62), (579.3, 1.57), (599.3, 1.58), (700, 1.57)]},
+        {"type": "spectrum", "value": [(600, 1.575), (700, 1.57)]},
+    ],
+    ids=str,
+)
+def test_names_and_spectra_give_the_index_at_the_sodium_line(given):
+    rng = np.random.default_rng(6)
+    wi, wo, nm = random_directions(rng, 500), random_directions(rng, 500), random_wavelengths(rng, 500)
+    found = eval_pdf(built("llvm_ad_spectral", cover_eta=given, **DISC), wi, wo, nm)
+    expected = eval_pdf(built("llvm_ad_spectral", cover_eta=1.575, **DISC), wi, wo, nm)
+    assert "cover_eta 1.575" in str(built("llvm_ad_spectral", cover_eta=given, **DISC))
+    for a, b in zip(found, expected):
+        np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-6)
+
+
 @pytest.mark.parametrize("variant", [name for name in VARIANTS if name.startswith(("scalar", "llvm"))])
 def test_the_mirror_of_the_cover_has_fresnels_reflectance(variant):
     use_variant(variant)

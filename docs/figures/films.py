@@ -51,8 +51,8 @@ MEASURED_SPP = 9
 YELLOW_NM = 578.05
 # Half width of the window about an expected position in which a line is measured. The next line's image is outside.
 NEAR_CM = 0.35
-# Films in the furnace: height in µm of a sinusoid of PERIOD_UM. A flat one has no orders.
-FURNACE_HEIGHTS_UM = (0.0, 0.1, 0.2, 0.4)
+# Films in the furnace: height in µm of a sinusoid of PERIOD_UM, and the theory. A flat one has no orders.
+FURNACE_FILMS = ((0.0, "scalar"), (0.1, "scalar"), (0.2, "scalar"), (0.4, "scalar"), (0.4, "rigorous"))
 # Values of `transmission` for the spheres in the furnace, a shell and a solid ball.
 BODIES = ("film", "interface")
 # Angles at which sheets of film are seen in the furnace, across their grooves.
@@ -147,11 +147,11 @@ def furnace(shape: dict) -> float:
     return float(covered[on_disc].mean() / empty.mean())
 
 
-def furnace_film(height_um: float) -> dict:
+def furnace_film(height_um: float, theory: str) -> dict:
     """The plugin of a film with a sinusoidal relief, or of a flat one."""
     if height_um == 0:
         return film({"preset": "flat"}, coherence_um=60.0)
-    return film({"preset": "sinusoidal", "period": PERIOD_UM, "height": height_um}, coherence_um=30.0)
+    return film({"preset": "sinusoidal", "period": PERIOD_UM, "height": height_um, "theory": theory}, coherence_um=30.0)
 
 
 def sheet(bsdf: dict, angle_deg: float) -> dict:
@@ -160,12 +160,17 @@ def sheet(bsdf: dict, angle_deg: float) -> dict:
     return {"type": "rectangle", "to_world": place, "bsdf": bsdf}
 
 
-def in_furnace(height_um: float) -> dict:
-    """Radiances in the furnace: a film at each of FURNACE_ANGLES_DEG, a closed shell of it, and a solid ball."""
-    bsdf = furnace_film(height_um)
-    shell, solid = (furnace({"type": "sphere", "bsdf": {**bsdf, "transmission": kind}}) for kind in BODIES)
+def in_furnace(height_um: float, theory: str) -> dict:
+    """Radiances in the furnace: a film at each of FURNACE_ANGLES_DEG, a closed shell of it, and a solid ball.
+
+    The rigorous theory has no ball.
+    """
+    bsdf = furnace_film(height_um, theory)
+    bodies = BODIES if theory == "scalar" else BODIES[:1]
+    radiances = [furnace({"type": "sphere", "bsdf": {**bsdf, "transmission": kind}}) for kind in bodies]
+    shell, solid = (*radiances, None)[:2]
     sheets = [furnace(sheet(bsdf, angle)) for angle in FURNACE_ANGLES_DEG]
-    return {"height_um": height_um, "sheets": sheets, "shell": shell, "solid": solid}
+    return {"height_um": height_um, "theory": theory, "sheets": sheets, "shell": shell, "solid": solid}
 
 
 def figures() -> dict:
@@ -178,7 +183,7 @@ def figures() -> dict:
     lines = measured_lines()
     off_cm = max(abs(line["found_cm"] - line["cm"]) for line in lines)
     insist(PART, off_cm < PIXEL_CM, "lines are where the grating equation has them, to a pixel")
-    rows = [in_furnace(height) for height in FURNACE_HEIGHTS_UM]
+    rows = [in_furnace(height, theory) for height, theory in FURNACE_FILMS]
     insist(PART, max(max(*row["sheets"], row["shell"]) for row in rows) < 1, "a film in a furnace is darker than it")
     return {
         "size": list(SIZE),
