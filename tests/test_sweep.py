@@ -332,3 +332,47 @@ def test_missing_packages_are_named_with_their_remedy(tmp_path):
         [sys.executable, "-c", "import sunbeam_mitsuba.sweep"], env=env, capture_output=True, text=True
     )
     assert done.stderr.strip().splitlines()[-1].endswith('pip install "sunbeam-mitsuba[sweep]"')
+
+
+def test_films_are_judged_by_their_reflected_light(tmp_path):
+    surface = """
+[[surface]]
+preset = "sinusoidal"
+period = 1.6
+height = 0.2
+"""
+    spec = write_spec(
+        tmp_path,
+        f"""
+output = "out"
+{surface}transmission = ["none", "film"]
+{surface}transmission = "film"
+back_reflection = false
+
+[settings]
+theta_i_deg = 30
+coherence_length = 10
+conserve_energy = false
+eta = 1.5
+
+[want.orders]
+theories = ["rigorous"]
+wavelengths_nm = [550]
+[want.colour]
+samples = 200000
+lambda_step_nm = 20
+gamut = false
+""",
+    )
+    done = sweep(spec, "--workers", 1)
+    assert done.returncode == 0, done.stderr
+    bare, film, in_mitsuba = pq.read_table(tmp_path / "out" / "sweep.parquet").to_pylist()
+    # A film reflects about one sample in twenty, so the noise is about 1 %.
+    for row in (film, in_mitsuba):
+        assert row["colour_luminance"] == pytest.approx(bare["colour_luminance"], rel=0.05)
+        assert row["orders_rigorous_reflected"] == pytest.approx(bare["orders_rigorous_reflected"], rel=1e-4)
+        sides = {order["side"] for order in row["orders_list"]}
+        assert {"above", "below"} <= sides
+        # Nearly all light leaves, or is trapped.
+        assert sum(order["mean"] for order in row["orders_list"]) == pytest.approx(1, abs=0.1)
+    assert {order["side"] for order in bare["orders_list"]} == {"above"}

@@ -164,6 +164,7 @@ def test_limits_equal_the_librarys(sweep_package):
     regions = {"preset": "elaphe", "region_size": 10.0, "region_spread": 0.01}
     bases = {"period": {"preset": "blazed"}, "height": {"preset": "blazed"}, "region_size": regions}
     bases.update(region_spread=regions, k={"filename": "none.gsf", "eta": 1.5})
+    bases.update(transmission=bases["k"])
 
     def names_it(name, value):
         # An accepted value leads to the next error: a missing file, or the contradiction of preset and max_height.

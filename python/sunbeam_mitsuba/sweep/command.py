@@ -74,8 +74,9 @@ def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
     """
     name = parameters.get("filename")
     changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
-    # The report depends on neither the index nor the obliquity factor, so surfaces that differ in these share it.
-    relief = {key: value for key, value in parameters.items() if key not in ("eta", "k", "obliquity")}
+    # The report does not depend on the optics, so surfaces that differ in these parameters share it.
+    optics = ("eta", "k", "obliquity", "transmission")
+    relief = {key: value for key, value in parameters.items() if key not in optics}
     return _described(tuple(surface_words(relief)), changed_ns)
 
 

@@ -113,14 +113,19 @@ SURFACE: dict[str, Accepted] = {
     "eta": Numbers(1e-3, 1e3),
     "k": Numbers(0, 1e3),
     "cover_eta": Numbers(1, 2.6),
+    "transmission": Words(("none", "film", "interface")),
     "tolerance": Numbers(1e-6, 0.1),
     "build_limit": Numbers(1, 1e6),
 }
 #: Parameters of Mitsuba's BSDF alone. They belong to a surface or to a setting.
 SCENE: dict[str, Accepted] = {
     "material": Text(),
+    "int_ior": Text(),
+    "ext_ior": Text(),
     "cover_reflection": Truth(),
+    "back_reflection": Truth(),
     "specular_reflectance": Numbers(0, 1),
+    "specular_transmittance": Numbers(0, 1),
     "diffuse_reflectance": Numbers(0, 1),
     "rotation": Numbers(-360, 360, "degrees"),
 }

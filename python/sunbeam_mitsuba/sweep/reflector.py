@@ -50,7 +50,8 @@ class Reflector(Protocol):
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
         """The reflected fraction of light from ``wi``, ``[wavelengths]``, for unpolarised light.
 
-        It is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1).
+        It is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1). Samples of transmitted
+        light count as 0.
         """
 
 
@@ -76,8 +77,9 @@ class _OfLibrary:
         return self._surface.eval(list(wi), wo, list(wavelengths_nm))
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
-        _, _, weight = self._surface.sample(list(wi), list(wavelengths_nm), u)
-        mean: NDArray[np.float64] = weight.astype(np.float64).mean(axis=0)
+        wo, _, weight = self._surface.sample(list(wi), list(wavelengths_nm), u)
+        is_reflected = wo[:, 2:] > 0
+        mean: NDArray[np.float64] = np.where(is_reflected, weight, 0).astype(np.float64).mean(axis=0)
         return mean
 
 
@@ -121,8 +123,9 @@ class _OfMitsuba:
             chosen_nm = nm[first : first + _WAVELENGTHS_PER_CALL]
             si = _interactions(list(wi), chosen_nm, len(u))
             # The weight is [_WAVELENGTHS_PER_CALL, samples].
-            _, weight = self._bsdf.sample(mi.BSDFContext(), si, mi.Float(columns[0]), mi.Point2f(columns[1:]))
-            means += np.array(weight).astype(np.float64).mean(axis=1)[: len(chosen_nm)].tolist()
+            sample, weight = self._bsdf.sample(mi.BSDFContext(), si, mi.Float(columns[0]), mi.Point2f(columns[1:]))
+            reflected = np.where(np.array(sample.wo)[2] > 0, np.array(weight), 0)
+            means += reflected.astype(np.float64).mean(axis=1)[: len(chosen_nm)].tolist()
         return np.array(means)
 
 
@@ -172,7 +175,7 @@ def one_thread() -> Iterator[None]:
 
 def bsdf_entries(parameters: Mapping[str, Value]) -> dict[str, Any]:
     """Entries of Mitsuba's BSDF dictionary for the parameters. ``LIGHT`` is left out; reflectances become spectra."""
-    spectra = ("specular_reflectance", "diffuse_reflectance")
+    spectra = ("specular_reflectance", "specular_transmittance", "diffuse_reflectance")
     entries: dict[str, Any] = {name: value for name, value in parameters.items() if name not in (*spectra, *LIGHT)}
     for name in spectra:
         if name in parameters:

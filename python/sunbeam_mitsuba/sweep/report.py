@@ -34,6 +34,7 @@ KINDS: dict[str, pa.DataType] = {
             [
                 ("theory", pa.string()),
                 ("wavelength_nm", pa.float64()),
+                ("side", pa.string()),
                 ("order", pa.int64()),
                 ("theta_deg", pa.float64()),
                 ("phi_deg", pa.float64()),

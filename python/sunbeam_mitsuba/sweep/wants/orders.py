@@ -50,11 +50,11 @@ class Orders(Want):
             Column(f"{theory}_reflected", "number", f"{theory}: reflected fraction of unpolarised light, mean over λ")
             for theory in self.theories
         ]
-        listed = "theory, wavelength in nm, order, direction in degrees and efficiencies of each order"
+        listed = "theory, wavelength in nm, side, order, direction in degrees and efficiencies of each order"
         return [*columns, Column("list", "orders", listed)]
 
     def check_parameters(self, names: set[str], values: Any) -> None:
-        for name in ("material", "rotation"):
+        for name in ("material", "rotation", "int_ior", "ext_ior"):
             if name in names:
                 raise SweepError(f"want.orders: {name} is not known to it; give eta and k, and phi_i_deg")
 
@@ -67,15 +67,18 @@ class Orders(Want):
             left_out = ("theory", *(_SCALAR_ONLY if theory == "rigorous" else ()))
             parameters = {name: value for name, value in question.parameters.items() if name not in left_out}
             words = [f"--theta-i={question.theta_i_deg!r}", f"--phi-i={question.phi_i_deg!r}", f"--theory={theory}"]
-            # Sum of the efficiencies over wavelengths and orders.
+            # Sum of the reflected efficiencies over wavelengths and orders.
             total = 0.0
             for nm in self.wavelengths_nm:
                 report = ask("orders", "--json", *words, f"--wavelength={nm!r}", *surface_words(parameters))
                 for order in report["orders"]:
                     # Efficiencies: `te` and `tm` by polarisation, which the scalar theory lacks, and `mean` of both.
                     kept = {key: order.get(key) for key in ("order", "theta_deg", "phi_deg", "te", "tm", "mean")}
-                    rows.append({"theory": theory, "wavelength_nm": nm, **kept})
-                    total += order["mean"]
+                    # Bodies that transmit have orders on both sides.
+                    side = order.get("side", "above")
+                    rows.append({"theory": theory, "wavelength_nm": nm, "side": side, **kept})
+                    if side == "above":
+                        total += order["mean"]
             answer.number(f"{theory}_reflected", total / len(self.wavelengths_nm))
         answer.figures["list"] = rows
         return answer
