@@ -16,17 +16,17 @@ use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::HashMap;
 
-/// A section of the header: a headline and its lines `key: value`, with keys in lower case.
-pub(super) struct Section<'a> {
-    /// Headline without its asterisk.
-    title: &'a str,
-    /// Values by key.
-    lines: HashMap<String, &'a str>,
-}
-
 /// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement. The
 /// header has few digits of the sides.
 const SIDES_AGREEMENT: f64 = 1e-2;
+
+/// A section of the header: a headline and its lines `key: value`.
+pub(super) struct Section<'a> {
+    /// Headline without its asterisk.
+    title: &'a str,
+    /// Values by key in lower case.
+    lines: HashMap<String, &'a str>,
+}
 
 impl<'a> Section<'a> {
     /// Whether the section describes an image rather than a force curve.
@@ -129,8 +129,8 @@ fn title_and_direction(image: &Section) -> Result<(String, String), String> {
     Ok((title.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
 }
 
-/// Columns, rows and type of the numbers of an image, such that they take `length` bytes, the length of its data. A
-/// scan that was stopped stores its valid rows only.
+/// Columns, rows and number type of an image whose data take `length` bytes. A scan that was stopped may store only its
+/// valid rows.
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
@@ -216,7 +216,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
     data.take(offset)?;
-    // 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
+    // Number of steps in full range, 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
     let steps = match image.text("Bytes/pixel") {
         Err(_) | Ok("2") => 65536.0,
         Ok("4") => 4_294_967_296.0,

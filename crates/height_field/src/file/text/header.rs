@@ -43,9 +43,10 @@ pub(super) enum HeightUnit {
     Unsaid,
     /// A length: as written, and in µm.
     Length(String, f64),
-    /// Mentioned without a value.
+    /// Mentioned, but empty.
     Empty,
-    /// Not a length; the text is the error. A later line may replace the unit by a factor, as for holograms in radians.
+    /// Not a length; the text is the error message. A later line may still give the height of one such unit, as for
+    /// holograms in radians.
     NoLength(String),
 }
 
@@ -58,7 +59,7 @@ pub(super) struct Header {
     pub extent_um: [Option<f64>; 2],
     /// Spacings along x and y in µm.
     pub step_um: [Option<f64>; 2],
-    /// A single length for both axes, in µm: that of the longer side.
+    /// Length of the longer side in µm, from a key without an axis.
     pub edge_um: Option<f64>,
     /// Unit of the heights.
     pub height: HeightUnit,
@@ -149,7 +150,7 @@ pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
 fn recognised_program(lines: &[Line]) -> Program {
     // Whether a line begins with `with`, given in lower case, after its comment signs.
     let begins = |text: &str, with: &str| text.trim_start_matches(['#', ' ', '\t']).to_lowercase().starts_with(with);
-    // Whether any line does.
+    // Whether any line begins with `with`.
     let has = |with: &str| lines.iter().any(|(_, text)| begins(text, with));
     if has("file format = ascii") || has("bit2nm") || has("start of data") {
         Program::Spip
@@ -164,7 +165,7 @@ fn recognised_program(lines: &[Line]) -> Program {
     }
 }
 
-/// Keys and values of a line: none for words, one pair, or several of the form `key=value` with blanks between them.
+/// Pairs of key and value in a line: none for words, one, or several of the form `key=value` with blanks between them.
 fn key_value_pairs(text: &str) -> Vec<(String, String)> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let is_pair = |word: &&str| word.matches('=').count() == 1 && !word.starts_with('=');
@@ -207,8 +208,9 @@ impl Header {
     /// A value that does not fit its key, and a unit that is not a length.
     fn take_pair(&mut self, program: Program, (line, text): Line, key: &str, value: &str) -> Result<bool, String> {
         let refuse = || not_understood(line, text);
-        // The value as numbers with a unit, and as a single number.
+        // The value as one or two numbers with a unit.
         let numbers = || quantity(value).ok_or_else(refuse);
+        // The value as a single number, whatever its unit.
         let number = || -> Result<f64, String> {
             match numbers()?.numbers.as_slice() {
                 [number] => Ok(*number),

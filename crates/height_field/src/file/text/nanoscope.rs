@@ -64,7 +64,7 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
 }
 
-/// Title and unit of a column by its index, from titles such as `Height_Sensor(nm)`. Either may be empty.
+/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. Either may be empty.
 fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     let cell =
         titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(column).unwrap_or_default();
@@ -74,7 +74,7 @@ fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     (cell[..start].trim().replace('_', " "), unit.to_owned())
 }
 
-/// One channel for each column, numbered from 1.
+/// One channel for each of `columns` columns, numbered from 1.
 fn column_channels(titles: &str, columns: usize) -> Vec<Channel> {
     let channel = |column: usize| {
         let (title, unit) = title_and_unit(titles, column);

@@ -28,7 +28,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// The axis on which all `coordinates` (µm, at least one, finite) lie; `name` appears in messages.
+    /// The axis whose nodes match all `coordinates` (µm, at least one, finite); `name` appears in messages.
     ///
     /// # Errors
     /// Coordinates that are not at equal steps, or too many steps.
@@ -83,8 +83,8 @@ pub(super) struct Grid {
     pub pixel_um: Option<(f64, f64)>,
 }
 
-/// Sorts points into their grid. `points` holds x, y and z of each, one after the other. x and y are in units of
-/// `xy_um` µm, z is in any unit. At least one point is needed.
+/// Sorts points into their grid. `points` holds x, y and z of the first point, then those of the second, and so on. x
+/// and y are in units of `xy_um` µm, z is in any unit. At least one point is needed.
 ///
 /// # Errors
 /// Points that are not on a regular grid, that coincide, or that fill too few nodes.
