@@ -86,7 +86,7 @@ export class Engine {
     if (this.#maker?.busy) this.#newMaker();
   }
 
-  /** Asks a worker a question: type, fields and options of `Channel.ask`. */
+  /** Asks a worker a question. `question` holds the arguments of `Channel.ask`: type, fields and options. */
   async #ask(channel, ...question) {
     try {
       return await channel.ask(...question);
@@ -173,7 +173,7 @@ export class Engine {
 
   /**
    * Builds mesh, bounding-volume hierarchy and pigment. Returns their bytes, for `setScene`. A draft is coarser and
-   * takes a fifth of the time. A call ends the work of an earlier one.
+   * takes a fifth of the time. A call cancels an earlier one that is still running.
    */
   async scene(settings, draft, progress) {
     if (this.#sceneMaker?.busy) {
