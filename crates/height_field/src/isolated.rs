@@ -33,8 +33,8 @@ const OTHER_LEVEL_MIN: f64 = 0.25;
 const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
-/// `1 / IGNORED_DIVISOR` of the values is ignored at either end of the rest when the range for [`MISSING_NUMBERS`] is
-/// measured. Another missing number among the rest would otherwise enlarge the range.
+/// Divisor of the number of other values: this many are ignored at either end when their range is compared with the gap
+/// of one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
 const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count. NaN are ignored.
@@ -95,12 +95,14 @@ fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
 
 /// Whether the equal numbers `same` are a level of the relief beside another level in the `rest`, which is sorted.
 fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
+    // Functions of a slice of equal numbers: its fraction of all points, and whether its number is in a list.
     let fraction = |equal: &[f64]| equal.len() as f64 / total as f64;
     let is_in = |equal: &[f64], numbers: &[f64]| equal.first().is_some_and(|value| numbers.contains(value));
     // Each of the other values, as a slice of equal numbers.
     let others = || rest.chunk_by(|a, b| a == b);
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
+    // A common number for missing points is a level only at one end of full scale, with a level at the other end.
     let may_be_level = !is_in(same, &MISSING_NUMBERS) || is_in(same, &FULL_SCALE) && others().any(is_full_scale_level);
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN
 }
