@@ -141,6 +141,8 @@ mod tests {
     /// Heights of order 1 µm, solved to 1e-12.
     const SOLVED_UM: f64 = 1e-10;
 
+    /// Heights `height(x, y)` on 40 rows of 50 pixels of 0.1 × 0.3 µm, and a copy with three holes: a disc, half a
+    /// column, and the last pixel.
     fn with_holes(height: impl Fn(f64, f64) -> f64) -> (Array2<f64>, Array2<f64>) {
         let whole = Array2::from_shape_fn((40, 50), |(iy, ix)| height(ix as f64 * 0.1, iy as f64 * 0.3));
         let mut holed = whole.clone();

@@ -120,7 +120,10 @@ export class Engine {
     return this.#reliefKey === key;
   }
 
-  /** Estimated memory and time of the method's data: {bytes, seconds, too_much?}; too_much says why it is refused. */
+  /**
+   * Estimated memory and time of the method's data for the relief that was read last: {bytes, seconds, too_much?}.
+   * `too_much` says why the build is refused.
+   */
   estimate(settings) {
     return this.#ask(this.#maker, "estimate", { settings: JSON.stringify(settings) });
   }
@@ -130,7 +133,7 @@ export class Engine {
     return this.#ask(this.#maker, "method", { settings: JSON.stringify(settings) }, { progress });
   }
 
-  /** Builds the evaluator of colours on the CPU, for maps without WebGPU. `key` is the method's. */
+  /** Builds the evaluator of colours on the CPU, for maps without WebGPU. `key` is that of the method's data. */
   async reflectance(settings, key, progress) {
     const maker = this.#maker;
     this.#reflectanceKey = null;
@@ -143,7 +146,7 @@ export class Engine {
     return this.#reflectanceKey !== null && this.#reflectanceKey === key;
   }
 
-  /** Builds the evaluator of spectra. `key` is the method's. */
+  /** Builds the evaluator of spectra. `key` is that of the method's data. */
   async spectra(settings, key, progress) {
     const maker = this.#maker;
     this.#spectraKey = null;

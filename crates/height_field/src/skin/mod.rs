@@ -44,9 +44,9 @@ struct Finger {
     shift: f64,
     /// Shift of the tip along the finger, in layer periods.
     tip: f64,
-    /// Width factor.
+    /// Width relative to that of a regular finger.
     width: f64,
-    /// Height of the tip in µm.
+    /// Height of the tip above the layer's surface, in µm.
     height_um: f64,
 }
 

@@ -29,6 +29,7 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
     let header = header.join("\n");
     let all = sections(&header);
+    // All channels have the size of the first image.
     let image = all.iter().find(|section| section.is_image()).ok_or("its header describes no image")?;
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let mut body: Vec<Line> =
