@@ -30,9 +30,10 @@ pub(crate) struct Holes {
 impl Holes {
     /// Replaces the marks of missing points by NaN: infinities, magnitudes from 1e30 on, and isolated numbers.
     ///
-    /// `um` is the unit of `values` in µm. A point is missing if its magnitude reaches 1e30 as stored or in µm.
-    pub(crate) fn mark(values: &mut Array2<f64>, um: f64) -> Self {
-        values.mapv_inplace(|value| if known_or_nan(value * um).is_nan() { f64::NAN } else { known_or_nan(value) });
+    /// `unit_um` is the unit of `values` in µm. A point is missing if its magnitude reaches 1e30 as stored or in µm.
+    pub(crate) fn mark(values: &mut Array2<f64>, unit_um: f64) -> Self {
+        let is_missing = |value: f64| known_or_nan(value).is_nan() || known_or_nan(value * unit_um).is_nan();
+        values.mapv_inplace(|value| if is_missing(value) { f64::NAN } else { value });
         let isolated = isolated(values);
         if !isolated.is_empty() {
             let is_isolated = |value: f64| isolated.iter().any(|(number, _)| *number == value);

@@ -114,7 +114,8 @@ fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), Stri
         .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
     // Heights have a soft scale in length per volt and a hard value in volts.
     let length = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
-    let height_um = length.and_then(|length| micrometres(length).ok()).map(|um| hard_value * sensitivity * um);
+    let height_um =
+        length.and_then(|length| micrometres(length).ok()).map(|unit_um| hard_value * sensitivity * unit_um);
     let unit_name = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
     Ok((height_um, unit_name))
 }
@@ -163,8 +164,8 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     let malformed = || format!("Scan Size is \"{text}\", not one or two numbers and a unit");
     let (x, rest) = leading_number(text).ok_or_else(malformed)?;
     let (y, unit) = leading_number(rest).unwrap_or((x, rest));
-    let um = micrometres(unit)?;
-    let (dx, dy) = (x * um / nx as f64, y * um / ny as f64);
+    let unit_um = micrometres(unit)?;
+    let (dx, dy) = (x * unit_um / nx as f64, y * unit_um / ny as f64);
     let Ok(ratio) = image.text("Aspect ratio") else { return Ok(Pixel::Um(dx, dy)) };
     let parts = ratio.split_once(':').and_then(|(a, b)| Some((positive_number(a)?, positive_number(b)?)));
     let (across, down) = parts.ok_or_else(|| format!("Aspect Ratio is \"{ratio}\", not two numbers"))?;
@@ -228,6 +229,6 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     // The scan size is that of all lines, even if the scan was stopped.
     let lines = image.count("Number of lines")?;
     let pixel = pixel_size(image, &all, (nx, lines))?;
-    let meaning = Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
+    let meaning = Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
     Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[chosen].name(), wanted))
 }

@@ -19,8 +19,8 @@ const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
 pub(super) enum Meaning {
-    /// Heights in a unit of `um` µm; `unit` is its name, and the origin of this knowledge.
-    Lengths { um: f64, unit: Understood },
+    /// Heights in a unit of `unit_um` µm; `unit` is its name, and the origin of this knowledge.
+    Lengths { unit_um: f64, unit: Understood },
     /// Fractions of full scale: the number 0 is height 0, the number `full` is the largest height. `max_height_um` is
     /// this height, if the file gives it.
     FullScale { full: f64, max_height_um: Option<f64> },
@@ -29,14 +29,14 @@ pub(super) enum Meaning {
 }
 
 impl Meaning {
-    /// Heights in a unit named by the file, of `um` µm.
-    pub(super) fn in_unit(unit: &str, um: f64) -> Self {
-        Self::Lengths { um, unit: Understood::new(Source::File, unit) }
+    /// Heights in a unit named by the file, of `unit_um` µm.
+    pub(super) fn in_unit(unit: &str, unit_um: f64) -> Self {
+        Self::Lengths { unit_um, unit: Understood::new(Source::File, unit) }
     }
 
     /// Heights in µm by definition of the format.
     pub(super) fn micrometres() -> Self {
-        Self::Lengths { um: 1.0, unit: Understood::new(Source::Format, "µm") }
+        Self::Lengths { unit_um: 1.0, unit: Understood::new(Source::Format, "µm") }
     }
 }
 
@@ -151,33 +151,33 @@ impl Raw {
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
     pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         // Unit of the values in µm, for the detection of missing points; 1 if unknown.
-        let um = if let Meaning::Lengths { um, .. } = self.meaning { um } else { 1.0 };
-        let holes = Holes::mark(&mut self.values, um);
+        let unit_um = if let Meaning::Lengths { unit_um, .. } = self.meaning { unit_um } else { 1.0 };
+        let holes = Holes::mark(&mut self.values, unit_um);
         let (count, total) = (holes.count, self.values.len());
         if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || count == total) {
             let isolated = holes.isolated_in_words();
             return Err(HeightFieldError::Missing { path: path.to_owned(), count, total, row, column, isolated });
         }
-        let (dx, dy) = self.pixel_size(path, &options.scale)?;
+        let (dx_um, dy_um) = self.pixel_size(path, &options.scale)?;
         let height_unit = self.scale_heights(path, &options.scale)?;
         if self.first_row == FirstRow::Top {
             self.values.invert_axis(Axis(0));
             self.values = self.values.as_standard_layout().into_owned();
         }
-        options.fill.apply(&mut self.values, dx, dy);
+        options.fill.apply(&mut self.values, dx_um, dy_um);
         let rows = match self.first_row {
             FirstRow::Top => "first row at the top",
             FirstRow::Bottom => "first row at the bottom",
         };
         let pixel_source = if let Pixel::Um(..) = self.pixel { self.pixel_source } else { Source::Option };
         let provenance = Provenance {
-            pixel_size: Understood::new(pixel_source, format!("{} × {} µm", rounded(dx), rounded(dy))),
+            pixel_size: Understood::new(pixel_source, format!("{} × {} µm", rounded(dx_um), rounded(dy_um))),
             height_unit,
             rows: Understood::new(self.first_row_source, rows),
             channel: self.channel.clone(),
             holes: understood_holes(&holes, total, options.fill),
         };
-        let field = HeightField::new(self.values, dx, dy)?;
+        let field = HeightField::new(self.values, dx_um, dy_um)?;
         let mut doubts = doubts::about(&field);
         doubts.extend(holes.isolated.iter().map(|&(value, count)| Doubt::Isolated { value, count }));
         let channel = self.channel.map(|channel| channel.value);
@@ -189,7 +189,7 @@ impl Raw {
         let (parameter, path) = ("pixel_size", path.to_owned());
         match (&self.pixel, scale.pixel_size_um) {
             (Pixel::Open(what), None) => Err(HeightFieldError::MissingScale { path, parameter, what: what.clone() }),
-            (Pixel::Open(_), Some(given)) => Ok((given, given)),
+            (Pixel::Open(_), Some(given_um)) => Ok((given_um, given_um)),
             (Pixel::Um(dx, dy), None) => Ok((*dx, *dy)),
             (&Pixel::Um(dx, dy), Some(given_um)) => match [dx, dy].into_iter().find(|own| !agree(*own, given_um)) {
                 Some(file_um) => Err(HeightFieldError::ScaleDisagrees { path, parameter, given_um, file_um }),
@@ -215,12 +215,13 @@ impl Raw {
             }
             _ => Ok(()),
         };
+        // Lowest and highest value; missing points are ignored.
         let range_of = |values: &Array2<f64>| {
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
         };
         match &self.meaning {
-            Meaning::Lengths { um, unit } => {
-                self.values.mapv_inplace(|value| value * um);
+            Meaning::Lengths { unit_um, unit } => {
+                self.values.mapv_inplace(|value| value * unit_um);
                 let (low, high) = range_of(&self.values);
                 // `max_height` may be the highest value, or the range.
                 check(&[high, high - low])?;

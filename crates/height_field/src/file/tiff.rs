@@ -81,10 +81,10 @@ impl Description {
 
     /// Calibration `(c0, c1)` in µm, where a height is `c0 + c1·value`; `None` without a linear calibration of lengths.
     fn calibration_um(&self) -> Option<(f64, f64)> {
-        let um = self.unit_um("vunit")?;
+        let unit_um = self.unit_um("vunit")?;
         let number = |key: &str| self.get(key)?.parse::<f64>().ok();
         // Calibration function 0 is a straight line.
-        (self.get("cf")? == "0").then_some((number("c0")? * um, number("c1")? * um))
+        (self.get("cf")? == "0").then_some((number("c0")? * unit_um, number("c1")? * unit_um))
     }
 }
 
@@ -93,8 +93,8 @@ fn read_pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result
     let (Some(x), Some(y)) = (resolution(pages, Tag::XResolution), resolution(pages, Tag::YResolution)) else {
         return Ok(None);
     };
-    if let Some(um) = description.and_then(|description| description.unit_um("unit")) {
-        return Ok(Some((um / x, um / y)));
+    if let Some(unit_um) = description.and_then(|description| description.unit_um("unit")) {
+        return Ok(Some((unit_um / x, unit_um / y)));
     }
     let per_metre = match integer(pages, Tag::ResolutionUnit)? {
         // Inch, the default, and centimetre.
@@ -238,7 +238,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let meaning = match (description.and_then(|description| description.calibration_um()), full) {
         (Some((c0, c1)), _) => {
             values.mapv_inplace(|value| c0 + c1 * value);
-            Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
+            Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
         }
         (None, Some(full)) => Meaning::FullScale { full, max_height_um: None },
         (None, None) => Meaning::micrometres(),

@@ -222,8 +222,8 @@ impl Header {
             Role::Channel => self.channel = Some(value.to_owned()),
             Role::HeightUnit => self.height = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
             Role::HeightFactor => {
-                let um = numbers()?.lengths_um().ok_or_else(refuse)?[0];
-                self.height = HeightUnit::Length(value.to_owned(), um);
+                let unit_um = numbers()?.lengths_um().ok_or_else(refuse)?[0];
+                self.height = HeightUnit::Length(value.to_owned(), unit_um);
             }
             Role::LateralUnit => self.lateral_um = Some([micrometres(value)?; 2]),
             Role::NmPerValue => {
@@ -302,8 +302,8 @@ impl Header {
         if let Some(lateral_um) = titles.lateral_um {
             self.lateral_um = Some(lateral_um);
         }
-        if let Some((unit, um)) = titles.height {
-            self.height = HeightUnit::Length(unit, um);
+        if let Some((unit, unit_um)) = titles.height {
+            self.height = HeightUnit::Length(unit, unit_um);
         }
     }
 
@@ -390,7 +390,8 @@ impl Header {
 /// Numbers as lengths in µm; `None` unless their unit is a length. Without a unit they are nm in SPIP's files, and are
 /// taken for µm in geographic grids.
 fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
-    let in_unit = |um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * um).collect());
+    let in_unit =
+        |unit_um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * unit_um).collect());
     found.lengths_um().or_else(|| match program {
         Program::Spip => in_unit(1e-3),
         Program::Esri => in_unit(1.0),
@@ -407,8 +408,8 @@ fn height_unit(unit: &str) -> Result<HeightUnit, String> {
     if unit.is_empty() {
         return Ok(HeightUnit::Empty);
     }
-    let um = micrometres(unit).map_err(|error| format!("the heights have {error}"))?;
-    Ok(HeightUnit::Length(unit.to_owned(), um))
+    let unit_um = micrometres(unit).map_err(|error| format!("the heights have {error}"))?;
+    Ok(HeightUnit::Length(unit.to_owned(), unit_um))
 }
 
 /// Unit of length in a line such as `heights in nm` or `Height (nm)`; `None` without one.

@@ -230,8 +230,8 @@ fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
 /// Meaning of the heights according to a header; µm where it does not mention a unit.
 fn meaning(header: &Header) -> Meaning {
     match &header.height {
-        HeightUnit::Unsaid => Meaning::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
-        HeightUnit::Length(unit, um) => Meaning::in_unit(unit, *um),
+        HeightUnit::Unsaid => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
+        HeightUnit::Length(unit, unit_um) => Meaning::in_unit(unit, *unit_um),
         HeightUnit::Empty | HeightUnit::NoLength(_) => Meaning::Unknown,
     }
 }

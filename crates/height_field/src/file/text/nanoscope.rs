@@ -56,7 +56,7 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     };
     let (name, unit) = title_and_unit(titles, column);
     let meaning = match micrometres(&unit) {
-        Ok(um) => Meaning::in_unit(&unit, um),
+        Ok(unit_um) => Meaning::in_unit(&unit, unit_um),
         Err(_) if unit.is_empty() => Meaning::Unknown,
         Err(error) => return Err(format!("its channel \"{name}\" has {error}")),
     };

@@ -89,7 +89,9 @@ pub(super) struct Grid {
 /// # Errors
 /// Points that are not on a regular grid, that coincide, or that fill too few nodes.
 pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
-    let column = |index: usize, um: f64| -> Vec<f64> { points.chunks_exact(3).map(|row| row[index] * um).collect() };
+    // One coordinate of all points, as a multiple of `unit`.
+    let column =
+        |index: usize, unit: f64| -> Vec<f64> { points.chunks_exact(3).map(|point| point[index] * unit).collect() };
     let (xs, ys, zs) = (column(0, xy_um[0]), column(1, xy_um[1]), column(2, 1.0));
     if let Some(at) = xs.iter().zip(&ys).position(|(x, y)| !(x.is_finite() && y.is_finite())) {
         return Err(format!("point {at} is at x = {}, y = {}; both must be finite", xs[at], ys[at]));

@@ -15,8 +15,8 @@ pub(super) struct Quantity {
 impl Quantity {
     /// The numbers in µm; `None` unless the unit is a length.
     pub(super) fn lengths_um(&self) -> Option<Vec<f64>> {
-        let um = micrometres(&self.unit).ok()?;
-        Some(self.numbers.iter().map(|value| value * um).collect())
+        let unit_um = micrometres(&self.unit).ok()?;
+        Some(self.numbers.iter().map(|value| value * unit_um).collect())
     }
 
     /// The numbers as spacings in µm; `None` unless the unit is a length for each point, such as `µm/pixel`.

@@ -43,5 +43,5 @@ pub(super) fn parse(lines: &[Line]) -> Parsed {
     let pixel_um = Some((step(x, nx), step(y, ny)));
     let heights = Array2::from_shape_vec((ny, nx), heights).map_err(|error| error.to_string())?;
     let unit = Understood::new(Source::Default, "µm");
-    Ok(Raw::new(heights, Meaning::Lengths { um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
+    Ok(Raw::new(heights, Meaning::Lengths { unit_um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
 }
