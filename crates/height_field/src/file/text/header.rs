@@ -209,10 +209,10 @@ impl Header {
     fn take_pair(&mut self, program: Program, (line, text): Line, key: &str, value: &str) -> Result<bool, String> {
         let refuse = || not_understood(line, text);
         // The value as one or two numbers with a unit.
-        let numbers = || quantity(value).ok_or_else(refuse);
+        let parsed = || quantity(value).ok_or_else(refuse);
         // The value as a single number, whatever its unit.
         let number = || -> Result<f64, String> {
-            match numbers()?.numbers.as_slice() {
+            match parsed()?.numbers.as_slice() {
                 [number] => Ok(*number),
                 _ => Err(refuse()),
             }
@@ -222,7 +222,7 @@ impl Header {
             Role::Channel => self.channel = Some(value.to_owned()),
             Role::HeightUnit => self.height = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
             Role::HeightFactor => {
-                let unit_um = numbers()?.lengths_um().ok_or_else(refuse)?[0];
+                let unit_um = parsed()?.lengths_um().ok_or_else(refuse)?[0];
                 self.height = HeightUnit::Length(value.to_owned(), unit_um);
             }
             Role::LateralUnit => self.lateral_um = Some([micrometres(value)?; 2]),
@@ -236,7 +236,7 @@ impl Header {
             Role::MaskedPoints => self.has_mask = number()? > 0.0,
             Role::NoData => self.no_data = Some(number()?),
             Role::HeightRange => {
-                let unit = numbers()?.unit;
+                let unit = parsed()?.unit;
                 if program == Program::Wsxm {
                     self.height = height_unit(&unit)?;
                 } else if !unit.is_empty() && self.height == HeightUnit::Unsaid {
@@ -245,11 +245,11 @@ impl Header {
                 }
             }
             Role::Step(along) => {
-                let found = numbers()?;
+                let found = parsed()?;
                 let steps = found.per_point_um().or_else(|| lengths(program, &found)).ok_or_else(refuse)?;
                 self.take_steps(along, &steps);
             }
-            Role::Size(along) => self.take_size(program, along, line, key, &numbers()?).ok_or_else(refuse)?,
+            Role::Size(along) => self.take_size(program, along, line, key, &parsed()?).ok_or_else(refuse)?,
             Role::Unknown => return Ok(false),
         }
         Ok(true)
