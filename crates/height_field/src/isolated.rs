@@ -4,11 +4,11 @@
 //! the ratio gap/range: the gap is the distance from the number to the nearest other value, the range that of the other
 //! values (highest minus lowest).
 //!
-//! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. It may lie
-//! as far from the others as a number for missing points. It differs in two properties: it covers an area, and the
-//! other values have a level, too. Measured heights have no levels, since noise makes them differ. A common number for
-//! missing points is a level only in a relief whose levels are both ends of the 16-bit integers, such as a grating from
-//! −32767 to 32767.
+//! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. A level
+//! may lie as far from the others as a number for missing points. It differs in two properties: it covers an area, and
+//! the other values have a level, too. Measured heights have no levels, since noise makes them differ. A common number
+//! for missing points is a level only in a relief whose levels are both ends of the 16-bit integers, such as a grating
+//! from −32767 to 32767.
 
 use ndarray::Array2;
 

@@ -82,7 +82,9 @@ async function makeSurface(keys, stale) {
   const task = settings.method === "table" ? "Making the colour table" : `Making the data of ${settings.method}`;
   showProgress(task, 0);
   const start = performance.now();
-  const report = (fraction) => stale() || showProgress(task, fraction);
+  const report = (fraction) => {
+    if (!stale()) showProgress(task, fraction);
+  };
   // While the device is still being opened, the data are built for it.
   const bytes = page.adapter === null ? null : await engine.method(settings, report);
   const seconds = (performance.now() - start) / 1e3;
