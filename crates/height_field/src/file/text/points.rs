@@ -1,7 +1,7 @@
 //! Points x, y, z on a regular grid, in any order.
 //!
-//! The grid is inferred from the coordinates. Along each axis the number of steps is the extent divided by the typical
-//! gap between sorted coordinates, to the nearest integer, and the step is the extent divided by this number.
+//! The grid is inferred from the coordinates. Along each axis, the number of steps is the extent divided by the typical
+//! gap between sorted coordinates, to the nearest integer. The step is the extent divided by this number.
 
 use ndarray::Array2;
 
