@@ -187,9 +187,12 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
         let three_columns = |skip: usize| -> Vec<f64> {
             table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
         };
+        // Whether these columns are points x, y, z on a grid of more than one row and column.
         let is_list = |skip: usize| {
-            points::grid(&three_columns(skip), [1.0; 2])
-                .is_ok_and(|grid| grid.values.len() >= rows && grid.values.dim().0 > 1 && grid.values.dim().1 > 1)
+            points::grid(&three_columns(skip), [1.0; 2]).is_ok_and(|grid| {
+                let (ny, nx) = grid.values.dim();
+                ny > 1 && nx > 1
+            })
         };
         if is_list(0) || is_list(1) {
             return Err(format!("its {columns} columns hold points x, y, z and more: keep the columns x, y and z"));

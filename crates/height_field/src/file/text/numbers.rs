@@ -121,11 +121,13 @@ impl Commas {
     fn are_decimal(&self) -> Result<bool, String> {
         let advice = "write decimal points, or separate the numbers by tabs or semicolons";
         match self {
+            // Without a comma between digits, commas separate the numbers.
             Self { tight: None, .. } => Ok(false),
             // In `1,234.5 2,345.6` the comma separates thousands, a third meaning.
             Self { tight: Some(line), point: Some(_), other: Some(_), .. } => {
                 Err(format!("line {line} has commas within words, and numbers have decimal points elsewhere: {advice}"))
             }
+            // Decimal marks are points, so commas separate the numbers.
             Self { point: Some(_), .. } => Ok(false),
             Self { tight: Some(line), spaced: Some(spaced_line), .. } => Err(format!(
                 "commas stand between digits in line {line} and before blanks in line {spaced_line}, so they could be \
@@ -133,7 +135,8 @@ impl Commas {
             )),
             // Another character separates the numbers, so the commas between digits are decimal marks.
             Self { other: Some(_), .. } => Ok(true),
-            // The comma is the only separator, or the text is one column of decimal numbers.
+            // There is no other separator, so commas separate the numbers, or the text is one column of decimal numbers.
+            // An integer with a leading zero suggests the latter.
             Self { leading_zero: Some((line, word)), .. } => Err(format!(
                 "\"{word}\" in line {line} stands alone between commas, as the decimals of a number would: {advice}"
             )),
