@@ -135,8 +135,8 @@ impl Commas {
             )),
             // Another character separates the numbers, so the commas between digits are decimal marks.
             Self { other: Some(_), .. } => Ok(true),
-            // There is no other separator, so commas separate the numbers, or the text is one column of decimal numbers.
-            // An integer with a leading zero suggests the latter.
+            // Without another separator, commas separate the numbers, or the text is one column of decimal numbers. An
+            // integer with a leading zero suggests the latter.
             Self { leading_zero: Some((line, word)), .. } => Err(format!(
                 "\"{word}\" in line {line} stands alone between commas, as the decimals of a number would: {advice}"
             )),
