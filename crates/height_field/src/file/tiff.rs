@@ -136,9 +136,13 @@ fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>,
 /// Size in bytes of one value of a tag's type, by the type's code in TIFF 6.0 and BigTIFF; 1 for unknown types.
 fn value_size(kind: u64) -> u64 {
     match kind {
+        // SHORT, SSHORT.
         3 | 8 => 2,
+        // LONG, SLONG, FLOAT, IFD.
         4 | 9 | 11 | 13 => 4,
+        // RATIONAL, SRATIONAL, DOUBLE, LONG8, SLONG8, IFD8.
         5 | 10 | 12 | 16 | 17 | 18 => 8,
+        // BYTE, ASCII, SBYTE, UNDEFINED.
         _ => 1,
     }
 }
