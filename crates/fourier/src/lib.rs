@@ -96,7 +96,7 @@ impl<T: Precision> Fft2<T> {
     ///
     /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. `data` is overwritten with
     /// scratch values. `(kx, ky)` are 1 to `nx` and 1 to `ny`. The result has `ky` rows of `kx` bins, in the FFT order
-    /// of a transform of that size. An even size keeps the positive of the two highest frequencies. The bins equal
+    /// of a transform of that size. An even size `k` keeps the frequency `+k/2` and drops `−k/2`. The bins equal
     /// those of [`Fft2::process`], which computes all others, too.
     pub fn band(&self, data: &mut [Complex<T>], (kx, ky): (usize, usize)) -> Vec<Complex<T>> {
         let zero = Complex::new(T::zero(), T::zero());

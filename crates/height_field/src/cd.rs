@@ -1,7 +1,7 @@
 //! Preset `cd`: tracks of pits of random length.
 //!
 //! A pit or a land between two pits is a *run* of 3 T to 11 T, as in the eight-to-fourteen modulation of IEC 60908.
-//! T is the length of one channel bit. Tracks run along y.
+//! T is the length of one channel bit. Tracks run along y. In functions, lengths are in µm.
 
 use super::random::{Random, smooth_step};
 use super::{HeightField, HeightFieldError};
@@ -65,12 +65,12 @@ fn pits_of_track(random: &mut Random) -> Vec<(u32, u32)> {
     pits
 }
 
-/// A periodic tile of 64 × 64 µm with forty tracks along y. Land is at height 0, pits are 0.12 µm deep. All lengths
-/// below are in µm.
+/// A periodic tile of 64 × 64 µm with forty tracks along y. Land is at height 0, pits are 0.12 µm deep.
 pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
     let mut random = Random::new(SEED);
     let mut heights = Array2::zeros((PIXELS, PIXELS));
     let step = EXTENT_UM / PIXELS as f64;
+    // Index of a pixel of the periodic tile.
     let wrap = |i: i64| i.rem_euclid(PIXELS as i64) as usize;
     // Largest distance of a pit's edge from the centre of its track.
     let reach = 0.5 * (WIDTH_UM + WALL_UM);
@@ -88,6 +88,7 @@ pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
             let last_x = libm::ceil((centre + reach) / step) as i64;
             for iy in first_y..=last_y {
                 let y = iy as f64 * step;
+                // Distance along y from the centre line; 0 between its ends.
                 let beyond_line = (line_start - y).max(y - line_end).max(0.0);
                 for ix in first_x..=last_x {
                     let offset_x = ix as f64 * step - centre;

@@ -1,8 +1,8 @@
 //! Filling of missing points: by the mean, or by a film that solves Laplace's equation.
 //!
-//! On the grid, the height h of each missing point satisfies `Σ w·(h − h_neighbour) = 0` over its up to four
-//! neighbours, with w = 1/dx² along x and 1/dy² along y. Neighbours are missing points or known heights. The system is
-//! symmetric and positive definite, and solved by conjugate gradients.
+//! On the grid, the height h of each missing point satisfies `Σ w·(h − h_neighbour) = 0`. The sum is over its up to
+//! four neighbours, which are missing points or known heights. The weight w is 1/dx² along x and 1/dy² along y. The
+//! system is symmetric and positive definite, and solved by conjugate gradients.
 //!
 //! The unknowns are heights above the *base*, the mean of the known heights, in µm. The *film* is the vector of all
 //! unknowns, one for each missing point in row-major order. The flat film has the height of the base everywhere.
@@ -141,6 +141,8 @@ mod tests {
     /// Heights of order 1 µm, solved to 1e-12.
     const SOLVED_UM: f64 = 1e-10;
 
+    /// Heights `height(x, y)` on 40 rows of 50 pixels of 0.1 × 0.3 µm, and a copy with three holes: a disc, half a
+    /// column, and the last pixel.
     fn with_holes(height: impl Fn(f64, f64) -> f64) -> (Array2<f64>, Array2<f64>) {
         let whole = Array2::from_shape_fn((40, 50), |(iy, ix)| height(ix as f64 * 0.1, iy as f64 * 0.3));
         let mut holed = whole.clone();

@@ -29,9 +29,11 @@ pub(crate) struct Holes {
 
 impl Holes {
     /// Replaces the marks of missing points by NaN: infinities, magnitudes from 1e30 on, and isolated numbers.
-    /// Magnitudes count as stored and in µm; `um` is the values' unit in µm.
-    pub(crate) fn mark(values: &mut Array2<f64>, um: f64) -> Self {
-        values.mapv_inplace(|value| if known_or_nan(value * um).is_nan() { f64::NAN } else { known_or_nan(value) });
+    ///
+    /// `unit_um` is the unit of `values` in µm. A point is missing if its magnitude reaches 1e30 as stored or in µm.
+    pub(crate) fn mark(values: &mut Array2<f64>, unit_um: f64) -> Self {
+        let is_missing = |value: f64| known_or_nan(value).is_nan() || known_or_nan(value * unit_um).is_nan();
+        values.mapv_inplace(|value| if is_missing(value) { f64::NAN } else { value });
         let isolated = isolated(values);
         if !isolated.is_empty() {
             let is_isolated = |value: f64| isolated.iter().any(|(number, _)| *number == value);
@@ -72,7 +74,7 @@ impl HeightField {
                 let isolated = holes.isolated_in_words();
                 return Err(HeightFieldError::Holes { count, total, row, column, isolated });
             }
-            // The film is weighted by the pixel sizes.
+            // The pixel sizes are the weights of the film, so they are checked first.
             check_pixel_size(dx_um, dy_um)?;
             fill.apply(&mut heights_um, dx_um, dy_um);
         }

@@ -4,10 +4,11 @@
 //! the ratio gap/range: the gap is the distance from the number to the nearest other value, the range that of the other
 //! values (highest minus lowest).
 //!
-//! A level of a relief, such as the floor of a lamellar grating, may lie as far from the others. It differs from a
-//! number for missing points in two properties: it covers an area, and the other values have a level, too. Measured
-//! heights do not, since noise makes them differ. A common number for missing points is a level only in a relief whose
-//! levels are both ends of the 16-bit integers, such as a grating from −32767 to 32767.
+//! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. A level
+//! may lie as far from the others as a number for missing points. It differs in two properties: it covers an area, and
+//! the other values have a level, too. Measured heights have no levels, since noise makes them differ. A common number
+//! for missing points is a level only in a relief whose levels are both ends of the 16-bit integers, such as a grating
+//! from −32767 to 32767.
 
 use ndarray::Array2;
 
@@ -16,11 +17,11 @@ const MISSING_NUMBERS: [f64; 12] =
     [-999.0, -999.25, -999.9, -9999.0, -9999.9, -99999.0, -32768.0, -32767.0, 999.0, 9999.0, 99999.0, 32767.0];
 /// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
 const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
-/// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because heights of hundreds of nm have a range
-/// that is not small compared with their distance from −999.
+/// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because reliefs are not always far from such a
+/// number: heights of 0 to 800 nm are only 1.25 ranges above −999.
 const KNOWN_GAP_MIN: f64 = 0.25;
-/// Smallest gap/range of any other number. A spike of dust is less than ten times as high as the relief, and its points
-/// have different values.
+/// Smallest gap/range of any other number. A particle of dust is usually less than ten times as high as the relief, and
+/// its points have different values.
 const GAP_MIN: f64 = 10.0;
 /// Smallest fraction of the points at a level of the relief. Missing points are usually fewer, and narrower levels are
 /// rare.
@@ -33,14 +34,15 @@ const OTHER_LEVEL_MIN: f64 = 0.25;
 const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
-/// `1 / IGNORED_DIVISOR` of the values is ignored at either end of the rest when the range for [`MISSING_NUMBERS`] is
-/// measured. Another missing number among the rest would otherwise enlarge the range.
+/// Divisor of the number of other values: this many are ignored at either end when their range is compared with the gap
+/// of one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
 const IGNORED_DIVISOR: usize = 20;
 
-/// Numbers for missing points among the stored `values`, each with its count. NaN are ignored.
+/// Numbers for missing points among the stored `values`, each with its count, in the order of their detection. NaN are
+/// ignored.
 ///
 /// The lowest or the highest number is isolated if its gap to the rest is at least [`GAP_MIN`] times the range of the
-/// rest, or [`KNOWN_GAP_MIN`] times for [`MISSING_NUMBERS`]. A relief of levels has no isolated number.
+/// rest. For [`MISSING_NUMBERS`] the factor is [`KNOWN_GAP_MIN`]. A relief of levels has no isolated number.
 pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -95,12 +97,14 @@ fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
 
 /// Whether the equal numbers `same` are a level of the relief beside another level in the `rest`, which is sorted.
 fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
+    // Functions of a slice of equal numbers: its fraction of all points, and whether its number is in a list.
     let fraction = |equal: &[f64]| equal.len() as f64 / total as f64;
     let is_in = |equal: &[f64], numbers: &[f64]| equal.first().is_some_and(|value| numbers.contains(value));
     // Each of the other values, as a slice of equal numbers.
     let others = || rest.chunk_by(|a, b| a == b);
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
+    // A common number for missing points is a level only at one end of full scale, with a level at the other end.
     let may_be_level = !is_in(same, &MISSING_NUMBERS) || is_in(same, &FULL_SCALE) && others().any(is_full_scale_level);
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN
 }

@@ -35,8 +35,8 @@ impl Random {
 
     /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1.
     ///
-    /// The field is a sum of random waves of `kx` and `ky` periods over the tile along x and y, with a wave number
-    /// `√(kx² + ky²)` of 1 to `max_wave`. Amplitudes are normal numbers divided by the wave number.
+    /// The field is a sum of random waves of `kx` and `ky` periods over the tile along x and y. Their wave number
+    /// `√(kx² + ky²)` is 1 to `max_wave`. Amplitudes are normal numbers divided by the wave number.
     pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
         /// Rows to which one wave is added before the next wave, few enough to stay in the processor's cache.
         const ROWS: usize = 8;

@@ -2,10 +2,10 @@
 //!
 //! A *seam* is the step in height between the last pixel of a tile and the first pixel of its next copy.
 //!
-//! Blending along one axis, in pixels: the tile is the first `length` pixels of the axis. The `strip` pixels that
-//! follow are blended over the tile's first `strip` pixels, with a weight that falls from 1 at pixel 0 to 0 at pixel
-//! `strip`. The tile's last pixel then continues into its first. The *mismatch* of a length is the root of the sum of
-//! squared differences between both strips.
+//! Blending along one axis, in pixels: the tile is the first `length` pixels of the axis. The `strip` pixels beyond the
+//! tile are blended over its first `strip` pixels. Their weight falls from 1 at pixel 0 to 0 at pixel `strip`. The
+//! tile's last pixel then continues into its first. The *mismatch* of a length is the root of the sum of squared
+//! differences between both strips.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::{Array2, Axis, s};

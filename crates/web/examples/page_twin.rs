@@ -3,6 +3,9 @@
 //!     page_twin settings.json --size 384x256 -o picture.npy [--file scan.gsf] [--png picture.png] [--map 64]
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
 //!     page_twin --programs -o programs.json
+//!
+//! The first form draws the picture or BRDF map of the settings. The second writes the examples of the page. The third
+//! writes the source of every WGSL program.
 
 use clap::Parser;
 use ndarray::Array3;
@@ -55,6 +58,7 @@ struct Args {
     programs: bool,
 }
 
+/// Reads a size in pixels, such as `384x256`.
 fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     sides.ok_or_else(|| "it must be two whole numbers, such as 384x256".to_owned())
@@ -98,7 +102,7 @@ fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     Ok(ndarray_npy::write_npy(&args.output, &array)?)
 }
 
-/// The GPU and the method that pictures are drawn with.
+/// Settings, and the GPU and the method's shader that draw them.
 struct Drawing<'a> {
     gpu: &'a Gpu,
     settings: &'a Settings,
@@ -106,14 +110,17 @@ struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
+    /// Builds the method for the relief of the settings: a preset, or the file whose contents are `file`.
     fn new(gpu: &'a Gpu, settings: &'a Settings, file: Option<&[u8]>) -> Result<Self, Box<dyn Error>> {
         let relief = Relief::new(settings, file)?;
-        // By the bytes that the page's workers exchange.
+        // The method passes through the bytes that the page's workers exchange, so these are tested, too.
         let data = MethodData::from_bytes(relief.method_data(settings, &Progress::none())?)?;
         let shader = Shader::of(gpu, &data.shader(), data.answers(), &settings.optics())?;
         Ok(Self { gpu, settings, shader })
     }
 
+    /// The picture of `width` × `height` pixels with `supersample` rays along each side of a pixel: linear sRGB, rows
+    /// from the top.
     fn picture(&self, (width, height): (u32, u32), supersample: u32) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
         let (mesh, pigment) = self.settings.scene()?;
         let scene = Scene::of(self.gpu, &SceneData::new(&mesh, &pigment)?)?;
@@ -123,6 +130,8 @@ impl<'a> Drawing<'a> {
         Ok(target.read_picture(self.gpu)?)
     }
 
+    /// The BRDF map of the settings' light, of `side`² pixels: `f_r` in 1/sr as linear sRGB, rows from the top, 0
+    /// outside the disc.
     fn map(&self, side: usize) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
         let map = self.settings.map;
         let wi = direction(map.theta_deg, map.phi_deg).map(|component| component as f32);
@@ -131,7 +140,11 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// Writes index.json, the scans and the pictures. Without an adapter there are no pictures, and a line says so.
+/// Writes index.json, the scans and the pictures of the examples in the file `list` (crates/web/examples.json) into
+/// `folder`. Without an adapter there are no pictures, and a line says so.
+///
+/// An example has a scan in `scans`, or a cut: the lower left corner of a preset, which is written as its file. Without
+/// both it is a preset.
 fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path) -> Result<(), Box<dyn Error>> {
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(list)?)?;
     std::fs::create_dir_all(folder)?;
@@ -149,6 +162,7 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
                 let side_um = cut["side_um"].as_f64().ok_or("an example is cut to no size")?;
                 preset.build(None, None)?.cropped(0.0, 0.0, side_um, side_um)?.write(folder.join(&file))?;
             }
+            // A file that is already in the folder, such as the cut, is preferred to a scan.
             let own = Some(folder).filter(|folder| folder.join(&file).exists());
             let Some(found) = own.or(scans).and_then(|folder| std::fs::read(folder.join(&file)).ok()) else {
                 eprintln!("page_twin: no scan {file}: the example {name} is left out");

@@ -18,6 +18,6 @@ export function updateAddress() {
 export function address() {
   const checksum = (page.source ?? page.wanted)?.sha256;
   const hash = toHash(page.engine.compact(page.settings), page.settings.surface.filename ? checksum : null);
-  // An address without settings opens the first example, whose settings are not the defaults.
+  // An empty hash would open the first example. Default settings are therefore written by their preset.
   return `${location.pathname}${location.search}#${hash || `surface.preset=${page.settings.surface.preset}`}`;
 }

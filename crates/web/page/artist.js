@@ -13,12 +13,17 @@ import { answer } from "./answering.js";
  * A shorter one starts it during short rests of a drag, which then waits for it: the device cannot interrupt a picture.
  */
 const REST_MS = 100;
+/** Rays along each side of a pixel of the finest picture. More rays smooth edges and take longer. */
+const SUPERSAMPLE = 1;
 
 /** The Rust artist; null before the device is opened and after its loss. */
 let artist = null;
-// Bytes of the coarse and the full scene and of the method, kept for a device that is opened after a loss.
+// Bytes that the page sent last, kept for a device that is opened after a loss.
+/** The coarse scene. */
 let draft = null;
+/** The full scene. */
 let scene = null;
+/** The method's data. */
 let method = null;
 /** The last view that the page ordered: {settings, width, height, serial}. */
 let view = null;
@@ -26,7 +31,7 @@ let view = null;
 let changeCount = 0;
 /** Whether `drawAll` is running. */
 let drawing = false;
-/** Report of the picture shown, with the serial number of its order. */
+/** Report of the picture shown (`Artist.step`) with the serial number of its order; null for none. */
 let shown = null;
 /** Time in ms of the last change of the view. */
 let viewChangedAt = -Infinity;
@@ -52,7 +57,7 @@ async function rest() {
   });
 }
 
-/** Draws finer and finer pictures until the finest one after the last change is shown. */
+/** Draws finer and finer pictures until the finest one after the last change is shown. Only one call runs at a time. */
 async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
@@ -68,7 +73,7 @@ async function drawAll() {
           return artist?.step();
         });
         if (report !== undefined) shown = { serial, ...JSON.parse(report) };
-        // The new order needs no new picture: the one shown is reported again under its number.
+        // The new order needs no new picture. The picture shown is reported again with the serial number of this order.
         else if (shown && handledChanges === changeCount && shown.serial !== serial) shown.serial = serial;
         else break;
         postMessage({ type: "drawn", ...shown });
@@ -88,7 +93,7 @@ function restart() {
   if (!artist || !view) return;
   changeCount += 1;
   endRest();
-  artist.set_view(view.settings, view.width, view.height, 1);
+  artist.set_view(view.settings, view.width, view.height, SUPERSAMPLE);
   drawAll();
 }
 

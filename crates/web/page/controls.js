@@ -10,12 +10,13 @@ import { byId, page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** Smallest size of the heights relative to those given. */
+/** Smallest size that the library accepts for the pattern and the heights, relative to the relief. Sliders go to 0. */
 const SIZE_MIN = 1e-3;
 
 /** Adds the listeners of all controls. */
 export function listenToControls() {
-  // The control with this id changes the field of the surface with the same name. Undefined stands for its default.
+  // The control with this id changes the field of the surface with the same name. `read(control)` returns the value;
+  // undefined selects the default.
   const listenForSurface = (id, read) =>
     byId(id).addEventListener("change", () => {
       const value = read(byId(id));
@@ -41,7 +42,7 @@ export function listenToControls() {
   for (const id of ["level", "tiling", "fill"]) listenForSurface(id, (field) => field.value);
   listenForSurface("channel", (field) => field.value.trim() || undefined);
   listenForSurface("conserve_energy", (field) => field.checked);
-  // A film is bare and does not absorb, and the library needs its index.
+  // A film has no cover and does not absorb. The library requires its refractive index.
   byId("transmission").addEventListener("change", () => change(({ surface }) => {
     delete surface.transmission;
     if (!byId("transmission").checked) return;
@@ -67,13 +68,13 @@ export function listenToControls() {
     });
   });
   byId("method").addEventListener("change", () => change((settings) => {
-    // Options belong to one method.
+    // The options of one method do not apply to another.
     settings.method = byId("method").value;
     settings.options = {};
   }));
   byId("material").addEventListener("change", () => {
     const { eta, k } = byId("material").selectedOptions[0].dataset;
-    // The entry "another index" has none.
+    // The entry "another index" has no index of its own.
     if (eta === undefined) return byId("eta").focus();
     change(({ surface }) => {
       surface.eta = Number(eta);
@@ -102,7 +103,7 @@ export function listenToControls() {
     page.engine.cancel();
     showProgress(null);
     goBack();
-    // Not in the status line, which the next picture overwrites.
+    // The status line would be overwritten by the next picture.
     showMessage(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
   });
   byId("recover").addEventListener("click", recover);
@@ -115,8 +116,10 @@ export function listenToControls() {
       byId("drop").classList.add("over");
     });
   }
-  // An event without relatedTarget says that the pointer has left the window.
-  document.addEventListener("dragleave", (event) => event.relatedTarget ?? byId("drop").classList.remove("over"));
+  document.addEventListener("dragleave", (event) => {
+    // Without relatedTarget the pointer has left the window, otherwise only an element of the page.
+    if (!event.relatedTarget) byId("drop").classList.remove("over");
+  });
   document.addEventListener("drop", (event) => {
     event.preventDefault();
     byId("drop").classList.remove("over");

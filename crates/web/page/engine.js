@@ -86,7 +86,7 @@ export class Engine {
     if (this.#maker?.busy) this.#newMaker();
   }
 
-  /** Asks a worker a question: type, fields and options of `Channel.ask`. */
+  /** Asks a worker a question. `question` holds the arguments of `Channel.ask`: type, fields and options. */
   async #ask(channel, ...question) {
     try {
       return await channel.ask(...question);
@@ -120,7 +120,10 @@ export class Engine {
     return this.#reliefKey === key;
   }
 
-  /** Estimated memory and time of the method's data: {bytes, seconds, too_much?}; too_much says why it is refused. */
+  /**
+   * Estimated memory and time of the method's data for the relief that was read last: {bytes, seconds, too_much?}.
+   * `too_much` says why the build is refused.
+   */
   estimate(settings) {
     return this.#ask(this.#maker, "estimate", { settings: JSON.stringify(settings) });
   }
@@ -130,7 +133,7 @@ export class Engine {
     return this.#ask(this.#maker, "method", { settings: JSON.stringify(settings) }, { progress });
   }
 
-  /** Builds the evaluator of colours on the CPU, for maps without WebGPU. `key` is the method's. */
+  /** Builds the evaluator of colours on the CPU, for maps without WebGPU. `key` is that of the method's data. */
   async reflectance(settings, key, progress) {
     const maker = this.#maker;
     this.#reflectanceKey = null;
@@ -143,7 +146,7 @@ export class Engine {
     return this.#reflectanceKey !== null && this.#reflectanceKey === key;
   }
 
-  /** Builds the evaluator of spectra. `key` is the method's. */
+  /** Builds the evaluator of spectra. `key` is that of the method's data. */
   async spectra(settings, key, progress) {
     const maker = this.#maker;
     this.#spectraKey = null;
@@ -173,7 +176,7 @@ export class Engine {
 
   /**
    * Builds mesh, bounding-volume hierarchy and pigment. Returns their bytes, for `setScene`. A draft is coarser and
-   * takes a fifth of the time. A call ends the work of an earlier one.
+   * takes a fifth of the time. A call cancels an earlier one that is still running.
    */
   async scene(settings, draft, progress) {
     if (this.#sceneMaker?.busy) {

@@ -22,43 +22,43 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
  * - dragsSun(): whether a drag with the left button turns the sun.
  */
 export function listenToGestures(canvas, actions) {
-  // Pressed pointers by id: {pointerId, button, clientX, clientY}.
-  const fingers = new Map();
+  // Pressed pointers (fingers, or the mouse) by id, where they were last: {pointerId, button, clientX, clientY}.
+  const pressed = new Map();
 
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    fingers.set(event.pointerId, event);
+    pressed.set(event.pointerId, event);
   });
   canvas.addEventListener("pointermove", (event) => {
-    const before = fingers.get(event.pointerId);
+    const before = pressed.get(event.pointerId);
     if (!before) {
       const box = canvas.getBoundingClientRect();
       actions.hover((event.clientX - box.x) / box.width, (event.clientY - box.y) / box.height);
       return;
     }
     const [right, down] = [event.clientX - before.clientX, event.clientY - before.clientY];
-    if (fingers.size === 2) {
-      const [a, b] = fingers.values();
+    if (pressed.size === 2) {
+      const [a, b] = pressed.values();
       const other = a.pointerId === event.pointerId ? b : a;
-      const distance = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
+      const distance = (pointer) => Math.hypot(pointer.clientX - other.clientX, pointer.clientY - other.clientY);
       actions.zoom(Math.max(distance(before), 1) / Math.max(distance(event), 1));
-      // If one of two fingers moves, their middle moves by half the way.
+      // The picture follows the middle of both fingers. It moves by half the way of one finger.
       actions.pan(right / 2, down / 2);
-    } else if (fingers.size === 1) {
+    } else if (pressed.size === 1) {
       // The left button turns the view, the middle one moves it, and the right one turns the sun, as in the native
       // window.
       if (before.button === 1 || (before.button === 0 && event.shiftKey)) actions.pan(right, down);
       else if (before.button === 2 || event.ctrlKey || actions.dragsSun()) actions.sun(right, down);
       else actions.turn(right, down);
     }
-    // Events of movements do not have the pressed button, so it is kept.
-    fingers.set(event.pointerId, {
+    // The event of a movement does not tell which button is pressed, so the button is copied.
+    pressed.set(event.pointerId, {
       pointerId: event.pointerId, button: before.button, clientX: event.clientX, clientY: event.clientY,
     });
   });
   for (const end of ["pointerup", "pointercancel"]) {
-    canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    canvas.addEventListener(end, (event) => pressed.delete(event.pointerId));
   }
   canvas.addEventListener("pointerleave", () => actions.leave());
   canvas.addEventListener(
@@ -72,7 +72,7 @@ export function listenToGestures(canvas, actions) {
   );
   canvas.addEventListener("keydown", (event) => {
     const arrow = ARROWS[event.key];
-    // Shortcuts of the browser.
+    // These keys belong to shortcuts of the browser.
     if (event.altKey || event.metaKey || event.ctrlKey) return;
     if (arrow) (event.shiftKey ? actions.sun : actions.turn)(KEY_PIXELS * arrow[0], KEY_PIXELS * arrow[1]);
     else if (event.key === "+" || event.key === "=") actions.zoom(1 / KEY_ZOOM);

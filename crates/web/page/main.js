@@ -62,6 +62,7 @@ async function start() {
   views.spectrum = new Spectrum(byId("spectrum"));
   const [engine, examples] = await Promise.all([openEngine(handleArtistEvent), fetchExamples()]);
   Object.assign(page, { engine, examples });
+  // For measurements.
   performance.mark("loaded");
   views.sky = new Sky(byId("sky"), (azimuth_deg, elevation_deg) =>
     change(({ sun }) =>

@@ -10,10 +10,11 @@ import { answer } from "./answering.js";
 const PICTURE_SIDE = 512;
 
 // Objects of the library, which are not garbage collected: `free` releases their memory.
+/** The levelled heights. */
 let relief = null;
-/** Evaluator of colours on the CPU. */
+/** Evaluator of colours on the CPU; null until it is built for the relief. */
 let reflectance = null;
-/** Evaluator of spectra. */
+/** Evaluator of spectra; null until it is built for the relief. */
 let spectra = null;
 
 // Messages of the page; engine.js has a method for each. `settings` is JSON.

@@ -42,6 +42,7 @@ export async function makeMissing() {
   // Without a device no pictures are drawn, and no scene is needed.
   const sceneChanged = keys.scene !== page.keys.scene && page.adapter !== null;
   if (!surfaceChanged && !sceneChanged) return;
+  // Without a device the key of the scene stays old, so that the scene is built when a device opens.
   page.keys = { ...keys, scene: sceneChanged ? keys.scene : page.keys.scene };
   const stale = startTurn("all");
   page.making = true;
@@ -81,7 +82,9 @@ async function makeSurface(keys, stale) {
   const task = settings.method === "table" ? "Making the colour table" : `Making the data of ${settings.method}`;
   showProgress(task, 0);
   const start = performance.now();
-  const report = (fraction) => stale() || showProgress(task, fraction);
+  const report = (fraction) => {
+    if (!stale()) showProgress(task, fraction);
+  };
   // While the device is still being opened, the data are built for it.
   const bytes = page.adapter === null ? null : await engine.method(settings, report);
   const seconds = (performance.now() - start) / 1e3;
@@ -92,7 +95,9 @@ async function makeSurface(keys, stale) {
     return;
   }
   page.made = { bytes: bytes.length, seconds };
+  // The picture also waits for a scene that is still being built.
   if (sceneFraction !== null) showProgress("Making the shape", sceneFraction);
+  // Set before the message is sent: the artist takes the data even if this task becomes stale in the meantime.
   held.method = keys.method;
   await engine.setMethod(bytes);
 }
@@ -106,6 +111,7 @@ async function makeScene(keys, stale) {
     sceneFraction = draft ? 0 : null;
     await page.opening;
     if (stale() || !page.adapter) return;
+    // Set before the message is sent, like `held.method`.
     held.scene = keys.scene;
     await engine.setScene(bytes, draft);
   }

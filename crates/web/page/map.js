@@ -52,7 +52,7 @@ export class MapView {
   #canvas;
   // Marks of the mirror direction, the viewer and the half vector.
   #mirror = svg("circle", { class: "mirror", r: 0.045 });
-  #read = svg("path", { class: "read", d: "M-.08 0H.08M0-.08V.08" });
+  #viewer = svg("path", { class: "read", d: "M-.08 0H.08M0-.08V.08" });
   #half = svg("path", { class: "half", d: "M0-.055 .055 0 0 .055-.055 0Z" });
 
   /**
@@ -62,7 +62,7 @@ export class MapView {
   constructor(canvas, marks, read) {
     this.#canvas = canvas;
     for (const theta of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta * RADIAN) }));
-    marks.append(svg("path", { class: "grid", d: "M-1 0H1M0-1V1" }), this.#mirror, this.#half, this.#read);
+    marks.append(svg("path", { class: "grid", d: "M-1 0H1M0-1V1" }), this.#mirror, this.#half, this.#viewer);
     this.mark(null, null);
     // The point of the disc that was read last.
     let current = [0, 0];
@@ -96,13 +96,13 @@ export class MapView {
 
   /** Marks the mirror direction of the light, the viewer, and the half vector of both. Null hides the marks. */
   mark(wi, wo) {
-    const put = (mark, point) => {
-      mark.style.display = point ? "" : "none";
+    const put = (element, point) => {
+      element.style.display = point ? "" : "none";
       // y is downwards in SVG.
-      if (point) mark.setAttribute("transform", `translate(${point[0]} ${-point[1]})`);
+      if (point) element.setAttribute("transform", `translate(${point[0]} ${-point[1]})`);
     };
     put(this.#mirror, wi && [-wi[0], -wi[1]]);
-    put(this.#read, wo);
+    put(this.#viewer, wo);
     put(this.#half, wi && wo && halfway(wi, wo));
   }
 }

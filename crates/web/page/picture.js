@@ -17,7 +17,10 @@ import { rounded, showMessage, showStatus } from "./words.js";
  * laying out its text takes a tenth of the time of a draft.
  */
 const STATUS_DELAY_MS = 100;
-/** Two losses of the device within this time in ms are not by chance: after the second, the visitor is asked. */
+/**
+ * Largest time in ms between two losses of the device that are not by chance. After the second, the visitor is asked
+ * before the device is opened again.
+ */
 const LOSS_MS = 10000;
 
 /** Timer of the next report in the status line. */
@@ -27,7 +30,7 @@ let statusTimer = 0;
 export function handleArtistEvent(event) {
   if (event.type === "lost") return handleLoss(event.message);
   if (event.type === "failed") return showMessage(event.message);
-  // The marks are for measurements.
+  // The performance marks are for measurements.
   if (!page.drawn) performance.mark("first-picture");
   if (page.good && !page.making) page.good.at ??= performance.now();
   page.drawn = event;
@@ -102,7 +105,7 @@ export function showWithoutArtist(error) {
   showStatus();
 }
 
-/** Changes camera or sun by a function of quick.rs, with these arguments after the settings. */
+/** Changes camera or sun by the function `name` of quick.rs, whose arguments are the settings and `numbers`. */
 const move = (name, ...numbers) => {
   page.settings = JSON.parse(page.engine.quick[name](JSON.stringify(page.settings), ...numbers));
   showSun();
@@ -119,7 +122,7 @@ const actions = {
   reset: resetView,
   dragsSun: () => document.querySelector("input[name=drag]:checked").value === "sun",
   hover,
-  // Draws the map of the last point at full resolution.
+  // Draws the map of the last point again, at full resolution.
   leave: () => refreshMap(),
 };
 

@@ -24,15 +24,15 @@ export async function drawMap(wi, side) {
   mapping = true;
   try {
     while (mapNext) {
-      const { wi, side } = mapNext;
+      const next = mapNext;
       mapNext = null;
-      const rgb = await mapOf(wi, side);
+      const rgb = await mapOf(next.wi, next.side);
       if (!rgb) continue;
-      page.map = { rgb, side, wi };
-      views.map.show(page.engine.quick.map_picture(rgb, side), side);
-      page.wi = wi;
+      page.map = { rgb, ...next };
+      views.map.show(page.engine.quick.map_picture(rgb, next.side), next.side);
+      page.wi = next.wi;
       if (page.wo) readAt(page.wo);
-      else views.map.mark(wi, null);
+      else views.map.mark(next.wi, null);
     }
   } finally {
     mapping = false;

@@ -33,7 +33,7 @@ export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba })
   rows.push(["Slopes x, y (rms)", facts.rms_slope.map((slope) => Number(slope.toPrecision(2))).join(", ")]);
   if (facts.channel) rows.push(["Channel", facts.channel]);
   if (facts.filled_points) rows.push(["Filled points", facts.filled_points]);
-  // How the reader has interpreted the file, and where it knows that from.
+  // How the reader has interpreted each property of the file, and from which source (provenance.rs).
   const interpreted = { pixel_size: "Pixel size", height_unit: "Heights", rows: "Rows" };
   for (const [key, name] of Object.entries(interpreted)) {
     const found = facts.provenance?.[key];

@@ -55,5 +55,6 @@ export function listenToSaving() {
   const settings = () => JSON.stringify(page.settings);
   onClick("copy-link", () => copy(new URL(address(), location.href).href, "Link"));
   onClick("copy-xml", () => copy(page.engine.quick.share_xml(settings(), ...pictureSize()), "Mitsuba XML"));
+  // One ray per pixel, as in the page's picture.
   onClick("copy-command", () => copy(page.engine.quick.share_command(settings(), ...pictureSize(), 1), "Command"));
 }

@@ -30,6 +30,7 @@ export class Sky {
       const box = element.getBoundingClientRect();
       const x = (((event.clientX - box.x) / box.width) * 2 * HALF - HALF) / RADIUS;
       const y = (((event.clientY - box.y) / box.height) * 2 * HALF - HALF) / RADIUS;
+      // The angle from the downward axis, which has the camera's azimuth.
       const azimuth = Math.atan2(x, y) / RADIAN + this.#camera;
       // The operator % has the sign of its left operand.
       const wrapped = ((((azimuth + 180) % 360) + 360) % 360) - 180;
@@ -47,6 +48,7 @@ export class Sky {
   /** Shows the sun, with the camera at the lower edge. Both have the fields of the settings. */
   show(sun, camera) {
     this.#camera = camera.azimuth_deg;
+    // The angle from the downward axis, as in `drag`.
     const angle = (sun.azimuth_deg - camera.azimuth_deg) * RADIAN;
     const radius = RADIUS * Math.cos(sun.elevation_deg * RADIAN);
     const [x, y] = [radius * Math.sin(angle), radius * Math.cos(angle)];

@@ -14,12 +14,14 @@ use sunbeam::methods::{AnswerKind, Method};
 use sunbeam::scattering::{ComplexIndex, Cover, Inside, Options, Pair, Vec3, map_direction};
 use sunbeam::table::Progress;
 
-/// A realtime method with the cover, the refractive index relative to it, and the options that complete its answers to
-/// `f_r`.
+/// A realtime method with everything that completes its answers to `f_r`.
 pub struct Reflectance {
     method: Box<dyn Method>,
+    /// Obliquity factor and shadowing.
     model: Options,
+    /// Refractive index relative to that of the cover.
     index: ComplexIndex,
+    /// The cover; `None` for a bare surface.
     cover: Option<Cover>,
 }
 
@@ -37,7 +39,7 @@ impl Reflectance {
     }
 
     /// `f_r` in 1/sr, integrated over the visible spectrum to linear sRGB. `wi` is the unit vector to the light and
-    /// `wo` that to the viewer. It is 0 unless both lie above the surface.
+    /// `wo` that to the viewer. The colour is 0 unless both lie above the surface.
     pub fn rgb(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
@@ -51,7 +53,7 @@ impl Reflectance {
     }
 
     /// BRDF map for light from `wi`: [`Reflectance::rgb`] at the outgoing direction of each of `side`² pixels
-    /// ([`map_direction`]), rows from the top. It is 0 outside the disc of the hemisphere. Progress is reported by
+    /// ([`map_direction`]), rows from the top. Pixels outside the disc of the hemisphere are 0. Progress is reported by
     /// rows.
     pub fn map(&self, wi: Vec3, side: usize, progress: &Progress) -> Vec<[f32; 3]> {
         let finished_rows = progress.of_steps(side);

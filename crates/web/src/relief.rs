@@ -177,6 +177,7 @@ impl Relief {
     fn tables(&self, settings: &Settings) -> BuildDemand {
         let model = settings.model();
         let purpose = match settings.method {
+            // Albedos of one relative size, whose time is the unit of `energy`.
             MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: 1.0 },
             _ => Purpose::Table,
         };
@@ -189,7 +190,7 @@ impl Relief {
     /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
     /// not fit the relief.
     pub fn method(&self, settings: &Settings, progress: &Progress) -> Result<Box<dyn Method>, WebError> {
-        // The estimate is that of the colour table. The other methods check their own limits while they are built.
+        // The estimate is for the colour table. The other methods check their own limits while they are built.
         if settings.method == MethodKind::Table
             && let Some(line) = self.estimate(settings).too_much
         {

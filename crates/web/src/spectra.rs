@@ -17,20 +17,23 @@ const FIRST_NM: f64 = 380.0;
 /// Step between the wavelengths of a spectrum in nm.
 const STEP_NM: f64 = 5.0;
 
-/// A source of values by wavelength, with the cover, the refractive index relative to it, and the options that complete
-/// them to `f_r`.
+/// A source of values by wavelength with everything that completes them to `f_r`.
 pub struct Spectra {
     source: Source,
+    /// Obliquity factor, shadowing and film.
     model: Options,
+    /// Refractive index relative to that of the cover.
     index: ComplexIndex,
+    /// The cover; `None` for a bare surface.
     cover: Option<Cover>,
 }
 
 /// Source of values by wavelength.
 enum Source {
-    /// Spectral tables, for the method `table`, which itself has only colours. Values include the angular factor.
+    /// Spectral tables, for the method `table`, which itself has only colours. Values include the angular factor, and
+    /// for a film also the interface factor.
     Surface(Box<Surface>),
-    /// A published method, with values by wavelength. They leave out both factors.
+    /// A published method, with values by wavelength. They include neither the angular nor the interface factor.
     Method(Box<dyn Method>),
 }
 
@@ -57,13 +60,14 @@ impl Spectra {
     }
 
     /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths. `wi` is the unit vector to the light and `wo` that to
-    /// the viewer. It is empty if the method has no values by wavelength, and 0 unless both lie above the surface.
+    /// the viewer. The result is empty if the method has no values by wavelength. It is 0 unless both directions lie
+    /// above the surface.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
         let none = || vec![0.0; SPECTRUM_COUNT];
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return none() };
         let Some(pair) = Pair::new(wi, wo) else { return none() };
         let interface = match self.model.body {
-            // The tables of a film have its factor.
+            // A film has no cover, and its values include the interface.
             Some(_) => 1.0,
             None => factor * pair.interface(Some(self.index), self.model.obliquity),
         };

@@ -6,7 +6,7 @@
 
 use super::units::micrometres;
 
-/// Parts of titles, in lower case, of signals that are no relief. Their unit may be a length: the deflection of a
+/// Parts of titles, in lower case, of signals that are not a relief. Their unit may be a length: the deflection of a
 /// cantilever is in nm.
 const NO_RELIEF: [&str; 18] = [
     "error",
@@ -28,7 +28,8 @@ const NO_RELIEF: [&str; 18] = [
     "stiffness",
     "bias",
 ];
-/// Parts of titles of reliefs, in lower case, without blanks, `_` and `-`. `hauteur`, `höhe` and `altura` mean height.
+/// Parts of titles of reliefs, in lower case, without blanks, `_` and `-`. `zsens` stands for the sensor of the z axis;
+/// `hauteur`, `höhe` and `altura` mean height.
 const RELIEF: [&str; 8] = ["height", "topo", "zsens", "elevation", "relief", "hauteur", "höhe", "altura"];
 
 /// Kind of a channel's values.
@@ -80,7 +81,7 @@ impl Channel {
         }
     }
 
-    /// Priority as the default channel, from 0 (highest) to 3; `None` for a channel that is no relief.
+    /// Priority as the default channel, from 0 (highest) to 3; `None` for a channel that is not a relief.
     fn rank(&self) -> Option<usize> {
         let title = self.title.to_lowercase();
         let has = |parts: &[&str], text: &str| parts.iter().any(|part| text.contains(part));

@@ -52,7 +52,7 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Doubts that follow from a field's pixel size and range of heights.
+/// Doubts that follow from a field's pixel size and range of heights. `raw.rs` adds those of isolated numbers.
 pub(super) fn about(field: &HeightField) -> Vec<Doubt> {
     let (low, high) = field.range_um();
     let (dx_um, dy_um) = (field.dx_um(), field.dy_um());

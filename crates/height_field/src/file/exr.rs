@@ -12,8 +12,8 @@ use std::result::Result;
 /// Attributes with the pixel size along x and y, in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-/// Largest number of points for each byte of the file. Bounds the memory for a damaged file; no compression of OpenEXR
-/// reaches this ratio for a relief.
+/// Largest number of points for each byte of the file, which bounds the memory for a damaged file. No compression of
+/// OpenEXR reaches this ratio for a relief.
 const POINTS_PER_BYTE_MAX: usize = 2048;
 
 /// Refuses a size that the file cannot hold, before memory is allocated for it.
@@ -29,7 +29,7 @@ fn check_size(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Reads the single channel of floats.
+/// Reads the single channel of floats. The file may have its pixel size as attributes of the layer or of the image.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     check_size(bytes)?;
@@ -43,14 +43,14 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     let layer = &image.layer_data;
-    let [channel] = layer.channel_data.list.as_slice() else {
+    let [heights] = layer.channel_data.list.as_slice() else {
         return Err(format!("it has {} channels; heights are a single one", layer.channel_data.list.len()));
     };
-    if matches!(channel.sample_data, FlatSamples::U32(_)) {
+    if matches!(heights.sample_data, FlatSamples::U32(_)) {
         return Err("the channel holds integers; heights are floats in µm".to_owned());
     }
     let size = (layer.size.height(), layer.size.width());
-    let values: Vec<f64> = channel.sample_data.values_as_f32().map(f64::from).collect();
+    let values: Vec<f64> = heights.sample_data.values_as_f32().map(f64::from).collect();
     let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
     // A number from an attribute of the layer, or else of the whole image.
     let attribute = |name: &str| {
@@ -75,12 +75,12 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let (nx, ny) = field.size();
     let samples: Vec<f32> = field.rows_from_top().map(|h| h as f32).collect();
-    let channel = AnyChannel::new("height", FlatSamples::F32(samples));
+    let heights = AnyChannel::new("height", FlatSamples::F32(samples));
     let mut attributes = LayerAttributes::default();
     for (name, value) in PIXEL_SIZE.into_iter().zip([field.dx_um(), field.dy_um()]) {
         attributes.other.insert(Text::from(name), AttributeValue::F64(value));
     }
-    let channels = AnyChannels::sort(std::iter::once(channel).collect());
+    let channels = AnyChannels::sort(std::iter::once(heights).collect());
     let layer = Layer::new((nx, ny), attributes, Encoding::FAST_LOSSLESS, channels);
     let mut bytes = Vec::new();
     Image::from_layer(layer)

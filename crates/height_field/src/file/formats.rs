@@ -9,7 +9,7 @@ pub const READABLE: &str =
 /// Description of a format of height fields.
 ///
 /// Texts are cells of the table in docs/height-fields.md, hence their brevity: "without, …" means "if the file has
-/// none". Options of the reader and names in files are in backticks. An empty text is a dash.
+/// none". Options of the reader and names in files are in backticks. An empty text is printed as a dash.
 ///
 /// ```
 /// use sunbeam_height_field::FORMATS;
@@ -28,7 +28,7 @@ pub struct Format {
     pub unit: &'static str,
     /// Place of the pixel size in the file.
     pub size: &'static str,
-    /// First row of the file: the top (largest y) or the bottom.
+    /// First row of the file: the top (largest y), the bottom, or "by y" for points, which have coordinates.
     pub first_row: &'static str,
     /// Choice of a channel: its numbering, or "one" for a single channel.
     pub channels: &'static str,
@@ -71,7 +71,7 @@ pub const FORMATS: &[Format] = &[
         extensions: &["spm", "000"],
         contents: "Bruker (Veeco, DI) NanoScope from version 4.3 on, images of 16 and 32 bits",
         unit: "`Z scale` and the sensitivity that it names",
-        size: "`Scan Size`, with `Aspect Ratio`; `pixel_size` where these leave it open",
+        size: "`Scan Size`, with `Aspect Ratio`; `pixel_size` if these are ambiguous",
         first_row: "bottom",
         channels: "place from 1, or title",
         holes: "",
@@ -99,7 +99,7 @@ pub const FORMATS: &[Format] = &[
         first_row: "bottom",
         channels: "layer from 0",
         holes: "points that are not valid",
-        not_read: "lists of points, axes of type A; MD5 sums and the rotation are left aside",
+        not_read: "lists of points, axes of type A; MD5 sums and the rotation are ignored",
         parse: x3p::parse,
     },
     Format {
@@ -156,7 +156,7 @@ pub const FORMATS: &[Format] = &[
         contents: "a matrix, one row a line, or points x, y, z: see [texts](#texts)",
         unit: "the header's; without, µm",
         size: "the header's or the points' spacing; without, `pixel_size`",
-        first_row: "the program's; points: y says; otherwise bottom",
+        first_row: "the program's; points: by y; otherwise bottom",
         channels: "columns of NanoScope's text, by place from 1 or title",
         holes: "empty cells, `nan`, `bad`, the header's number",
         not_read: "profiles, lists, binary grids",
@@ -168,7 +168,7 @@ pub const FORMATS: &[Format] = &[
         contents: "points x, y, z on a regular grid, in any order",
         unit: "the header's; without, µm",
         size: "the points' spacing",
-        first_row: "y says",
+        first_row: "by y",
         channels: "one",
         holes: "places of the grid without a point",
         not_read: "scattered points, more columns",

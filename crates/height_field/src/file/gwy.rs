@@ -2,8 +2,8 @@
 //!
 //! After the magic bytes `GWYP` the file holds one object, a container. An object is the name of its type, the length
 //! of its body (u32), and a body of components: each a name, a letter for the type of the value, and the value. Names
-//! end with NUL; numbers are little-endian. Bodies of other objects are skipped, so that nesting of any depth is no
-//! problem.
+//! end with NUL; numbers are little-endian. Bodies of other objects are skipped without being read, so that deep
+//! nesting costs no stack.
 
 use super::bytes::{Bytes, Number, data_length};
 use super::channel::{self, Channel};
@@ -159,7 +159,7 @@ struct Entry<'a> {
     mask: Option<Object<'a>>,
 }
 
-/// Entries of a container by channel number. Without data an entry is no channel.
+/// Entries of a container by channel number. An entry without data is not a channel.
 fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
     let mut entries = BTreeMap::<usize, Entry>::new();
     container.components(|name, value| {
@@ -190,7 +190,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if container.type_name != b"GwyContainer" {
         return Err("it holds no \"GwyContainer\"".to_owned());
     }
-    // Data and mask of each channel, in the order of `channels`.
+    // Data field and mask (if any) of each channel, in the order of `channels`.
     let mut fields = Vec::new();
     let mut channels = Vec::new();
     for (number, entry) in entries(container)? {

@@ -48,8 +48,8 @@ const WRITABLE: &str = ".exr, .png, .gsf, .npy";
 
 /// Physical scale for a file that has none of its own.
 ///
-/// A scale in the file must agree to a relative 1e-6. For a file in physical units, `max_height_um` must be its highest
-/// height, or its highest minus its lowest height.
+/// If the file has a scale, too, both must agree to a relative 1e-6. For a file in physical units, `max_height_um` must
+/// be the highest height, or the highest minus the lowest height.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FileScale {
     /// Size of the (square) pixels in µm; finite and positive.
@@ -108,7 +108,7 @@ impl Format {
     /// The format of a path, by its extension.
     ///
     /// # Errors
-    /// An extension of no readable format; those of instruments are named with a program that converts them.
+    /// An extension of no readable format. For an instrument's extension, the error names a program that converts it.
     fn of(path: &Path) -> Result<&'static Self, HeightFieldError> {
         let found = extension(path);
         let is_number = found.len() == 3 && found.bytes().all(|byte| byte.is_ascii_digit());
@@ -165,7 +165,7 @@ impl HeightField {
         Ok(Self::read_with(path, &options)?.field)
     }
 
-    /// [`HeightField::read`] with a choice of channel and of heights for missing points.
+    /// Variant of [`HeightField::read`] with a choice of channel and of heights for missing points.
     ///
     /// ```
     /// use sunbeam_height_field::{FileScale, Fill, HeightField, ReadOptions, Source};
@@ -192,7 +192,8 @@ impl HeightField {
         format.read(path, &bytes, options)
     }
 
-    /// [`HeightField::read_with`] for a file in memory. The extension of `name` tells the format; no file is opened.
+    /// Variant of [`HeightField::read_with`] for a file in memory. The extension of `name` tells the format; no file is
+    /// opened.
     ///
     /// # Errors
     /// The errors of [`HeightField::read_with`].

@@ -16,17 +16,17 @@ use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::HashMap;
 
-/// A section of the header: a headline and its lines `key: value`, with keys in lower case.
-pub(super) struct Section<'a> {
-    /// Headline without its asterisk.
-    title: &'a str,
-    /// Values by key.
-    lines: HashMap<String, &'a str>,
-}
-
 /// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement. The
 /// header has few digits of the sides.
 const SIDES_AGREEMENT: f64 = 1e-2;
+
+/// A section of the header: a headline and its lines `key: value`.
+pub(super) struct Section<'a> {
+    /// Headline without its asterisk.
+    title: &'a str,
+    /// Values by key in lower case.
+    lines: HashMap<String, &'a str>,
+}
 
 impl<'a> Section<'a> {
     /// Whether the section describes an image rather than a force curve.
@@ -114,7 +114,8 @@ fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), Stri
         .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
     // Heights have a soft scale in length per volt and a hard value in volts.
     let length = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
-    let height_um = length.and_then(|length| micrometres(length).ok()).map(|um| hard_value * sensitivity * um);
+    let height_um =
+        length.and_then(|length| micrometres(length).ok()).map(|unit_um| hard_value * sensitivity * unit_um);
     let unit_name = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
     Ok((height_um, unit_name))
 }
@@ -129,8 +130,8 @@ fn title_and_direction(image: &Section) -> Result<(String, String), String> {
     Ok((title.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
 }
 
-/// Columns, rows and type of the numbers of an image, such that they take `length` bytes, the length of its data. A
-/// scan that was stopped stores its valid rows only.
+/// Columns, rows and number type of an image whose data take `length` bytes. A scan that was stopped may store only its
+/// valid rows.
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
@@ -163,8 +164,8 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     let malformed = || format!("Scan Size is \"{text}\", not one or two numbers and a unit");
     let (x, rest) = leading_number(text).ok_or_else(malformed)?;
     let (y, unit) = leading_number(rest).unwrap_or((x, rest));
-    let um = micrometres(unit)?;
-    let (dx, dy) = (x * um / nx as f64, y * um / ny as f64);
+    let unit_um = micrometres(unit)?;
+    let (dx, dy) = (x * unit_um / nx as f64, y * unit_um / ny as f64);
     let Ok(ratio) = image.text("Aspect ratio") else { return Ok(Pixel::Um(dx, dy)) };
     let parts = ratio.split_once(':').and_then(|(a, b)| Some((positive_number(a)?, positive_number(b)?)));
     let (across, down) = parts.ok_or_else(|| format!("Aspect Ratio is \"{ratio}\", not two numbers"))?;
@@ -216,7 +217,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
     data.take(offset)?;
-    // 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
+    // Number of steps in full range, 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
     let steps = match image.text("Bytes/pixel") {
         Err(_) | Ok("2") => 65536.0,
         Ok("4") => 4_294_967_296.0,
@@ -228,6 +229,6 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     // The scan size is that of all lines, even if the scan was stopped.
     let lines = image.count("Number of lines")?;
     let pixel = pixel_size(image, &all, (nx, lines))?;
-    let meaning = Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
+    let meaning = Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
     Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[chosen].name(), wanted))
 }

@@ -6,8 +6,8 @@ use crate::HeightField;
 use ndarray::Array2;
 use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement, WriteNpyExt};
 
-/// Matrix of elements of type T, as 64-bit floats. `None` if the file holds another type; an error if the array has not
-/// two dimensions, or is damaged.
+/// Matrix of elements of type T, as 64-bit floats. `None` if the file holds another type; an error if the array is
+/// damaged or does not have two dimensions.
 fn try_type<T>(bytes: &[u8], convert: fn(T) -> f64) -> Option<Result<Array2<f64>, String>>
 where
     T: ReadableElement,
@@ -30,7 +30,7 @@ where
 /// Refuses a shape with more elements than the file has bytes, before memory is allocated for them.
 ///
 /// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later
-/// versions), and the header, a Python dictionary whose `'shape'` is a tuple.
+/// versions), and the header. The header is a Python dictionary whose `'shape'` is a tuple.
 fn check_shape(bytes: &[u8]) -> Result<(), String> {
     let length = bytes.get(8..12).ok_or("it has no header")?;
     // Byte 6 is the major version.

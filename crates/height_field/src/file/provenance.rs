@@ -6,13 +6,13 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
-    /// Said by the file.
+    /// Given by the file.
     File,
     /// Fixed by the format for all files.
     Format,
     /// Given by an option of the reader: `pixel_size`, `max_height`, `channel` or `fill`.
     Option,
-    /// The documented default, where neither file nor option says it.
+    /// The documented default, where neither file nor option gives the property.
     Default,
     /// Inferred from the values.
     Guess,
@@ -34,7 +34,7 @@ impl Understood {
     }
 }
 
-/// Everything that the reader needed besides the numbers of a file.
+/// Properties that the reader needed besides the numbers of a file, each with its origin.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Provenance {
     /// Pixel size along x and y.

@@ -19,23 +19,24 @@ const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
 pub(super) enum Meaning {
-    /// Heights in a unit of `um` µm; `unit` is its name and origin.
-    Lengths { um: f64, unit: Understood },
-    /// Fractions of full scale: 0 is height 0, `full` is the largest height, which the file may give in µm.
+    /// Heights in a unit of `unit_um` µm; `unit` is its name, and the origin of this knowledge.
+    Lengths { unit_um: f64, unit: Understood },
+    /// Fractions of full scale: the number 0 is height 0, the number `full` is the largest height. `max_height_um` is
+    /// this height, if the file gives it.
     FullScale { full: f64, max_height_um: Option<f64> },
     /// Heights in an unknown unit: the lowest becomes 0, the highest the option `max_height`.
     Unknown,
 }
 
 impl Meaning {
-    /// Heights in a unit named by the file, of `um` µm.
-    pub(super) fn in_unit(unit: &str, um: f64) -> Self {
-        Self::Lengths { um, unit: Understood::new(Source::File, unit) }
+    /// Heights in a unit named by the file, of `unit_um` µm.
+    pub(super) fn in_unit(unit: &str, unit_um: f64) -> Self {
+        Self::Lengths { unit_um, unit: Understood::new(Source::File, unit) }
     }
 
     /// Heights in µm by definition of the format.
     pub(super) fn micrometres() -> Self {
-        Self::Lengths { um: 1.0, unit: Understood::new(Source::Format, "µm") }
+        Self::Lengths { unit_um: 1.0, unit: Understood::new(Source::Format, "µm") }
     }
 }
 
@@ -63,8 +64,10 @@ pub(super) struct Raw {
     values: Array2<f64>,
     /// Conversion from stored numbers to heights.
     meaning: Meaning,
-    /// First row, and the origin of this property.
-    first: (FirstRow, Source),
+    /// First row.
+    first_row: FirstRow,
+    /// Origin of the first row.
+    first_row_source: Source,
     /// Pixel size.
     pixel: Pixel,
     /// Origin of a known pixel size.
@@ -81,18 +84,26 @@ fn agree(a: f64, b: f64) -> bool {
     (a - b).abs() <= AGREEMENT * a.abs().max(b.abs())
 }
 
-/// A length rounded to seven digits, for messages. 0 and numbers near the ends of the range are left as they are.
+/// A number rounded to seven digits, for messages. 0, and numbers near the ends of the range of f64, are returned
+/// unchanged.
 pub(super) fn rounded(value: f64) -> f64 {
-    let factor = 10_f64.powi(6 - value.abs().log10().floor() as i32);
+    let factor = 10_f64.powi(6_i32.saturating_sub(value.abs().log10().floor() as i32));
     let result = (value * factor).round() / factor;
     if result.is_finite() { result } else { value }
 }
 
 impl Raw {
     /// Contents of a file whose format fixes the first row, with an unknown pixel size and a single channel.
-    pub(super) fn new(values: Array2<f64>, meaning: Meaning, first: FirstRow) -> Self {
-        let (first, pixel_source) = ((first, Source::Format), Source::File);
-        Self { values, meaning, first, pixel: Pixel::Open("pixel size".to_owned()), pixel_source, channel: None }
+    pub(super) fn new(values: Array2<f64>, meaning: Meaning, first_row: FirstRow) -> Self {
+        Self {
+            values,
+            meaning,
+            first_row,
+            first_row_source: Source::Format,
+            pixel: Pixel::Open("pixel size".to_owned()),
+            pixel_source: Source::File,
+            channel: None,
+        }
     }
 
     /// Sets the pixel size in µm along x and y, if the file says it.
@@ -113,9 +124,9 @@ impl Raw {
         Self { pixel_source, ..self }
     }
 
-    /// Sets the origin of the order of rows; the default is the format.
-    pub(super) fn rows_from(self, source: Source) -> Self {
-        Self { first: (self.first.0, source), ..self }
+    /// Sets the origin of the first row; the default is the format.
+    pub(super) fn rows_from(self, first_row_source: Source) -> Self {
+        Self { first_row_source, ..self }
     }
 
     /// Sets the name of the channel; `wanted` is the option that chose it, or `None` for the default channel.
@@ -140,30 +151,33 @@ impl Raw {
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
     pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         // Unit of the values in µm, for the detection of missing points; 1 if unknown.
-        let um = if let Meaning::Lengths { um, .. } = self.meaning { um } else { 1.0 };
-        let holes = Holes::mark(&mut self.values, um);
+        let unit_um = if let Meaning::Lengths { unit_um, .. } = self.meaning { unit_um } else { 1.0 };
+        let holes = Holes::mark(&mut self.values, unit_um);
         let (count, total) = (holes.count, self.values.len());
         if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || count == total) {
             let isolated = holes.isolated_in_words();
             return Err(HeightFieldError::Missing { path: path.to_owned(), count, total, row, column, isolated });
         }
-        let (dx, dy) = self.pixel_size(path, &options.scale)?;
+        let (dx_um, dy_um) = self.pixel_size(path, &options.scale)?;
         let height_unit = self.scale_heights(path, &options.scale)?;
-        if self.first.0 == FirstRow::Top {
+        if self.first_row == FirstRow::Top {
             self.values.invert_axis(Axis(0));
             self.values = self.values.as_standard_layout().into_owned();
         }
-        options.fill.apply(&mut self.values, dx, dy);
-        let first = if self.first.0 == FirstRow::Top { "first row at the top" } else { "first row at the bottom" };
+        options.fill.apply(&mut self.values, dx_um, dy_um);
+        let rows = match self.first_row {
+            FirstRow::Top => "first row at the top",
+            FirstRow::Bottom => "first row at the bottom",
+        };
         let pixel_source = if let Pixel::Um(..) = self.pixel { self.pixel_source } else { Source::Option };
         let provenance = Provenance {
-            pixel_size: Understood::new(pixel_source, format!("{} × {} µm", rounded(dx), rounded(dy))),
+            pixel_size: Understood::new(pixel_source, format!("{} × {} µm", rounded(dx_um), rounded(dy_um))),
             height_unit,
-            rows: Understood::new(self.first.1, first),
+            rows: Understood::new(self.first_row_source, rows),
             channel: self.channel.clone(),
             holes: understood_holes(&holes, total, options.fill),
         };
-        let field = HeightField::new(self.values, dx, dy)?;
+        let field = HeightField::new(self.values, dx_um, dy_um)?;
         let mut doubts = doubts::about(&field);
         doubts.extend(holes.isolated.iter().map(|&(value, count)| Doubt::Isolated { value, count }));
         let channel = self.channel.map(|channel| channel.value);
@@ -175,7 +189,7 @@ impl Raw {
         let (parameter, path) = ("pixel_size", path.to_owned());
         match (&self.pixel, scale.pixel_size_um) {
             (Pixel::Open(what), None) => Err(HeightFieldError::MissingScale { path, parameter, what: what.clone() }),
-            (Pixel::Open(_), Some(given)) => Ok((given, given)),
+            (Pixel::Open(_), Some(given_um)) => Ok((given_um, given_um)),
             (Pixel::Um(dx, dy), None) => Ok((*dx, *dy)),
             (&Pixel::Um(dx, dy), Some(given_um)) => match [dx, dy].into_iter().find(|own| !agree(*own, given_um)) {
                 Some(file_um) => Err(HeightFieldError::ScaleDisagrees { path, parameter, given_um, file_um }),
@@ -194,19 +208,20 @@ impl Raw {
             let what = what.to_owned();
             HeightFieldError::MissingScale { path: path.to_owned(), parameter, what }
         };
-        // The option must agree with one of the file's candidates for the height of full scale, in µm.
+        // The option must agree with one of the heights in `own`, those of full scale that the file allows, in µm.
         let check = |own: &[f64]| match scale.max_height_um {
             Some(given_um) if !own.iter().any(|value| agree(*value, given_um)) => {
                 Err(HeightFieldError::ScaleDisagrees { path: path.to_owned(), parameter, given_um, file_um: own[0] })
             }
             _ => Ok(()),
         };
+        // Lowest and highest value; missing points are ignored.
         let range_of = |values: &Array2<f64>| {
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
         };
         match &self.meaning {
-            Meaning::Lengths { um, unit } => {
-                self.values.mapv_inplace(|value| value * um);
+            Meaning::Lengths { unit_um, unit } => {
+                self.values.mapv_inplace(|value| value * unit_um);
                 let (low, high) = range_of(&self.values);
                 // `max_height` may be the highest value, or the range.
                 check(&[high, high - low])?;

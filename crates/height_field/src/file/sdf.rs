@@ -1,4 +1,4 @@
-//! Surface data files (`.sdf`) of ISO 25178-71, versions 1.0 and 2.0, and of the earlier BCR proposal; as text and in
+//! Surface data files (`.sdf`) of ISO 25178-71, versions 1.0 and 2.0, and of the earlier BCR proposal, in text and in
 //! binary.
 //!
 //! A *profile* is a row of points along x.
@@ -62,7 +62,8 @@ struct Header {
 impl Header {
     /// Whether a stored number marks a missing point.
     fn is_missing(&self, value: f64) -> bool {
-        // Smallest number of the type (ISO's mark), and its largest (BCR's). BCR's floats have a threshold instead.
+        // The smallest number of the type, the mark of ISO, and the largest, that of BCR. For BCR's floats a threshold
+        // just below the largest is used.
         let (low, high) = match self.number {
             Number::U8 => (0.0, f64::from(u8::MAX)),
             Number::U16 => (0.0, f64::from(u16::MAX)),
@@ -73,7 +74,8 @@ impl Header {
             Number::F32 => (f64::from(f32::MIN), BCR_MISSING_MIN_F32),
             Number::F64 => (f64::MIN, BCR_MISSING_MIN_F64),
         };
-        known_or_nan(value).is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
+        let is_mark = if self.revision == Revision::Bcr { value >= high } else { value == low };
+        is_mark || known_or_nan(value).is_nan()
     }
 
     /// Contents from the stored numbers.
@@ -98,7 +100,7 @@ fn number_of(code: u8) -> Result<Number, String> {
     found.ok_or_else(|| format!("DataType is {code}; 0 to 7 are known"))
 }
 
-/// Refuses a property that this reader lacks (compression or checksum), unless its code is 0, none.
+/// Refuses compressed or checksummed files: the property `name` must have code 0, none.
 fn require_none(name: &str, code: u8) -> Result<(), String> {
     if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
 }
@@ -126,7 +128,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 
 /// Reads a binary file from the byte after its magic.
 fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
-    // Manufacturer, date of creation, date of change.
+    // Skips the manufacturer (10 bytes), the date of creation (12) and the date of change (12).
     bytes.take(10 + 12 + 12)?;
     let mut count = || -> Result<usize, String> {
         Ok(if revision == Revision::Iso2 { bytes.u32()? as usize } else { usize::from(bytes.u16()?) })
@@ -147,7 +149,7 @@ fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
     let mut records = text.split('*');
     let (head, data) = (records.next().unwrap_or_default(), records.next().ok_or("its header does not end with *")?);
     // In BCR files a semicolon begins a comment.
-    let uncommented = |line: &'_ str| -> String {
+    let uncommented = |line: &str| -> String {
         if revision == Revision::Bcr { line.split(';').next().unwrap_or_default().to_owned() } else { line.to_owned() }
     };
     let mut fields = HashMap::new();

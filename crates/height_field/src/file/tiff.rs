@@ -21,7 +21,7 @@ use tiff::tags::Tag;
 const PIXELS_PER_METRE_MIN: f64 = 100_000.0;
 /// Private tags of instruments that hold the heights, beside a preview in colours, with the manufacturer.
 const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
-/// Largest number of pages that are searched. Bounds the time for a damaged file.
+/// Largest number of pages that are searched, which bounds the time for a damaged file.
 const PAGES_MAX: usize = 65_536;
 /// Upper bound on the compression ratio, which bounds the memory for a damaged file. The ratios of LZW and Deflate are
 /// lower.
@@ -81,10 +81,10 @@ impl Description {
 
     /// Calibration `(c0, c1)` in µm, where a height is `c0 + c1·value`; `None` without a linear calibration of lengths.
     fn calibration_um(&self) -> Option<(f64, f64)> {
-        let um = self.unit_um("vunit")?;
+        let unit_um = self.unit_um("vunit")?;
         let number = |key: &str| self.get(key)?.parse::<f64>().ok();
         // Calibration function 0 is a straight line.
-        (self.get("cf")? == "0").then_some((number("c0")? * um, number("c1")? * um))
+        (self.get("cf")? == "0").then_some((number("c0")? * unit_um, number("c1")? * unit_um))
     }
 }
 
@@ -93,8 +93,8 @@ fn read_pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result
     let (Some(x), Some(y)) = (resolution(pages, Tag::XResolution), resolution(pages, Tag::YResolution)) else {
         return Ok(None);
     };
-    if let Some(um) = description.and_then(|description| description.unit_um("unit")) {
-        return Ok(Some((um / x, um / y)));
+    if let Some(unit_um) = description.and_then(|description| description.unit_um("unit")) {
+        return Ok(Some((unit_um / x, unit_um / y)));
     }
     let per_metre = match integer(pages, Tag::ResolutionUnit)? {
         // Inch, the default, and centimetre.
@@ -127,7 +127,7 @@ fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>,
             let listed: Vec<Channel> = (0..=current).map(page_channel).collect();
             channel::choose(&listed, Some(wanted))?;
         }
-        // Fails after the last page.
+        // Fails after the last page, which is reached if `wanted` is blank: it equals the empty titles above.
         pages.next_image().map_err(|error| error.to_string())?;
     }
     Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))
@@ -136,9 +136,13 @@ fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>,
 /// Size in bytes of one value of a tag's type, by the type's code in TIFF 6.0 and BigTIFF; 1 for unknown types.
 fn value_size(kind: u64) -> u64 {
     match kind {
+        // SHORT, SSHORT.
         3 | 8 => 2,
+        // LONG, SLONG, FLOAT, IFD.
         4 | 9 | 11 | 13 => 4,
+        // RATIONAL, SRATIONAL, DOUBLE, LONG8, SLONG8, IFD8.
         5 | 10 | 12 | 16 | 17 | 18 => 8,
+        // BYTE, ASCII, SBYTE, UNDEFINED.
         _ => 1,
     }
 }
@@ -147,7 +151,7 @@ fn value_size(kind: u64) -> u64 {
 /// reports other damage of the directories.
 fn check_tags(bytes: &[u8]) -> Result<(), String> {
     let is_little = bytes.starts_with(b"II");
-    // The unsigned integer of `size` bytes at a position; `None` beyond the end of the file.
+    // The unsigned integer of `size` bytes at byte `at`, in the file's byte order; `None` beyond the end of the file.
     let number = |at: usize, size: usize| -> Option<u64> {
         let digits = bytes.get(at..at.checked_add(size)?)?;
         let append = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
@@ -155,7 +159,8 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
     };
     // Sizes in bytes of a directory's count of entries, of an entry, and of an offset: BigTIFF (version 43) or TIFF.
     let (count_size, entry_size, offset_size) = if number(2, 2) == Some(43) { (8, 20, 8) } else { (2, 12, 4) };
-    // Position of the next directory, 0 after the last. That of the first is at byte 4, in BigTIFF at byte 8.
+    // Position of the next directory, 0 after the last. The position of the first one is stored at byte 4,
+    // in BigTIFF at byte 8, which equals the size of an offset.
     let mut next = number(offset_size, offset_size);
     let mut bytes_read = 0;
     while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
@@ -208,7 +213,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
     }
-    let (first, rows) = match integer(&mut pages, Tag::Orientation)? {
+    let (first_row, first_row_source) = match integer(&mut pages, Tag::Orientation)? {
         None => (FirstRow::Top, Source::Format),
         Some(1) => (FirstRow::Top, Source::File),
         Some(4) => (FirstRow::Bottom, Source::File),
@@ -228,7 +233,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
             return Err("its samples are signed integers or half floats; unsigned ones or floats are needed".to_owned());
         }
     };
-    // The number of missing points has more digits than 32-bit floats, which are compared with it.
+    // The mark of missing points is rounded like the 32-bit floats that are compared with it.
     let is_f32 = matches!(colour, ColorType::Gray(32)) && full.is_none();
     let no_data = no_data.map(|value| if is_f32 { f64::from(value as f32) } else { value });
     let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { value }).collect();
@@ -237,12 +242,12 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let meaning = match (description.and_then(|description| description.calibration_um()), full) {
         (Some((c0, c1)), _) => {
             values.mapv_inplace(|value| c0 + c1 * value);
-            Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
+            Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
         }
         (None, Some(full)) => Meaning::FullScale { full, max_height_um: None },
         (None, None) => Meaning::micrometres(),
     };
-    let raw = Raw::new(values, meaning, first).pixel(pixel_um).rows_from(rows);
+    let raw = Raw::new(values, meaning, first_row).pixel(pixel_um).rows_from(first_row_source);
     Ok(match page {
         Some(page) => raw.channel(page, wanted),
         None => raw,

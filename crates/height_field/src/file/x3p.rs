@@ -50,7 +50,7 @@ impl<'a> Archive<'a> {
     /// Index in the archive of a file by its path in the description's folder, in any case.
     fn index(&self, name: &str) -> Option<usize> {
         let wanted = format!("{}{}", self.folder, normal_name(name)).to_lowercase();
-        let found = self.zip.file_names().find(|name| normal_name(name).to_lowercase() == wanted)?;
+        let found = self.zip.file_names().find(|stored| normal_name(stored).to_lowercase() == wanted)?;
         self.zip.index_for_name(found)
     }
 }
@@ -116,9 +116,9 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let document = Document::parse(&xml).map_err(|error| format!("main.xml: {error}"))?;
     let root = document.root_element();
     let (nx, ny, nz) = (count(root, "SizeX")?, count(root, "SizeY")?, count(root, "SizeZ")?);
-    let dx = increment(root, "CX")?;
+    let dx_m = increment(root, "CX")?;
     // The description of a single profile may omit the y axis.
-    let dy = if ny == 1 { increment(root, "CY").unwrap_or(dx) } else { increment(root, "CY")? };
+    let dy_m = if ny == 1 { increment(root, "CY").unwrap_or(dx_m) } else { increment(root, "CY")? };
     let axis = find(root, &["Record1", "Axes", "CZ"]).ok_or("it has no axis CZ")?;
     let number = match text(axis, &["DataType"]) {
         Some("I") => Number::I16,
@@ -130,7 +130,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let scale_m = real(axis, &["Increment"])?.unwrap_or(1.0);
     let offset_m = real(axis, &["Offset"])?.unwrap_or(0.0);
 
-    // Points of one layer, and bytes of all layers.
+    // Bytes and points of one layer, and bytes of all layers.
     let layer_bytes = data_length(nx, ny, number)?;
     let points = layer_bytes / number.size();
     let all_bytes = layer_bytes.checked_mul(nz).ok_or("its size is too large")?;
@@ -153,14 +153,15 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 
     let layers: Vec<Channel> = (0..nz).map(|number| Channel::new(number, String::new(), "m".to_owned())).collect();
     let layer = channel::choose(&layers, wanted)?;
-    let first = layer * points;
-    // One bit for each point, from the lowest bit of each byte.
+    // Indices of the layer's points among those of all layers.
+    let indices = layer * points..(layer + 1) * points;
+    // `valid` has one bit for each point of all layers, from the lowest bit of each byte on.
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
     let height_m = |i: usize| if is_valid(i) { known_or_nan(stored[i]) * scale_m + offset_m } else { f64::NAN };
-    let heights = (first..first + points).map(height_m);
+    let heights = indices.map(height_m);
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
-    let raw =
-        Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
+    let pixel_um = Some((dx_m * UM_PER_M, dy_m * UM_PER_M));
+    let raw = Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(pixel_um);
     Ok(if nz > 1 { raw.channel(layer.to_string(), wanted) } else { raw })
 }
 

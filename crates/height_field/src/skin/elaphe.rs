@@ -45,6 +45,7 @@ fn sheet(t: f64) -> f64 {
 /// are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
+    // Half a period, at which fingers touch. With 0.6 flanks more, the opacity is 1 there, too.
     let closed = 0.5 + 0.6 * FLANK;
     // The wedge opens as t^(3/4), by square roots, which are the same on every machine.
     let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();

@@ -12,9 +12,13 @@
 //! - `v`: position across the fingers (along y), in finger periods;
 //! - `q`: signed distance from the axis of one finger, in finger periods.
 //!
-//! One skin is built in this order: the lattice of layers and fingers, the height of every pixel from the fingers near
-//! it, Gaussian granules (bumps, and holes of negative height), a slow undulation and noise, and last a stretch to the
-//! published range of heights.
+//! One skin is built in this order:
+//!
+//! 1. The lattice of layers and fingers.
+//! 2. The height of every pixel from the fingers near it.
+//! 3. Gaussian granules: bumps, and holes of negative height.
+//! 4. A slow undulation and noise.
+//! 5. A stretch to the published range of heights.
 //!
 //! Coordinates are displaced (*warped*) by smooth periodic fields, so that orientation and period vary over the tile.
 //! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; shared
@@ -44,9 +48,9 @@ struct Finger {
     shift: f64,
     /// Shift of the tip along the finger, in layer periods.
     tip: f64,
-    /// Width factor.
+    /// Width relative to that of a regular finger.
     width: f64,
-    /// Height of the tip in µm.
+    /// Height of the tip above the layer's surface, in µm.
     height_um: f64,
 }
 

@@ -39,8 +39,10 @@ const LEAN: f64 = 0.15;
 /// Half the width of a finger at `t`, in finger periods. Fingers touch at t = 0; the gap between them is a pointed
 /// ellipse; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
+    // Half a period, at which fingers touch. With 0.6 flanks more, the opacity is 1 there, too.
     let closed = 0.5 + 0.6 * FLANK;
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
+    // Wide and narrow fingers differ at the tip alone.
     let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
     // Fraction of the round end, 0 before it.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);

@@ -394,8 +394,8 @@ impl Screen {
     }
 }
 
-/// Report of a picture as JSON: size in pixels, rays along each side of a pixel, milliseconds since `start`, and from
-/// `drawn` the number of answers of the method and of submissions to the GPU.
+/// Report of a picture as JSON: size in pixels, rays along each side of a pixel, milliseconds since `start`. `drawn`
+/// adds the number of answers of the method and of submissions to the GPU.
 fn report(target: &Target, level: Level, is_finest: bool, start: Instant, drawn: &FrameReport) -> String {
     let (width, height) = target.size();
     json!({

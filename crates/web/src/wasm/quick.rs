@@ -5,7 +5,7 @@
 
 use super::report::thrown;
 use crate::settings::{CameraSettings, SUN_ELEVATION_DEG, Settings, SunSettings};
-use crate::{catalogue as all, image, share};
+use crate::{image, share};
 use sha2::{Digest, Sha256};
 use sunbeam_realtime::{DEGREES_PER_POINT, Orbit};
 use wasm_bindgen::JsValue;
@@ -56,7 +56,7 @@ pub fn share_xml(json: &str, width: u32, height: u32) -> Result<String, JsValue>
 /// Entries of the page's lists, as JSON ([`crate::catalogue()`]).
 #[wasm_bindgen]
 pub fn catalogue() -> String {
-    all().to_string()
+    crate::catalogue().to_string()
 }
 
 /// The SHA-256 of a file's bytes, as 64 hexadecimal digits.

@@ -248,6 +248,7 @@ fn headers_of_keys_and_values_are_read_or_refused() {
         ("spacing: 0.05\n", "line 1"),
         ("lengths in furlong: 3 nm\n", "line 1"),
         ("Scan size: 350 x 400 nm\npixel size: 2 µm\n", "a spacing of 2 µm and a length of 0.35 µm for 7 points"),
+        ("Scan size: 350 x 400 nm\npixel size: 0 µm\n", "a spacing of 0 µm and a length of 0.35 µm for 7 points"),
         ("Number of points: 36\n", "36 points, but 7 × 5 follow"),
     ] {
         let message = refusal("skin.txt", format!("{header}{body}").as_bytes(), &scale(0.05, None));

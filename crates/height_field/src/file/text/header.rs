@@ -43,9 +43,10 @@ pub(super) enum HeightUnit {
     Unsaid,
     /// A length: as written, and in µm.
     Length(String, f64),
-    /// Mentioned without a value.
+    /// Mentioned, but empty.
     Empty,
-    /// Not a length; the text is the error. A later line may replace the unit by a factor, as for holograms in radians.
+    /// Not a length; the text is the error message. A later line may still give the height of one such unit, as for
+    /// holograms in radians.
     NoLength(String),
 }
 
@@ -58,7 +59,7 @@ pub(super) struct Header {
     pub extent_um: [Option<f64>; 2],
     /// Spacings along x and y in µm.
     pub step_um: [Option<f64>; 2],
-    /// A single length for both axes, in µm: that of the longer side.
+    /// Length of the longer side in µm, from a key without an axis.
     pub edge_um: Option<f64>,
     /// Unit of the heights.
     pub height: HeightUnit,
@@ -149,7 +150,7 @@ pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
 fn recognised_program(lines: &[Line]) -> Program {
     // Whether a line begins with `with`, given in lower case, after its comment signs.
     let begins = |text: &str, with: &str| text.trim_start_matches(['#', ' ', '\t']).to_lowercase().starts_with(with);
-    // Whether any line does.
+    // Whether any line begins with `with`.
     let has = |with: &str| lines.iter().any(|(_, text)| begins(text, with));
     if has("file format = ascii") || has("bit2nm") || has("start of data") {
         Program::Spip
@@ -164,7 +165,7 @@ fn recognised_program(lines: &[Line]) -> Program {
     }
 }
 
-/// Keys and values of a line: none for words, one pair, or several of the form `key=value` with blanks between them.
+/// Pairs of key and value in a line: none for words, one, or several of the form `key=value` with blanks between them.
 fn key_value_pairs(text: &str) -> Vec<(String, String)> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let is_pair = |word: &&str| word.matches('=').count() == 1 && !word.starts_with('=');
@@ -207,10 +208,11 @@ impl Header {
     /// A value that does not fit its key, and a unit that is not a length.
     fn take_pair(&mut self, program: Program, (line, text): Line, key: &str, value: &str) -> Result<bool, String> {
         let refuse = || not_understood(line, text);
-        // The value as numbers with a unit, and as a single number.
-        let numbers = || quantity(value).ok_or_else(refuse);
+        // The value as one or two numbers with a unit.
+        let parsed = || quantity(value).ok_or_else(refuse);
+        // The value as a single number, whatever its unit.
         let number = || -> Result<f64, String> {
-            match numbers()?.numbers.as_slice() {
+            match parsed()?.numbers.as_slice() {
                 [number] => Ok(*number),
                 _ => Err(refuse()),
             }
@@ -220,8 +222,8 @@ impl Header {
             Role::Channel => self.channel = Some(value.to_owned()),
             Role::HeightUnit => self.height = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
             Role::HeightFactor => {
-                let um = numbers()?.lengths_um().ok_or_else(refuse)?[0];
-                self.height = HeightUnit::Length(value.to_owned(), um);
+                let unit_um = parsed()?.lengths_um().ok_or_else(refuse)?[0];
+                self.height = HeightUnit::Length(value.to_owned(), unit_um);
             }
             Role::LateralUnit => self.lateral_um = Some([micrometres(value)?; 2]),
             Role::NmPerValue => {
@@ -234,7 +236,7 @@ impl Header {
             Role::MaskedPoints => self.has_mask = number()? > 0.0,
             Role::NoData => self.no_data = Some(number()?),
             Role::HeightRange => {
-                let unit = numbers()?.unit;
+                let unit = parsed()?.unit;
                 if program == Program::Wsxm {
                     self.height = height_unit(&unit)?;
                 } else if !unit.is_empty() && self.height == HeightUnit::Unsaid {
@@ -243,11 +245,11 @@ impl Header {
                 }
             }
             Role::Step(along) => {
-                let found = numbers()?;
+                let found = parsed()?;
                 let steps = found.per_point_um().or_else(|| lengths(program, &found)).ok_or_else(refuse)?;
                 self.take_steps(along, &steps);
             }
-            Role::Size(along) => self.take_size(program, along, line, key, &numbers()?).ok_or_else(refuse)?,
+            Role::Size(along) => self.take_size(program, along, line, key, &parsed()?).ok_or_else(refuse)?,
             Role::Unknown => return Ok(false),
         }
         Ok(true)
@@ -300,8 +302,8 @@ impl Header {
         if let Some(lateral_um) = titles.lateral_um {
             self.lateral_um = Some(lateral_um);
         }
-        if let Some((unit, um)) = titles.height {
-            self.height = HeightUnit::Length(unit, um);
+        if let Some((unit, unit_um)) = titles.height {
+            self.height = HeightUnit::Length(unit, unit_um);
         }
     }
 
@@ -388,7 +390,8 @@ impl Header {
 /// Numbers as lengths in µm; `None` unless their unit is a length. Without a unit they are nm in SPIP's files, and are
 /// taken for µm in geographic grids.
 fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
-    let in_unit = |um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * um).collect());
+    let in_unit =
+        |unit_um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * unit_um).collect());
     found.lengths_um().or_else(|| match program {
         Program::Spip => in_unit(1e-3),
         Program::Esri => in_unit(1.0),
@@ -405,8 +408,8 @@ fn height_unit(unit: &str) -> Result<HeightUnit, String> {
     if unit.is_empty() {
         return Ok(HeightUnit::Empty);
     }
-    let um = micrometres(unit).map_err(|error| format!("the heights have {error}"))?;
-    Ok(HeightUnit::Length(unit.to_owned(), um))
+    let unit_um = micrometres(unit).map_err(|error| format!("the heights have {error}"))?;
+    Ok(HeightUnit::Length(unit.to_owned(), unit_um))
 }
 
 /// Unit of length in a line such as `heights in nm` or `Height (nm)`; `None` without one.

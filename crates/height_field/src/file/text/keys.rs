@@ -178,10 +178,10 @@ const SIZE: [&str; 26] = [
 ];
 /// Words for missing points.
 const NO_DATA: [&str; 8] = ["nodata", "nodatavalue", "missing", "invalid", "void", "bad", "blank", "undefined"];
-/// Words for the channel.
+/// Words for the channel; `kanal` is German.
 const CHANNEL: [&str; 5] = ["channel", "title", "signal", "name", "kanal"];
 
-/// Words of a key in lower case: `x`, `length` for `X-Length` and for `xlength`.
+/// Words of a key in lower case. `X-Length` and `xlength` both give `x`, `length`.
 fn words_of(key: &str) -> Vec<String> {
     let lower = key.to_lowercase();
     let spaced: String = lower.chars().map(|c| if "-_./:".contains(c) { ' ' } else { c }).collect();

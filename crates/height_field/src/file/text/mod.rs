@@ -65,7 +65,7 @@ pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     parse_kind(bytes, wanted, Kind::Points)
 }
 
-/// Reads the contents that `kind` allows; the body of [`parse`] and [`parse_points`].
+/// Reads the contents that `kind` allows; common to [`parse`] and [`parse_points`].
 fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     surfer::refuse_binary(bytes)?;
     let text = encoding::text(bytes)?;
@@ -88,7 +88,7 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     }
     match (header.counts, table.columns()) {
         ([Some(nx), Some(ny)], columns) => {
-            // With numbers of points in the header, the numbers may be in lines of any length. nx·ny lines of three
+            // The header gives the size, so a matrix may be broken into lines of any length. nx·ny lines of three
             // numbers are points, unless nx is 3.
             let total = table.values.len();
             let is_points = columns == Ok(3) && nx != 3 && nx.checked_mul(ny * 3) == Some(total);
@@ -187,9 +187,12 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
         let three_columns = |skip: usize| -> Vec<f64> {
             table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
         };
+        // Whether these columns are points x, y, z on a grid of more than one row and column.
         let is_list = |skip: usize| {
-            points::grid(&three_columns(skip), [1.0; 2])
-                .is_ok_and(|grid| grid.values.len() >= rows && grid.values.dim().0 > 1 && grid.values.dim().1 > 1)
+            points::grid(&three_columns(skip), [1.0; 2]).is_ok_and(|grid| {
+                let (ny, nx) = grid.values.dim();
+                ny > 1 && nx > 1
+            })
         };
         if is_list(0) || is_list(1) {
             return Err(format!("its {columns} columns hold points x, y, z and more: keep the columns x, y and z"));
@@ -199,7 +202,7 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
     let row: Vec<f64> = table.values[1..columns].to_vec();
     let column: Vec<f64> = table.values.iter().skip(columns).step_by(columns).copied().collect();
     let (row_ramp, column_ramp) = (ramp(&row), ramp(&column));
-    // An index counts from 0 or 1 in steps of 1.
+    // An index counts from 0 or 1 in steps of 1; a ramp is its first number and its step.
     let is_index = |found: Option<(f64, f64)>| found.is_some_and(|found| found == (0.0, 1.0) || found == (1.0, 1.0));
     let both_are_ramps = row_ramp.is_some() && column_ramp.is_some();
     let which = match (both_are_ramps, is_index(row_ramp), is_index(column_ramp)) {
@@ -230,8 +233,8 @@ fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
 /// Meaning of the heights according to a header; µm where it does not mention a unit.
 fn meaning(header: &Header) -> Meaning {
     match &header.height {
-        HeightUnit::Unsaid => Meaning::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
-        HeightUnit::Length(unit, um) => Meaning::in_unit(unit, *um),
+        HeightUnit::Unsaid => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
+        HeightUnit::Length(unit, unit_um) => Meaning::in_unit(unit, *unit_um),
         HeightUnit::Empty | HeightUnit::NoLength(_) => Meaning::Unknown,
     }
 }
@@ -288,7 +291,7 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
     let (pixel_um, source) = pixel(header, nx, ny)?;
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let first = header.first.unwrap_or(FirstRow::Bottom);
-    // A known program fixes the first row.
+    // The convention of a known program counts as one of the format.
     let rows = if header.first.is_some() { Source::Format } else { Source::Default };
     let raw = Raw::new(values, meaning(header), first).pixel(pixel_um).pixel_from(source).rows_from(rows);
     Ok(with_channel(header, raw))
@@ -332,7 +335,7 @@ fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, S
             let step = edge / counts[0].max(counts[1]);
             Ok((Some((step, step)), if nx == ny { Source::File } else { Source::Guess }))
         }
-        // The option `pixel_size` will be needed.
+        // The option `pixel_size` is then needed.
         ([None, None], None) => Ok((None, Source::Option)),
         ([along_x, _], _) => {
             let (given, missing) = if along_x.is_some() { ("x", "y") } else { ("y", "x") };

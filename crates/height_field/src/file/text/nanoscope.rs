@@ -29,6 +29,7 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
     let header = header.join("\n");
     let all = sections(&header);
+    // All channels have the size of the first image.
     let image = all.iter().find(|section| section.is_image()).ok_or("its header describes no image")?;
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let mut body: Vec<Line> =
@@ -55,7 +56,7 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     };
     let (name, unit) = title_and_unit(titles, column);
     let meaning = match micrometres(&unit) {
-        Ok(um) => Meaning::in_unit(&unit, um),
+        Ok(unit_um) => Meaning::in_unit(&unit, unit_um),
         Err(_) if unit.is_empty() => Meaning::Unknown,
         Err(error) => return Err(format!("its channel \"{name}\" has {error}")),
     };
@@ -64,7 +65,7 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
 }
 
-/// Title and unit of a column by its index, from titles such as `Height_Sensor(nm)`. Either may be empty.
+/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. Either may be empty.
 fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     let cell =
         titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(column).unwrap_or_default();
@@ -74,7 +75,7 @@ fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     (cell[..start].trim().replace('_', " "), unit.to_owned())
 }
 
-/// One channel for each column, numbered from 1.
+/// One channel for each of `columns` columns, numbered from 1.
 fn column_channels(titles: &str, columns: usize) -> Vec<Channel> {
     let channel = |column: usize| {
         let (title, unit) = title_and_unit(titles, column);

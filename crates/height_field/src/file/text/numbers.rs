@@ -23,7 +23,7 @@ pub(super) type Line<'a> = (usize, &'a str);
 pub(super) struct Table {
     /// All numbers in the order of the text; NaN at missing points.
     pub values: Vec<f64>,
-    /// For each line: its number in the file, and how many numbers it has.
+    /// For each line: its number in the file, and its count of numbers.
     pub rows: Vec<(usize, usize)>,
 }
 
@@ -41,7 +41,7 @@ impl Table {
     }
 }
 
-/// Whether a line consists of numbers in some style.
+/// Whether a line consists of numbers, whatever the separators and the decimal mark.
 pub(super) fn is_numeric(line: &str) -> bool {
     let words = || words_of(line).flat_map(|cell| cell.split(',')).filter(|word| !word.is_empty());
     words().next().is_some() && words().all(|word| number(word).is_some())
@@ -61,7 +61,7 @@ pub(super) fn number(word: &str) -> Option<f64> {
     }
     let lower = word.to_lowercase().replace('\u{2212}', "-");
     let is_of_windows = [".#qnan", ".#ind", ".#inf", ".#snan"].iter().any(|mark| lower.contains(mark));
-    // Hyphens stand for a missing point, too.
+    // Hyphens alone stand for a missing point, too. The empty text also passes this test.
     if is_of_windows || MISSING.contains(&lower.as_str()) || lower.chars().all(|c| c == '-') {
         return Some(f64::NAN);
     }
@@ -121,19 +121,22 @@ impl Commas {
     fn are_decimal(&self) -> Result<bool, String> {
         let advice = "write decimal points, or separate the numbers by tabs or semicolons";
         match self {
+            // Without a comma between digits, commas separate the numbers.
             Self { tight: None, .. } => Ok(false),
-            // Such as `1,234.5 2,345.6`: a third meaning, a separator of thousands.
+            // In `1,234.5 2,345.6` the comma separates thousands, a third meaning.
             Self { tight: Some(line), point: Some(_), other: Some(_), .. } => {
                 Err(format!("line {line} has commas within words, and numbers have decimal points elsewhere: {advice}"))
             }
+            // Decimal marks are points, so commas separate the numbers.
             Self { point: Some(_), .. } => Ok(false),
             Self { tight: Some(line), spaced: Some(spaced_line), .. } => Err(format!(
                 "commas stand between digits in line {line} and before blanks in line {spaced_line}, so they could be \
                  decimal or separators: {advice}"
             )),
-            // Numbers have another separator.
+            // Another character separates the numbers, so the commas between digits are decimal marks.
             Self { other: Some(_), .. } => Ok(true),
-            // The comma is the only separator, or the text is one column of decimal numbers.
+            // Without another separator, commas separate the numbers, or the text is one column of decimal numbers. An
+            // integer with a leading zero suggests the latter.
             Self { leading_zero: Some((line, word)), .. } => Err(format!(
                 "\"{word}\" in line {line} stands alone between commas, as the decimals of a number would: {advice}"
             )),

@@ -1,7 +1,7 @@
 //! Points x, y, z on a regular grid, in any order.
 //!
-//! The grid is inferred from the coordinates. Along each axis the number of steps is the extent divided by the typical
-//! gap between sorted coordinates, to the nearest integer, and the step is the extent divided by this number.
+//! The grid is inferred from the coordinates. Along each axis, the number of steps is the extent divided by the typical
+//! gap between sorted coordinates, to the nearest integer. The step is the extent divided by this number.
 
 use ndarray::Array2;
 
@@ -28,7 +28,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// The axis on which all `coordinates` (µm, at least one, finite) lie; `name` appears in messages.
+    /// The axis whose nodes match all `coordinates` (µm, at least one, finite); `name` appears in messages.
     ///
     /// # Errors
     /// Coordinates that are not at equal steps, or too many steps.
@@ -83,13 +83,15 @@ pub(super) struct Grid {
     pub pixel_um: Option<(f64, f64)>,
 }
 
-/// Sorts points into their grid. `points` holds x, y and z of each, one after the other. x and y are in units of
-/// `xy_um` µm, z is in any unit. At least one point is needed.
+/// Sorts points into their grid. `points` holds x, y and z of the first point, then those of the second, and so on. x
+/// and y are in units of `xy_um` µm, z is in any unit. At least one point is needed.
 ///
 /// # Errors
 /// Points that are not on a regular grid, that coincide, or that fill too few nodes.
 pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
-    let column = |index: usize, um: f64| -> Vec<f64> { points.chunks_exact(3).map(|row| row[index] * um).collect() };
+    // One coordinate of all points, as a multiple of `unit`.
+    let column =
+        |index: usize, unit: f64| -> Vec<f64> { points.chunks_exact(3).map(|point| point[index] * unit).collect() };
     let (xs, ys, zs) = (column(0, xy_um[0]), column(1, xy_um[1]), column(2, 1.0));
     if let Some(at) = xs.iter().zip(&ys).position(|(x, y)| !(x.is_finite() && y.is_finite())) {
         return Err(format!("point {at} is at x = {}, y = {}; both must be finite", xs[at], ys[at]));

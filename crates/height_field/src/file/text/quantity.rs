@@ -15,8 +15,8 @@ pub(super) struct Quantity {
 impl Quantity {
     /// The numbers in µm; `None` unless the unit is a length.
     pub(super) fn lengths_um(&self) -> Option<Vec<f64>> {
-        let um = micrometres(&self.unit).ok()?;
-        Some(self.numbers.iter().map(|value| value * um).collect())
+        let unit_um = micrometres(&self.unit).ok()?;
+        Some(self.numbers.iter().map(|value| value * unit_um).collect())
     }
 
     /// The numbers as spacings in µm; `None` unless the unit is a length for each point, such as `µm/pixel`.
@@ -49,7 +49,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
         rest = after.trim();
     }
     while !rest.is_empty() && numbers.len() < 2 {
-        // Without a number at the beginning, the empty text is NaN, and ends the reading.
+        // Without a number at the beginning, `end` is 0, the empty text gives NaN, and `None` is returned.
         let end = number_end(rest);
         let value = number(&rest[..end].replace(',', ".")).filter(|value| value.is_finite())?;
         numbers.push(value);
@@ -62,11 +62,11 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
             unit = found.to_owned();
         }
         rest = after.trim();
-        // A sign between the numbers along x and y.
+        // The sign between the numbers along x and y, such as `×`.
         let cross = ["x ", "X ", "× ", "* ", "by ", "x", "×", "*"].iter().find_map(|sign| rest.strip_prefix(sign));
         match cross {
             Some(after) if numbers.len() == 1 => rest = after.trim_start(),
-            // Only a blank between the numbers.
+            // A blank alone separates the numbers.
             _ if rest.starts_with(|c: char| c.is_ascii_digit()) && numbers.len() == 1 => {}
             _ => break,
         }

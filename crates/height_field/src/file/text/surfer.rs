@@ -24,6 +24,7 @@ pub(super) fn refuse_binary(bytes: &[u8]) -> Result<(), String> {
 
 /// Reads a grid. Ranges extend from the first node to the last. The format has no unit; lengths are taken for µm.
 pub(super) fn parse(lines: &[Line]) -> Parsed {
+    // Everything after `DSAA` is numbers.
     let lines: Vec<Line> = lines.iter().copied().filter(|(_, text)| !text.trim().is_empty()).skip(1).collect();
     let mut values = numbers::table(&lines)?.values.into_iter();
     let mut next = || values.next().ok_or_else(|| "it ends within its header".to_owned());
@@ -42,5 +43,5 @@ pub(super) fn parse(lines: &[Line]) -> Parsed {
     let pixel_um = Some((step(x, nx), step(y, ny)));
     let heights = Array2::from_shape_vec((ny, nx), heights).map_err(|error| error.to_string())?;
     let unit = Understood::new(Source::Default, "µm");
-    Ok(Raw::new(heights, Meaning::Lengths { um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
+    Ok(Raw::new(heights, Meaning::Lengths { unit_um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
 }
