@@ -28,11 +28,11 @@ SPP = 64
 SPHERE_SPP = 32
 # Optical parameters of aluminium, for `diffraction` and for `roughconductor`.
 ALUMINIUM = {"material": "Al"}
-# Optical parameters of keratin, for both materials.
+# Optical parameters of keratin, for `diffraction` and for `roughconductor`.
 SKIN = {"eta": KERATIN, "k": 0.0}
 # Roughness of `roughconductor`, Mitsuba's default.
 ALPHA = 0.1
-# Name of the material with which all others are compared, and its Mitsuba type.
+# Mitsuba's type of the material with which all others are compared, and the material's name in results.
 REFERENCE = "roughconductor"
 
 # Cameras of the scenes. `BenchmarkScene.load` replaces their sizes in pixels.
@@ -48,7 +48,7 @@ class BenchmarkScene:
 
     `surfaces` has reliefs by name, as parameters of `diffraction`. `optics` is the medium, as parameters of both
     `diffraction` and `roughconductor`. `build` makes the scene's dictionary from the object's BSDF, a view and the
-    samples per pixel; `spp` is the default of the latter. `title` describes the scene on the page.
+    samples per pixel, whose default is `spp`. `title` describes the scene on the page.
     """
 
     name: str
@@ -58,7 +58,8 @@ class BenchmarkScene:
     view: View
     spp: int
     build: Callable[[mi.BSDF, View, int], dict]
-    # Makes further parameters of `diffraction`; called in the selected variant, whose objects they contain.
+    # Makes further parameters of `diffraction`. They may contain objects of Mitsuba, so the function is called after a
+    # variant is selected.
     extra: Callable[[], dict] = dict
 
     def bsdfs(self) -> dict[str, dict]:

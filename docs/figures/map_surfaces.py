@@ -56,8 +56,8 @@ class Surface:
 class Surfaces:
     """All surfaces of the page; those that are no preset of `sunbeam` are written as files into a folder.
 
-    `blazed` is the preset, one period that repeats. `blazed_row` is the same grating as a file, a tile of 65 µm in one
-    row of pixels.
+    `blazed` is the preset, one period that repeats. `blazed_tile` is the grating as a file, a tile of 65 µm in one row
+    of pixels.
     """
 
     def __init__(self, folder: Path):
@@ -66,7 +66,7 @@ class Surfaces:
         heights_um = HEIGHT_UM * (pixel_in_period[None, :] + 0.5) / PIXELS_OF_PERIOD
         pixel_um = PERIOD_UM / PIXELS_OF_PERIOD
         self.blazed = Surface("blazed", ("--preset", "blazed"), pixel_um, heights_um)
-        self.blazed_row = self.written(Surface("blazed", (), pixel_um, heights_um))
+        self.blazed_tile = self.written(Surface("blazed", (), pixel_um, heights_um))
         self._skins = {name: [*self._scan(name), self._preset(name)] for name in SKINS}
 
     def skin(self, name: str) -> list[Surface]:
