@@ -171,7 +171,7 @@ def figures() -> dict:
         elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
         summed = [surfaces.blazed_tile, *xenopeltis, *elaphe]
         taylor = [sums(surface) for surface in summed]
-        checks.hold_against_the_sum(taylor[0], surfaces.blazed_tile)
+        checks.check_against_direct_sum(taylor[0], surfaces.blazed_tile)
         plot(taylor, folder / "taylor-sums.svg")
         # The page shows pictures of the sums of Elaphe, which are the last.
         partial = [Drawing(*each) for found in taylor[-len(elaphe) :] for each in pictures(found)]
@@ -202,5 +202,5 @@ def figures() -> dict:
                 {"surface": s.name, **checks.reference(s)} for s in (surfaces.blazed, *elaphe, *xenopeltis)
             ],
         }
-        checks.hold(made)
+        checks.check(made)
         return made

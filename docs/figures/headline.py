@@ -18,7 +18,7 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
     """All measurements with their settings, and under `took_s` the seconds that each took.
 
     `cell_s` is the time for each cell, `picture_s` that for each of two converged pictures, both in seconds without
-    compiling. Slow cells take longer, since they have a smallest number of rounds.
+    compiling. Cells with slow renders take longer, since each cell has a minimum number of rounds.
     """
     made = {
         **about_cells(cell_s),
@@ -45,7 +45,7 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
 
 
 def about_cells(cell_s: float) -> dict:
-    """The settings of the cells."""
+    """The settings of the cells, and the processor's name."""
     return {
         "cpu": processor(),
         "aim": time_to_error.ERROR,

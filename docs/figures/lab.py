@@ -35,11 +35,11 @@ MEASURED_PATHS = 500_000
 PICTURE_PATHS = 3_000_000
 # Wavelengths of the measured spots.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
-# Colours of the marks by wavelength in nm, sRGB bytes.
+# Colours of the marks in sRGB bytes, by wavelength in nm.
 MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
 # Standard deviation of a lobe in cycles per µm at the plugin's default coherence length of 65 µm.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
-# Width of a scan, whose finite size widens the orders, too.
+# Width of a scan. Its finite size widens the orders further.
 SCAN_UM = 6.5
 # Standard deviation in cycles per µm of the window about a scan's spot, wide enough for the blurred order.
 SCAN_LOBE_PER_UM = 0.05
@@ -49,9 +49,9 @@ CLIPPED = 0.01
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks, in pixels from the row of spots.
 MARKS_PIXELS = (14, 22)
-# Factor on the period of the negative control.
+# Factor on the period that a negative control takes as the true one.
 WRONG_PERIOD = 1.02
-# The set-up of figure 2.19, where the mirrored beam meets the screen at a right angle.
+# The set-up of figure 2.19, where the mirror-reflected beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
 # The mirror image of this set-up for Xenopeltis, which sends most light to negative orders. They meet the screen if the
 # beam comes from the left.
@@ -66,9 +66,10 @@ HIGH = Bench()
 class Sample:
     """A surface on the bench.
 
-    `skin` has parameters of the plugin. `orders` are measured, `marked` are marked on the picture, `clipped` determines
-    its exposure. `window` is the standard deviation of the weight of a spot's centroid, in cycles per µm. `axis` is the
-    axis of the heights whose period the skin's rotation turns into the plane of incidence.
+    `skin` has parameters of the plugin. `orders` are measured, `marked` are marked on the picture. `clipped` is the
+    fraction of lit pixels that the picture's exposure clips. `window_per_um` is the standard deviation in cycles per µm
+    of the Gaussian weight of a spot's centroid. `axis` is the axis of the heights, "x" or "y", whose period the skin's
+    rotation turns into the plane of incidence.
     """
 
     name: str
@@ -76,7 +77,7 @@ class Sample:
     skin: dict
     bench: Bench
     orders: tuple[int, ...]
-    window: float = LOBE_PER_UM
+    window_per_um: float = LOBE_PER_UM
     marked: tuple[int, ...] = (-2, -1, 1, 2)
     clipped: float = CLIPPED
     axis: str = "x"
@@ -143,8 +144,8 @@ def period(skin: dict, axis: str) -> dict:
 def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     """A row for each order and wavelength whose spot is on the screen.
 
-    It has expected and measured positions x and angles θo; `spacing_um` is the period by the grating equation from the
-    measured angle.
+    The argument `spacing_um` is the true period. A row has expected and measured positions x and angles θo, and as
+    `spacing_um` the period by the grating equation from the measured angle.
     """
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
@@ -152,7 +153,7 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     for seed, wavelength_nm in enumerate(WAVELENGTHS_NM):
         picture = photograph(bsdf, bench, line(wavelength_nm), MEASURED_PATHS, seed=seed)
         for order in sample.orders:
-            found_mm = spot_mm(bench, picture, spacing_um, order, wavelength_nm, sample.window)
+            found_mm = spot_mm(bench, picture, spacing_um, order, wavelength_nm, sample.window_per_um)
             if found_mm is None:
                 continue
             expected_mm = bench.position_mm(spacing_um, order, wavelength_nm)
@@ -236,8 +237,8 @@ def figures() -> dict:
 def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
     """The sample's `spots` (rows of `measured`), and their largest and rms distances from the grating equation.
 
-    `wrong_period_mm` is the smallest distance that a period wrong by WRONG_PERIOD would cause; `by_order` has the mean
-    period from the spots of each order.
+    `wrong_period_mm` is the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
+    `by_order` has the mean period from the spots of each order.
     """
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
     wrong_mm = []
