@@ -45,9 +45,9 @@ def figures(
 ) -> dict:
     """All numbers of the part; draws the times to an error.
 
-    `words` are further arguments of `sunbeam bench`. `rows` and `weights` are statistics of the sampling weight: all,
-    and the worst by angle. `pictures` has a row of `picture` for each surface in each light. `headline` and `costs` are
-    times in Mitsuba.
+    `words` are further arguments of `sunbeam bench`. `rows` has the statistics of the sampling weight for each surface,
+    `weights` the worst of them by angle. `pictures` has a row of `picture` for each surface in each light. `headline`
+    and `costs` are times in Mitsuba.
     """
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     costs = headline.figures()
@@ -77,7 +77,11 @@ def figures(
 
 
 def by_angle(rows: list[dict]) -> list[dict]:
-    """A row for each angle of incidence, with the largest of each statistic over azimuths and wavelengths."""
+    """A row for each angle of incidence, with the largest of each statistic over azimuths and wavelengths.
+
+    The statistics of the weight are its standard deviation, 99.9th percentile and maximum over its mean, and the
+    fraction of the samples that are `lost`.
+    """
     found = []
     for theta in sorted({row["theta_deg"] for row in rows}):
         here = [row for row in rows if row["theta_deg"] == theta]
@@ -89,7 +93,8 @@ def by_angle(rows: list[dict]) -> list[dict]:
 def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions: int) -> dict:
     """Errors and times of pictures of one surface in one light, under `ways` for each sampler.
 
-    The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py.
+    The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py. Errors are measured where the
+    reference is not black.
     """
     files = snake_files()
     bsdf = mi.load_dict({"type": "diffraction", "eta": KERATIN, "obliquity": "stam", **preset_skin(surface)})
@@ -119,7 +124,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
                 "error": error,
                 "seconds": seconds,
                 "seconds_to_error": seconds_to_error(seconds, error),
-                # 1 within the noise of the mean of all runs: a check of the wrappers and of the sampler's density.
+                # 1 within noise, which checks the wrappers and the sampler's density.
                 "mean_ratio": float(mean[judged].mean() / truth[judged].mean()),
             }
         )

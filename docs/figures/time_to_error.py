@@ -68,7 +68,7 @@ def noise(images: np.ndarray) -> dict:
     n = len(images)
     truth = images.mean(axis=0)
     judged = truth.sum(axis=2) > 0
-    # Mean squares, (n, channels) and (n,).
+    # Mean squares over pixels, (n, channels); then over channels too, (n,).
     of_channels = [np.mean(relative_deviation(image, truth, judged) ** 2, axis=0) for image in images]
     of_channels = np.array(of_channels) * n / (n - 1)
     of_pictures = of_channels.mean(axis=1)
