@@ -21,8 +21,8 @@ from mitsuba_scenes.tool import sunbeam
 
 # Edge of a cut-out, equal to that of the scans.
 EDGE_UM = 6.5
-# Standard deviation of the Gaussian that averages the phase, in periods. A wider one smooths the lines, a narrower one
-# lets other periods through.
+# Standard deviation of the averaging Gaussian in periods. A wider one smooths the lines, a narrower one lets other
+# periods through.
 WINDOW_PERIODS = 0.5
 # Length of the scale bar.
 BAR_UM = 1.0

@@ -105,7 +105,7 @@ def scenes() -> list[BenchmarkScene]:
             SNAKE_VIEW,
             SPP,
             snake_parts,
-            lambda: {"diffuse_reflectance": pigment_texture(snake_files().pigment)},
+            extra=lambda: {"diffuse_reflectance": pigment_texture(snake_files().pigment)},
         ),
         BenchmarkScene(
             "disc", "a compact disc under a lamp", {"cd": preset_skin("cd")}, ALUMINIUM, DISC_VIEW, SPP, disc_parts
@@ -122,10 +122,10 @@ def scanned_surface() -> tuple[dict, str]:
     return preset_skin("xenopeltis"), "the Xenopeltis preset (there is no scan)"
 
 
-def lamp(centre: tuple, radius: float, radiance: float) -> dict:
+def lamp(centre_cm: tuple, radius_cm: float, radiance: float) -> dict:
     """A luminous ball, D65."""
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": radiance}}
-    return {"type": "sphere", "center": list(centre), "radius": radius, "emitter": emitter}
+    return {"type": "sphere", "center": list(centre_cm), "radius": radius_cm, "emitter": emitter}
 
 
 def sky(radiance: float) -> dict:
@@ -133,17 +133,17 @@ def sky(radiance: float) -> dict:
     return {"type": "constant", "radiance": {"type": "d65", "scale": radiance}}
 
 
-def floor(half_width: float, reflectance: tuple = (0.5, 0.5, 0.5)) -> dict:
+def floor(half_width_cm: float, reflectance: tuple = (0.5, 0.5, 0.5)) -> dict:
     """A horizontal diffuse square at z = 0; `reflectance` is linear sRGB."""
     return {
         "type": "rectangle",
-        "to_world": mi.ScalarTransform4f().scale(half_width),
+        "to_world": mi.ScalarTransform4f().scale(half_width_cm),
         "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(reflectance)}},
     }
 
 
 def sphere_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """A ball of radius 1 on a grey floor, under a uniform sky and a small lamp."""
+    """A ball of radius 1 cm on a grey floor, under a uniform sky and a small lamp."""
     sensor = view.sensor(spp)
     sensor["sampler"] = {"type": "independent", "sample_count": spp}
     return {
@@ -183,7 +183,7 @@ def disc_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def scan_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """A square sample with a side of 2 that fills the picture, under a lamp and a faint sky."""
+    """A square sample with a side of 2 cm that fills the picture, under a lamp and a faint sky."""
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": MAX_DEPTH},

@@ -51,7 +51,7 @@ POLYCARBONATE = 1.585
 EXACT_RMS_MAX = 1e-3
 # Upper ends of the ranges of angles of incidence, from 0° on, by which random settings are grouped.
 REACHES_DEG = (30.0, 60.0, 75.0)
-# Metal of the gratings between which light goes to and fro.
+# Metal of the gratings of TO_AND_FRO.
 TO_AND_FRO_METAL = "Al"
 # Gratings of the table of light to and fro: kind and grating. The first is so shallow that it is a mirror.
 TO_AND_FRO = (
@@ -69,11 +69,11 @@ def relative(found: np.ndarray, true: np.ndarray) -> float:
 
 
 def compared(answer: Judged) -> dict:
-    """Powers of one setting's orders under the cover: by SCALAR, by EXACT, and by the judge, `means` and `states`.
+    """Powers of one setting's orders under the cover, (orders,): by SCALAR, by EXACT, and twice by the judge.
 
-    The judge's powers inside are multiplied by the flat side's transmittances, `means` by their means over s and p,
-    `states` by those of each state. `bare` is the misplaced power of SCALAR without the cover, by EXACT. `answer` is
-    the judge's answer itself.
+    The judge's powers inside are multiplied by the flat side's transmittances: by their means over s and p under
+    `means`, by those of each state under `states`. `bare` is the misplaced power of SCALAR without the cover, with
+    EXACT as the truth. `answer` is the judge's answer itself.
     """
     bare = {theory: covers.powers(answer, theory, cover_eta=1.0) for theory in (SCALAR, EXACT)}
     return {
@@ -91,7 +91,7 @@ def errors(group: list[dict], theory: str, truth: str) -> dict:
     return summary(np.concatenate([each[theory] - each[truth] for each in group]))
 
 
-def by_reach(made: list[dict]) -> list[dict]:
+def by_span(made: list[dict]) -> list[dict]:
     """Mean misplaced power of SCALAR, bare and covered: a row for each shape, in metals and in the dielectric.
 
     `spans` has an entry for each range of angles, with its number of `settings`.
@@ -120,7 +120,7 @@ def in_spans(made: list[dict]) -> list[list[dict]]:
 def drawn() -> dict:
     """Errors on the random gratings, in `rows` by medium and shape.
 
-    `exact` has the errors of EXACT over all rows, `misplaced` the result of `by_reach`. `states` has by range of angles
+    `exact` has the errors of EXACT over all rows, `misplaced` the result of `by_span`. `states` has by range of angles
     the errors of EXACT from powers with each state's transmittance. `unsettled` is the judge's own largest error.
     Raises SetupError if the rms error of EXACT reaches EXACT_RMS_MAX.
     """
@@ -147,7 +147,7 @@ def drawn() -> dict:
         )
     return {
         "rows": rows,
-        "misplaced": by_reach(made),
+        "misplaced": by_span(made),
         "exact": errors(made, EXACT, "means"),
         "states": [errors(chosen, EXACT, "states") for chosen in in_spans(made)],
         "settings": len(made),
@@ -214,7 +214,7 @@ def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     is the grating's efficiency into order j for light that comes down along order k, and T_j the flat side's
     transmittance for order j, 0 where the order is totally reflected. The power after one reflection is
     a = T_0 R[:, 0], since incident light comes down along order 0. The sum over all reflections obeys
-    b = a + R (1 − T) b. The results are the means over s and p of T·a and T·(b − a).
+    b = a + R diag(1 − T) b. The results are the means over s and p of T·a and T·(b − a).
     """
     # λ/d and sin θi.
     ratio, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))

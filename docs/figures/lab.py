@@ -45,9 +45,10 @@ SCAN_UM = 6.5
 SCAN_LOBE_PER_UM = 0.05
 # Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
 CLIPPED = 0.01
-# Fraction of the lit pixels that the exposure clips in pictures of sharp spots, few pixels that would appear faint.
+# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. With a smaller one the spots, which are
+# few pixels wide, would be hard to see.
 CLIPPED_SPOTS = 0.2
-# Start and end of the marks, in pixels from the row of spots.
+# Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)
 # Factor on the period that a negative control takes as the true one.
 WRONG_PERIOD = 1.02
@@ -56,10 +57,10 @@ DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0,
 # The mirror image of this set-up for Xenopeltis, which sends most light to negative orders. They meet the screen if the
 # beam comes from the left.
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
-# The wider screen for the blazed grating, whose orders lie in one row.
-LOW = Bench(height_mm=120.0)
-# The wider screen for skins.
-HIGH = Bench()
+# The set-up with a wider screen for skins.
+SKIN_BENCH = Bench()
+# The set-up with a wider screen for the blazed grating. The screen is lower, since its orders lie in one row.
+BLAZED_BENCH = Bench(height_mm=120.0)
 
 
 @dataclass(frozen=True)
@@ -95,24 +96,27 @@ def samples() -> list[Sample]:
     """
     skins = scans()
     for name in ("Elaphe", "Xenopeltis"):
-        skins.append(Sample(name.lower(), f"{name}, procedural", {"preset": name.lower()}, HIGH, (-1, 1)))
-    blazed = Sample("blazed", "Blazed", {"preset": "blazed"}, LOW, (-2, -1, 1, 2), clipped=CLIPPED_SPOTS)
+        preset = {"preset": name.lower()}
+        skins.append(Sample(name.lower(), f"{name}, procedural", preset, SKIN_BENCH, orders=(-1, 1)))
+    blazed = Sample(
+        "blazed", "Blazed", {"preset": "blazed"}, BLAZED_BENCH, orders=(-2, -1, 1, 2), clipped=CLIPPED_SPOTS
+    )
     return [
-        *map(drawn, skins),
+        *map(as_drawn, skins),
         *skins,
         replace(blazed, marked=(-3, -2, -1, 1, 2, 3)),
         replace(
             blazed,
             name="blazed-30",
             title="Blazed, beam at 30°",
-            bench=replace(LOW, theta_i_deg=30.0),
+            bench=replace(BLAZED_BENCH, theta_i_deg=30.0),
             orders=(-1, 1, 2),
             marked=(-1, 0, 1, 2, 3),
         ),
     ]
 
 
-def drawn(sample: Sample) -> Sample:
+def as_drawn(sample: Sample) -> Sample:
     """The skin in the set-up of figure 2.19, with its brighter first order on the screen."""
     from_left = "Xenopeltis" in sample.title
     bench, order = (DRAWN_FROM_LEFT, -1) if from_left else (DRAWN, 1)
@@ -131,7 +135,17 @@ def scans() -> list[Sample]:
             continue
         skin = scanned_skin(path)
         skin["rotation"] = -period(skin, axis)["direction_deg"]
-        found.append(Sample(f"{path.stem}-scan", f"{name}, scan", skin, HIGH, (-1, 1), SCAN_LOBE_PER_UM, axis=axis))
+        found.append(
+            Sample(
+                f"{path.stem}-scan",
+                f"{name}, scan",
+                skin,
+                SKIN_BENCH,
+                orders=(-1, 1),
+                window_per_um=SCAN_LOBE_PER_UM,
+                axis=axis,
+            )
+        )
     return found
 
 
@@ -219,15 +233,15 @@ def figures() -> dict:
         summaries.append(summary(sample, spacing_um, measured(sample, bsdfs[key], spacing_um)))
         print(f"{sample.name}: within {summaries[-1]['worst_mm']:.2f} mm", flush=True)
     return {
-        "distance_mm": HIGH.distance_mm,
-        "width_mm": HIGH.width_mm,
+        "distance_mm": SKIN_BENCH.distance_mm,
+        "width_mm": SKIN_BENCH.width_mm,
         "drawn": {name: getattr(DRAWN, name) for name in ("theta_i_deg", "tilt_deg", "distance_mm", "width_mm")},
-        "beam_mm": 2 * HIGH.beam_radius_mm,
+        "beam_mm": 2 * SKIN_BENCH.beam_radius_mm,
         "paths": MEASURED_PATHS,
         "wavelengths_nm": list(WAVELENGTHS_NM),
         "wrong_period_percent": 100 * (WRONG_PERIOD - 1),
         # Standard deviation of the lobe on the wider screen near its middle, at 0.55 µm.
-        "lobe_mm": 0.55 * LOBE_PER_UM * HIGH.distance_mm,
+        "lobe_mm": 0.55 * LOBE_PER_UM * SKIN_BENCH.distance_mm,
         "scan_um": SCAN_UM,
         "scan_window": SCAN_LOBE_PER_UM,
         "samples": summaries,
@@ -256,7 +270,7 @@ def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
         "is_drawn": sample.bench in (DRAWN, DRAWN_FROM_LEFT),
         "theta_i_deg": sample.bench.theta_i_deg,
         "spacing_um": spacing_um,
-        # Longest wavelength whose first order on the other side of the mirrored beam is above the horizon.
+        # Longest wavelength whose first order lies between the mirror-reflected beam and the horizon behind it.
         "horizon_nm": 1e3 * spacing_um * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
         "by_order": by_order,
