@@ -33,7 +33,7 @@ from .gratings_curves import (
 from .page import images, insist
 
 PART = "gratings"
-# Period of 1200 grooves a millimetre.
+# Period of a grating with 1200 grooves per millimetre.
 PERIOD_UM = 1 / 1.2
 # Numbers of samples of the echelette's short facet and of its period (`echelette`), for a blaze at 17.5° and 500 nm.
 ECHELETTE_SAMPLES = (50, 553)

@@ -31,8 +31,8 @@ NOTICED_DELTA_E = 1.0
 CHECKED_NM = 550.0
 # Shortest and longest wavelength in µm that the methods sum.
 VISIBLE_UM = (0.38, 0.78)
-# Radius in direction sines about the mirror direction that is left out as the reflection itself. A larger one excludes
-# more diffracted light, a smaller one includes the reflection's lobe.
+# Radius in direction sines of the excluded disc about the mirror direction. A larger one excludes more diffracted
+# light, a smaller one includes the lobe of the mirror reflection.
 MIRROR_RADIUS = 0.15
 # Number of directions at which the amplitudes of Taylor's series are compared with the direct sum.
 COMPARED_DIRECTIONS = 8
@@ -80,9 +80,9 @@ def reference(surface: Surface) -> dict:
 def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     """Mean errors in the first orders of maps with different steps between wavelengths, a panel for each step.
 
-    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < 0.1, and are lit. Returns the period d along
-    x, the errors `delta_e` by step in nm, `first_seen`, the smallest step with a visible error, or `None`, and
-    `line_nm`. The last is λd/(2√2πs), the standard deviation of an order's power over the wavelength in one direction.
+    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < 0.1, and are lit. `delta_e` has the errors
+    by step in nm, `first_seen` is the smallest step with a visible error, or `None`. `line_nm` is λd/(2√2πs) at
+    CHECKED_NM, the standard deviation over the wavelength of order 1's power in one direction.
     """
     surface = panels[0].surface
     period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]

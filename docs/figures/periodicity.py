@@ -2,8 +2,8 @@
 
 The peak angle at each wavelength gives a spacing (spacing.py). The page lists mean and variance of the spacing over the
 wavelengths, for presets by the methods FLSS, NMM and PQ (docs/realtime.md), and for scans by the direct sum. A *ridge*
-is a range of wavelengths whose spacings agree. Rows of the data with `inside` tell whether Single 2014's value,
-`theirs`, is in the range of ours.
+is a range of wavelengths whose spacings agree. Single 2014's values are `theirs`. Where data have `inside`, it states
+whether the value is between the smallest and the largest spacing, or ratio of spacings, of the scans' strips.
 """
 
 from __future__ import annotations

@@ -42,7 +42,8 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Luminance, relative to the picture's median, below which pixels are excluded. A larger value hides more of the
 # picture, a smaller one shows noise.
 DARK = 0.02
-# Quantile of the degree of polarisation that stands for its largest value, so that single noisy pixels do not count.
+# Quantile of the degree of polarisation that is reported as its largest value, so that single noisy pixels do not
+# count.
 LARGEST = 0.99
 # Cameras of the pictures.
 SPHERE = View(*SIZE, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 1), fov_deg=32)

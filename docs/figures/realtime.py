@@ -92,7 +92,7 @@ def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
 
 
 def frame(folder: Path, mesh: Path) -> dict:
-    """Milliseconds of a frame and of its stages, with the snake wearing `xenopeltis` by the default method, `table`."""
+    """Milliseconds of a frame and of its stages, for the snake with `xenopeltis` by the default method, `table`."""
     report = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
     return {
         "adapter": report["adapter"],

@@ -29,7 +29,7 @@ from .time_to_error_plot import draw
 PART = "sampling"
 # Presets of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
-# Lights of the pictures; under "sky" the sun is left out.
+# Lights of the pictures. For "sky", `picture` removes the sun from the scene.
 LIGHTS = {"sky": Light(sky_radiance=1.0), "sun and sky": Light()}
 VIEW = View(48, 32)
 # Samples per pixel of the pictures under test.
@@ -108,14 +108,14 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
     scenes = {"importance": scene(bsdf)} | {kind: scene(hemisphere_sampled(bsdf, kind)) for kind in KINDS}
     # Seeds from 1000 on are those of the reference, so it contains none of the pictures under test.
     truth = np.mean([render(scenes["importance"], 1000 + i).image for i in range(reference_spp // spp)], axis=0)
-    judged = truth.sum(axis=2) > 0
+    mask = truth.sum(axis=2) > 0
     ways = []
     for name, sampled in scenes.items():
         for seed in (0, 1):
             # Kernels are compiled for the first render, and again when the seed first changes.
             render(sampled, seed)
         renders = [render(sampled, 2 + i) for i in range(repetitions)]
-        error = float(np.mean([relative_error(each.image, truth, judged) for each in renders]))
+        error = float(np.mean([relative_error(each.image, truth, mask) for each in renders]))
         seconds = float(np.median([each.seconds for each in renders]))
         mean = np.mean([each.image for each in renders], axis=0)
         ways.append(
@@ -125,7 +125,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
                 "seconds": seconds,
                 "seconds_to_error": seconds_to_error(seconds, error),
                 # 1 within noise, which checks the wrappers and the sampler's density.
-                "mean_ratio": float(mean[judged].mean() / truth[judged].mean()),
+                "mean_ratio": float(mean[mask].mean() / truth[mask].mean()),
             }
         )
     return {"surface": surface, "light": light, "ways": ways}

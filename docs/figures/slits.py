@@ -72,8 +72,8 @@ def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
     """I of the module's formula; `sine` and `wavelength_nm` broadcast."""
     # d·sine/λ, a whole number at orders.
     order = slits.spacing_um * np.asarray(sine) / (np.asarray(wavelength_nm) / 1e3)
-    # The square of the array factor has the period 1 in `order`. Its x is reduced to the nearest order, which keeps
-    # digits.
+    # The square of the array factor has the period 1 in `order`, so its x is measured from the nearest order. Small x
+    # avoid rounding errors in sin Nx.
     x = np.pi * (order - np.round(order))
     array_factor = np.ones_like(x)
     beside = np.abs(x) > 1e-9
