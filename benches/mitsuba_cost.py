@@ -46,8 +46,8 @@ def main() -> int:
     try:
         if options.plugin:
             environment.use_plugin(options.plugin)
-            made = headline.of_cells(options.cell_s, options.scenes)
-            lines = headline.lines_of_cells(made)
+            made = headline.cells_with_settings(options.cell_s, options.scenes)
+            lines = headline.cell_lines(made)
         else:
             made = headline.figures(options.cell_s, options.picture_s)
             lines = headline.lines(made)

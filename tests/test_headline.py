@@ -72,7 +72,7 @@ def test_slow_materials_get_small_pictures(fixed_s, us_per_pixel, expected):
         tried.append(size)
         return fixed_s + 1e-6 * us_per_pixel * size[0] * size[1]
 
-    assert time_to_error.settled(seconds_of, limit_s=0.4) == expected
+    assert time_to_error.fitting_size(seconds_of, limit_s=0.4) == expected
     assert tried[-1] == expected
     # Only the smallest size may take longer than the limit.
     assert all(size == time_to_error.SIZES[0] or seconds_of(size) <= 0.4 for size in list(tried))

@@ -56,9 +56,9 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--from-data", action="store_true", help="measure nothing; write the pages from docs/data")
     options = parser.parse_args(words)
     try:
+        if unknown := [part for part in options.parts if part not in PARTS]:
+            raise SetupError(f"unknown part {unknown[0]!r}; available: {', '.join(PARTS)}")
         for part in options.parts or PARTS:
-            if part not in PARTS:
-                raise SetupError(f"unknown part {part!r}; available: {', '.join(PARTS)}")
             start = time.perf_counter()
             if options.from_data:
                 figures = json.loads((DOCS / "data" / f"{part}.json").read_text(encoding="utf-8"))

@@ -1,8 +1,8 @@
 """Straightness of a surface's structures: lines of constant phase of its dominant period, against straight lines.
 
-Symbols: h(x, y) is the relief, p its dominant period along x. Locally h is the best-fitting plane wave, shifted by
-s(x, y) along x. The phase of h·exp(−2πi x/p), averaged under a Gaussian, is −2πs/p plus a plane, that of the plane
-wave. For a period along y, x and y are exchanged.
+Symbols: h(x, y) is the relief, p its dominant period along x, and s(x, y) the local shift along x of its waves from the
+plane wave that fits them best. h·exp(−2πi x/p) is averaged under a Gaussian. The phase of the average is −2πs/p plus a
+linear function of x and y, which is the phase of the plane wave. For a period along y, x and y are exchanged.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from mitsuba_scenes.tool import sunbeam
 
 # Edge of a cut-out, equal to that of the scans.
 EDGE_UM = 6.5
-# Standard deviation of the Gaussian that averages the phase, in periods. A wider one smooths the lines, a narrower one
-# lets other periods through.
+# Standard deviation of the averaging Gaussian in periods. A wider one smooths the lines, a narrower one lets other
+# periods through.
 WINDOW_PERIODS = 0.5
 # Length of the scale bar.
 BAR_UM = 1.0
-# Distance of the scale bar's left end from the left and lower edges.
+# Distance of the scale bar's left end from the picture's left and lower edges.
 BAR_MARGIN_UM = 0.3
 # Black outline that keeps the white scale bar visible on white.
 OUTLINE = [withStroke(linewidth=3, foreground="black")]
@@ -52,11 +52,17 @@ class CutOut:
 
 
 def cut_out(skin: dict, axis: str) -> CutOut:
-    """A whole scan, or the corner of a preset, for the plugin's parameters `skin`; its rotation is left out."""
+    """The cut-out of a skin, with the waves of its dominant period along `axis`, "x" or "y".
+
+    `skin` has parameters of the plugin; its rotation is ignored. A scan is used as a whole, a preset is cropped to a
+    square at its origin with the edge EDGE_UM.
+    """
     with TemporaryDirectory() as scratch:
         npy = Path(scratch) / "heights.npy"
         words = surface_words({name: value for name, value in skin.items() if name != "rotation"})
-        words += [] if "filename" in skin else ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
+        is_scan = "filename" in skin
+        if not is_scan:
+            words += ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
         report = json.loads(sunbeam("height-field", *words, "-o", npy))
         heights_um = np.load(npy)
     period_um, pixel_um = report["periods"][axis]["period_um"], report["pixel_um"][0]
@@ -71,11 +77,12 @@ def wave_shift_um(heights_um: np.ndarray, pixel_um: float, axis: str, period_um:
     # Rows and columns exchanged where needed, so that the waves run along the columns' index.
     relief = heights_um if axis == "x" else heights_um.T
     x_um = np.arange(relief.shape[1]) * pixel_um
+    # h·exp(−2πi x/p), without the mean height.
     demodulated = (relief - relief.mean()) * np.exp(-2j * np.pi * x_um / period_um)
     deviation = WINDOW_PERIODS * period_um / pixel_um
     smooth = blurred(blurred(demodulated, deviation).T, deviation).T
     phase = np.unwrap(np.unwrap(np.angle(smooth), axis=0), axis=1)
-    # Linear least squares in 1, row and column: the phase of a plane wave is a plane.
+    # The phase of the plane wave, by linear least squares in 1, row and column.
     basis = np.stack([np.ones(phase.shape), *np.indices(phase.shape)], axis=-1)
     fitted = inside(period_um, pixel_um)
     plane, *_ = np.linalg.lstsq(basis[fitted].reshape(-1, 3), phase[fitted].ravel(), rcond=None)
@@ -110,7 +117,7 @@ def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
             axes.plot(x_um, y_um, color="red", linewidth=1.4)
         bar_um = [BAR_MARGIN_UM, BAR_MARGIN_UM + BAR_UM]
         axes.plot(bar_um, [BAR_MARGIN_UM, BAR_MARGIN_UM], color="white", linewidth=2, path_effects=OUTLINE)
-        # The text stands above the middle of the bar.
+        # Position of the bar's label, above its middle.
         text_um = (BAR_MARGIN_UM + 0.5 * BAR_UM, 1.5 * BAR_MARGIN_UM)
         axes.text(*text_um, f"{BAR_UM:g} µm", color="white", ha="center", fontsize=8, path_effects=OUTLINE)
         axes.set(title=title, xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[])
@@ -119,11 +126,16 @@ def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
 
 
 def constant_phase_lines(cut: CutOut) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Two lines of constant phase, half a period to either side of the middle: x and y in µm at each pixel."""
+    """Two lines of constant phase, half a period to either side of the middle.
+
+    A line is a pair of arrays, x and y in µm, with an entry for each pixel along the line.
+    """
+    # Rows along the lines and columns along the period.
     shift_um = cut.shift_um if cut.axis == "x" else cut.shift_um.T
     along_um = (np.arange(len(shift_um)) + 0.5) * cut.pixel_um
     lines = []
     for straight_um in (0.5 * EDGE_UM - 0.5 * cut.period_um, 0.5 * EDGE_UM + 0.5 * cut.period_um):
+        # The shift at the straight line approximates that at the line itself.
         bent_um = straight_um + shift_um[:, round(straight_um / cut.pixel_um)]
         lines.append((bent_um, along_um) if cut.axis == "x" else (along_um, bent_um))
     return lines

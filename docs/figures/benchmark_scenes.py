@@ -28,11 +28,11 @@ SPP = 64
 SPHERE_SPP = 32
 # Optical parameters of aluminium, for `diffraction` and for `roughconductor`.
 ALUMINIUM = {"material": "Al"}
-# Optical parameters of keratin, for both materials.
+# Optical parameters of keratin, for `diffraction` and for `roughconductor`.
 SKIN = {"eta": KERATIN, "k": 0.0}
 # Roughness of `roughconductor`, Mitsuba's default.
 ALPHA = 0.1
-# Name of the material with which all others are compared, and its Mitsuba type.
+# Mitsuba's type of the material with which all others are compared, and the material's name in results.
 REFERENCE = "roughconductor"
 
 # Cameras of the scenes. `BenchmarkScene.load` replaces their sizes in pixels.
@@ -48,7 +48,7 @@ class BenchmarkScene:
 
     `surfaces` has reliefs by name, as parameters of `diffraction`. `optics` is the medium, as parameters of both
     `diffraction` and `roughconductor`. `build` makes the scene's dictionary from the object's BSDF, a view and the
-    samples per pixel; `spp` is the default of the latter. `title` describes the scene on the page.
+    samples per pixel, whose default is `spp`. `title` describes the scene on the page.
     """
 
     name: str
@@ -58,7 +58,8 @@ class BenchmarkScene:
     view: View
     spp: int
     build: Callable[[mi.BSDF, View, int], dict]
-    # Makes further parameters of `diffraction`; called in the selected variant, whose objects they contain.
+    # Makes further parameters of `diffraction`. They may contain objects of Mitsuba, so the function is called after a
+    # variant is selected.
     extra: Callable[[], dict] = dict
 
     def bsdfs(self) -> dict[str, dict]:
@@ -104,7 +105,7 @@ def scenes() -> list[BenchmarkScene]:
             SNAKE_VIEW,
             SPP,
             snake_parts,
-            lambda: {"diffuse_reflectance": pigment_texture(snake_files().pigment)},
+            extra=lambda: {"diffuse_reflectance": pigment_texture(snake_files().pigment)},
         ),
         BenchmarkScene(
             "disc", "a compact disc under a lamp", {"cd": preset_skin("cd")}, ALUMINIUM, DISC_VIEW, SPP, disc_parts
@@ -121,10 +122,10 @@ def scanned_surface() -> tuple[dict, str]:
     return preset_skin("xenopeltis"), "the Xenopeltis preset (there is no scan)"
 
 
-def lamp(centre: tuple, radius: float, radiance: float) -> dict:
+def lamp(centre_cm: tuple, radius_cm: float, radiance: float) -> dict:
     """A luminous ball, D65."""
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": radiance}}
-    return {"type": "sphere", "center": list(centre), "radius": radius, "emitter": emitter}
+    return {"type": "sphere", "center": list(centre_cm), "radius": radius_cm, "emitter": emitter}
 
 
 def sky(radiance: float) -> dict:
@@ -132,17 +133,17 @@ def sky(radiance: float) -> dict:
     return {"type": "constant", "radiance": {"type": "d65", "scale": radiance}}
 
 
-def floor(half_width: float, reflectance: tuple = (0.5, 0.5, 0.5)) -> dict:
+def floor(half_width_cm: float, reflectance: tuple = (0.5, 0.5, 0.5)) -> dict:
     """A horizontal diffuse square at z = 0; `reflectance` is linear sRGB."""
     return {
         "type": "rectangle",
-        "to_world": mi.ScalarTransform4f().scale(half_width),
+        "to_world": mi.ScalarTransform4f().scale(half_width_cm),
         "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(reflectance)}},
     }
 
 
 def sphere_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """A ball of radius 1 on a grey floor, under a uniform sky and a small lamp."""
+    """A ball of radius 1 cm on a grey floor, under a uniform sky and a small lamp."""
     sensor = view.sensor(spp)
     sensor["sampler"] = {"type": "independent", "sample_count": spp}
     return {
@@ -182,7 +183,7 @@ def disc_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def scan_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """A square sample with a side of 2 that fills the picture, under a lamp and a faint sky."""
+    """A square sample with a side of 2 cm that fills the picture, under a lamp and a faint sky."""
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": MAX_DEPTH},

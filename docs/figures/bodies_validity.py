@@ -1,6 +1,7 @@
 """The part `bodies-validity`: transmitted orders of gratings in a dielectric against independent solvers.
 
-Answers of the solvers, the *judges*, are stored (tests/judges/gratings/transmitted.py).
+tests/judges/gratings/transmitted.py has the gratings, lights and stored results of the solvers, the *judges*. Misplaced
+power is the fraction of the transmitted light that a theory puts into wrong orders.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from tests.judges.gratings import transmitted
 from .page import insist
 
 PART = "bodies-validity"
-# Powers of transmitted orders by theory.
+# Functions from a setting to the powers of its transmitted orders, by theory. `limited` is the small-slope theory with
+# energy conservation.
 THEORIES = {
     "small slope": transmitted.small_slope,
     "limited": lambda setting: transmitted.small_slope(setting, limited=True),
@@ -22,29 +24,32 @@ THEORIES = {
 
 
 def figures() -> dict:
-    """Misplaced power by theory, a mean over the wavelengths: a row for each grating, and a list by light.
+    """Misplaced power of each theory, and errors of `rigorous` and of the judges.
 
-    `error` is the rms difference of an order's power between `rigorous` and the judge. `unsettled` has the judge's own
-    largest change between two resolutions, by preset. Raises SetupError if the numbers contradict the page.
+    `rows` has an entry for each grating. Its `misplaced` lists by theory, for each of LIGHTS_DEG, the mean over the
+    wavelengths. `error` is the rms difference of an order's power between `rigorous` and the judge. `unsettled` has by
+    preset the largest change of an order's power between a judge's two resolutions. Raises SetupError if the numbers
+    contradict the page.
     """
-    true, rows, errors = transmitted.load(), [], []
+    judged = transmitted.load()
+    rows, rigorous_errors = [], []
     for name, grating in transmitted.GRATINGS:
-        lights: dict[str, list[float]] = {theory: [] for theory in THEORIES}
+        misplaced: dict[str, list[float]] = {theory: [] for theory in THEORIES}
         for light in transmitted.LIGHTS_DEG:
             settings = [transmitted.Setting(name, grating, nm, *light) for nm in transmitted.WAVELENGTHS_NM]
-            for theory, powers in THEORIES.items():
-                found = [powers(setting) for setting in settings]
-                off = [transmitted.misplaced(power, true[setting]) for power, setting in zip(found, settings)]
-                lights[theory].append(float(np.mean(off)))
+            expected = [judged[setting] for setting in settings]
+            for theory, powers_of in THEORIES.items():
+                powers = [powers_of(setting) for setting in settings]
+                misplaced[theory].append(float(np.mean([*map(transmitted.misplaced, powers, expected)])))
                 if theory == "rigorous":
-                    errors += [power - true[setting] for power, setting in zip(found, settings)]
-        rows.append({"name": name, "period_um": grating.period, "height_um": grating.height, "misplaced": lights})
+                    rigorous_errors += [power - true for power, true in zip(powers, expected)]
+        rows.append({"name": name, "period_um": grating.period, "height_um": grating.height, "misplaced": misplaced})
     for row in rows:
-        slope, screen = (row["misplaced"][theory] for theory in ("limited", "phase screen"))
+        limited, screen = row["misplaced"]["limited"], row["misplaced"]["phase screen"]
         if row["name"] == "sinusoid":
-            insist(PART, all(a < b for a, b in zip(slope, screen)), "small slope is the better on sinusoids")
+            insist(PART, all(a < b for a, b in zip(limited, screen)), "small slope is better on sinusoids")
         if row["name"] == transmitted.FACING:
-            insist(PART, all(a > b for a, b in zip(slope, screen)), "the phase screen is the better on facing facets")
+            insist(PART, all(a > b for a, b in zip(limited, screen)), "the phase screen is better on facing facets")
     return {
         "eta": transmitted.ETA,
         "wavelengths_nm": list(transmitted.WAVELENGTHS_NM),
@@ -52,7 +57,7 @@ def figures() -> dict:
         "theories": list(THEORIES),
         "rows": rows,
         "unsettled": {name: transmitted.unsettled(name) for name in ("sinusoidal", "lamellar", "blazed")},
-        # The coarser resolution of sawteeth is unstable along the normal.
+        # Sawteeth at angles of incidence of 30° and more; along the normal the coarser resolution is unstable.
         "unsettled_oblique": transmitted.unsettled("blazed", 30.0),
-        "error": float(np.sqrt(np.mean(np.concatenate(errors) ** 2))),
+        "error": float(np.sqrt(np.mean(np.concatenate(rigorous_errors) ** 2))),
     }

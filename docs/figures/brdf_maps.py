@@ -1,6 +1,7 @@
 """The part `brdf-maps`: figures 2.2 to 2.13 of Single 2014 as sheets, errors of their panels, and checks.
 
-FLSS, NMM, PQ and Stam are methods of `sunbeam brdf-map` (docs/realtime.md).
+FLSS, NMM, PQ and Stam are methods of `sunbeam brdf-map` (docs/realtime.md). A *sheet* is one picture file with several
+maps or drawings, its panels.
 """
 
 from __future__ import annotations
@@ -18,15 +19,16 @@ from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 
 PART = "brdf-maps"
 # The blazed grating's order −1, into which it sends most light.
-FIRST_ORDER = Box(-0.36, -0.10, -0.065, 0.065)
+FIRST_ORDER = Box(x_min=-0.36, x_max=-0.10, y_min=-0.065, y_max=0.065)
 # The mirror direction at normal incidence.
-CENTRE = Box(-0.05, 0.05, -0.05, 0.05)
+CENTRE = Box(x_min=-0.05, x_max=0.05, y_min=-0.05, y_max=0.05)
 # Steps between wavelengths of FLSS.
 STEPS_NM = (1, 5, 10, 25, 50, 100)
-# Values of σs in figure 2.10, Single 2014's width of the coherence window; see `map_checks.valleys`.
+# Values of σs in figure 2.10, Single 2014's width of the coherence window. It can be read as the coherence length or as
+# the window's standard deviation, a quarter of the coherence length.
 SIGMAS_UM = (3.25, 6.5, 15, 30, 45, 65)
-# Numbers of terms of the series by surface: from figures 2.11 and 2.12 and their text (7 and 9), and 64, since the
-# procedural Xenopeltis needs more than the figure's 40.
+# Numbers of terms of the series, by the surface's `key`. They are those of figures 2.11 and 2.12, with 7 and 9 from
+# their text. The procedural Xenopeltis also has 64, since the figure's 40 are too few for it.
 TERMS = {
     "blazed": (1, 2, 4, 7, 9, 24, 26, 40),
     "xenopeltis-scan": (1, 2, 4, 24, 26, 40),
@@ -36,7 +38,7 @@ TERMS = {
 }
 # Angles of incidence: those of figure 2.13, and 30°.
 THETA_I_DEG = (0, 10, 20, 30)
-# Edges of the squares of figure 2.2.
+# Edges of the squares of figure 2.2, in the order of its letters (a) to (c).
 CUT_OUT_UM = {"blazed": 17.5, "elaphe": 6.5, "xenopeltis": 6.5}
 # Lengths of the scale bars of figure 2.2, from its caption.
 BAR_UM = {"blazed": 2.5, "elaphe": 3.27, "xenopeltis": 3.21}
@@ -59,7 +61,7 @@ UNWEIGHTED_NMM = method("nmm", "--weighted", "false")
 def sheets(surfaces: Surfaces) -> list[Sheet]:
     """The sheets of maps in the order of their figures, scans before presets."""
     # NMM needs the grating as a tile of 65 µm.
-    blazed, blazed_tile = surfaces.blazed, surfaces.blazed_row
+    blazed, blazed_tile = surfaces.blazed, surfaces.blazed_tile
     elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
     skins = [*elaphe, *xenopeltis]
 
@@ -107,6 +109,7 @@ def sheets(surfaces: Surfaces) -> list[Sheet]:
         ),
         Sheet("pq-xenopeltis", 4, xenopeltis_pq),
         Sheet("coherence", 3, [windowed(blazed, f"σs {um:g} µm", um) for um in SIGMAS_UM]),
+        # With σs as the window's standard deviation the coherence length is 4σs.
         Sheet("coherence-literal", 3, [windowed(blazed, f"4σs = {4 * um:g} µm", 4 * um) for um in SIGMAS_UM[:3]]),
         Sheet("taylor-blazed", 3, terms(surfaces, blazed_tile, TERMS["blazed"])),
         *(Sheet(f"taylor-{key(s)}", 3, terms(surfaces, s, TERMS[key(s)])) for s in skins),
@@ -122,14 +125,18 @@ def key(surface: Surface) -> str:
     return surface.name.lower().replace(", ", "-")
 
 
-def windowed(surface: Surface, caption: str, coherence_um: float) -> Panel:
+def windowed(blazed: Surface, caption: str, coherence_um: float) -> Panel:
     """FLSS on the blazed preset with another coherence length."""
-    return Panel(caption, surface.with_coherence(coherence_um), FLSS, box=FIRST_ORDER)
+    return Panel(caption, blazed.with_coherence(coherence_um), FLSS, box=FIRST_ORDER)
 
 
 def terms(surfaces: Surfaces, surface: Surface, counts: tuple) -> list[Panel]:
-    """Panels for each number of terms: Taylor's series about the lowest height and the middle, and Chebyshev's."""
-    based, box = surfaces.about_the_base(surface), FIRST_ORDER if surface.name.startswith("blazed") else None
+    """Three panels for each number of terms in `counts`.
+
+    They are Taylor's series about the lowest height, Taylor's series about the middle of the heights, and Chebyshev's.
+    """
+    based = surfaces.about_the_base(surface)
+    box = FIRST_ORDER if surface.name == "blazed" else None
     panels = []
     for n in counts:
         taylor, chebyshev = method("flss", "--series", "taylor", "--terms", n), method("flss", "--terms", n)
@@ -145,25 +152,28 @@ def cut_outs(surfaces: Surfaces) -> list[Drawing]:
     """The panels of figure 2.2: cut-outs of each relief with scale bars."""
     drawings = []
     for letter, (name, edge_um) in zip("abc", CUT_OUT_UM.items()):
-        for surface in [surfaces.blazed_row] if name == "blazed" else surfaces.skin(name):
+        for surface in [surfaces.blazed_tile] if name == "blazed" else surfaces.skin(name):
             caption = f"({letter}) {surface.name}\nbar {BAR_UM[name]:g} µm"
             drawings.append(Drawing(caption, cut_out(surface, edge_um, BAR_UM[name], PANEL)))
     return drawings
 
 
 def figures() -> dict:
-    """Draws the sheets; returns the errors of every panel and the numbers of the checks."""
+    """Draws the sheets; returns the errors of every compared panel and the numbers of map_checks.py.
+
+    Raises SetupError if they contradict the page.
+    """
     folder = images(PART)
     with TemporaryDirectory() as scratch:
         surfaces, maps = Surfaces(Path(scratch)), Maps(Path(scratch))
         by_name = {sheet.name: sheet for sheet in sheets(surfaces)}
         drawn = {name: draw(sheet, maps, folder) for name, sheet in by_name.items()}
         elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
-        summed = [surfaces.blazed_row, *xenopeltis, *elaphe]
+        summed = [surfaces.blazed_tile, *xenopeltis, *elaphe]
         taylor = [sums(surface) for surface in summed]
-        checks.hold_against_the_sum(taylor[0], surfaces.blazed_row)
+        checks.check_against_direct_sum(taylor[0], surfaces.blazed_tile)
         plot(taylor, folder / "taylor-sums.svg")
-        # The last sums are those of Elaphe.
+        # The page shows pictures of the sums of Elaphe, which are the last.
         partial = [Drawing(*each) for found in taylor[-len(elaphe) :] for each in pictures(found)]
         drawn["partial-sums"] = draw(Sheet("partial-sums", 5, partial), maps, folder)
         made = {
@@ -179,7 +189,7 @@ def figures() -> dict:
             "spread": checks.spread(surfaces.blazed),
             "valleys": checks.valleys(surfaces.blazed, SIGMAS_UM),
             "terms_seen": {key(s): checks.terms_seen(drawn[f"taylor-{key(s)}"]["panels"]) for s in summed},
-            # Effect of the pixel that `about_the_base` lowers.
+            # Largest colour difference of the reference map that `about_the_base` causes by lowering one pixel.
             "pixel": max(
                 maps.error(Panel("", surfaces.about_the_base(s), REFERENCE, reference_surface=s))["delta_e_mean"]
                 for s in summed
@@ -192,5 +202,5 @@ def figures() -> dict:
                 {"surface": s.name, **checks.reference(s)} for s in (surfaces.blazed, *elaphe, *xenopeltis)
             ],
         }
-        checks.hold(made)
+        checks.check(made)
         return made

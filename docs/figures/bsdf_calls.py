@@ -2,7 +2,7 @@
 
 A wavefront is an array of queries that one kernel of Dr.Jit answers; an element is one query. The time of an element is
 the wall-clock time of the kernel over the number of elements. A kernel runs on all threads of Dr.Jit, or on the whole
-graphics card, so an element takes a single thread longer than that.
+graphics card, so a single thread takes longer for an element.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ FEWEST = 1 << 10
 MOST = 1 << 21
 # Target time of a kernel. Longer kernels are measured more precisely; shorter ones need less memory.
 KERNEL_S = 0.1
-# Number of timed kernels of each BSDF, in turn with the others.
+# Number of timed kernels of each BSDF. More find a smaller time on a busy machine.
 TURNS = 7
-# Smallest reported time of an element. Noise can make a call's kernel seem no slower than the empty one, and a time has
-# to be positive for ratios. No call is as fast on a processor.
+# Smallest reported time of an element. Noise can make a call's kernel seem no slower than the empty one, and ratios
+# need a positive time. Calls on a processor take longer.
 LEAST_NS = 0.01
 # Seed of the random queries.
 SEED = 1
@@ -78,26 +78,25 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
 def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = None) -> dict[str, float]:
     """Nanoseconds per element of one call, by the names of the BSDFs `materials`, minus those of an empty kernel.
 
-    Wavefronts have `wavefront` elements; by default each BSDF gets a number that takes about KERNEL_S. BSDFs take
-    turns. The smallest time of each counts, since other programs only make kernels slower.
+    Wavefronts have `wavefront` elements; by default each BSDF gets a number that takes about KERNEL_S. BSDFs are timed
+    in turn. The smallest time of each counts, since other programs only make kernels slower.
     """
-    calls, elements = {}, {}
+    programs, elements = {}, {}
     for name, bsdf in materials.items():
-        calls[name] = partial(answer, bsdf, call)
+        programs[name] = partial(answer, bsdf, call)
         if wavefront is None:
             few = Inputs(FEWEST)
-            # The smaller of two times, since other programs only make kernels slower.
-            elements[name] = fitting_elements(min(kernel_s(calls[name], few) for _ in range(2)) / FEWEST)
+            elements[name] = fitting_elements(min(kernel_s(programs[name], few) for _ in range(2)) / FEWEST)
         else:
             elements[name] = wavefront
     # BSDFs with equally large wavefronts share their inputs.
     inputs = {count: Inputs(count) for count in set(elements.values())}
-    # For each BSDF and turn the seconds of the call and of the empty kernel.
+    # Pairs of seconds by BSDF, one for each turn: the call's kernel and the empty kernel.
     seconds: dict[str, list] = {name: [] for name in materials}
     for _ in range(TURNS):
         for name in materials:
             shared = inputs[elements[name]]
-            seconds[name].append((kernel_s(calls[name], shared), kernel_s(partial(empty, call), shared)))
+            seconds[name].append((kernel_s(programs[name], shared), kernel_s(partial(empty, call), shared)))
     return {name: per_element_ns(*np.min(seconds[name], axis=0), elements[name]) for name in materials}
 
 
@@ -108,16 +107,16 @@ def per_element_ns(seconds: float, empty_s: float, elements: int) -> float:
 
 def fitting_elements(seconds_per_element: float) -> int:
     """The power of two, between FEWEST and MOST, at which a kernel takes about KERNEL_S."""
-    # The smallest divisor takes a time of 0 to MOST.
+    # The lower bound avoids a division by 0.
     wanted = KERNEL_S / max(seconds_per_element, 1e-12)
     return int(min(max(2 ** round(np.log2(wanted)), FEWEST), MOST))
 
 
 class Inputs:
-    """Random inputs of `elements` queries: cosine-distributed pairs of directions, sample numbers and places in [0, 1).
+    """Random inputs of `elements` queries, evaluated beforehand, so that kernels only read them.
 
-    Textures are read at the places. In spectral variants there are also wavelengths. All are evaluated, so that kernels
-    only read them.
+    Directions `si.wi` and `wo` are cosine-distributed. `u1` (1D) and `u2` (2D) are the uniform random numbers of
+    `sample`, and `si.uv` the texture coordinates, all in [0, 1). Spectral variants also have wavelengths.
     """
 
     def __init__(self, elements: int):
@@ -154,8 +153,8 @@ def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
 def empty(call: str, inputs: Inputs) -> mi.Float:
     """A number per element that depends on all arguments of the call: a kernel that reads them, without a BSDF.
 
-    A BSDF may ignore an argument: `roughconductor` reads no `u1`, and no wavelengths for `pdf`. The time of these reads
-    is subtracted nevertheless, so its own time comes out too small.
+    A BSDF may ignore an argument: `roughconductor` reads no `u1`, and no wavelengths for `pdf`. The time of such reads
+    is subtracted nevertheless, so the BSDF's time comes out slightly too small.
     """
     read = dr.sum(inputs.u2) + inputs.u1 if call == "sample" else dr.sum(inputs.wo)
     read = read + dr.sum(inputs.si.wi)

@@ -17,10 +17,11 @@ NOT_RUN = "not run"
 
 @dataclass(frozen=True)
 class Card:
-    """Name and driver of a card, and the results of each part of benches/gpu, with its measurements under `rows`.
+    """Name and driver of a card, and the results `parts` of benches/gpu by part, with measurements under `rows`.
 
     Arguments of the methods: `kind` is `rgb` or `spectral`, for the variants `cuda_ad_rgb` and `cuda_ad_spectral`.
-    `material` is a key of `bsdf_calls.bsdfs` or of `BenchmarkScene.bsdfs`, `call` one of `bsdf_calls.CALLS`.
+    `material` is a key of `bsdf_calls.bsdfs` or of `BenchmarkScene.bsdfs`, `call` one of `bsdf_calls.CALLS`, `scene`
+    the name of a `BenchmarkScene`, and `method` one of the realtime renderer.
     """
 
     name: str | None = None
@@ -28,7 +29,7 @@ class Card:
     parts: dict = field(default_factory=dict)
 
     def _row(self, part: str, **wanted) -> dict | None:
-        """The part's first row with the values `wanted`."""
+        """The part's first row with the values `wanted`, or None."""
         rows = self.parts.get(part, {}).get("rows", [])
         return next((row for row in rows if all(row.get(key) == value for key, value in wanted.items())), None)
 

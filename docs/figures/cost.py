@@ -47,8 +47,8 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
         start = time.perf_counter()
         np.array(mi.render(scenes[name], seed=0))
         result[name] = {"tables_s": tables_s, "first_render_s": time.perf_counter() - start, "renders_s": []}
-    # Renders that are not timed: kernels list all BSDFs, so they are compiled again after others were created, and when
-    # the seed first changes.
+    # Untimed renders. Kernels contain all BSDFs that exist, so they are compiled again after BSDFs are created. They
+    # are also compiled again when the seed first changes.
     for scene in scenes.values():
         np.array(mi.render(scene, seed=1))
     for repetition in range(repetitions):
@@ -60,9 +60,9 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
 
 
 def ratios(result: dict, reference: str) -> dict:
-    """Median, smallest and largest ratio of each BSDF's time to the reference's in the same repetition, by name.
+    """Ratios of each BSDF's render time to the reference's in the same repetition: {name: {median, min, max}}.
 
-    `result` is that of `measure`, of which `renders_s` alone is read.
+    `result` is that of `measure`; `reference` is a name in it.
     """
     base_s = np.array(result[reference]["renders_s"])
     found = {}

@@ -2,8 +2,13 @@
 
 The solvers, the *judges* (tests/judges/gratings), solve for light and orders in a medium of the cover's index. A power
 is the fraction of unpolarised light from air in an order that leaves into air. *Misplaced* power is the fraction of the
-leaving light that a theory puts into wrong orders. Light *to and fro* is reflected by the flat side back to the grating
-before it leaves; the project leaves it out.
+leaving light that a theory puts into wrong orders. SCALAR is the phase screen, EXACT is `theory = rigorous`
+(tests/judges/gratings/theories.py). *Bare* gratings have no cover.
+
+Light *to and fro* is reflected by the cover's flat side back to the grating before it leaves; the theories omit it.
+Symbols for it: n is the cover's index, λ the wavelength in vacuum, d the period and θi the angle of incidence in air.
+Order j has the direction cosine q_j = jλ/d − sin θi along x, in units of the wave number in vacuum. It propagates in
+the cover if |q_j| < n and in air if |q_j| < 1. Reflection by the flat side leaves q_j unchanged.
 """
 
 from __future__ import annotations
@@ -40,15 +45,15 @@ from .validity_metals import METAL_JUDGES, NAMES, summary
 from .validity_sweeps import angles_of
 
 PART = "covers-validity"
-# Index of polycarbonate at 589 nm. At 1.58 orders of the page's gratings would graze the surface inside.
+# Index of polycarbonate at 589 nm. The rounded 1.58 would let orders of the page's gratings graze the surface inside.
 POLYCARBONATE = 1.585
 # Largest accepted rms error of an order's power by `rigorous`.
 EXACT_RMS_MAX = 1e-3
-# Ends of the ranges of angles of incidence in which misplaced power of random settings is averaged.
+# Upper ends of the ranges of angles of incidence, from 0° on, by which random settings are grouped.
 REACHES_DEG = (30.0, 60.0, 75.0)
-# Metal of the gratings between which light goes to and fro.
+# Metal of the gratings of TO_AND_FRO.
 TO_AND_FRO_METAL = "Al"
-# Gratings of the table of light to and fro: kind and grating; the first is a mirror.
+# Gratings of the table of light to and fro: kind and grating. The first is so shallow that it is a mirror.
 TO_AND_FRO = (
     ("flat", Grating("sinusoidal", 2.5, 1e-4)),
     ("sinusoid", sweeps.sinusoid(2.5, 10.0)),
@@ -59,12 +64,17 @@ TO_AND_FRO = (
 
 
 def relative(found: np.ndarray, true: np.ndarray) -> float:
-    """Misplaced power as a fraction of the light that leaves."""
+    """Misplaced power of the powers `found`, as a fraction of the light that leaves by the powers `true`."""
     return misplaced(found, true) / float(true.sum())
 
 
 def compared(answer: Judged) -> dict:
-    """A setting's powers: by each theory, by the judge with both ways through the flat side, and without the cover."""
+    """Powers of one setting's orders under the cover, (orders,): by SCALAR, by EXACT, and twice by the judge.
+
+    The judge's powers inside are multiplied by the flat side's transmittances: by their means over s and p under
+    `means`, by those of each state under `states`. `bare` is the misplaced power of SCALAR without the cover, with
+    EXACT as the truth. `answer` is the judge's answer itself.
+    """
     bare = {theory: covers.powers(answer, theory, cover_eta=1.0) for theory in (SCALAR, EXACT)}
     return {
         "answer": answer,
@@ -77,13 +87,14 @@ def compared(answer: Judged) -> dict:
 
 
 def errors(group: list[dict], theory: str, truth: str) -> dict:
+    """Summary of a theory's errors in all orders of a group of `compared`, from the powers under the key `truth`."""
     return summary(np.concatenate([each[theory] - each[truth] for each in group]))
 
 
-def by_reach(made: list[dict]) -> list[dict]:
-    """Mean misplaced power of the phase screen, bare and covered, by shape and for metals or dielectric.
+def by_span(made: list[dict]) -> list[dict]:
+    """Mean misplaced power of SCALAR, bare and covered: a row for each shape, in metals and in the dielectric.
 
-    `spans` has the ranges of angles that end at REACHES_DEG.
+    `spans` has an entry for each range of angles, with its number of `settings`.
     """
     rows = []
     for dielectric in (False, True):
@@ -101,15 +112,17 @@ def by_reach(made: list[dict]) -> list[dict]:
 
 
 def in_spans(made: list[dict]) -> list[list[dict]]:
-    """The settings of each range of angles that ends at REACHES_DEG."""
+    """The entries of `made` (results of `compared`) in each range of angles that ends at one of REACHES_DEG."""
     ranges = zip((0.0, *REACHES_DEG), REACHES_DEG)
     return [[each for each in made if low <= each["answer"].setting.theta_deg < high] for low, high in ranges]
 
 
 def drawn() -> dict:
-    """Errors on the random gratings: rows by medium and shape, and those of mean transmittances by angle.
+    """Errors on the random gratings, in `rows` by medium and shape.
 
-    `unsettled` is the judge's own largest error. Raises SetupError if `rigorous` is off by more than EXACT_RMS_MAX.
+    `exact` has the errors of EXACT over all rows, `misplaced` the result of `by_span`. `states` has by range of angles
+    the errors of EXACT from powers with each state's transmittance. `unsettled` is the judge's own largest error.
+    Raises SetupError if the rms error of EXACT reaches EXACT_RMS_MAX.
     """
     made = [compared(answer) for answer in load(COVERED)]
     groups: dict[tuple[str, str], list[dict]] = {}
@@ -134,7 +147,7 @@ def drawn() -> dict:
         )
     return {
         "rows": rows,
-        "misplaced": by_reach(made),
+        "misplaced": by_span(made),
         "exact": errors(made, EXACT, "means"),
         "states": [errors(chosen, EXACT, "states") for chosen in in_spans(made)],
         "settings": len(made),
@@ -143,7 +156,7 @@ def drawn() -> dict:
 
 
 def answered(grating: Grating, light: Light) -> Judged:
-    """The orders of a perfect conductor under polycarbonate by the boundary integral."""
+    """The orders of a perfect conductor under polycarbonate by the boundary integral, the judge."""
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     size = (grating.period, grating.height)
     setting = Setting("none", grating.preset, *size, light.wavelength_nm, theta_deg, phi_deg, cover_eta=POLYCARBONATE)
@@ -151,9 +164,11 @@ def answered(grating: Grating, light: Light) -> Judged:
 
 
 def case(kind: str, slope_deg: float | None, grating: Grating) -> dict:
-    """Misplaced power on a perfect conductor by model and angle of incidence, bare and under polycarbonate.
+    """Misplaced power on a perfect conductor, bare and under polycarbonate, as means over the wavelengths.
 
-    A mean over the wavelengths. `exact` is the largest error of an order's power by `rigorous` under the cover.
+    `bare` lists that of `stam, limited` by angle of incidence, `covered` that of each model by its name and angle.
+    `exact` is the largest error of an order's power by EXACT under the cover. `slope_deg` is None for lamellar
+    gratings.
     """
     angles_deg = angles_of(grating)
     lights = [Light(nm, angle) for angle in angles_deg for nm in sweeps.WAVELENGTHS_NM]
@@ -177,62 +192,68 @@ def case(kind: str, slope_deg: float | None, grating: Grating) -> dict:
     }
 
 
-def inside(grating: Grating, nm: float, sine: float) -> dict[int, tuple[float, float]]:
-    """Efficiencies of s and p of the orders inside polycarbonate, for light across the grooves at a sine inside.
+def reflected_inside(grating: Grating, nm: float, sine: float) -> dict[int, tuple[float, float]]:
+    """Efficiencies of s and p by order, for the reflection of light inside polycarbonate by the grating.
 
-    Light in a cover of index n meets the grating as that n times as large in air, with indices relative to n.
+    The light comes across the grooves from the side of +x for a positive `sine`, that of its angle inside. In a cover
+    of index n the grating diffracts as the grating n times as large in air, with the metal's index divided by n.
     """
     n, metal = POLYCARBONATE, index(TO_AND_FRO_METAL, nm) / POLYCARBONATE
     words = ["--preset", grating.preset, "--period", n * grating.period, "--height", n * grating.height]
     words += ["--eta", metal.real, "--k", metal.imag, "--theory", "rigorous", "--wavelength", nm, "--json"]
     light = ["--theta-i", float(np.degrees(np.arcsin(abs(sine)))), "--phi-i", 0 if sine >= 0 else 180]
-    return {
-        order["order"]: (order["te"], order["tm"]) for order in json.loads(sunbeam("orders", *words, *light))["orders"]
-    }
+    report = json.loads(sunbeam("orders", *words, *light))
+    # Across the grooves s is TE and p is TM.
+    return {order["order"]: (order["te"], order["tm"]) for order in report["orders"]}
 
 
 def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
-    """Fractions of unpolarised light that leave after one reflection by the grating, and after more.
+    """Fractions of unpolarised light that leave after one reflection by the grating, and after more than one.
 
-    Powers add up, since a cover is much thicker than light is coherent. Orders keep their direction cosines along x in
-    the flat side's reflection, so that all light is in the orders j of `sines`, which are those in air.
+    Powers add up, since a cover is much thicker than the coherence length of light. In each polarisation state R[j, k]
+    is the grating's efficiency into order j for light that comes down along order k, and T_j the flat side's
+    transmittance for order j, 0 where the order is totally reflected. The power after one reflection is
+    a = T_0 R[:, 0], since incident light comes down along order 0. The sum over all reflections obeys
+    b = a + R diag(1 − T) b. The results are the means over s and p of T·a and T·(b − a).
     """
-    rate, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))
-    most = int((POLYCARBONATE + 1) / rate) + 1
-    numbers = np.arange(-most, most + 1)
-    numbers = numbers[np.abs(numbers * rate - sine) < POLYCARBONATE]
-    sines = numbers * rate - sine
-    place = {int(number): i for i, number in enumerate(numbers)}
-    count = len(numbers)
-    # Efficiencies [state, to, from], for light that comes down from the flat side along each order.
-    again = np.zeros((2, count, count))
-    for i, number in enumerate(numbers):
-        for step, pair in inside(grating, light.wavelength_nm, -sines[i] / POLYCARBONATE).items():
-            again[:, place[int(number) + step], i] = pair
-    through = np.zeros((2, count))
-    out = np.abs(sines) < 1
-    through[:, out] = transmittances(POLYCARBONATE, np.sqrt(1 - sines[out] ** 2)).T
+    # λ/d and sin θi.
+    ratio, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))
+    most = int((POLYCARBONATE + 1) / ratio) + 1
+    orders = np.arange(-most, most + 1)
+    # The orders that propagate in the cover, and their q.
+    orders = orders[np.abs(orders * ratio - sine) < POLYCARBONATE]
+    q = orders * ratio - sine
+    position = {int(order): i for i, order in enumerate(orders)}
+    count = len(orders)
+    # R as [state, to, from]. Light that comes down along an order with q comes from the side of −q.
+    reflectance = np.zeros((2, count, count))
+    for i, order in enumerate(orders):
+        for step, pair in reflected_inside(grating, light.wavelength_nm, -q[i] / POLYCARBONATE).items():
+            reflectance[:, position[int(order) + step], i] = pair
+    # T as [state, order].
+    transmittance = np.zeros((2, count))
+    in_air = np.abs(q) < 1
+    transmittance[:, in_air] = transmittances(POLYCARBONATE, np.sqrt(1 - q[in_air] ** 2)).T
     arriving = transmittances(POLYCARBONATE, np.cos(np.radians(light.theta_i_deg)))
     once, later = 0.0, 0.0
     for state in range(2):
-        # The incident light arrives as if along order 0 from the flat side.
-        first = arriving[state] * again[state][:, place[0]]
-        every = np.linalg.solve(np.eye(count) - again[state] * (1 - through[state]), first)
-        once += 0.5 * float(through[state] @ first)
-        later += 0.5 * float(through[state] @ (every - first))
+        first = arriving[state] * reflectance[state][:, position[0]]
+        every = np.linalg.solve(np.eye(count) - reflectance[state] * (1 - transmittance[state]), first)
+        once += 0.5 * float(transmittance[state] @ first)
+        later += 0.5 * float(transmittance[state] @ (every - first))
     return once, later
 
 
-def left_in(kind: str, grating: Grating) -> dict:
-    """Light that leaves polycarbonate over aluminium: fractions of the incident, means over the wavelengths, by angle.
+def to_and_fro_by_angle(kind: str, grating: Grating) -> dict:
+    """Light that leaves polycarbonate over aluminium, as fractions of the incident light.
 
-    `once` leaves after one reflection by the grating and `later` after more.
+    `once` and `later` list by angle of incidence the results of `to_and_fro`, as means over the wavelengths.
     """
-    rows = [
+    pairs = [
         np.mean([to_and_fro(grating, Light(nm, angle)) for nm in sweeps.WAVELENGTHS_NM], axis=0)
         for angle in sweeps.ANGLES_DEG
     ]
-    once, later = np.array(rows).T
+    once, later = np.array(pairs).T
     size = {"period_um": grating.period, "height_um": grating.height}
     return {"kind": kind, **size, "once": once.tolist(), "later": later.tolist()}
 
@@ -252,5 +273,5 @@ def figures() -> dict:
         "models": [model.name for model in MODELS],
         "drawn": drawn(),
         "cases": [case(*each) for each in CASES],
-        "to_and_fro": [left_in(*each) for each in TO_AND_FRO],
+        "to_and_fro": [to_and_fro_by_angle(*each) for each in TO_AND_FRO],
     }

@@ -1,7 +1,7 @@
 """The part `crosscheck`: the path tracer against the realtime renderer, at points and in pictures.
 
-Its measurements are those of `python -m mitsuba_scenes.crosscheck`, and the comparison of gratings with
-`theory = rigorous`, which only the tests run otherwise.
+The measurements are those of `python -m mitsuba_scenes.crosscheck`. A comparison of gratings with `theory = rigorous`
+is added, which that command leaves to the tests.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from mitsuba_scenes.snake import snake_files
 
 from .speed_error import processor
 
-# Parameters of the plugin: a blazed grating in aluminium, with the metal's index at 570 nm. The grating is not its own
-# mirror image, so the sign of the scattering vector's u matters. The short coherence length makes orders wide, so that
-# some pixels see each light.
+# Parameters of the plugin: a blazed grating in aluminium, with the metal's index at 570 nm. The grating differs from
+# its mirror image, so a wrong sign along x would show. The short coherence length makes orders wide, so that some
+# pixels see each light.
 BLAZED = {"preset": "blazed", "theory": "rigorous", "eta": 1.0, "k": 6.9, "coherence_length": 20.0}
-# The compared gratings, by their periods.
+# The compared gratings, named by their periods: the preset's, and one close to the wavelength.
 GRATINGS = [
     Case("blazed, 2.5 µm", BLAZED, supersample=1),
     Case("blazed, 0.9 µm", {**BLAZED, "period": 0.9, "height": 0.15}, supersample=1),

@@ -44,7 +44,7 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
 def in_fresh_process(variant: str, name: str) -> dict:
     """Seconds to create the material, of the first render, and of the whole process including imports."""
     with TemporaryDirectory() as folder:
-        # A first process puts the tables into the cache. It gets another folder for kernels.
+        # An earlier process puts the tables into the cache. Another folder keeps its kernels from the measured process.
         child(variant, name, Path(folder) / "before", ONLY_TABLES)
         start = time.perf_counter()
         printed = child(variant, name, Path(folder) / "kernels")

@@ -33,7 +33,7 @@ from .gratings_curves import (
 from .page import images, insist
 
 PART = "gratings"
-# Period of 1200 grooves a millimetre.
+# Period of a grating with 1200 grooves per millimetre.
 PERIOD_UM = 1 / 1.2
 # Numbers of samples of the echelette's short facet and of its period (`echelette`), for a blaze at 17.5° and 500 nm.
 ECHELETTE_SAMPLES = (50, 553)
@@ -98,13 +98,15 @@ def steepest_ratio(relief: Relief, metal: str | None, ratio: float) -> float:
 
 
 def blazed(folder: Path) -> dict:
-    """A right-angled echelette: curves in both media, their peaks, and positions of TM's anomalies.
+    """A right-angled echelette: curves in both media, efficiencies `at_blaze`, and positions of TM's anomalies.
 
-    `passing_off` and `plasmon` are an anomaly's expected λ/d in a perfect conductor and in aluminium; `te_peak` has λ/d
-    and value of TE's maximum, and `step` is the resolution of the anomalies' λ/d. `folder` gets the heights.
+    `te_peak` is λ/d and value of TE's maximum by medium. An anomaly has the expected λ/d, `passing_off` in a perfect
+    conductor and `plasmon` in aluminium, and the λ/d found, `perfect` and `Al`, with the resolution `step`. `folder`
+    gets the file of heights.
     """
     relief = echelette(PERIOD_UM, ECHELETTE_SAMPLES, folder / "echelette.npy")
     slope_deg = blaze_angle_deg(ECHELETTE_SAMPLES)
+    # λ/d at which light along the normal of the long facets returns.
     blaze = 2 * np.sin(np.radians(slope_deg))
     curves = curves_by_medium(relief)
     at_blaze = {name: littrow(relief, blaze, metal) for name, metal in (("Al", "Al"), ("perfect", None))}
@@ -142,7 +144,7 @@ def sinusoidal() -> dict:
 
     curves = {str(depth): curves_by_medium(relief(depth)) for depth in SINUSOID_DEPTHS}
     ratios = np.round(np.linspace(0.1, 0.3, 41), 6)
-    # J1 of half the phase κh, where κ = 4π cosθi/λ since the light returns.
+    # J1² of half the phase κh, with κ = 4π cos θi/λ for light that returns.
     screen = [bessel(1, 2 * np.pi * shallow_depth / ratio * np.cos(np.arcsin(0.5 * ratio))) ** 2 for ratio in ratios]
     shallow = littrow_curve(relief(shallow_depth), ratios, None)
     return {
@@ -158,7 +160,7 @@ def sinusoidal() -> dict:
 
 
 def from_rayleigh(depth: float, curve: dict) -> float:
-    """Largest difference of a perfectly conducting sinusoid's Littrow curve from Rayleigh's expansion."""
+    """Largest difference of a perfectly conducting sinusoid's Littrow curve from Rayleigh's expansion, in TE and TM."""
     profile, largest = Sinusoid(PERIOD_UM, depth * PERIOD_UM), 0.0
     for ratio, te, tm in zip(curve["ratio"], curve["te"], curve["tm"]):
         theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
@@ -172,8 +174,8 @@ def from_rayleigh(depth: float, curve: dict) -> float:
 def lamellar() -> dict:
     """A lamellar grating over λ/d and over depth, and against the sinusoid with the same first harmonic.
 
-    `most` has the largest efficiency over depth and its depth. Under `equivalent`, `te` and `tm` are the largest
-    differences of the lamellar grating and the sinusoid.
+    `most` has the largest efficiency over depth, and the depth h/d where it occurs. Under `equivalent`, `te` and `tm`
+    are the largest differences of the lamellar grating from the sinusoid.
     """
     curves = curves_by_medium(preset("lamellar", PERIOD_UM, LAMELLAR_DEPTH * PERIOD_UM))
     over_height = littrow_against_height("lamellar", PERIOD_UM, LAMELLAR_RATIO, (0.01, 1.2 * PERIOD_UM, 120))
@@ -213,8 +215,9 @@ def dip(height_um: float, near_deg: float) -> tuple[float, float]:
 def plasmons() -> dict:
     """Dips of order 0 of sinusoids in silver: curves of several heights, the first dip of each, and its shallow limit.
 
-    `wave` is the surface plasmon's wave number on flat silver over that of light in vacuum. `expected_deg` has the
-    angles at which orders excite it, where sin θi − jλ/d is `wave` in order −1 and −`wave` in order 2, by |j|.
+    `wave` is the surface plasmon's wave number on flat silver over that of light in vacuum. An order j excites it where
+    sin θi − jλ/d = ±`wave`. `expected_deg` has these θi for order −1 (+`wave`) and order 2 (−`wave`), under |j|.
+    `flat_tm` is the reflectance of flat silver at the first of them.
     """
     n = index("Ag", PLASMON_NM)
     wave = surface_plasmon(n)

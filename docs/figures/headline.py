@@ -18,10 +18,10 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
     """All measurements with their settings, and under `took_s` the seconds that each took.
 
     `cell_s` is the time for each cell, `picture_s` that for each of two converged pictures, both in seconds without
-    compiling. Slow cells take longer, since they have a smallest number of rounds.
+    compiling. Cells with slow renders take longer, since each cell has a minimum number of rounds.
     """
     made = {
-        **about_cells(cell_s),
+        **cell_settings(cell_s),
         "picture_s": picture_s,
         "call_names": bsdf_calls.CALLS,
         "turns": bsdf_calls.TURNS,
@@ -44,8 +44,8 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
     return made
 
 
-def about_cells(cell_s: float) -> dict:
-    """The settings of the cells."""
+def cell_settings(cell_s: float) -> dict:
+    """The settings of the cells, and the processor's name."""
     return {
         "cpu": processor(),
         "aim": time_to_error.ERROR,
@@ -55,9 +55,9 @@ def about_cells(cell_s: float) -> dict:
     }
 
 
-def of_cells(cell_s: float, names: list[str] | None = None) -> dict:
-    """The cells of the named scenes, or of all, with their settings; the input of `lines_of_cells`."""
-    return {**about_cells(cell_s), "cells": cells(cell_s, names)}
+def cells_with_settings(cell_s: float, names: list[str] | None = None) -> dict:
+    """The cells of the named scenes, or of all, with their settings; the input of `cell_lines`."""
+    return {**cell_settings(cell_s), "cells": cells(cell_s, names)}
 
 
 def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
@@ -76,8 +76,8 @@ def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
     return found
 
 
-def lines_of_cells(made: dict) -> list[str]:
-    """The cells as lines of a table: a line for each material, with ratios to `roughconductor`."""
+def cell_lines(made: dict) -> list[str]:
+    """The cells as lines of a text table: a line for each material of a cell, with ratios to `roughconductor`."""
     side = round(made["nominal_pixels"] ** 0.5)
     found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]
     heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"
@@ -94,8 +94,8 @@ def lines_of_cells(made: dict) -> list[str]:
 
 
 def lines(made: dict) -> list[str]:
-    """The result of `figures` as lines of tables."""
-    found = lines_of_cells(made)
+    """The result of `figures` as lines of text tables."""
+    found = cell_lines(made)
     found += ["", f"{'ns per call':26}{'material':16}" + "".join(f"{call:>10}" for call in bsdf_calls.CALLS)]
     for row in made["calls"]:
         numbers = "".join(f"{row['ns'][call]:10.4g}" for call in bsdf_calls.CALLS)

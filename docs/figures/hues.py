@@ -10,7 +10,8 @@ import numpy as np
 
 from .rgb_against_spectral import XYZ_OF_SRGB, lab
 
-# Fraction of the pixels that are not black which the exposure of a picture clips.
+# Fraction of the non-black pixels that a picture's exposure clips. A larger one makes dim pixels visible, a smaller one
+# keeps the hues of bright ones.
 CLIPPED = 0.01
 # Relative luminance below which an exposed pixel counts as dark.
 DARK = 0.01
@@ -65,9 +66,9 @@ def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
 
 
 def histogram(pixels: np.ndarray) -> np.ndarray:
-    """Fractions of hues in bins of BIN_DEG from 0° to 360°, over those linear pixels (count, 3) that count.
+    """Fractions of hues in bins of BIN_DEG from 0° to 360°, over coloured linear pixels (count, 3) that are not dark.
 
-    Pixels that are coloured and not dark count. Without any, all fractions are 0.
+    Without such pixels all fractions are 0.
     """
     visible = shown(pixels)
     colours = lab(visible)
@@ -78,20 +79,28 @@ def histogram(pixels: np.ndarray) -> np.ndarray:
 
 
 def effective_hues(shares: np.ndarray) -> float:
-    """Number of equally full bins with the entropy of these fractions, e to the power of it; small for few hues."""
+    """Number of equally full bins with the same entropy as a `histogram`; small for few hues."""
     filled = shares[shares > 0]
     return float(np.exp(-(filled * np.log(filled)).sum()))
+
+
+def lit(pairs: np.ndarray) -> np.ndarray:
+    """Mask of the lit pixels.
+
+    `pairs` (..., 8) is the array of `sunbeam render --pairs`. It has for each pixel the directions to sun and camera in
+    the grating's frame, 1 where lit, and the cosine of the sun's direction.
+    """
+    return pairs[..., 6] > 0
 
 
 def near_highlight(pairs: np.ndarray) -> np.ndarray:
     """Mask of the lit pixels whose half vector is near the normal but not along it, by NEAR_DEG.
 
-    `pairs` (..., 8) is the array of `sunbeam render --pairs`. It has for each pixel the directions to sun and camera in
-    the grating's frame, 1 where lit, and the cosine of the sun's direction.
+    `pairs` is the array that `lit` describes.
     """
     half = pairs[..., 0:3] + pairs[..., 3:6]
     tilt_deg = np.degrees(np.arctan2(np.hypot(half[..., 0], half[..., 1]), half[..., 2]))
-    return (pairs[..., 6] > 0) & (tilt_deg > NEAR_DEG[0]) & (tilt_deg < NEAR_DEG[1])
+    return lit(pairs) & (tilt_deg > NEAR_DEG[0]) & (tilt_deg < NEAR_DEG[1])
 
 
 def dark_share(pixels: np.ndarray, among: np.ndarray) -> float:

@@ -36,7 +36,10 @@ SAME = 1e-6
 
 @dataclass(frozen=True)
 class Sample:
-    """A file, the library's name of its format, and a `convert.Reading`, or `None` and the reason of the refusal."""
+    """A file, the library's name of its format or "unknown", and the result of the converter.
+
+    `reading` is a `convert.Reading` and `refusal` empty, or `reading` is `None` and `refusal` the converter's message.
+    """
 
     path: Path
     format: str
@@ -84,9 +87,9 @@ def figures() -> dict | None:
 
 
 def untried(formats: list[dict], refused: list[dict]) -> list[str]:
-    """Names of formats that no native reader knows and of which no file with a map was available.
+    """Names of formats that only the converter reads and of which no file was available.
 
-    Files that were refused count as maps, except profiles.
+    Profiles do not count as files of a format, since the converter reads maps alone.
     """
     seen = {row["format"] for row in refused if "profiles" not in row["reason"]}
     extensions = converter().EXTENSIONS
@@ -122,7 +125,7 @@ def reasons(refused: list[dict]) -> dict[str, int]:
 
 
 def read(path: Path) -> Sample:
-    """Reads a file by the converter; lists of points, which have no unit, are in µm."""
+    """Reads a file by the converter; lists of points (`xyz`), which state no unit, are read as µm."""
     convert = converter()
     try:
         name = convert.library().detect_format(str(path))
@@ -183,8 +186,8 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
 def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
     """Differences from Gwyddion, and whether they are those of its mirror image along y, `mirrored`.
 
-    Of all channels of equal size in metres, the one with the smallest differences counts. `None` for text, without such
-    a channel, and without Gwyddion.
+    The compared channel is that with the smallest differences among channels in metres with the relief's size. `None`
+    for text, without such a channel, and without Gwyddion.
     """
     if sample.format in TEXT or shutil.which("gwyddion") is None:
         return None
@@ -213,10 +216,10 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
 
 
 def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
-    """Largest differences of other heights and pixel edges from the relief's, and whether they are below SAME.
+    """Largest differences of other heights and pixel edges from those of `relief`, and whether they are below SAME.
 
-    `heights` is relative to peak to valley, without points that the relief lacks; `pixels` is relative. `pixel_um` is
-    (x, y).
+    `heights` is relative to peak to valley, over points where the relief has a height and apart from a constant offset.
+    `pixels` is relative to the edges. `pixel_um` has the edges along x and y.
     """
     known = np.isfinite(relief.heights_um)
     difference_um = heights_um[known] - relief.heights_um[known]
@@ -248,7 +251,7 @@ def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
         "extensions": list(reader.file_extensions()),
         "maps": len(own),
         "refused": sum(row["format"] == name for row in refused),
-        **{other: summary([row[other] for row in own if row[other] is not None]) for other in ("native", "gwyddion")},
+        **{peer: summary([row[peer] for row in own if row[peer] is not None]) for peer in ("native", "gwyddion")},
     }
 
 

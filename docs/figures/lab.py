@@ -35,40 +35,42 @@ MEASURED_PATHS = 500_000
 PICTURE_PATHS = 3_000_000
 # Wavelengths of the measured spots.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
-# Colours of the marks by wavelength in nm, sRGB bytes.
+# Colours of the marks in sRGB bytes, by wavelength in nm.
 MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
 # Standard deviation of a lobe in cycles per µm at the plugin's default coherence length of 65 µm.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
-# Width of a scan, whose finite size widens the orders, too.
+# Width of a scan. Its finite size widens the orders further.
 SCAN_UM = 6.5
 # Standard deviation in cycles per µm of the window about a scan's spot, wide enough for the blurred order.
 SCAN_LOBE_PER_UM = 0.05
 # Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
 CLIPPED = 0.01
-# Fraction of the lit pixels that the exposure clips in pictures of sharp spots, few pixels that would appear faint.
+# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. With a smaller one the spots, which are
+# few pixels wide, would be hard to see.
 CLIPPED_SPOTS = 0.2
-# Start and end of the marks, in pixels from the row of spots.
+# Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)
-# Factor on the period of the negative control.
+# Factor on the period that a negative control takes as the true one.
 WRONG_PERIOD = 1.02
-# The set-up of figure 2.19, where the mirrored beam meets the screen at a right angle.
+# The set-up of figure 2.19, where the mirror-reflected beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
 # The mirror image of this set-up for Xenopeltis, which sends most light to negative orders. They meet the screen if the
 # beam comes from the left.
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
-# The wider screen for the blazed grating, whose orders lie in one row.
-LOW = Bench(height_mm=120.0)
-# The wider screen for skins.
-HIGH = Bench()
+# The set-up with a wider screen for skins.
+SKIN_BENCH = Bench()
+# The set-up with a wider screen for the blazed grating. The screen is lower, since its orders lie in one row.
+BLAZED_BENCH = Bench(height_mm=120.0)
 
 
 @dataclass(frozen=True)
 class Sample:
     """A surface on the bench.
 
-    `skin` has parameters of the plugin. `orders` are measured, `marked` are marked on the picture, `clipped` determines
-    its exposure. `window` is the standard deviation of the weight of a spot's centroid, in cycles per µm. `axis` is the
-    axis of the heights whose period the skin's rotation turns into the plane of incidence.
+    `skin` has parameters of the plugin. `orders` are measured, `marked` are marked on the picture. `clipped` is the
+    fraction of lit pixels that the picture's exposure clips. `window_per_um` is the standard deviation in cycles per µm
+    of the Gaussian weight of a spot's centroid. `axis` is the axis of the heights, "x" or "y", whose period the skin's
+    rotation turns into the plane of incidence.
     """
 
     name: str
@@ -76,7 +78,7 @@ class Sample:
     skin: dict
     bench: Bench
     orders: tuple[int, ...]
-    window: float = LOBE_PER_UM
+    window_per_um: float = LOBE_PER_UM
     marked: tuple[int, ...] = (-2, -1, 1, 2)
     clipped: float = CLIPPED
     axis: str = "x"
@@ -94,24 +96,27 @@ def samples() -> list[Sample]:
     """
     skins = scans()
     for name in ("Elaphe", "Xenopeltis"):
-        skins.append(Sample(name.lower(), f"{name}, procedural", {"preset": name.lower()}, HIGH, (-1, 1)))
-    blazed = Sample("blazed", "Blazed", {"preset": "blazed"}, LOW, (-2, -1, 1, 2), clipped=CLIPPED_SPOTS)
+        preset = {"preset": name.lower()}
+        skins.append(Sample(name.lower(), f"{name}, procedural", preset, SKIN_BENCH, orders=(-1, 1)))
+    blazed = Sample(
+        "blazed", "Blazed", {"preset": "blazed"}, BLAZED_BENCH, orders=(-2, -1, 1, 2), clipped=CLIPPED_SPOTS
+    )
     return [
-        *map(drawn, skins),
+        *map(as_drawn, skins),
         *skins,
         replace(blazed, marked=(-3, -2, -1, 1, 2, 3)),
         replace(
             blazed,
             name="blazed-30",
             title="Blazed, beam at 30°",
-            bench=replace(LOW, theta_i_deg=30.0),
+            bench=replace(BLAZED_BENCH, theta_i_deg=30.0),
             orders=(-1, 1, 2),
             marked=(-1, 0, 1, 2, 3),
         ),
     ]
 
 
-def drawn(sample: Sample) -> Sample:
+def as_drawn(sample: Sample) -> Sample:
     """The skin in the set-up of figure 2.19, with its brighter first order on the screen."""
     from_left = "Xenopeltis" in sample.title
     bench, order = (DRAWN_FROM_LEFT, -1) if from_left else (DRAWN, 1)
@@ -130,7 +135,17 @@ def scans() -> list[Sample]:
             continue
         skin = scanned_skin(path)
         skin["rotation"] = -period(skin, axis)["direction_deg"]
-        found.append(Sample(f"{path.stem}-scan", f"{name}, scan", skin, HIGH, (-1, 1), SCAN_LOBE_PER_UM, axis=axis))
+        found.append(
+            Sample(
+                f"{path.stem}-scan",
+                f"{name}, scan",
+                skin,
+                SKIN_BENCH,
+                orders=(-1, 1),
+                window_per_um=SCAN_LOBE_PER_UM,
+                axis=axis,
+            )
+        )
     return found
 
 
@@ -143,8 +158,8 @@ def period(skin: dict, axis: str) -> dict:
 def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     """A row for each order and wavelength whose spot is on the screen.
 
-    It has expected and measured positions x and angles θo; `spacing_um` is the period by the grating equation from the
-    measured angle.
+    The argument `spacing_um` is the true period. A row has expected and measured positions x and angles θo, and as
+    `spacing_um` the period by the grating equation from the measured angle.
     """
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
@@ -152,7 +167,7 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     for seed, wavelength_nm in enumerate(WAVELENGTHS_NM):
         picture = photograph(bsdf, bench, line(wavelength_nm), MEASURED_PATHS, seed=seed)
         for order in sample.orders:
-            found_mm = spot_mm(bench, picture, spacing_um, order, wavelength_nm, sample.window)
+            found_mm = spot_mm(bench, picture, spacing_um, order, wavelength_nm, sample.window_per_um)
             if found_mm is None:
                 continue
             expected_mm = bench.position_mm(spacing_um, order, wavelength_nm)
@@ -218,15 +233,15 @@ def figures() -> dict:
         summaries.append(summary(sample, spacing_um, measured(sample, bsdfs[key], spacing_um)))
         print(f"{sample.name}: within {summaries[-1]['worst_mm']:.2f} mm", flush=True)
     return {
-        "distance_mm": HIGH.distance_mm,
-        "width_mm": HIGH.width_mm,
+        "distance_mm": SKIN_BENCH.distance_mm,
+        "width_mm": SKIN_BENCH.width_mm,
         "drawn": {name: getattr(DRAWN, name) for name in ("theta_i_deg", "tilt_deg", "distance_mm", "width_mm")},
-        "beam_mm": 2 * HIGH.beam_radius_mm,
+        "beam_mm": 2 * SKIN_BENCH.beam_radius_mm,
         "paths": MEASURED_PATHS,
         "wavelengths_nm": list(WAVELENGTHS_NM),
         "wrong_period_percent": 100 * (WRONG_PERIOD - 1),
         # Standard deviation of the lobe on the wider screen near its middle, at 0.55 µm.
-        "lobe_mm": 0.55 * LOBE_PER_UM * HIGH.distance_mm,
+        "lobe_mm": 0.55 * LOBE_PER_UM * SKIN_BENCH.distance_mm,
         "scan_um": SCAN_UM,
         "scan_window": SCAN_LOBE_PER_UM,
         "samples": summaries,
@@ -236,8 +251,8 @@ def figures() -> dict:
 def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
     """The sample's `spots` (rows of `measured`), and their largest and rms distances from the grating equation.
 
-    `wrong_period_mm` is the smallest distance that a period wrong by WRONG_PERIOD would cause; `by_order` has the mean
-    period from the spots of each order.
+    `wrong_period_mm` is the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
+    `by_order` has the mean period from the spots of each order.
     """
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
     wrong_mm = []
@@ -255,7 +270,7 @@ def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
         "is_drawn": sample.bench in (DRAWN, DRAWN_FROM_LEFT),
         "theta_i_deg": sample.bench.theta_i_deg,
         "spacing_um": spacing_um,
-        # Longest wavelength whose first order on the other side of the mirrored beam is above the horizon.
+        # Longest wavelength whose first order lies between the mirror-reflected beam and the horizon behind it.
         "horizon_nm": 1e3 * spacing_um * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
         "by_order": by_order,

@@ -1,4 +1,4 @@
-"""Measurements for the text about BRDF maps; `hold` raises an error if they contradict it.
+"""Measurements for the text about BRDF maps; `check` raises an error if they contradict it.
 
 A map's pixels are direction sines (x, y) in [−1, 1]², and its disc is the hemisphere. Symbols: λ is the wavelength, d
 the period, and s the coherence window's standard deviation, a quarter of the coherence length. An order's lobe has the
@@ -31,8 +31,8 @@ NOTICED_DELTA_E = 1.0
 CHECKED_NM = 550.0
 # Shortest and longest wavelength in µm that the methods sum.
 VISIBLE_UM = (0.38, 0.78)
-# Radius in direction sines about the mirror direction that is left out as the reflection itself. A larger one excludes
-# more diffracted light, a smaller one includes the reflection's lobe.
+# Radius in direction sines of the excluded disc about the mirror direction. A larger one excludes more diffracted
+# light, a smaller one includes the lobe of the mirror reflection.
 MIRROR_RADIUS = 0.15
 # Number of directions at which the amplitudes of Taylor's series are compared with the direct sum.
 COMPARED_DIRECTIONS = 8
@@ -66,7 +66,7 @@ def reference(surface: Surface) -> dict:
     generator = random.Random(1)
 
     def direction() -> list[float]:
-        """A direction uniform over the projected hemisphere, as are the pixels of a map, but not at the horizon."""
+        """A random direction, uniform over the disc as a map's pixels are; the factor 0.99 avoids the horizon."""
         radius, azimuth = math.sqrt(generator.random()) * 0.99, generator.uniform(0, 2 * math.pi)
         x, y = radius * math.cos(azimuth), radius * math.sin(azimuth)
         return [x, y, math.sqrt(1 - x * x - y * y)]
@@ -80,16 +80,16 @@ def reference(surface: Surface) -> dict:
 def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     """Mean errors in the first orders of maps with different steps between wavelengths, a panel for each step.
 
-    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < 0.1, and are lit. Returns the period d along
-    x, the errors `delta_e` by step in nm, `first_seen`, the smallest step with a visible error, or `None`, and
-    `line_nm`. The last is λd/(2√2πs), the standard deviation of an order's power over the wavelength in one direction.
+    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < 0.1, and are lit. `delta_e` has the errors
+    by step in nm, `first_seen` is the smallest step with a visible error, or `None`. `line_nm` is λd/(2√2πs) at
+    CHECKED_NM, the standard deviation over the wavelength of order 1's power in one direction.
     """
     surface = panels[0].surface
     period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]
     sine = abs(sines(panels[0].size))
     visible = (sine > VISIBLE_UM[0] / period_um) & (sine < VISIBLE_UM[1] / period_um)
     orders = visible[None, :] & (sine < 0.1)[:, None] & maps.lit(panels[0])
-    errors = [maps.compared(panel, orders)["delta_e_2000"]["mean"] for panel in panels]
+    errors = [maps.compare(panel, orders)["delta_e_2000"]["mean"] for panel in panels]
     return {
         "period_um": period_um,
         "line_nm": CHECKED_NM * period_um / lobe_length_um(surface),
@@ -110,7 +110,7 @@ def white_spot(maps: Maps, panels: list[Panel]) -> dict:
         name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
         if name:
             _, exposure = maps.drawn(panel.words())
-            # A thousandth of the exposure that clips 1 % clips nothing.
+            # The default exposure clips 1 % of the disc; a thousandth of it clips nothing.
             exr, _ = maps.drawn(panel.words(), exposure / 1000)
             linear = decoded(exr.with_suffix(".png"))
             linear /= linear.max()
@@ -134,7 +134,8 @@ def decoded(png) -> np.ndarray:
 def spread(surface: Surface) -> dict:
     """Fractions of order −1's light at CHECKED_NM beyond 3 standard deviations of the window's lobe, by FLSS and PQ.
 
-    `deviation` is that standard deviation in direction sines.
+    The light is summed along x from half of order −1's direction sine to one and a half of it. `deviation` is the
+    lobe's standard deviation in direction sines.
     """
     order = -CHECKED_NM / 1e3 / PERIOD_UM
     deviation = CHECKED_NM / 1e3 / lobe_length_um(surface)
@@ -182,14 +183,14 @@ def terms_seen(rows: list[dict]) -> dict:
 
 
 def right_side(maps: Maps, panels: list[Panel]) -> dict:
-    """Chroma in the right half of maps, without the mirror direction, by angle of incidence.
+    """CIELAB chroma in the right half of maps, x > 0, without the mirror direction, by angle of incidence.
 
     A row's `share` is the right half's fraction of the disc's chroma, its `mean` the mean chroma of the right half.
-    `grows` tells for each of them whether it increases with the angle.
+    `grows` tells for both whether they increase with the angle.
     """
     rows = []
     for panel in panels:
-        exr, _ = maps.of(panel)
+        exr, _ = maps.map_of(panel)
         a, b = np.moveaxis(lab(decoded(exr.with_suffix(".png")))[..., 1:], -1, 0)
         mirror = -math.sin(math.radians(panel.theta_i_deg))
         chroma = np.where(disc(panel.size) & (distance(panel.size, mirror) > MIRROR_RADIUS), np.hypot(a, b), 0)
@@ -209,7 +210,7 @@ def rises(values: list[float]) -> bool:
     return all(after > before for before, after in zip(values, values[1:]))
 
 
-def hold(made: dict) -> None:
+def check(made: dict) -> None:
     """Raises SetupError if the part's numbers `made` contradict its template."""
     errors = {
         surface: {row["caption"]: row["delta_e_lit"] for row in made["sheets"][f"taylor-{surface}"]["panels"]}
@@ -236,11 +237,11 @@ def hold(made: dict) -> None:
         insist("brdf-maps", holds, sentence)
 
 
-def hold_against_the_sum(found: Sums, surface: Surface) -> None:
+def check_against_direct_sum(found: Sums, surface: Surface) -> None:
     """Raises SetupError unless the amplitudes of Taylor's series agree with the direct sum in the brightest directions.
 
-    An amplitude P gives f_r = O·4πs²|P|²/λ². At normal incidence the obliquity factor O is 1/cosθo. The tolerance is
-    1e-6 of the largest value, the order of magnitude of the window beyond the orders summed.
+    An amplitude P gives f_r = O·4πs²|P|²/λ². At normal incidence the obliquity factor O is 1/cos θo. The tolerance is
+    1e-6 of the largest value, the order of magnitude of the window's tails beyond the summed orders.
     """
     power = abs(found.limits[-1]) ** 2
     brightest = np.argsort(np.nan_to_num(power))[-COMPARED_DIRECTIONS:]

@@ -50,9 +50,9 @@ class Box(NamedTuple):
 class Panel:
     """A map: a surface, the options of a method, and a caption.
 
-    With a `box` the map is `fine` times as fine, and an inset shows the box. The reference map is of the surface, or of
-    `reference_surface` if given; it determines the exposure unless `exposure`, a factor, is given. A map that is not
-    `compared` gets no errors, and its reference is at normal incidence.
+    With a `box` the map has `fine` times the pixels of a panel along each side, and an inset shows the box. The
+    reference map is of the surface, or of `reference_surface` if given; it determines the exposure unless `exposure`, a
+    factor, is given. A map that is not `compared` gets no errors, and its reference is at normal incidence.
     """
 
     caption: str
@@ -118,7 +118,7 @@ class Maps:
             self._drawn[key] = (exr, report["exposure"])
         return self._drawn[key]
 
-    def of(self, panel: Panel) -> tuple[Path, float]:
+    def map_of(self, panel: Panel) -> tuple[Path, float]:
         """The EXR of the panel's map, and its exposure, the panel's own or the reference's."""
         return self.drawn(panel.words(), panel.exposure or self.reference(panel)[1])
 
@@ -128,11 +128,11 @@ class Maps:
 
     def error(self, panel: Panel) -> dict:
         """Errors of the map against its reference: CIEDE2000 and FLIP over the disc, and CIEDE2000 where `lit`."""
-        found = self.compared(panel, disc(panel.size))
+        found = self.compare(panel, disc(panel.size))
         return {
             "delta_e_mean": found["delta_e_2000"]["mean"],
             "delta_e_p99": found["delta_e_2000"]["p99"],
-            "delta_e_lit": self.compared(panel, self.lit(panel))["delta_e_2000"]["mean"],
+            "delta_e_lit": self.compare(panel, self.lit(panel))["delta_e_2000"]["mean"],
             "flip": found["flip"]["mean"],
         }
 
@@ -140,9 +140,12 @@ class Maps:
         """Mask of the pixels where the displayed reference is not black."""
         return np.asarray(Image.open(self.reference(panel)[0].with_suffix(".png"))).max(axis=-1) > 0
 
-    def compared(self, panel: Panel, mask: np.ndarray) -> dict:
-        """The report of `sunbeam compare` of the map with its reference in a mask, at the reference's exposure."""
-        (reference, exposure), (exr, _) = self.reference(panel), self.of(panel)
+    def compare(self, panel: Panel, mask: np.ndarray) -> dict:
+        """The report of `sunbeam compare` of the map with its reference where `mask` is true.
+
+        Both are compared at the reference's exposure.
+        """
+        (reference, exposure), (exr, _) = self.reference(panel), self.map_of(panel)
         png = self.folder / "mask.png"
         Image.fromarray(np.where(mask, 255, 0).astype(np.uint8)).save(png)
         # `compare` takes the exposure in stops.
@@ -178,7 +181,7 @@ def picture_of(panel: Panel, png: Path) -> Image.Image:
     left, right = (round((x + 1) / 2 * size) for x in (panel.box.x_min, panel.box.x_max))
     top, bottom = (round((1 - y) / 2 * size) for y in (panel.box.y_max, panel.box.y_min))
     boxed = Image.fromarray(np.ascontiguousarray(pixels[top:bottom, left:right]))
-    # Small enough to leave the middle of the map, where the boxes are, free.
+    # Two or three fifths of the panel leave the middle of the map, where the boxes are, free.
     width = PANEL * (3 if boxed.width > boxed.height else 2) // 5
     inset = boxed.resize((width, round(width * boxed.height / boxed.width)), Image.Resampling.BICUBIC)
     canvas = ImageDraw.Draw(image)
@@ -197,7 +200,7 @@ def draw(sheet: Sheet, maps: Maps, folder: Path) -> dict:
         if isinstance(panel, Drawing):
             picture = panel.picture
         else:
-            picture = picture_of(panel, maps.of(panel)[0].with_suffix(".png"))
+            picture = picture_of(panel, maps.map_of(panel)[0].with_suffix(".png"))
             if panel.compared:
                 errors.append({"caption": caption.replace("\n", ", "), **maps.error(panel)})
                 caption += f"\nΔE {short(errors[-1]['delta_e_mean'])}, lit {short(errors[-1]['delta_e_lit'])}"

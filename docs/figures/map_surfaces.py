@@ -21,6 +21,7 @@ from PIL import Image, ImageDraw
 from mitsuba_scenes.crosscheck.cases import SCANS
 from mitsuba_scenes.tool import sunbeam
 
+# Species with a scan and a preset.
 SKINS = ("elaphe", "xenopeltis")
 # Edge of the presets' tiles, and the default coherence length.
 TILE_UM = 65.0
@@ -56,8 +57,8 @@ class Surface:
 class Surfaces:
     """All surfaces of the page; those that are no preset of `sunbeam` are written as files into a folder.
 
-    `blazed` is the preset, one period that repeats. `blazed_row` is the same grating as a file, a tile of 65 µm in one
-    row of pixels.
+    `blazed` is the preset, one period that repeats. `blazed_tile` is the grating as a file, a tile of 65 µm in one row
+    of pixels.
     """
 
     def __init__(self, folder: Path):
@@ -66,7 +67,7 @@ class Surfaces:
         heights_um = HEIGHT_UM * (pixel_in_period[None, :] + 0.5) / PIXELS_OF_PERIOD
         pixel_um = PERIOD_UM / PIXELS_OF_PERIOD
         self.blazed = Surface("blazed", ("--preset", "blazed"), pixel_um, heights_um)
-        self.blazed_row = self.written(Surface("blazed", (), pixel_um, heights_um))
+        self.blazed_tile = self.written(Surface("blazed", (), pixel_um, heights_um))
         self._skins = {name: [*self._scan(name), self._preset(name)] for name in SKINS}
 
     def skin(self, name: str) -> list[Surface]:
@@ -79,12 +80,12 @@ class Surfaces:
             print(f"NOT SHOWN: no scan at {SCANS[name]}, so there are no maps of the measured {name}", flush=True)
             return []
         heights_um, pixel_um = read_heights("--height-field", SCANS[name])
-        # The middle of the scan moves to pixel (0, 0), so that the coherence window, as wide as the scan, has faded at
-        # the scan's edges.
         heights_um = np.rot90(heights_um, -1)
+        # The middle of the scan moves to pixel (0, 0), where the coherence window is centred. The window is as wide as
+        # the scan, so it has faded at the scan's edges.
         heights_um = np.roll(heights_um, [n // 2 for n in heights_um.shape], axis=(0, 1))
-        extent_um = len(heights_um) * pixel_um
-        return [self.written(Surface(f"{name.capitalize()}, scan", (), pixel_um, heights_um, extent_um))]
+        coherence_um = len(heights_um) * pixel_um
+        return [self.written(Surface(f"{name.capitalize()}, scan", (), pixel_um, heights_um, coherence_um))]
 
     def _preset(self, name: str) -> Surface:
         """The preset of a species; only that of Xenopeltis is turned."""
@@ -105,8 +106,9 @@ class Surfaces:
         """The surface with one pixel lowered, so that the middle of the range is the other pixels' lowest height.
 
         The renderer's series about the middle of the range is then a series about the lowest height, as in Single 2014.
-        The pixel is the farthest from the centre of the coherence window, which is negligible there.
+        The pixel is the farthest from the centre of the coherence window, where the window is negligible.
         """
+        # Heights from 0 to H, and one pixel at −H.
         heights_um = surface.heights_um - surface.heights_um.min()
         heights_um[tuple(n // 2 for n in heights_um.shape)] = -heights_um.max()
         return self.written(replace(surface, heights_um=heights_um))
@@ -143,6 +145,7 @@ def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int)
     picture = Image.fromarray(np.ascontiguousarray(grey[::-1])).resize((pixels, pixels), Image.Resampling.BILINEAR)
     picture = picture.convert("RGB")
     if bar_um:
+        # Right and upper end of the bar, which is 4 pixels thick.
         right, top = pixels - 12, pixels - 14
         ImageDraw.Draw(picture).rectangle([right - bar_um / edge_um * pixels, top, right, top + 4], fill=(230, 30, 30))
     return picture

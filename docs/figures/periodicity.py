@@ -2,8 +2,8 @@
 
 The peak angle at each wavelength gives a spacing (spacing.py). The page lists mean and variance of the spacing over the
 wavelengths, for presets by the methods FLSS, NMM and PQ (docs/realtime.md), and for scans by the direct sum. A *ridge*
-is a range of wavelengths whose spacings agree. Rows of the data with `inside` tell whether Single 2014's value,
-`theirs`, is in the range of ours.
+is a range of wavelengths whose spacings agree. Single 2014's values are `theirs`. Where data have `inside`, it states
+whether the value is between the smallest and the largest spacing, or ratio of spacings, of the scans' strips.
 """
 
 from __future__ import annotations
@@ -64,7 +64,8 @@ ELAPHE_TILE_UM = 57 * 1.14426
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
 # Size of the sub-regions of `xenopeltis`; two fit along each axis of the tile.
 REGION_SIZE_UM = 33
-# Relative spread of the sub-regions' periods. Chosen so that each of two ridges is brighter at some wavelength.
+# Relative spread of the sub-regions' periods. At this value each of the two ridges is the brighter one at some
+# wavelengths.
 REGION_SPREAD = 0.038
 # Names of the properties of reliefs in the page's text.
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
@@ -85,7 +86,7 @@ def figures() -> dict:
         for grating, method in THEIRS:
             found[grating, method] = evaluate(reliefs[grating], "--method", method)
             print(f"{grating} {method}: {found[grating, method].row()}", flush=True)
-        repeated = repeated_scan(measured, scratch)
+        repeated = repeated_scan(measured)
         pictures(folder, measured, repeated, reliefs, found)
         regions = sub_regions(folder, measured, found["xenopeltis", "flss"])
         return {
@@ -155,15 +156,15 @@ def measured_skin(skin: str, folder: Path) -> Measured:
     return measured
 
 
-def repeated_scan(measured: dict, folder: Path) -> dict[str, Evaluation]:
-    """Evaluations by NMM and PQ of the scan of *Elaphe*, repeated as a tile; empty without scans."""
+def repeated_scan(measured: dict[str, Measured]) -> dict[str, Evaluation]:
+    """Evaluations of the scan of *Elaphe*, repeated as a tile, by `nmm` and `pq`; empty without scans."""
     if not measured:
         return {}
     return {method: evaluate(measured["elaphe"].relief, "--method", method) for method in ("nmm", "pq")}
 
 
 def scan_row(skin: str, measured: Measured) -> dict:
-    """The scan's spacing from either side, the means of its strips, and their smallest and largest."""
+    """The scan's spacing from either side, the spacings of its strips, and their extremes `low_nm` and `high_nm`."""
     means_nm = measured.strips_nm
     theirs_nm = THEIRS[skin, "flss"][0]
     return {
@@ -215,9 +216,10 @@ def preset_row(grating: str, method: str, found: Evaluation) -> dict:
 def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
     """Spacings by PQ of the presets `blazed`, whose tile is one period, and `elaphe`, for several repeats of the tile.
 
-    A row's `order` is the tile's length over the mean spacing, which is whole for a peak on an order of the tile.
-    `nearest` is the number of repeats whose variance is nearest to Single 2014's. Raises SetupError unless one tile of
-    `elaphe` peaks midway between orders, as the page says.
+    A row's `coherent_um` is the length of the repeated tile. Its `order` is the length of one tile over the mean
+    spacing, which is a whole number for a peak on an order of the tile. `nearest` is the number of repeats whose
+    variance is nearest to Single 2014's. Raises SetupError unless one tile of `elaphe` peaks midway between orders, as
+    the page says.
     """
     blazed = relief.name == "blazed"
     tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)

@@ -22,7 +22,7 @@ PART = "polarisation"
 VARIANT = "scalar_spectral_polarized"
 # Width and height of the pictures in pixels.
 SIZE = (144, 96)
-# Samples a pixel.
+# Samples per pixel.
 SPP = 144
 # Largest number of segments of a path.
 MAX_DEPTH = 3
@@ -32,16 +32,18 @@ ALUMINIUM = {"material": "Al"}
 GLASS = {"eta": 1.5}
 # The relief of a compact disc.
 TRACKS = {"preset": "cd"}
-# Grooves as far apart and deep as a disc's tracks in µm, constant along y, so that both theories apply.
+# Parameters of grooves with the period and depth of a disc's tracks in µm. They are constant along y, as
+# `theory = rigorous` requires.
 GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}
 # Values of the plugin's parameter `theory`.
 THEORIES = ("scalar", "rigorous")
 # Luminance weights of linear sRGB (IEC 61966-2-1).
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# Luminance, relative to the picture's median, below which pixels are left out. A larger one hides more of the picture,
-# a smaller one shows noise.
+# Luminance, relative to the picture's median, below which pixels are excluded. A larger value hides more of the
+# picture, a smaller one shows noise.
 DARK = 0.02
-# Quantile of the degree of polarisation that stands for its largest value, so that single noisy pixels do not count.
+# Quantile of the degree of polarisation that is reported as its largest value, so that single noisy pixels do not
+# count.
 LARGEST = 0.99
 # Cameras of the pictures.
 SPHERE = View(*SIZE, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 1), fov_deg=32)
@@ -122,7 +124,10 @@ def figures() -> dict:
 
 
 def draw(path, pictures: list) -> None:
-    """Draws (name, picture) in two halves, and below each picture its degree of polarisation on a separate scale."""
+    """Draws pairs (name, picture), and below each picture its degree of linear polarisation on a scale of its own.
+
+    The figure has an upper and a lower half, each with half of the pictures.
+    """
     columns = len(pictures) // 2
     figure, axes = plt.subplots(4, columns, figsize=(11, 10.6), layout="constrained")
     # The axes of each picture and of its degree: (half, picture or degree, column) becomes (picture, 2).

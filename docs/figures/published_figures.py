@@ -1,4 +1,4 @@
-"""The part `published-figures`: for each figure of Single 2014 the numbers that were checked, from other parts' data.
+"""The part `published-figures`: for each figure of Single 2014, a thesis, the checked numbers from other parts' data.
 
 Keys of dictionaries are the numbers of the figures and tables. Values are text for the column *checked* of the page.
 """
@@ -27,15 +27,16 @@ def data(part: str) -> dict:
     return json.loads(file.read_text(encoding="utf-8"))
 
 
-def named(rows: list[dict], **wanted) -> dict:
-    """The first row whose keys `wanted` have these values."""
+def first_row(rows: list[dict], **wanted) -> dict:
+    """The first row whose keys have the values `wanted`."""
     return next(row for row in rows if all(row[key] == value for key, value in wanted.items()))
 
 
 def gratings() -> dict[str, str]:
     """Figures 1.1 and 1.2: the spectrometer. 1.4 and 1.5: N slits. 1.3, 1.6 and 1.7 are drawings without data."""
     slits, films = data("slits"), data("films")
-    fifty = named(slits["rows"], count=50)
+    fifty = first_row(slits["rows"], count=50)
+    # Deviations in cm become mm with two decimals, at least 0.01 mm.
     return {
         "1.1": f"{len(films['lines'])} lines within {10 * max(films['off_cm'], 1e-3):.2f} mm of the grating equation, "
         f"{films['screen_cm']:g} cm from the film",
@@ -51,7 +52,7 @@ def spacings() -> dict[str, str]:
     periodicity = data("periodicity")
 
     def compared(grating: str, method: str) -> str:
-        row = named(periodicity["rows"], grating=grating, method=method)
+        row = first_row(periodicity["rows"], grating=grating, method=method)
         theirs = row["theirs"]
         return (
             f"{grating} {row['mean_nm']:.1f} ({row['variance_nm2']:.2g}) against {theirs['mean_nm']} "
@@ -96,9 +97,9 @@ def maps() -> dict[str, str]:
             if name.startswith(surfaces)
         )
 
-    # The smallest σs, at which orders overlap.
-    blobs = data_of_maps["valleys"][0]
-    # Percentages by skin, one for each angle of incidence.
+    # The row of the smallest σs, at which orders overlap.
+    overlapping = data_of_maps["valleys"][0]
+    # Percentages of the chroma by skin, one for each angle of incidence.
     right = {
         name: " ".join(f"{100 * row['share']:.0f}" for row in side["rows"])
         for name, side in data_of_maps["right_side"].items()
@@ -113,7 +114,8 @@ def maps() -> dict[str, str]:
         "2.7": pq_errors("pq-blazed"),
         "2.8": pq_errors("pq-elaphe"),
         "2.9": pq_errors("pq-xenopeltis"),
-        "2.10": f"between orders {100 * blobs['window']:.0f} % of the peak is left at {blobs['sigma_um']} µm",
+        "2.10": f"between orders {100 * overlapping['window']:.0f} % of the peak is left at "
+        f"{overlapping['sigma_um']} µm",
         "2.11": terms("blazed", "xenopeltis"),
         "2.12": terms("elaphe"),
         "2.13": "; ".join(f"{name}: {percentages} % right of the middle" for name, percentages in right.items()),
@@ -143,12 +145,13 @@ def other_methods() -> dict[str, str]:
     wander = {row["title"]: row["wander_nm"] for row in methods["cut_outs"]}
     # GPU Gems' form at three spacings: the first is the tracks' own, the last is fitted.
     gems = methods["disc"]["gems"]
-    blazed = named(methods["symmetry"], title="Blazed")
-    # The first row of either method, that of the scan if present.
+    blazed = first_row(methods["symmetry"], title="Blazed")
+    # The first row of each method, that of the scan if present.
     flss, stam = (next(row for row in methods["xenopeltis"] if method in row["caption"]) for method in ("FLSS", "Stam"))
-    # FLSS, NMM and weighted NMM on the scan if present.
+    # The first three rows are FLSS, NMM and weighted NMM, on the scan if present.
     hues = [row["of_blue"]["hue_deg"] for row in methods["nmm"][:3]]
-    slowest, fastest = (pick(row["fps"] for row in methods["frames"]) for pick in (min, max))
+    frames_per_second = [row["fps"] for row in methods["frames"]]
+    slowest, fastest = min(frames_per_second), max(frames_per_second)
     spots = [
         f"{sample['title']} {sample['measured_spacing_um']:.3f} µm ({sample['spacing_um']:.3f} µm in the heights)"
         for sample in lab["samples"]

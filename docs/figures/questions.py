@@ -1,8 +1,8 @@
-"""Random evaluations of the plugin in Mitsuba, which must be finite and not negative.
+"""Random evaluations of the plugin in Mitsuba, whose values must be finite and not negative.
 
-A question is a pair of directions and a wavelength on a random surface. The counterpart for the Rust core, in double
-precision, is crates/cli/src/benchmarks/stability/random_queries.rs; here answers come from Dr.Jit's kernels, in single
-precision.
+A *question* is a pair of directions and a wavelength on a random surface. Dr.Jit's kernels answer it in single
+precision. The counterpart for the Rust core, in double precision, is
+crates/cli/src/benchmarks/stability/random_queries.rs.
 """
 
 from __future__ import annotations
@@ -59,9 +59,9 @@ def random_surface(random: np.random.Generator, folder: Path) -> dict:
 
 
 def directions(random: np.random.Generator, count: int) -> np.ndarray:
-    """Random directions above the surface, (3, count): three in four are uniform, the others 89° to 89.99° steep.
+    """Random unit vectors above the surface, (3, count).
 
-    Steepness is the angle with the normal.
+    Three in four are uniform over the hemisphere, the others are 89° to 89.99° from the normal.
     """
     z = 1 - random.random(count)
     grazing = random.random(count) < 0.25
@@ -104,12 +104,11 @@ def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
         value, pdf = bsdf.eval_pdf(ctx, interaction(wi, nm), mi.Vector3f(wo))
         return np.array(value), np.array(pdf)
 
-    u, uv = mi.Float(random.random(count, "f4")), mi.Point2f(random.random((2, count), "f4"))
-    bs, weight = bsdf.sample(ctx, interaction(wi, nm), u, uv)
-    weight, pdf_sampled = np.array(weight), np.array(bs.pdf)
-    sampled = np.array(bs.wo)
+    sample1, sample2 = mi.Float(random.random(count, "f4")), mi.Point2f(random.random((2, count), "f4"))
+    sample, weight = bsdf.sample(ctx, interaction(wi, nm), sample1, sample2)
+    weight, pdf_sampled = np.array(weight), np.array(sample.pdf)
     taken = (pdf_sampled > 0) & (random.random(count) < 0.5)
-    wo[:, taken] = sampled[:, taken]
+    wo[:, taken] = np.array(sample.wo)[:, taken]
 
     (there, pdf), (back, pdf_back) = answers(wi, wo), answers(wo, wi)
     values = [there, back, pdf, pdf_back, weight, pdf_sampled]

@@ -80,7 +80,7 @@ def render(folder: Path, *words) -> dict:
 
 
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
-    """Microseconds of shading per lit pixel, the number of lit pixels, and megabytes and build seconds of its data."""
+    """Microseconds of shading per lit pixel, the number of lit pixels, and size and build time of the method's data."""
     repeats = REPEATS if method in FAST_METHODS else SLOW_REPEATS
     report = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
     return {
@@ -92,7 +92,7 @@ def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
 
 
 def frame(folder: Path, mesh: Path) -> dict:
-    """Milliseconds of a frame and of its stages, with the snake wearing `xenopeltis` by the default method, `table`."""
+    """Milliseconds of a frame and of its stages, for the snake with `xenopeltis` by the default method, `table`."""
     report = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
     return {
         "adapter": report["adapter"],

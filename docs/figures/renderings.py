@@ -37,7 +37,7 @@ PART = "renderings"
 SUPERSAMPLE = 1
 # View of the snake.
 VIEW = View(300, 200)
-# Resolution of the default mesh, of which the page counts the faces.
+# Factor on the cells of the snake's mesh along each direction, by default; the page states the number of faces.
 DEFAULT_RESOLUTION = 4.0
 # Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
 # suppresses interference between repeats.
@@ -50,7 +50,7 @@ WIDEST_DEG = 30.0
 CLOSER = 5
 # Figure 2.17: the number of pictures.
 ZOOMS = 3
-# Figure 2.17: the point in the middle of the pictures. Chosen, on the snake's back.
+# Figure 2.17: the point in the middle of the pictures, a place on the snake's back.
 ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
 # Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999),
 # which is no unit vector; the steps of the others give an x near 0.
@@ -60,6 +60,8 @@ SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.09
 INSET_AT = (190, 85)
 # Half side of the insets' box in pixels.
 INSET_HALF = 15
+# Distances of the compass's letters E and W, and of N and S, from the middle of the picture.
+COMPASS_CM = (2.6, 1.6)
 
 
 class Skin(NamedTuple):
@@ -106,8 +108,8 @@ def by_renderer(shot: Shot) -> dict[str, Shot]:
 def gratings(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     """Figure 2.14: the snake with each surface, and its mean chroma.
 
-    `rankings` orders the surfaces by chroma with FLSS, once with the scans and once with the presets. `as_ranked` tells
-    for each whether the order is Single 2014's.
+    `rankings` orders the surfaces by chroma with FLSS, once with the scans and once with the presets. `as_ranked`
+    states for both whether the order is Single 2014's.
     """
     panels = {"blazed": "(a)", "elaphe": "(b)", "xenopeltis": "(c)"}
 
@@ -245,7 +247,7 @@ def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 
     def enlarge_with_compass(image: Image.Image) -> None:
         enlarge(image)
-        compass(image, VIEW, VIEW.target_cm, (2.6, 1.6))
+        compass(image, VIEW, VIEW.target_cm, COMPASS_CM)
 
     paths = {"S to N": SOUTH_TO_NORTH, "SE to W": SOUTHEAST_TO_WEST}
     shots = {

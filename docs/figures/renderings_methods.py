@@ -114,21 +114,21 @@ def surfaces(species: str) -> dict[str, dict]:
     return skins
 
 
-def of_one_window(skin: dict) -> dict:
-    """The surface for the published methods: a scan repeats, under a window as wide as the scan."""
+def repeating(skin: dict) -> dict:
+    """Parameters of the skin for methods that need a relief that repeats; a scan gets a window as wide as itself."""
     return {**skin, **SCAN_WINDOW} if "filename" in skin else skin
 
 
 def cut_outs(file: Path) -> list[dict]:
     """Figure 2.20: draws cut-outs; returns the period of each, and the wander of its lines of constant phase."""
-    # The axis is that of the strongest period: across the fingers or along their rows.
+    # Each axis is that of the surface's strongest period, which lies across the fingers or along their rows.
     skins = surfaces("Elaphe")
     chosen = {title: alignment.cut_out(skin, "y") for title, skin in skins.items() if "filename" in skin}
     chosen["CD"] = alignment.cut_out({"preset": "cd"}, "x")
     for title, skin in surfaces("Xenopeltis").items():
         if "filename" in skin:
             chosen[title] = alignment.cut_out(skin, "x")
-    # Without the preset's rotation on the snake its fingers lie along y.
+    # The preset is unrotated here, unlike on the snake, so its fingers lie along y.
     chosen["Elaphe, procedural"] = alignment.cut_out({"preset": "elaphe"}, "x")
     alignment.draw(chosen, file)
     rows = [
@@ -145,7 +145,7 @@ def draw(studio: Studio, shots: list[Shot]) -> tuple[list[Drawn], np.ndarray]:
     Also returns the array of `pairs_of`, the directions at their pixels.
     """
     pairs = pairs_of(studio, shots[0])
-    return [exposed(studio, shot, pairs[..., 6] > 0) for shot in shots], pairs
+    return [exposed(studio, shot, hues.lit(pairs)) for shot in shots], pairs
 
 
 def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
@@ -158,11 +158,11 @@ def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
 
 
 def pairs_of(studio: Studio, shot: Shot) -> np.ndarray:
-    """Directions at the pixels' centres, the array (rows, columns, 8) that `hues.near_highlight` describes."""
+    """Directions at the pixels' centres, the array (rows, columns, 8) that `hues.lit` describes."""
     npy, exr = studio.folder / "pairs.npy", studio.folder / "pairs.exr"
     mesh = (studio.disc if shot.disc else studio.snake).mesh
     rotation = {name: value for name, value in shot.skin.items() if name == "rotation"}
-    # The fastest method and surface: of the surface, the directions depend on the rotation alone.
+    # The directions depend only on the surface's rotation, so the fastest method and surface are used.
     realtime.render(exr, "stam", mesh, {"preset": "blazed", **rotation}, shot.light, shot.view, pairs=npy)
     return np.load(npy)
 
@@ -197,7 +197,7 @@ def symmetry(folder: Path) -> list[dict]:
     """The rows of `stam_maps.symmetry` for both gratings, and for Xenopeltis without its rotation on the snake."""
     skins = {"Blazed": {"preset": "blazed"}, "CD": {"preset": "cd"}}
     for title, skin in surfaces("Xenopeltis").items():
-        skins[title] = of_one_window({name: value for name, value in skin.items() if name != "rotation"})
+        skins[title] = repeating({name: value for name, value in skin.items() if name != "rotation"})
     found = stam_maps.symmetry(folder, skins)
     insist(PART, all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
     blazed = found[0]["flss"]
@@ -208,12 +208,12 @@ def symmetry(folder: Path) -> list[dict]:
 def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
     """Figure 2.22: draws Xenopeltis by FLSS, by GPU Gems' form and path-traced; returns a row for each picture.
 
-    It has fractions of dark pixels, near highlights and of all, the effective number of hues, and the fraction of the
-    coloured pixels in the three fullest bins of hues.
+    A row has the fractions of dark pixels near highlights (`dark_near`) and among all lit pixels (`dark`), the
+    effective number of `hues`, and the fraction of the coloured pixels in the three fullest bins of hues, `three_bins`.
     """
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():
-        repeated = of_one_window(skin)
+        repeated = repeating(skin)
         gems = {**GEMS, "period_um": period(skin, "x")["period_um"]}
         kind = title.split(", ")[1]
         shots = [
@@ -223,7 +223,7 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
         ]
         row, pairs = draw(studio, shots)
         rows.append(row)
-        lit, near = pairs[..., 6] > 0, hues.near_highlight(pairs)
+        lit, near = hues.lit(pairs), hues.near_highlight(pairs)
         for drawn in row:
             pixels = drawn.pixels[lit]
             fractions = hues.histogram(pixels)
@@ -265,17 +265,18 @@ def plot_hues(histograms: dict[str, np.ndarray], file: Path) -> None:
 def nmm(studio: Studio, folder: Path) -> list[dict]:
     """Figure B.1: draws Elaphe by FLSS, by NMM as in Single 2014, and by NMM with quadrature weights.
 
-    Returns three rows for each surface in this order: mean a* and b*, and those of the pixels that are blue by FLSS.
+    Returns three rows for each surface, in the order of the methods: mean a* and b* of the lit pixels, and under
+    `of_blue` those of the pixels that are blue by FLSS.
     """
     rows, found = [], []
     for title, skin in surfaces("Elaphe").items():
         kind = title.split(", ")[1]
-        flss = Shot(f"{kind}, FLSS", of_one_window(skin), "flss", pigment=False)
+        flss = Shot(f"{kind}, FLSS", repeating(skin), "flss", pigment=False)
         published = replace(flss, caption=f"{kind}, NMM", method="nmm", options={"weighted": False})
         weighted = replace(flss, caption=f"{kind}, NMM weighted", method="nmm")
         row, pairs = draw(studio, [flss, published, weighted])
         rows.append(row)
-        lit = pairs[..., 6] > 0
+        lit = hues.lit(pairs)
         reference = row[0].pixels[lit]
         for drawn in row:
             pixels = drawn.pixels[lit]
@@ -292,7 +293,7 @@ def frames(studio: Studio) -> list[dict]:
         for title, skin in surfaces(species).items():
             for method in ("flss", "nmm"):
                 words = ["--mesh", studio.snake.mesh, "--method", method, "--size", FRAME, "--repeat", REPEATS]
-                words += realtime.surface_words(of_one_window(skin))
+                words += realtime.surface_words(repeating(skin))
                 report = json.loads(sunbeam("render", "-o", studio.folder / "frame.exr", *words))
                 ms, faces = report["gpu_ms"], report["triangles"]
                 found.append({"title": title, "method": method, "ms": ms, "fps": 1e3 / ms, "faces": faces})

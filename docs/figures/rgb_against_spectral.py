@@ -1,7 +1,7 @@
 """Colour differences between pictures of RGB and of spectral variants, and conversion to CIELAB.
 
-Pictures are linear sRGB. A converged picture is two independent halves, (2, rows, columns, 3), whose difference gives
-the noise. Comparisons also take chosen pixels of it, (2, pixels, 3).
+Pictures are linear sRGB. A *converged* picture is an array of two independent halves, (2, rows, columns, 3), whose
+difference gives the noise. Comparisons also take a selection of its pixels, (2, pixels, 3).
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDG
 
 
 def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
-    """The means of two halves of the renders that `budget_s` seconds allow, (2, rows, columns, 3)."""
+    """The means of the even and of the odd renders within about `budget_s` seconds, (2, rows, columns, 3)."""
     # The first render compiles kernels.
     render(scene, seed=1)
     sums, count, start = [0, 0], 0, time.perf_counter()
@@ -86,10 +86,11 @@ def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     """Differences of two converged pictures.
 
     `delta_e_mean` and `delta_e_p95` are mean and 95th percentile of ΔE76 over pixels, after one exposure for both.
-    `noise_delta_e_mean` and `noise_delta_e_p95` estimate those that noise alone would cause: the halves of a picture
-    differ twice as much as their mean from its limit. `delta_e_rms` is the rms difference without noise: the mean
-    product of the differences of two pairs of halves, whose noise is independent. `energy_ratio` is the ratio of sums
-    over pixels and channels, `channel_ratios` those of sums over pixels, RGB over spectral.
+    `noise_delta_e_mean` and `noise_delta_e_p95` estimate the ΔE76 that noise alone would cause, from half the
+    difference of each picture's halves. Half that difference has the rms of the noise of their mean. `delta_e_rms` is
+    the rms difference without noise: the root of the mean product of the differences of two pairs of halves, whose
+    noise is independent. `energy_ratio` is the ratio of sums over pixels and channels, `channel_ratios` those of sums
+    over pixels, RGB over spectral.
     """
     exposure = GREY / (spectral.mean(axis=0) @ XYZ_OF_SRGB[1]).mean()
     rgb, spectral = rgb * exposure, spectral * exposure

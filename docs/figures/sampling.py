@@ -29,7 +29,7 @@ from .time_to_error_plot import draw
 PART = "sampling"
 # Presets of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
-# Lights of the pictures; under "sky" the sun is left out.
+# Lights of the pictures. For "sky", `picture` removes the sun from the scene.
 LIGHTS = {"sky": Light(sky_radiance=1.0), "sun and sky": Light()}
 VIEW = View(48, 32)
 # Samples per pixel of the pictures under test.
@@ -45,9 +45,9 @@ def figures(
 ) -> dict:
     """All numbers of the part; draws the times to an error.
 
-    `words` are further arguments of `sunbeam bench`. `rows` and `weights` are statistics of the sampling weight: all,
-    and the worst by angle. `pictures` has a row of `picture` for each surface in each light. `headline` and `costs` are
-    times in Mitsuba.
+    `words` are further arguments of `sunbeam bench`. `rows` has the statistics of the sampling weight for each surface,
+    `weights` the worst of them by angle. `pictures` has a row of `picture` for each surface in each light. `headline`
+    and `costs` are times in Mitsuba.
     """
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     costs = headline.figures()
@@ -77,7 +77,11 @@ def figures(
 
 
 def by_angle(rows: list[dict]) -> list[dict]:
-    """A row for each angle of incidence, with the largest of each statistic over azimuths and wavelengths."""
+    """A row for each angle of incidence, with the largest of each statistic over azimuths and wavelengths.
+
+    The statistics of the weight are its standard deviation, 99.9th percentile and maximum over its mean, and the
+    fraction of the samples that are `lost`.
+    """
     found = []
     for theta in sorted({row["theta_deg"] for row in rows}):
         here = [row for row in rows if row["theta_deg"] == theta]
@@ -89,7 +93,8 @@ def by_angle(rows: list[dict]) -> list[dict]:
 def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions: int) -> dict:
     """Errors and times of pictures of one surface in one light, under `ways` for each sampler.
 
-    The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py.
+    The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py. Errors are measured where the
+    reference is not black.
     """
     files = snake_files()
     bsdf = mi.load_dict({"type": "diffraction", "eta": KERATIN, "obliquity": "stam", **preset_skin(surface)})
@@ -103,14 +108,14 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
     scenes = {"importance": scene(bsdf)} | {kind: scene(hemisphere_sampled(bsdf, kind)) for kind in KINDS}
     # Seeds from 1000 on are those of the reference, so it contains none of the pictures under test.
     truth = np.mean([render(scenes["importance"], 1000 + i).image for i in range(reference_spp // spp)], axis=0)
-    judged = truth.sum(axis=2) > 0
+    mask = truth.sum(axis=2) > 0
     ways = []
     for name, sampled in scenes.items():
         for seed in (0, 1):
             # Kernels are compiled for the first render, and again when the seed first changes.
             render(sampled, seed)
         renders = [render(sampled, 2 + i) for i in range(repetitions)]
-        error = float(np.mean([relative_error(each.image, truth, judged) for each in renders]))
+        error = float(np.mean([relative_error(each.image, truth, mask) for each in renders]))
         seconds = float(np.median([each.seconds for each in renders]))
         mean = np.mean([each.image for each in renders], axis=0)
         ways.append(
@@ -119,8 +124,8 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
                 "error": error,
                 "seconds": seconds,
                 "seconds_to_error": seconds_to_error(seconds, error),
-                # 1 within the noise of the mean of all runs: a check of the wrappers and of the sampler's density.
-                "mean_ratio": float(mean[judged].mean() / truth[judged].mean()),
+                # 1 within noise, which checks the wrappers and the sampler's density.
+                "mean_ratio": float(mean[mask].mean() / truth[mask].mean()),
             }
         )
     return {"surface": surface, "light": light, "ways": ways}

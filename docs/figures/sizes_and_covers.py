@@ -1,6 +1,6 @@
 """The part `sizes-and-covers`: RGB against spectral pictures with textures of sizes and covers, and the cost of both.
 
-The pictures are of the ball of benchmark_scenes.py, near enough to fill them.
+*Sizes* are the plugin's parameters `scale` and `depth`. The pictures are filled by the ball of benchmark_scenes.py.
 """
 
 from __future__ import annotations
@@ -25,17 +25,19 @@ from .rgb_against_spectral import OPTICS, RGB, SPECTRAL, converged, difference
 MEDIA = {**OPTICS, "aluminium": ALUMINIUM}
 # Index of the cover, that of lacquer.
 COVER_ETA = 1.5
-# Least relative size of the textures of `scale` and of `depth`; the largest is 1.
-SCALE_MIN, DEPTH_MIN = 0.55, 0.5
-# Number of times that `scale` grows from its least to its largest value around the ball.
+# Smallest value of the texture of `scale`; the largest is 1.
+SCALE_MIN = 0.55
+# Smallest value of the texture of `depth`; the largest is 1.
+DEPTH_MIN = 0.5
+# Number of times that `scale` grows from its smallest to its largest value around the ball.
 RAMPS = 4
 # Rows and columns of the textures.
 TEXELS = (32, 64)
-# Width and height of the pictures in pixels, which are about as large on the ball as in rgb_against_spectral.py.
+# Width and height of the pictures in pixels. A pixel covers about as much of the ball as in rgb_against_spectral.py.
 SIZE = (12, 8)
 # Horizontal field of view at which the ball is as wide as the picture.
 FOV_DEG = 18.0
-# Samples per pixel of one render, a square number for its sampler. Fewer would mostly pay the fixed cost of a render.
+# Samples per pixel of one render, a square number for its sampler. With fewer the fixed cost of a render dominates.
 SPP = 16384
 # Default seconds of each of the two pictures, without building tables and compiling.
 BUDGET_S = 20.0
@@ -43,9 +45,9 @@ BUDGET_S = 20.0
 AIMS = (1.0, 2.5)
 # Measured methods of `mi.BSDF`.
 CALLS = ("eval_pdf", "sample")
-# Elements of a wavefront, some tenths of a second of CPU.
+# Elements of a timed wavefront, which takes some tenths of a second of CPU.
 WAVEFRONT = 1 << 19
-# Number of timed wavefronts of each call, in turn with other BSDFs, the fastest of which counts.
+# Number of timed wavefronts of each call, the fastest of which counts.
 REPEATS = 30
 
 
@@ -55,6 +57,7 @@ def kinds(mirror: bool) -> dict[str, dict]:
     `mirror` says whether covers have their mirror reflection.
     """
     rows, columns = TEXELS
+    # Texture coordinates of the texels' centres in [0, 1].
     y, x = (np.mgrid[:rows, :columns] + 0.5) / np.reshape(TEXELS, (2, 1, 1))
     sizes = {
         "scale": raw_texture(SCALE_MIN + (1 - SCALE_MIN) * (RAMPS * x % 1), "bilinear"),
@@ -99,7 +102,7 @@ def colours(budget_s: float) -> list[dict]:
 def near_ball(bsdf: mi.BSDF, view: View, spp: int) -> dict:
     """The scene of `sphere_parts` from nearer, with the sampler of `View`, whose wavelengths are stratified.
 
-    Pixels are squares without a filter, so that dark ones on the ball get no light from neighbours beside it.
+    The reconstruction filter is a box of one pixel, so that pixels on the ball get no light from beside it.
     """
     near = replace(view, fov_deg=FOV_DEG)
     sensor = near.sensor(spp)
@@ -108,7 +111,7 @@ def near_ball(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> dict:
-    """The figures of `difference` for one kind of surface; `budget_s` is as in `converged`."""
+    """The figures of `difference` over the ball's pixels for one kind of surface; `budget_s` is as in `converged`."""
     halves = {}
     for variant in (RGB, SPECTRAL):
         use_variant(variant, fall_back=False)
@@ -124,6 +127,7 @@ def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> d
 def sees_ball(scene: mi.Scene) -> np.ndarray:
     """Mask of the pixels whose corners all see the ball of radius 1 at (0, 0, 1), (rows, columns)."""
     columns, rows = SIZE
+    # The pixels' corners in [0, 1]² of the film.
     y, x = np.mgrid[: rows + 1, : columns + 1] / np.reshape((rows, columns), (2, 1, 1))
     rays = scene.sensors()[0].sample_ray(0, 0.5, mi.Point2f(x.ravel(), y.ravel()), 0.5)[0]
     hit = scene.ray_intersect(rays)
@@ -154,8 +158,8 @@ def calls(repeats: int) -> list[dict]:
 def cpu_ns(bsdfs: dict[str, mi.BSDF], call: str, repeats: int) -> dict[str, float]:
     """Nanoseconds of CPU per element of one call, by the names of the BSDFs, which take turns.
 
-    CPU time leaves out most of what other programs cost. It includes tracing, which takes as long for a wavefront of
-    FEWEST elements and cancels in the difference.
+    CPU time excludes most effects of other programs. It includes the tracing of the kernel, which cancels in the
+    difference of wavefronts of WAVEFRONT and of FEWEST elements.
     """
     wavefronts = [Inputs(FEWEST), Inputs(WAVEFRONT)]
     seconds: dict[str, list] = {name: [] for name in bsdfs}
@@ -165,7 +169,8 @@ def cpu_ns(bsdfs: dict[str, mi.BSDF], call: str, repeats: int) -> dict[str, floa
             taken = [cpu_s(bsdf, call, inputs) for inputs in wavefronts]
             if turn > 0:
                 seconds[name].append(taken)
-    few, many = (np.min([seconds[name] for name in bsdfs], axis=1)).T
+    # The smallest seconds by BSDF, for the small and for the large wavefront.
+    few, many = np.min([seconds[name] for name in bsdfs], axis=1).T
     return dict(zip(bsdfs, ((many - few) / (WAVEFRONT - FEWEST) * 1e9).tolist()))
 
 

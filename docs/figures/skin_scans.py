@@ -13,6 +13,7 @@ import numpy as np
 from mitsuba_scenes.crosscheck.cases import SCANS
 from mitsuba_scenes.tool import sunbeam
 
+# Species with a scan and a preset.
 SKINS = ("xenopeltis", "elaphe")
 # Edge of a crop of a preset, equal to that of the scans.
 CROP_UM = 6.5

@@ -49,16 +49,15 @@ COST_MAX = 1.15
 # Colours of the forms in the plot.
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
 
-
 # Text stays text, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
-def misplaced_by_light(relief: Relief, case: Case, form: Form, judge: list[Answer]) -> list[float]:
-    """Misplaced power of a form for each light of the judge's answers."""
-    lights = [(answer.light, answer.jx, answer.jy) for answer in judge]
+def misplaced_by_light(relief: Relief, case: Case, form: Form, judged: list[Answer]) -> list[float]:
+    """Misplaced power of a form for the light of each of the judge's answers `judged`."""
+    lights = [(answer.light, answer.jx, answer.jy) for answer in judged]
     powers = efficiencies(relief, complex(case.eta), form, lights)
-    return [misplaced(power, answer.unpolarised) for power, answer in zip(powers, judge)]
+    return [misplaced(power, answer.unpolarised) for power, answer in zip(powers, judged)]
 
 
 def is_near(answer: Answer) -> bool:
@@ -66,20 +65,21 @@ def is_near(answer: Answer) -> bool:
     return answer.light.theta_deg <= REACH_DEG
 
 
-def summary(values: list[float], judge: list[Answer], near: bool) -> dict:
-    """Mean and largest of the values by light over the near lights, or over the grazing ones."""
-    chosen = [value for value, answer in zip(values, judge) if is_near(answer) == near]
+def summary(values: list[float], judged: list[Answer], near: bool) -> dict:
+    """Mean and largest of `values`, one for each answer, over the near lights or else over the grazing ones."""
+    chosen = [value for value, answer in zip(values, judged) if is_near(answer) == near]
     return {"mean": float(np.mean(chosen)), "worst": float(max(chosen))}
 
 
-def row(case: Case, relief: Relief, judge: list[Answer], forms: tuple[Form, ...]) -> dict:
+def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...]) -> dict:
     """A crop's properties, the misplaced power of each form on it, and the judge's accuracy.
 
-    `of_flat` is the reflected power relative to a flat surface, a mean over near lights. `by_light` has the misplaced
-    power in the order of the judge's answers.
+    `of_flat` is the reflected power relative to a flat surface, a mean over near lights. `balance` is the judge's
+    largest error of the power balance, and `residual` the largest residual of its equations. `by_light` has the
+    misplaced power by form, in the order of the judge's answers.
     """
-    by_form = {form.name: misplaced_by_light(relief, case, form, judge) for form in forms}
-    near = [answer for answer in judge if is_near(answer)]
+    by_form = {form.name: misplaced_by_light(relief, case, form, judged) for form in forms}
+    near = [answer for answer in judged if is_near(answer)]
     of_flat = [answer.unpolarised.sum() / fresnel(case.eta, answer.light.theta_deg) for answer in near]
     return {
         "skin": case.crop.skin,
@@ -90,12 +90,12 @@ def row(case: Case, relief: Relief, judge: list[Answer], forms: tuple[Form, ...]
         "period_um": list(relief.period),
         "rms_slopes": list(relief.rms_slopes()),
         "peak_to_valley_um": float(np.ptp(relief.sampled(201, 201).heights)),
-        "lights": len(judge),
-        "near": {name: summary(values, judge, near=True) for name, values in by_form.items()},
-        "grazing": {name: summary(values, judge, near=False) for name, values in by_form.items()},
+        "lights": len(judged),
+        "near": {name: summary(values, judged, near=True) for name, values in by_form.items()},
+        "grazing": {name: summary(values, judged, near=False) for name, values in by_form.items()},
         "of_flat": float(np.mean(of_flat)),
-        "balance": max(answer.balance for answer in judge),
-        "residual": max(answer.residual for answer in judge),
+        "balance": max(answer.balance for answer in judged),
+        "residual": max(answer.residual for answer in judged),
         "by_light": {name: [float(value) for value in values] for name, values in by_form.items()},
     }
 
@@ -108,12 +108,15 @@ def fresnel(eta: float, theta_deg: float) -> float:
     return float(0.5 * (s**2 + p**2))
 
 
-def means_by(quantity: str, rows: list[dict], judged: dict, skin: str, form: Form) -> dict[float, float]:
-    """Mean misplaced power of a form over a skin's crops and lights, by the field `quantity` of the light."""
+def means_by(quantity: str, rows: list[dict], by_case: dict, skin: str, form: Form) -> dict[float, float]:
+    """Mean misplaced power of a form over a skin's crops and lights, by the field `quantity` of the light.
+
+    `by_case` has the judge's answers by the `key` of a row.
+    """
     groups: dict[float, list[float]] = {}
     for of_crop in rows:
         if of_crop["skin"] == skin:
-            for answer, value in zip(judged[of_crop["key"]], of_crop["by_light"][form.name]):
+            for answer, value in zip(by_case[of_crop["key"]], of_crop["by_light"][form.name]):
                 groups.setdefault(float(getattr(answer.light, quantity)), []).append(value)
     return {at: float(np.mean(values)) for at, values in sorted(groups.items())}
 
@@ -179,24 +182,24 @@ def figures() -> dict | None:
     """
     if not scans_present():
         return None
-    judged = answers("skins")
+    by_case = answers("skins")
     scans = {skin: scanned(skin) for skin in SKINS}
     for case in BASE:
         if case.crop.name == "A":
             relief = relief_of(case, scans)
             free, limited = (
-                misplaced_by_light(relief, case, form, judged[case.key]) for form in (SMALL_SLOPE, SMALL_SLOPE_LIMITED)
+                misplaced_by_light(relief, case, form, by_case[case.key]) for form in (SMALL_SLOPE, SMALL_SLOPE_LIMITED)
             )
             insist(PART, np.allclose(free, limited, rtol=1e-6), "limiting small_slope changes nothing")
-    rows = [{"key": case.key, **row(case, relief_of(case, scans), judged[case.key], FORMS)} for case in BASE]
-    varied = [row(case, relief_of(case, scans), judged[case.key], (SMALL_SLOPE, STAM)) for case in VARIED]
-    skins = [skin_figures(skin, rows, judged) for skin in SKINS]
+    rows = [{"key": case.key, **row(case, relief_of(case, scans), by_case[case.key], FORMS)} for case in BASE]
+    varied = [row(case, relief_of(case, scans), by_case[case.key], (SMALL_SLOPE, STAM)) for case in VARIED]
+    skins = [skin_figures(skin, rows, by_case) for skin in SKINS]
     gains = {}
     for of_skin in skins:
         stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
-        insist(PART, small_slope < stam, f"small_slope is the better on {of_skin['skin']}")
+        insist(PART, small_slope < stam, f"small_slope is better than stam on {of_skin['skin']}")
         gains[of_skin["skin"]] = stam / small_slope
-    insist(PART, gains["elaphe"] > 2 > 1.2 > gains["xenopeltis"], "the gain is on the gentler skin")
+    insist(PART, gains["elaphe"] > 2 and gains["xenopeltis"] < 1.2, "the gain is on the gentler skin")
     draw(images(PART) / "angles.svg", skins)
     for of_crop in (*rows, *varied):
         del of_crop["by_light"]
@@ -216,8 +219,11 @@ def figures() -> dict | None:
     }
 
 
-def skin_figures(skin: str, rows: list[dict], judged: dict) -> dict:
-    """Misplaced power of each form over the crops of a skin: summaries, and means by angle and by wavelength."""
+def skin_figures(skin: str, rows: list[dict], by_case: dict) -> dict:
+    """Misplaced power of each form over the crops of a skin: summaries, and means by angle and by wavelength.
+
+    `by_case` has the judge's answers by the `key` of a row.
+    """
     crops = [of_crop for of_crop in rows if of_crop["skin"] == skin]
     summaries = {
         reach: {
@@ -232,8 +238,8 @@ def skin_figures(skin: str, rows: list[dict], judged: dict) -> dict:
     return {
         "skin": skin,
         **summaries,
-        "by_angle": {form.name: means_by("theta_deg", rows, judged, skin, form) for form in FORMS},
-        "by_wavelength": {form.name: means_by("wavelength_nm", rows, judged, skin, form) for form in FORMS},
+        "by_angle": {form.name: means_by("theta_deg", rows, by_case, skin, form) for form in FORMS},
+        "by_wavelength": {form.name: means_by("wavelength_nm", rows, by_case, skin, form) for form in FORMS},
     }
 
 

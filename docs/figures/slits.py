@@ -72,8 +72,8 @@ def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
     """I of the module's formula; `sine` and `wavelength_nm` broadcast."""
     # d·sine/λ, a whole number at orders.
     order = slits.spacing_um * np.asarray(sine) / (np.asarray(wavelength_nm) / 1e3)
-    # The square of the array factor has the period 1 in `order`. Its x is reduced to the nearest order, which keeps
-    # digits.
+    # The square of the array factor has the period 1 in `order`, so its x is measured from the nearest order. Small x
+    # avoid rounding errors in sin Nx.
     x = np.pi * (order - np.round(order))
     array_factor = np.ones_like(x)
     beside = np.abs(x) > 1e-9
@@ -83,7 +83,7 @@ def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
 
 
 def full_width(slits: Slits, wavelength_nm: float) -> float:
-    """Full width at half maximum of order 0 in sine, in units of λ/(Nd), or of λ/a for one slit."""
+    """Full width at half maximum of order 0 in the sine of the angle, in units of λ/(Nd), or of λ/a for one slit."""
     first_zero = wavelength_nm / 1e3 / slits.extent_um
     return width_at_half(lambda t: float(relative_intensity(slits, np.array([t * first_zero]), wavelength_nm)[0]))
 
@@ -207,7 +207,8 @@ def draw_colours(path: Path) -> list[float]:
 
     Returns linear sRGB of white light behind one slit in the centre of the screen.
     """
-    wavelengths_nm, rgb = weights = colour_weights()
+    weights = colour_weights()
+    wavelengths_nm, rgb = weights
     green_rgb = np.maximum(rgb[np.abs(wavelengths_nm - COLOURED_NM).argmin()], 0)
     samples = COLUMNS * PER_COLUMN
     x_mm = ((np.arange(samples) + 0.5) / samples * 2 - 1) * COLOURED_MM

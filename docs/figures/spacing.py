@@ -18,9 +18,10 @@ from mitsuba_scenes.tool import sunbeam
 
 # Angle of incidence of all evaluations, that of Single 2014.
 THETA_I_DEG = 75
-# Step between wavelengths. Chosen; Single 2014 gives none.
+# Step between wavelengths, which Single 2014 does not give. A finer one averages the spacing over more wavelengths.
 WAVELENGTH_STEP_NM = 1
-# Step between angles of view. Chosen; Single 2014 gives none.
+# Step between angles of view, which Single 2014 does not give. The variance by rounding grows as its square
+# (`rounding_nm2`); a finer step takes longer.
 ANGLE_STEP_DEG = 0.01
 # Step between wavelengths for scans, whose direct sum is slow.
 SCAN_WAVELENGTH_STEP_NM = 5
@@ -45,7 +46,11 @@ class Relief:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The report of `sunbeam evaluate`, and the response S/λ² (wavelengths, angles of view)."""
+    """The report of `sunbeam evaluate`, and the response S/λ² (wavelengths, angles of view).
+
+    The report has for each of `wavelengths_nm` the peak angle θr, `peaks_deg`, and the mean and variance of the
+    spacing.
+    """
 
     report: dict
     response: np.ndarray

@@ -54,9 +54,10 @@ def measured(*words) -> dict:
 def surface_figures(surface: dict) -> dict:
     """A surface's properties, and selections of its entries for the page's tables.
 
-    `choices` has for each limit the fastest entry of any method and of FLSS. `steps`, `taylor` and `orders` are entries
-    of FLSS: the default with all wavelength steps, those with Taylor's series, and those with Chebyshev's in steps of
-    5 nm.
+    `oracle` compares the benchmark's reference with the direct sum. `choices` has for each limit the fastest entry of
+    any method and of FLSS. `steps`, `taylor` and `orders` are entries of FLSS: the default with all wavelength steps,
+    those with Taylor's series, and those with Chebyshev's in steps of 5 nm. `tables` and `spectral` are the entries
+    with tables of colours and of spectra.
     """
     entries = [entry_figures(entry) for entry in surface["entries"]]
     flss = of_method(entries, "flss")

@@ -20,12 +20,16 @@ from .page import images
 from .questions import questions
 
 PART = "stability"
-# Numbers of random evaluations in Mitsuba and of their surfaces.
+# Number of random evaluations in Mitsuba, and number of random surfaces among which they are divided.
 QUESTIONS = (10_000_000, 100)
 # Both numbers in a quick run, `--quick`.
 QUICK_QUESTIONS = (20_000, 2)
 # Value at which larger errors and overflows are drawn; amplitudes are at most 1.
 LOST = 10.0
+# Value at which smaller errors, such as 0, are drawn on a logarithmic axis.
+LEAST = 1e-17
+# Value at which smaller errors of S are drawn in the plot over the angle.
+LEAST_GRAZING = 1e-12
 # Curves over κH: key in the report, label, colour and line style. "99 %" is the 99th percentile of the error.
 SERIES = (
     ("taylor_f32", "Taylor, single precision", "tab:red", "-"),
@@ -76,9 +80,9 @@ def draw_deep(points: list[dict], file: Path) -> None:
     """Draws the errors of deep reliefs against the phase range κH."""
     figure, axes = plt.subplots(figsize=(7.5, 4.6))
     for key, label, colour, line in SERIES:
-        # `None` is a refusal for FLSS, which is not drawn, and an overflow otherwise.
+        # `None` is a refusal of FLSS, which is not drawn, and for other series an overflow.
         drawn = [point for point in points if not (key.startswith("flss") and point[key] is None)]
-        errors = [LOST if point[key] is None else min(max(point[key], 1e-17), LOST) for point in drawn]
+        errors = [LOST if point[key] is None else min(max(point[key], LEAST), LOST) for point in drawn]
         axes.plot([point["kappa_h"] for point in drawn], errors, line, color=colour, marker=".", label=label)
     axes.set(xscale="log", yscale="log", xlabel="κH", ylabel="error")
     axes.axhline(1, color="grey", linewidth=0.6)
@@ -90,13 +94,13 @@ def draw_deep(points: list[dict], file: Path) -> None:
 def draw_grazing(surfaces: list[dict], file: Path) -> None:
     """Draws errors of S and albedos of each surface against the angle from the horizon, on a logarithmic axis.
 
-    Solid albedos conserve energy; dashed ones do not.
+    Solid lines of albedos are with energy conservation, dashed ones without.
     """
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
     for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):
         points = surface["points"]
         angles_deg = [90 - point["theta_deg"] for point in points]
-        errors = [max(point["error_p99"], 1e-12) for point in points]
+        errors = [max(point["error_p99"], LEAST_GRAZING) for point in points]
         scaled, unscaled = ([point[key] for point in points] for key in ("albedo", "albedo_unscaled"))
         axes[0].plot(angles_deg, errors, color=colour, marker=".", label=surface["name"])
         axes[1].plot(angles_deg, scaled, color=colour, marker=".", label=surface["name"])

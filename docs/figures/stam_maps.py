@@ -59,6 +59,7 @@ def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) 
     """Peaks of order 1 on the +x side of a map's middle row, for a spacing and light in the range `range_um`."""
     size = len(pixels)
     row, sine = pixels[size // 2], (np.arange(size) + 0.5) * 2 / size - 1
+    # Pixels of the first order, where sin θ = λ/d.
     first = np.flatnonzero((sine > range_um[0] / spacing_um) & (sine < range_um[1] / spacing_um))
     found = []
     for channel in range(3):

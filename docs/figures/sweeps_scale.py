@@ -72,7 +72,8 @@ MAP = {"want": "map", "options": "size = 256\nlambda_step_nm = 2.5"}
 # Fields of SPEC for a colour, which takes almost no time.
 COLOUR = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
 # Main program of a measured sweep, for `str.format`: prints the process's largest memory in KiB after the sweep.
-# Spawned workers import the main program, so it is a file and does nothing when imported.
+# Spawned workers import the main program, so it is a file and does nothing when imported. With `batch_cases` None the
+# driver's limit stays.
 PROGRAM = """
 if __name__ == "__main__":
     import resource
@@ -145,8 +146,9 @@ RELIEFS = [
 def figures() -> dict:
     """All measured costs, and the simulation. Raises SetupError if a bound is exceeded.
 
-    Times are in seconds. `waiting` and `maps` compare sweeps with plain loops, `parts` and `small` are the costs of
-    cases with and without pictures, and `finished` and `trivial` are large sweeps that run twice.
+    `waiting` and `maps` compare sweeps by 1 and 2 workers with plain loops, over cases that wait and over maps. `parts`
+    and `small` are the costs of cases with and without pictures. `finished` and `trivial` are large sweeps that run
+    twice. `start_seconds` is the fixed cost of a sweep, `batch_seconds` that of a batch.
     """
     with TemporaryDirectory() as temporary:
         folder = Path(temporary)

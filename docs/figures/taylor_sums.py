@@ -134,9 +134,11 @@ def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, n
         weight = np.exp(-2 * (pi * s_um * (position - order) / extent_um) ** 2)
         # Orders beyond the Nyquist limit have no weight.
         along.append((order.astype(int) % pixels, np.where(abs(order) <= pixels / 2, weight, 0)))
-    (jx, gx), (jy, gy) = along
-    jx, jy = np.broadcast_arrays(jx[None], jy[:, None])
-    return (jy.reshape(-1, x.size), jx.reshape(-1, x.size)), (gx[None] * gy[:, None]).reshape(-1, x.size)
+    # Each array is (orders along the axis, directions).
+    (ix, weight_x), (iy, weight_y) = along
+    ix, iy = np.broadcast_arrays(ix[None], iy[:, None])
+    weights = (weight_x[None] * weight_y[:, None]).reshape(-1, x.size)
+    return (iy.reshape(-1, x.size), ix.reshape(-1, x.size)), weights
 
 
 def pictures(found: Sums) -> list[tuple[str, Image.Image]]:

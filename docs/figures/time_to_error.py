@@ -45,18 +45,18 @@ NOISE_PICTURES = 8
 BUDGET_S = 6.0
 
 
-def relative_deviation(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> np.ndarray:
-    """Relative deviations of `image` from `truth` at the pixels of the mask `judged`, (judged pixels, channels).
+def relative_deviation(image: np.ndarray, truth: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """Relative deviations of `image` from `truth` at the pixels of a mask, (pixels in the mask, channels).
 
     Values below FLOOR of the mean are relative to that fraction of the mean.
     """
-    floor = FLOOR * truth[judged].mean()
-    return (image - truth)[judged] / np.maximum(np.abs(truth[judged]), floor)
+    floor = FLOOR * truth[mask].mean()
+    return (image - truth)[mask] / np.maximum(np.abs(truth[mask]), floor)
 
 
-def relative_error(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> float:
-    """Rms relative deviation over judged pixels and channels."""
-    return float(np.sqrt(np.mean(relative_deviation(image, truth, judged) ** 2)))
+def relative_error(image: np.ndarray, truth: np.ndarray, mask: np.ndarray) -> float:
+    """Rms relative deviation over the pixels of a mask and the channels."""
+    return float(np.sqrt(np.mean(relative_deviation(image, truth, mask) ** 2)))
 
 
 def noise(images: np.ndarray) -> dict:
@@ -67,9 +67,9 @@ def noise(images: np.ndarray) -> dict:
     """
     n = len(images)
     truth = images.mean(axis=0)
-    judged = truth.sum(axis=2) > 0
-    # Mean squares, (n, channels) and (n,).
-    of_channels = [np.mean(relative_deviation(image, truth, judged) ** 2, axis=0) for image in images]
+    mask = truth.sum(axis=2) > 0
+    # Mean squares over pixels, (n, channels); then over channels too, (n,).
+    of_channels = [np.mean(relative_deviation(image, truth, mask) ** 2, axis=0) for image in images]
     of_channels = np.array(of_channels) * n / (n - 1)
     of_pictures = of_channels.mean(axis=1)
     error = float(np.sqrt(of_pictures.mean()))
@@ -84,7 +84,7 @@ def seconds_to_error(seconds: float, error: float, aim: float = ERROR) -> float:
     return seconds * (error / aim) ** 2
 
 
-def settled(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
+def fitting_size(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
     """The largest of the ascending `sizes` whose render takes at most `limit_s`; the smallest if none does.
 
     `seconds_of` renders a size and returns its time. The search goes up from the smallest size. It predicts times of
@@ -150,7 +150,7 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
         return min(rendered.seconds, rendered.cpu_s)
 
     limit_s = budget_s / len(scenes) / ROUNDS_AIM
-    sizes = {name: settled(lambda size, name=name: seconds(name, size), limit_s) for name in scenes}
+    sizes = {name: fitting_size(lambda size, name=name: seconds(name, size), limit_s) for name in scenes}
     runs: dict[str, list[Render]] = {name: [] for name in scenes}
     start = time.perf_counter()
     # Another round is begun if it is expected to end within the budget.

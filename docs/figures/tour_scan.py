@@ -44,7 +44,7 @@ THETA_I_DEG = 30
 SIZE = 128
 # Coherence length of the maps, with which orders are pixels wide.
 COHERENCE_UM = 10
-# Quantile of the luminance of the directions that are not black which counts as white.
+# Quantile of the luminance of a map's non-black pixels that counts as white.
 WHITE = 0.99
 # Fraction of white above which a pixel of a map counts as lit. A smaller one counts colours too dark to be noticed.
 LIT = 0.01

@@ -12,6 +12,7 @@ import numpy as np
 
 from mitsuba_scenes.tool import sunbeam
 from tests.judges.gratings.boundary_integral import solve
+from tests.judges.gratings.profile import Sinusoid
 from tests.judges.gratings.scalar import (
     COHERENCE_LENGTH_UM,
     MODELS,
@@ -100,7 +101,10 @@ def limits(swept: dict, falling: bool = False) -> dict:
 
 
 def model_checks() -> dict:
-    """Largest errors of the model's efficiencies against closed forms, and against integrals over lobes of orders."""
+    """Largest errors of the model's efficiencies against closed forms, and against integrals over lobes of orders.
+
+    The efficiencies are values at the centres of lobes. Three orders are integrated.
+    """
     lights = [Light(550.0, angle) for angle in sweeps.ANGLES_DEG]
     closed, lobe = [], []
     for grating in (sinusoid(2.5, 20), sawtooth(2.5, 5.71), Grating("lamellar", 2.5, 0.25)):
@@ -115,9 +119,9 @@ def model_checks() -> dict:
 
 
 def limiting() -> list[dict]:
-    """Sums over the orders of a shallow sinusoid with conserved energy: rows by coherence length, lists by angle.
+    """Sums over the orders of a shallow sinusoid, by the model with energy conservation.
 
-    Sums are means over the wavelengths; the exact ones are 1.
+    A row for each coherence length lists sums by angle of incidence, as means over the wavelengths. Exact sums are 1.
     """
     grating = Grating("sinusoidal", 1.6, 0.1)
     lights = [Light(wavelength, angle) for angle in sweeps.ANGLES_DEG for wavelength in sweeps.WAVELENGTHS_NM]
@@ -142,8 +146,10 @@ def surfaces() -> list[dict]:
 def figures() -> dict:
     """All numbers of the part; writes its plots.
 
-    `sweeps` has misplaced power over slopes, over facets that are turned away from the light or face it, and over
-    periods. `rules` has the limits of these sweeps.
+    `cases` has a `row` for each of CASES; `rms` and `rms_gentle` are rms errors of an order's efficiency over all CASES
+    and over the gentlest. `sweeps` has misplaced power over slopes, over facets that are turned away from the light or
+    face it, and over periods; `rules` has the limits of these sweeps. `energy` and `flat` are errors of the rigorous
+    solver, in the power balance and on a mirror.
     """
     folder = images(PART)
     slopes = sweep(lambda slope: sinusoid(sweeps.PERIOD_UM, slope), sweeps.SLOPES_DEG)
@@ -160,7 +166,8 @@ def figures() -> dict:
     plots.angles(folder / "angles.svg")
     plots.slopes(folder / "slopes.svg", slopes, away, facing, BOUND)
     plots.periods(folder / "periods.svg", by_period, mean_nm, BOUND)
-    flat = solve(sweeps.Sinusoid(2.5, 0.0), 550.0, 60.0)
+    # A mirror reflects all light.
+    flat = solve(Sinusoid(2.5, 0.0), 550.0, 60.0)
     return {
         "wavelengths_nm": list(sweeps.WAVELENGTHS_NM),
         "angles_deg": list(sweeps.ANGLES_DEG),

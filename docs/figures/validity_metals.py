@@ -43,8 +43,9 @@ from .validity_sweeps import angles_of, compared, sawtooth, sinusoid
 PART = "validity"
 # Names of the media on the page.
 NAMES = {"none": "perfect conductor", "Al": "aluminium", "Ag": "silver", "Au": "gold"}
-# The judge of perfect conductors, and those of metals by shape; sawteeth in metals have none.
+# The judge of perfect conductors.
 PERFECT_JUDGE = "boundary integral"
+# The judges of metals by shape; sawteeth in metals have none.
 METAL_JUDGES = {"sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
 # Theories in the order of the page.
 THEORIES = (SCALAR, FRESNEL, EXACT)
@@ -52,7 +53,7 @@ THEORIES = (SCALAR, FRESNEL, EXACT)
 COST_MAX = 1.5
 # Period and height in µm of the timed sinusoid.
 TIMED_UM = (0.8, 0.12)
-# Wavelength whose index of the metal is taken at all wavelengths, since the command takes one index.
+# Wavelength at which a metal's index is taken where one index serves all wavelengths.
 INDEX_NM = 550.0
 # Number of random lights at which a grating's table of efficiencies is compared with the solver.
 TABLED_LIGHTS = 30
@@ -72,8 +73,8 @@ FAMILIES = {
     "sawtooth": lambda period: sawtooth(period, sweeps.SWEPT_FACET_DEG),
     "lamellar": lambda period: Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM),
 }
-# The metals with a finite index.
-REAL = tuple(metal for metal in METALS if metal != "none")
+# The metals, without the perfect conductor.
+REAL_METALS = tuple(metal for metal in METALS if metal != "none")
 # Colours of the metals in the plot.
 COLOURS = {"Al": "tab:blue", "Ag": "tab:green", "Au": "tab:orange"}
 
@@ -131,9 +132,9 @@ def by_metal(judged: list[tuple[Judged, dict]]) -> dict:
 
 
 def tabled() -> list[Setting]:
-    """The first random grating of each shape in each medium, with the index at INDEX_NM.
+    """The gratings of `tables`: the first random one of each shape in each medium, with the index at INDEX_NM.
 
-    A shape that a medium lacks is that of the perfect conductor.
+    A shape without random gratings in a medium is taken from the perfect conductor's.
     """
     first: dict[tuple[str, str], Setting] = {}
     for setting in settings():
@@ -191,7 +192,7 @@ def swept() -> dict:
     return {
         kind: {
             metal: {str(period_um): misplaced_by_angle(family(period_um), metal) for period_um in PERIODS_UM}
-            for metal in REAL
+            for metal in REAL_METALS
         }
         for kind, family in FAMILIES.items()
     }
@@ -264,7 +265,7 @@ def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
             "periods_um": [smallest_period_um(sweep[kind][metal], theory, reach, bound) for reach in reaches_deg],
         }
         for kind in FAMILIES
-        for metal in REAL
+        for metal in REAL_METALS
         for theory in (SCALAR, FRESNEL)
     ]
     together = by_metal(judged)

@@ -1,6 +1,6 @@
 """The plots of the part `validity`, as SVG. validity_sweeps.py defines models and misplaced power.
 
-Arguments that are sweeps are results of `validity.sweep`.
+Sweeps among the arguments are results of `validity.sweep`. `bound` is the misplaced power up to which a model is valid.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from tests.judges.gratings.scalar import MODELS, STAM, STAM_LIMITED, UNIT
+from tests.judges.gratings.scalar import MODELS, STAM, STAM_LIMITED, UNIT, Grating
 
-from .validity_sweeps import Grating, compared, sawtooth, sinusoid
+from .validity_sweeps import compared, sawtooth, sinusoid
 
 # Line styles of the models.
 STYLES = {STAM_LIMITED.name: "-", STAM.name: "--", UNIT.name: ":"}

@@ -24,7 +24,8 @@ LAMELLAR_UM = ((1.25, 0.3), (2.5, 0.125), (2.5, 0.25), (5.0, 0.125))
 SHALLOW_UM = ((1.25, 0.1), (2.5, 0.14), (2.5, 0.3), (5.0, 0.25))
 # Slope of the long facet of the echelette in the Littrow check.
 LITTROW_SLOPE_DEG = 20.0
-# Extinction of the metal and number of harmonics to either side in coupled-wave analysis, refined together.
+# Extinction of the metal and number of harmonics to either side in coupled-wave analysis. A larger extinction is nearer
+# to a perfect conductor and needs more harmonics.
 METALS = ((100.0, 80), (300.0, 160))
 # Lamellar gratings and lights for coupled-wave analysis: period and height in µm, wavelength in nm, angle in degrees.
 COUPLED_CASES = ((2.5, 0.125, 550.0, 30.0), (1.25, 0.3, 550.0, 60.0))
@@ -87,7 +88,8 @@ def proof() -> dict:
     """Largest differences by check.
 
     `refined`: twice the nodes and evanescent orders. `modal`: the modal method. `rayleigh`: Rayleigh's expansion, up to
-    the slope `rayleigh_slope_deg`. `littrow`: the missing power of `littrow`. `coupled`: rows of `coupled`.
+    the slope `rayleigh_slope_deg`. `littrow`: the power missing from the order of `littrow` in TM. `reciprocity`: the
+    function of this name. `coupled`: rows of the function `coupled`.
     """
     finer = Resolution().finer(2)
     return {
