@@ -1,6 +1,6 @@
 //! The Rust side of the Mitsuba plugin; the C++ side is in the parent folder, `cpp_shim/`.
 //!
-//! - A *variant* is a compilation of Mitsuba for one kind of numbers and of spectra.
+//! - A *variant* is a compilation of Mitsuba for one type of numbers and one representation of spectra.
 //! - [`bridge`] has the functions that C++ calls. Scalar variants call them with plain numbers, ray by ray.
 //! - *Tracing* serves the variants `llvm_*` and `cuda_*`: a call runs the same evaluators once over variables of
 //!   Dr.Jit, Mitsuba's compiler, which records their operations for its kernel. [`traced`] has these numbers, [`jit`]
