@@ -46,9 +46,9 @@ def python_scenes(files: SnakeFiles) -> dict[str, dict]:
 
 
 def with_files(scene: dict, folder: Path, stem: str) -> dict:
-    """The scene with its bitmaps and height fields in `folder`, and named by their files there.
+    """Writes the scene's bitmaps and height fields into `folder`. Returns the scene with the names of their files.
 
-    A bitmap is written as `stem`-PARAMETER.exr. A height field keeps its name.
+    A bitmap is written as `stem`-PARAMETER.exr. A height field, a `filename` with an absolute path, keeps its name.
     """
     written = {}
     for key, value in scene.items():
