@@ -60,10 +60,9 @@ class SphereDomain(HemisphereDomain):
 def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **options):
     """A `ChiSquareTest`, not yet run, of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)`.
 
-    The domain is that of the upper hemisphere by default.
-
-    `u` has three uniform random numbers per sample; `wo` is a unit vector whose z is along the normal. Densities are
-    in 1/sr. `options` are further arguments of `ChiSquareTest`, such as `sample_count` and `res`.
+    The default domain is `HemisphereDomain()`. `u` has three uniform random numbers per sample; `wo` is a unit vector
+    whose z is along the normal. Densities are in 1/sr. `options` are further arguments of `ChiSquareTest`, such as
+    `sample_count` and `res`.
     """
     from mitsuba.chi2 import ChiSquareTest
 
@@ -74,7 +73,7 @@ def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **op
         is_valid = pdf > 0
         return dr.select(is_valid, wo, mi.Vector3f(0, 0, 1)), dr.select(is_valid, mi.Float(1), 0)
 
-    # Density per unit area of the domain: a hemisphere of 2π sr has the area 1.
+    # Density per unit area of the domain. A hemisphere, 2π sr, has the area 1 in both domains above.
     return ChiSquareTest(
         domain=domain or HemisphereDomain(),
         sample_func=weighted_samples,

@@ -117,6 +117,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
     width, height = bench.size
     from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
     to_light = [math.sin(from_axis), 0.0, math.cos(from_axis)]
+    # The bound on the cosine avoids a division by zero for beams parallel to the screen.
     beam_length = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
     emitter = [beam_length * component for component in to_light]
     camera = [0.0, CAMERA_Y_MM, 0.0]

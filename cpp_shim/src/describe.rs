@@ -48,6 +48,7 @@ pub(crate) fn config(config: &SurfaceConfig) -> String {
 /// the cache.
 pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
+    // Numbers of nodes along x and y that a look-up reads. Each node has a value at each knot in κ, the phase rate.
     let (taps_x, taps_y) = table.taps;
     // Empty if energy is not conserved.
     let scaled = report.energy.map_or(String::new(), |energy| {

@@ -266,7 +266,8 @@ impl<'s> Numbers for Traced<'s> {
         function
     }
 
-    // Records `function` once, in a loop over the inputs, instead of L times: kernels stay small.
+    // Calls `function` on L inputs. Records it once, in a loop over the inputs, instead of L times: kernels stay small.
+    // `results[r][l]` is result r of input l, and zero in lanes that are not active.
     fn map_each<const L: usize, const R: usize>(
         name: &'static CStr,
         inputs: [Self::Real; L],
