@@ -1,6 +1,8 @@
 // A flat clear layer over the relief; twin of src/scattering/cover.rs, with polarisation.
 #pragma once
 
+#include <utility>
+
 #include <mitsuba/core/vector.h>
 #include <mitsuba/render/fresnel.h>
 #include <mitsuba/render/mueller.h>
@@ -19,7 +21,7 @@ namespace dr = drjit;
 /// | n | index of the cover, `m_eta` |
 /// | θ, θ' | angles of a direction with the normal outside and inside; sin θ' = sin θ / n (Snell's law) |
 /// | `normal` | n cos θ' = √(n² − sin² θ) = √(cos² θ + n² − 1) |
-/// | s, p | Fresnel's values for the two linear polarisations |
+/// | s, p | linear polarisations perpendicular and parallel to the plane of incidence |
 template <typename Float, typename Spectrum> class Cover {
 public:
     using Mask                = dr::mask_t<Float>;
@@ -78,7 +80,8 @@ public:
                 return matrix;
             // The s axis is tangential and perpendicular to the direction, so it is the same inside and outside.
             const Vector3f s_from = s_axis(from), s_to = s_axis(to);
-            const Vector3f from_in = -inside(from), to_in = inside(to), from_out = -from;
+            // Directions of travel: into the cover, inside it before the relief, and inside it after the relief.
+            const Vector3f from_out = -from, from_in = -inside(from), to_in = inside(to);
             const Spectrum between = mueller::rotate_mueller_basis(matrix, from_in, mueller::stokes_basis(from_in),
                                                                    s_from, to_in, mueller::stokes_basis(to_in), s_to);
             const Spectrum passed  = transmission(to.z()) * between * transmission(from.z());
@@ -119,17 +122,19 @@ private:
     /// Fresnel reflectances of s and p polarised light.
     std::pair<Float, Float> reflectances(const Float &cos_theta) const {
         const Float normal = scaled_cosine(cos_theta);
-        const Float s      = (cos_theta - normal) / (cos_theta + normal);
-        const Float scaled = m_eta * m_eta * cos_theta, p = (scaled - normal) / (scaled + normal);
-        return { s * s, p * p };
+        const Float scaled = m_eta * m_eta * cos_theta;
+        // Amplitudes.
+        const Float r_s = (cos_theta - normal) / (cos_theta + normal);
+        const Float r_p = (scaled - normal) / (scaled + normal);
+        return { r_s * r_s, r_p * r_p };
     }
 
     /// Fresnel transmittances of s and p polarised light. The products do not cancel near the horizon, as 1 − R would.
     std::pair<Float, Float> transmittances(const Float &cos_theta) const {
         const Float normal = scaled_cosine(cos_theta);
-        const Float s = cos_theta + normal, p = dr::fmadd(m_eta * m_eta, cos_theta, normal),
-                    product = 4.f * cos_theta * normal;
-        return { product / (s * s), m_eta * m_eta * product / (p * p) };
+        const Float sum_s = cos_theta + normal, sum_p = dr::fmadd(m_eta * m_eta, cos_theta, normal);
+        const Float product = 4.f * cos_theta * normal;
+        return { product / (sum_s * sum_s), m_eta * m_eta * product / (sum_p * sum_p) };
     }
 
     /// Mueller matrix of the transmission between frames whose first axis is s. The amplitudes of s and p are real and

@@ -51,7 +51,6 @@ public:
     /// Mueller matrix of light that arrives along `-from` and leaves along `to`, between the frames of reference that
     /// Mitsuba assigns to these directions (`stokes_basis`).
     Spectrum mueller(const Vector3f &from, const Vector3f &to) const {
-        namespace mueller = mitsuba::mueller;
         Spectrum matrix;
         Vector3f s_in, s_out;
         if (m_small_slope) {
@@ -60,7 +59,7 @@ public:
             s_in   = Vector3f(-azimuth.in.y(), azimuth.in.x(), 0.f);
             s_out  = Vector3f(-azimuth.out.y(), azimuth.out.x(), 0.f);
         } else {
-            matrix = mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
+            matrix = mitsuba::mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
             // The s axis is perpendicular to both directions. If they coincide, s and p reflect alike and any axis
             // perpendicular to them serves.
             const Vector3f normal = dr::cross(from, to);
