@@ -60,8 +60,8 @@ public:
             s_out  = Vector3f(-azimuth.out.y(), azimuth.out.x(), 0.f);
         } else {
             matrix = mitsuba::mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
-            // The s axis is perpendicular to both directions. If they coincide, s and p reflect alike and any axis
-            // perpendicular to them serves.
+            // The s axis is perpendicular to both directions. If the two coincide, s and p have the same reflectance,
+            // and any axis perpendicular to them serves.
             const Vector3f normal = dr::cross(from, to);
             const Float squared   = dr::squared_norm(normal);
             s_in =

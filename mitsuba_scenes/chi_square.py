@@ -18,8 +18,8 @@ WAVELENGTHS_NM = [410.0, 487.5, 561.0, 655.0]
 class HemisphereDomain:
     """The unit square mapped to the upper hemisphere, with equal areas to equal solid angles.
 
-    It has the interface of the domains of `mitsuba.chi2`. Unlike Mitsuba's `SphericalDomain`, it does not distort
-    orders near the normal, and its edge is the horizon.
+    The class has the interface of the domains of `mitsuba.chi2`. Unlike Mitsuba's `SphericalDomain`, it does not
+    distort orders near the normal, and its edge is the horizon.
     """
 
     def bounds(self):
@@ -37,7 +37,7 @@ class HemisphereDomain:
 
 class SphereDomain(HemisphereDomain):
     """A rectangle twice as wide as high, mapped to the sphere: the half x < 1 to the upper hemisphere, as in
-    `HemisphereDomain`, and the other half to the lower one, mirrored.
+    `HemisphereDomain`, and the half x ≥ 1 to the lower hemisphere, mirrored at the horizon.
     """
 
     def bounds(self):

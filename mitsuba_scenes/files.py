@@ -24,7 +24,7 @@ from .tool import sunbeam
 # Folder of the scenes that are written by hand in XML.
 XML = Path(__file__).resolve().parent / "xml"
 # Rectangle of the procedural skin written as scan.gsf, since the repository holds no scan: x, y, width and height in
-# µm. It has the size of the published scans.
+# µm. The rectangle has the size of the published scans.
 PIECE_UM = "10,10,6.5,6.5"
 
 

@@ -30,7 +30,7 @@ unsafe extern "C-unwind" {
 
 /// Entry point of the plugin, which Mitsuba looks up by name: `void init_plugin(std::string_view, PluginRegisterFn)`.
 ///
-/// It is not in C++ because Cargo exports only Rust symbols from a `cdylib`. C++ exceptions pass through.
+/// The function is in Rust because Cargo exports only Rust symbols from a `cdylib`. C++ exceptions pass through.
 ///
 /// # Safety
 /// Only for Mitsuba's plugin manager, with arguments as in `mitsuba/core/object.h`.

@@ -28,10 +28,10 @@ SCANS = {species: DATA / "afm" / f"{species}.gsf" for species in ("elaphe", "xen
 SCAN = SCANS["xenopeltis"]
 # The presets that are compared.
 SKINS = ("blazed", "elaphe", "xenopeltis")
-# Rays along each side of a pixel for a relief with few orders: a grating, or the small tile of a scan. It is bright in
-# few directions, which fewer rays per pixel would miss.
+# Rays along each side of a pixel for a relief with few orders: a grating, or the small tile of a scan. Such a relief is
+# bright in few directions, which fewer rays per pixel would miss.
 SUPERSAMPLE_FEW_ORDERS = 16
-# Rays along each side of a pixel for a relief with many orders. It needs fewer, and each takes longer to evaluate.
+# Rays along each side of a pixel for a relief with many orders. Fewer rays suffice, and each takes longer to evaluate.
 SUPERSAMPLE_MANY_ORDERS = 6
 # Parameters of the plugin that define the heights; the others define optics and orientation.
 RELIEF_PARAMETERS = (
@@ -99,7 +99,7 @@ def sun(azimuth_deg: float, elevation_deg: float) -> Light:
 def mirrored(case: Case, folder: Path) -> Case:
     """The surface with the heights h(−x, y), for a negative control. Writes the heights into `folder`.
 
-    The mirrored relief reflects as the original would if u, the x component of wi + wo, had the other sign.
+    The mirrored relief reflects like the original with the sign of u reversed, where u is the x component of wi + wo.
     """
     exr, npy = folder / f"{case.name}-relief.exr", folder / f"{case.name}-mirrored.npy"
     folder.mkdir(parents=True, exist_ok=True)

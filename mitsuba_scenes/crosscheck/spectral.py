@@ -2,7 +2,7 @@
 
 The quadrature (quadrature.py) sums reflectances at discrete wavelengths λᵢ of spacing Δ; a path tracer samples λ
 continuously. Each λᵢ therefore becomes a triangle of half width Δ and height 1. A band's response is a weighted sum of
-these triangles, hence linear between the λᵢ.
+these triangles, so it is linear between the λᵢ.
 """
 
 from __future__ import annotations

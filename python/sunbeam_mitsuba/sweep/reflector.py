@@ -44,13 +44,13 @@ class Reflector(Protocol):
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
         """The BSDF ``f_r`` in 1/sr, ``[directions, wavelengths]``, for one ``wi`` and ``wo[directions, 3]``.
 
-        It is 0 for ``wo`` below the horizon.
+        The result is 0 for ``wo`` below the horizon.
         """
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
         """The reflected fraction of light from ``wi``, ``[wavelengths]``, for unpolarised light.
 
-        It is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1).
+        The result is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1).
         """
 
 

@@ -83,7 +83,7 @@ def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any],
     for case in cases:
         record = read_result(folder, case.identity)
         if record is None:
-            raise StoreError(f"the result of row {case.row} is no longer in {folder}; the same command makes it anew")
+            raise StoreError(f"the result of row {case.row} is no longer in {folder}; the same command makes it again")
         row = {
             "row": case.row,
             "identity": case.identity,
