@@ -1,6 +1,7 @@
 """Transparent films: a spectrometer, diffraction spectacles, a window film, and a wing. Lengths are in cm, z is up.
 
-The relief of a film is on the side of its rectangle's normal, and its grooves run along the rectangle's height.
+The relief of a film is on the side of its rectangle's normal, and its grooves run along the rectangle's height. Sizes,
+places and brightnesses without a comment are chosen by eye.
 """
 
 from __future__ import annotations
@@ -214,10 +215,7 @@ def ridges() -> np.ndarray:
 
 
 def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
-    """An insect's wing before a wall, with lamps behind it; angle and pitch of the ridges differ from cell to cell.
-
-    All numbers of the drawing are chosen by eye.
-    """
+    """An insect's wing before a wall, with lamps behind it; angle and pitch of the ridges differ from cell to cell."""
     width, height = WING_CM
     # Centres of the texels, 100 per cm, scaled to the unit square. x runs along the wing, y across it.
     y, x = np.mgrid[: round(100 * height), : round(100 * width)] + 0.5

@@ -1,6 +1,7 @@
 """A holographic card and a banknote with a kinegram: gratings whose pitch and angle are textures made by code.
 
-Lengths are in cm, z is up, and the cards lie on the ground with their length along x.
+Lengths are in cm, z is up, and the cards lie on the ground with their length along x. Positions, sizes, pitches and
+angles in the patterns are chosen by eye unless a comment gives a reason.
 """
 
 from __future__ import annotations
@@ -161,7 +162,7 @@ def foil(pattern: Pattern, coherence_um: float) -> dict:
 
 
 def card_pattern() -> Pattern:
-    """The card's rosettes, two guilloches and a lettering; positions and sizes are chosen by eye."""
+    """The card's rosettes, two guilloches and a lettering."""
     pattern = Pattern(CARD_CM)
     # A fan of faint gratings over the whole card.
     pattern.paint(np.ones_like(pattern.x, bool), 0.75 - 0.09 * pattern.y, 90 + 25 * pattern.x - 8 * pattern.y, 0.03)
@@ -200,8 +201,7 @@ def card_scene(view: View = CARD_VIEW, spp: int = 64, directions: list[tuple[flo
 def kinegram_pattern() -> Pattern:
     """A banknote's kinegram: nested stars and a number within a ring of segments.
 
-    The angle grows from star to star, so the lit star moves outwards while the light goes around. Positions, sizes and
-    pitches are chosen by eye.
+    The angle grows from star to star, so the lit star moves outwards while the light goes around.
     """
     pattern = Pattern(NOTE_CM)
     radius, azimuth = pattern.polar(KINEGRAM_CENTRE_CM)
