@@ -22,17 +22,17 @@ namespace dr = drjit;
 /// Surfaces with the same tables share one copy in all variants of a backend.
 template <typename Float> class Buffers {
 public:
-    /// Number of arrays of a surface. Tables that a surface lacks are empty arrays.
+    /// Number of arrays of a surface: `Surface::words` describes them. Tables that a surface lacks are empty arrays.
     static constexpr size_t COUNT = 3;
 
     explicit Buffers(const Surface &surface) : m_arrays(shared_arrays(surface)) {}
 
     /// Dr.Jit indices of the arrays; 0 for an empty array.
     std::array<uint32_t, COUNT> indices() const {
-        std::array<uint32_t, COUNT> indices;
+        std::array<uint32_t, COUNT> result;
         for (size_t i = 0; i < COUNT; ++i)
-            indices[i] = (*m_arrays)[i].index();
-        return indices;
+            result[i] = (*m_arrays)[i].index();
+        return result;
     }
 
     /// Reports the arrays to Dr.Jit as inputs of a frozen function (`dr.freeze`).
@@ -51,14 +51,16 @@ private:
     using UInt32X = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
     using Arrays  = std::array<UInt32X, COUNT>;
 
-    /// Largest number of words that one gather reads. Such a gather needs arrays whose length is a multiple of it.
+    /// Largest number of words that one gather reads. Dr.Jit requires arrays whose length is a multiple of this number.
     static constexpr size_t PACKET_WORDS = 4;
 
-    /// Arrays of the surface's tables: those of another surface with the same tables, or new ones.
+    /// Arrays of the surface's tables. Reuses the arrays of a living surface with the same tables (`identity`), and
+    /// otherwise copies the tables, padded with zeros to whole packets.
     static std::shared_ptr<const Arrays> shared_arrays(const Surface &surface) {
         static std::mutex mutex;
         static std::map<uint64_t, std::weak_ptr<const Arrays>> by_identity;
         const std::lock_guard lock(mutex);
+        // Removes the entries of surfaces that no longer exist.
         for (auto i = by_identity.begin(); i != by_identity.end();)
             i = i->second.expired() ? by_identity.erase(i) : std::next(i);
         auto &entry = by_identity[surface.identity()];

@@ -23,7 +23,7 @@ struct Release {
     /// Instruction set that the wheel was compiled for. With AVX, Dr.Jit's small arrays are SIMD registers, which
     /// changes layouts and the calling convention. A plugin for another instruction set loads and renders garbage.
     march: &'static str,
-    /// Whether the wheel uses the `std::string` of C++11; wheels for manylinux2014 use the older one.
+    /// Whether the wheel uses the `std::string` of C++11. Wheels for manylinux2014 use the older `std::string`.
     cxx11_strings: bool,
 }
 
@@ -42,7 +42,7 @@ const NANOBIND: &str = "2.14.0";
 /// Python packages whose headers the plugin includes.
 const PACKAGES: [&str; 3] = ["mitsuba", "drjit", "nanobind"];
 
-/// C++ files to compile.
+/// C++ files to compile, in this folder.
 const SOURCES: [&str; 9] = [
     "checks.cpp",
     "diffraction.cpp",
@@ -162,9 +162,9 @@ fn find_wheels() -> Result<Wheels, String> {
     let [(mitsuba, mitsuba_folder), (drjit, drjit_folder), (nanobind, nanobind_folder)] = found[..] else {
         return Err(format!("{} did not answer", python.display()));
     };
-    let mismatch = |name: &str, wanted: &str, found: &str| {
+    let mismatch = |name: &str, wanted: &str, installed: &str| {
         format!(
-            "it needs {name} {wanted} in {}, where there is {found}. Run `make plugin`, which installs \
+            "it needs {name} {wanted} in {}, where there is {installed}. Run `make plugin`, which installs \
              requirements.lock into .venv, or name an interpreter that has it in SUNBEAM_PYTHON",
             python.display()
         )
@@ -174,11 +174,12 @@ fn find_wheels() -> Result<Wheels, String> {
         .iter()
         .find(|release| release.mitsuba == mitsuba)
         .ok_or_else(|| mismatch("mitsuba", &accepted, mitsuba))?;
-    for (name, wanted, found) in [("drjit", release.drjit, drjit), ("nanobind", NANOBIND, nanobind)] {
-        if wanted != found {
-            return Err(mismatch(name, wanted, found));
+    for (name, wanted, installed) in [("drjit", release.drjit, drjit), ("nanobind", NANOBIND, nanobind)] {
+        if wanted != installed {
+            return Err(mismatch(name, wanted, installed));
         }
     }
+    // pip replaces these files when it installs another version.
     for folder in [mitsuba_folder, drjit_folder, nanobind_folder] {
         println!("cargo:rerun-if-changed={folder}/__init__.py");
     }

@@ -16,8 +16,9 @@
 #include "compat.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
 
-// Dr.Jit's small arrays are SIMD registers if and only if the compiler may use AVX. The wheels are compiled with AVX,
-// and since Mitsuba 3.9 with AVX2. With other flags the plugin would compile, load and render garbage.
+// Dr.Jit's small arrays are SIMD registers if and only if the compiler may use AVX. With other instruction sets than
+// the wheel's the plugin would compile, load and render garbage. Both sets in build.rs, ivybridge and x86-64-v3,
+// contain AVX and F16C; only x86-64-v3 (`SUNBEAM_AVX2`) contains AVX2 and FMA.
 #if !defined(__AVX__) || !defined(__F16C__)
 #error "compile with the -march of the wheel of Mitsuba"
 #endif
@@ -25,9 +26,11 @@
 #error "compile with the -march of the wheel of Mitsuba"
 #endif
 namespace dr = drjit;
+// Layouts of small arrays as SIMD registers: three elements take the space of four.
 static_assert(sizeof(dr::Array<float, 3>) == 16 && alignof(dr::Array<float, 3>) == 16);
 static_assert(sizeof(dr::Array<float, 4>) == 16 && alignof(dr::Array<float, 4>) == 16);
 static_assert(sizeof(dr::Array<double, 3>) == 32 && alignof(dr::Array<double, 3>) == 32);
+// `SUNBEAM_MITSUBA` is the release that build.rs found.
 static_assert(std::string_view(MI_VERSION) == SUNBEAM_MITSUBA, "the headers are not those of the release");
 
 namespace sunbeam {
@@ -48,7 +51,8 @@ struct Search {
 /// Callback of `dl_iterate_phdr`, which calls it for each loaded library. Skips libraries that do not contain the
 /// address (returns 0). Reads the version from the library that does, and ends the iteration (returns 1).
 int search_library(dl_phdr_info *info, size_t, void *payload) {
-    auto &search          = *static_cast<Search *>(payload);
+    auto &search = *static_cast<Search *>(payload);
+    // Calls `visit(start, size)` for each readable segment of the library in memory; the size is in bytes.
     auto for_each_segment = [&](auto &&visit) {
         for (int i = 0; i < info->dlpi_phnum; ++i)
             if (const auto &segment = info->dlpi_phdr[i]; segment.p_type == PT_LOAD && (segment.p_flags & PF_R))
@@ -61,7 +65,7 @@ int search_library(dl_phdr_info *info, size_t, void *payload) {
         return 0;
     for_each_segment([&](uintptr_t start, size_t size) {
         const std::string_view memory(reinterpret_cast<const char *>(start), size);
-        // A label without digits behind it is another string: the search goes on.
+        // A label without digits behind it is another string, so the search goes on.
         for (size_t label = memory.find(VERSION_LABEL); label != memory.npos && search.version.empty();
              label        = memory.find(VERSION_LABEL, label + 1)) {
             const size_t begin = label + VERSION_LABEL.size();
@@ -81,13 +85,14 @@ std::string library_version(const void *address) {
     return search.version;
 }
 
-/// Passes small arrays to the running library and back, and checks that the result is plausible. Throws if not.
+/// Calls a function of the running library that returns a small array, and throws if the result is not plausible.
 void probe_calling_convention() {
     using Array3f = dr::Array<float, 3>;
     // Coefficients of the smooth reflectance spectrum that Mitsuba assigns to a blue in linear sRGB. The library takes
     // the colour by reference and returns the coefficients by value.
     const Array3f coeff = mitsuba::srgb_model_fetch(mitsuba::Color<float, 3>(.1f, .3f, .7f));
-    auto reflectance    = [&](float nm) {
+    // Mitsuba's model: a sigmoid of a quadratic polynomial in the wavelength.
+    auto reflectance = [&](float nm) {
         float v = (coeff.x() * nm + coeff.y()) * nm + coeff.z();
         return .5f * v / std::sqrt(1.f + v * v) + .5f;
     };

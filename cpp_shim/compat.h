@@ -9,10 +9,10 @@
 
 namespace sunbeam {
 
-// Conversions between C++ and Rust strings, which replace cxx's own. cxx compiles its own with the `std::string` of
-// C++11, which the wheels of older releases do not use.
+// Conversions between C++ and Rust strings. cxx has such conversions, but compiles them with the `std::string` of
+// C++11. The wheel of Mitsuba 3.7 uses the older `std::string`.
 
-/// Borrows the text, which is UTF-8. Throws if it is not.
+/// Borrows a text in UTF-8. Throws for other encodings.
 inline rust::Str rust_str(std::string_view text) {
     return rust::Str(text.data(), text.size());
 }

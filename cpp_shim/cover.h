@@ -1,6 +1,8 @@
 // A flat clear layer over the relief; twin of src/scattering/cover.rs, with polarisation.
 #pragma once
 
+#include <utility>
+
 #include <mitsuba/core/vector.h>
 #include <mitsuba/render/fresnel.h>
 #include <mitsuba/render/mueller.h>
@@ -13,6 +15,13 @@ namespace dr = drjit;
 ///
 /// Directions are unit vectors in the shading frame that point away from the surface. They lie above it, inside or
 /// outside the cover.
+///
+/// | symbol | meaning |
+/// | --- | --- |
+/// | n | index of the cover, `m_eta` |
+/// | θ, θ' | angles of a direction with the normal outside and inside; sin θ' = sin θ / n (Snell's law) |
+/// | `normal` | n cos θ' = √(n² − sin² θ) = √(cos² θ + n² − 1) |
+/// | s, p | linear polarisations perpendicular and parallel to the plane of incidence |
 template <typename Float, typename Spectrum> class Cover {
 public:
     using Mask                = dr::mask_t<Float>;
@@ -28,7 +37,7 @@ public:
     Vector3f inside(const Vector3f &w) const {
         if (!exists())
             return w;
-        return Vector3f(w.x(), w.y(), dr::sqrt(dr::fmadd(w.z(), w.z(), m_eta * m_eta - 1.f))) / m_eta;
+        return Vector3f(w.x(), w.y(), scaled_cosine(w.z())) / m_eta;
     }
 
     /// Direction outside of light that has the direction `w` inside; the zero vector for light that is totally
@@ -41,7 +50,7 @@ public:
         return dr::select(leaves, Vector3f(x, y, dr::sqrt(dr::maximum(squared, 0.f))), 0.f);
     }
 
-    /// Solid angle inside per solid angle outside, about the direction `w` outside.
+    /// Solid angle inside per solid angle outside, cos θ / (n² cos θ'), about the direction `w` outside.
     Float solid_angle_ratio(const Vector3f &w) const {
         return exists() ? w.z() / (m_eta * m_eta * inside(w).z()) : Float(1.f);
     }
@@ -52,7 +61,7 @@ public:
         return .5f * (s + p);
     }
 
-    /// Fresnel transmittance of unpolarised light that passes the side along both directions.
+    /// Fresnel transmittance of unpolarised light that enters from `wi` and leaves towards `wo`, both outside.
     Float transmittance(const Vector3f &wi, const Vector3f &wo) const {
         if (!exists())
             return Float(1.f);
@@ -61,16 +70,18 @@ public:
         return .25f * (s_i + p_i) * (s_o + p_o);
     }
 
-    /// Mueller matrix outside, transmittances included, of light that arrives from `from` and leaves towards `to`.
-    /// `matrix` is that inside. Both are between Mitsuba's frames of reference.
+    /// Mueller matrix outside the cover, transmittances included, for light that arrives from `from` and leaves towards
+    /// `to`. `matrix` is the Mueller matrix inside the cover. Both matrices are between Mitsuba's frames of reference.
+    /// In variants without polarisation both are reflectances.
     Spectrum through(const Spectrum &matrix, const Vector3f &from, const Vector3f &to) const {
         if constexpr (mitsuba::is_polarized_v<Spectrum>) {
             namespace mueller = mitsuba::mueller;
             if (!exists())
                 return matrix;
-            // The s axis of a direction is horizontal, inside as outside.
+            // The s axis is tangential and perpendicular to the direction, so it is the same inside and outside.
             const Vector3f s_from = s_axis(from), s_to = s_axis(to);
-            const Vector3f from_in = -inside(from), to_in = inside(to), from_out = -from;
+            // Directions of travel: into the cover, inside it before the relief, and inside it after the relief.
+            const Vector3f from_out = -from, from_in = -inside(from), to_in = inside(to);
             const Spectrum between = mueller::rotate_mueller_basis(matrix, from_in, mueller::stokes_basis(from_in),
                                                                    s_from, to_in, mueller::stokes_basis(to_in), s_to);
             const Spectrum passed  = transmission(to.z()) * between * transmission(from.z());
@@ -98,27 +109,39 @@ public:
     }
 
 private:
+    /// Smallest squared length of the tangential part of a direction that has an s axis.
+    static constexpr float TANGENT_SQUARED_MIN = 1e-20f;
+    /// Smallest argument of a square root, because the root has no derivative at zero.
+    static constexpr float ROOT_MIN = 1e-12f;
+
+    /// n cos θ' for the cosine of θ.
+    Float scaled_cosine(const Float &cos_theta) const {
+        return dr::sqrt(dr::fmadd(cos_theta, cos_theta, m_eta * m_eta - 1.f));
+    }
+
     /// Fresnel reflectances of s and p polarised light.
     std::pair<Float, Float> reflectances(const Float &cos_theta) const {
-        // n cosθ' = √(n² − sin²θ).
-        const Float normal = dr::sqrt(dr::fmadd(cos_theta, cos_theta, m_eta * m_eta - 1.f));
-        const Float s      = (cos_theta - normal) / (cos_theta + normal);
-        const Float scaled = m_eta * m_eta * cos_theta, p = (scaled - normal) / (scaled + normal);
-        return { s * s, p * p };
+        const Float normal = scaled_cosine(cos_theta);
+        const Float scaled = m_eta * m_eta * cos_theta;
+        // Amplitudes.
+        const Float r_s = (cos_theta - normal) / (cos_theta + normal);
+        const Float r_p = (scaled - normal) / (scaled + normal);
+        return { r_s * r_s, r_p * r_p };
     }
 
     /// Fresnel transmittances of s and p polarised light. The products do not cancel near the horizon, as 1 − R would.
     std::pair<Float, Float> transmittances(const Float &cos_theta) const {
-        const Float normal = dr::sqrt(dr::fmadd(cos_theta, cos_theta, m_eta * m_eta - 1.f));
-        const Float s = cos_theta + normal, p = dr::fmadd(m_eta * m_eta, cos_theta, normal),
-                    product = 4.f * cos_theta * normal;
-        return { product / (s * s), m_eta * m_eta * product / (p * p) };
+        const Float normal = scaled_cosine(cos_theta);
+        const Float sum_s = cos_theta + normal, sum_p = dr::fmadd(m_eta * m_eta, cos_theta, normal);
+        const Float product = 4.f * cos_theta * normal;
+        return { product / (sum_s * sum_s), m_eta * m_eta * product / (sum_p * sum_p) };
     }
 
-    /// Mueller matrix of the transmission, whose first axis is s. Both amplitudes are real and positive.
+    /// Mueller matrix of the transmission between frames whose first axis is s. The amplitudes of s and p are real and
+    /// positive, so the transmission does not shift their phases. Instantiated only in polarised variants.
     Spectrum transmission(const Float &cos_theta) const {
         const auto [s, p] = transmittances(cos_theta);
-        const Float mean = .5f * (s + p), difference = .5f * (s - p), product = dr::sqrt(dr::maximum(s * p, 1e-12f));
+        const Float mean = .5f * (s + p), difference = .5f * (s - p), product = dr::sqrt(dr::maximum(s * p, ROOT_MIN));
         Spectrum matrix = dr::zeros<Spectrum>();
         matrix(0, 0) = matrix(1, 1) = mean;
         matrix(0, 1) = matrix(1, 0) = difference;
@@ -126,13 +149,15 @@ private:
         return matrix;
     }
 
-    /// Unit vector perpendicular to a direction and the normal; y for the normal.
+    /// Unit vector perpendicular to the direction `w` and the normal; the y axis if `w` is along the normal.
     static Vector3f s_axis(const Vector3f &w) {
         const Float squared = dr::square(w.x()) + dr::square(w.y());
-        const Float inverse = dr::rsqrt(dr::maximum(squared, 1e-20f));
-        return dr::select(squared > 1e-20f, Vector3f(-w.y() * inverse, w.x() * inverse, 0.f), Vector3f(0.f, 1.f, 0.f));
+        const Float inverse = dr::rsqrt(dr::maximum(squared, TANGENT_SQUARED_MIN));
+        return dr::select(squared > TANGENT_SQUARED_MIN, Vector3f(-w.y() * inverse, w.x() * inverse, 0.f),
+                          Vector3f(0.f, 1.f, 0.f));
     }
 
+    /// Index of the cover, at least 1.
     float m_eta;
 };
 

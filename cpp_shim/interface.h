@@ -16,16 +16,18 @@ namespace dr = drjit;
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
 /// towards the viewer. Both lie above the surface.
 ///
-/// Small-slope symbols follow src/scattering/small_slope.rs. A suffix 0 marks quantities of `from`.
+/// Small-slope symbols and formulas follow src/scattering/small_slope.rs. A suffix 0 marks quantities of `from`.
 ///
 /// | symbol | meaning |
 /// | --- | --- |
 /// | `q0`, `q` | cosines of `from` and `to` with the normal |
 /// | `w` | q + q0 |
-/// | `sines` | product of the sines of the two polar angles |
+/// | `product` | q q0 |
+/// | `sines` | product of the sines of the two polar angles, k k0 in small_slope.rs |
 /// | `cos`, `sin` | cosine and sine of the azimuth from the incident to the outgoing light |
 /// | `epsilon` | ε, the squared index |
 /// | `half` | half the squared length of `from + to`, which is 1 + from·to |
+/// | `grazing` | cos − sines without cancellation: (q² + q0² + q q0 − q² q0² − half) / sines |
 template <typename Float, typename Spectrum> class Interface {
 public:
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
@@ -49,7 +51,6 @@ public:
     /// Mueller matrix of light that arrives along `-from` and leaves along `to`, between the frames of reference that
     /// Mitsuba assigns to these directions (`stokes_basis`).
     Spectrum mueller(const Vector3f &from, const Vector3f &to) const {
-        namespace mueller = mitsuba::mueller;
         Spectrum matrix;
         Vector3f s_in, s_out;
         if (m_small_slope) {
@@ -58,9 +59,9 @@ public:
             s_in   = Vector3f(-azimuth.in.y(), azimuth.in.x(), 0.f);
             s_out  = Vector3f(-azimuth.out.y(), azimuth.out.x(), 0.f);
         } else {
-            matrix = mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
-            // The s axis is perpendicular to both directions. If they coincide, s and p reflect alike and any axis
-            // perpendicular to them serves.
+            matrix = mitsuba::mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
+            // The s axis is perpendicular to both directions. If the two coincide, s and p have the same reflectance,
+            // and any axis perpendicular to them serves.
             const Vector3f normal = dr::cross(from, to);
             const Float squared   = dr::squared_norm(normal);
             s_in =
@@ -80,6 +81,27 @@ public:
                                              to, first_out, mueller::stokes_basis(to));
     }
 
+    /// Mueller matrix of a Jones matrix with the elements [[xx, xy], [yx, yy]]: the first letter is the outgoing state,
+    /// the second the incident state. Both frames (x, y, direction of travel) are right-handed.
+    ///
+    /// With the time dependence exp(−iωt), Mitsuba's Stokes vector is |x|² + |y|², |x|² − |y|², 2 Re(x y*), 2 Im(x y*).
+    static Spectrum jones_to_mueller(const Complex &xx, const Complex &xy, const Complex &yx, const Complex &yy) {
+        auto power                  = [](const Complex &z) { return dr::squared_norm(z); };
+        const UnpolarizedSpectrum a = power(xx), b = power(xy), c = power(yx), d = power(yy);
+        // Products of two elements with the same outgoing state x or y.
+        const Complex out_x = xx * dr::conj(xy), out_y = yx * dr::conj(yy);
+        // Products of two elements with the same incident state x or y.
+        const Complex in_x = xx * dr::conj(yx), in_y = xy * dr::conj(yy);
+        // Products of two elements that share no state.
+        const Complex diagonal = xx * dr::conj(yy), antidiagonal = xy * dr::conj(yx);
+        auto re = [](const Complex &z) { return dr::real(z); };
+        auto im = [](const Complex &z) { return dr::imag(z); };
+        return Spectrum(.5f * (a + b + c + d), .5f * (a - b + c - d), re(out_x + out_y), -im(out_x + out_y),         //
+                        .5f * (a + b - c - d), .5f * (a - b - c + d), re(out_x - out_y), -im(out_x - out_y),         //
+                        re(in_x + in_y), re(in_x - in_y), re(diagonal + antidiagonal), -im(diagonal - antidiagonal), //
+                        im(in_x + in_y), im(in_x - in_y), im(diagonal + antidiagonal), re(diagonal - antidiagonal));
+    }
+
 private:
     /// Smallest squared sine of the angle between the directions for which their cross product gives the s axis.
     static constexpr float NORMAL_SQUARED_MIN = 1e-10f;
@@ -87,12 +109,15 @@ private:
     static constexpr float TANGENT_SQUARED_MIN = 1e-24f;
     /// Smallest argument of a square root that is not a divisor: the root has no derivative at zero.
     static constexpr float ROOT_MIN = 1e-24f;
-    /// Smallest product of sines as a divisor (SINES_MIN of src/scattering/small_slope.rs), and its square.
-    static constexpr float SINES_MIN = 1e-6f, SINES_SQUARED_MIN = 1e-12f;
-    /// Product of sines below which `cos - sines` is computed as written. Above it the difference may cancel, and a
-    /// form without cancellation replaces it.
+    /// Smallest product of sines as a divisor, equal to SINES_MIN of src/scattering/small_slope.rs.
+    static constexpr float SINES_MIN = 1e-6f;
+    /// Square of SINES_MIN, for a product of sines that is still squared.
+    static constexpr float SINES_SQUARED_MIN = 1e-12f;
+    /// Product of sines above which `grazing` replaces `cos - sines`, whose terms may then cancel. Below it the
+    /// numerator of `grazing` cancels.
     static constexpr float SINES_GRAZING = .5f;
-    /// Smallest squared divisor, with a reciprocal that is finite in single precision (TINY of the same file).
+    /// Smallest squared modulus that is inverted, equal to SQUARED_MODULUS_MIN of src/scattering/small_slope.rs: its
+    /// reciprocal is finite in single precision.
     static constexpr float DIVISOR_SQUARED_MIN = 1e-18f;
 
     /// Tangential unit vectors along which the light arrives and leaves. A direction along the normal has none and
@@ -132,7 +157,7 @@ private:
     }
 
     /// Cosine with the normal; the lower bound is COSINE_MIN of src/scattering/geometry.rs.
-    static Float cosine(const Vector3f &w) { return dr::maximum(w.z(), 1e-7f); }
+    static Float cosine(const Vector3f &direction) { return dr::maximum(direction.z(), 1e-7f); }
 
     /// Q for unpolarised light; twin of `small_slope` in src/scattering/small_slope.rs, which the core evaluates.
     UnpolarizedSpectrum small_slope_power(const Vector3f &from, const Vector3f &to) const {
@@ -147,8 +172,10 @@ private:
         if (m_perfect) {
             const Float grazing    = (q_squared + q0_squared + product - q_squared * q0_squared - half) / sines;
             const Float difference = dr::select(sines < SINES_GRAZING, cos - sines, grazing);
-            const Float kept       = dr::fmadd(difference, difference, cos_squared * product * product);
-            return UnpolarizedSpectrum(2.f * (kept + sin_squared * (q_squared + q0_squared)) / (product * w * w));
+            // Powers times (q q0)²: B_pp and B_ss keep the polarisation, B_sp and B_ps change it.
+            const Float kept    = dr::fmadd(difference, difference, cos_squared * product * product);
+            const Float crossed = sin_squared * (q_squared + q0_squared);
+            return UnpolarizedSpectrum(2.f * (kept + crossed) / (product * w * w));
         }
         const Side out(q, m_epsilon), in(q0, m_epsilon);
         // Reciprocal squared moduli of the denominators.
@@ -157,7 +184,8 @@ private:
         };
         const UnpolarizedSpectrum s = rcp_squared(out.s), s0 = rcp_squared(in.s), p = rcp_squared(out.p),
                                   p0 = rcp_squared(in.p);
-        const Complex pp             = out.t * in.t * UnpolarizedSpectrum(cos) - m_epsilon * UnpolarizedSpectrum(sines);
+        // Numerator of B_pp without the factor ε − 1.
+        const Complex pp = out.t * in.t * UnpolarizedSpectrum(cos) - m_epsilon * UnpolarizedSpectrum(sines);
         // Power that keeps its polarisation (ss and pp), and power that changes it (sp and ps).
         const UnpolarizedSpectrum kept = cos_squared * s * s0 + dr::squared_norm(pp) * p * p0;
         const UnpolarizedSpectrum crossed =
@@ -166,8 +194,8 @@ private:
     }
 
     /// Mueller matrix of the small-slope amplitudes; twin of `small_slope_amplitudes` in src/scattering/small_slope.rs.
-    /// The first axes of its frames of reference are the s axes z × `azimuth.in` and z × `azimuth.out`. Instantiated
-    /// only in polarised variants.
+    /// The first axes of its frames of reference are the s axes: z × `azimuth.in` for the incident light and
+    /// z × `azimuth.out` for the outgoing light. Instantiated only in polarised variants.
     Spectrum small_slope_matrix(const Vector3f &from, const Vector3f &to, const Azimuth &azimuth) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
         // Square of the common factor 2 √(q q0) / w of the amplitudes.
@@ -178,6 +206,7 @@ private:
         const UnpolarizedSpectrum sines(dr::sqrt(dr::maximum(sines_squared, ROOT_MIN)));
         if (m_perfect) {
             const Float half = .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
+            // All wavelengths have the same sines.
             const Float grazing =
                 (q * q + q0 * q0 + product - product * product - half) / dr::maximum(Float(sines[0]), SINES_MIN);
             const UnpolarizedSpectrum pp =
@@ -191,27 +220,6 @@ private:
                                         contrast * (out.t * in.t * cos - m_epsilon * sines) / (out.p * in.p));
     }
 
-public:
-    /// Mueller matrix of a Jones matrix with the elements [[xx, xy], [yx, yy]]: the first letter is the outgoing state,
-    /// the second the incident state. In either frame x, y and the direction of travel are right-handed.
-    ///
-    /// With the time dependence exp(−iωt), Mitsuba's Stokes vector is |x|² + |y|², |x|² − |y|², 2 Re(x y*), 2 Im(x y*).
-    static Spectrum jones_to_mueller(const Complex &xx, const Complex &xy, const Complex &yx, const Complex &yy) {
-        auto power                  = [](const Complex &z) { return dr::squared_norm(z); };
-        const UnpolarizedSpectrum a = power(xx), b = power(xy), c = power(yx), d = power(yy);
-        // Products of two elements with the same outgoing state, with the same incident state, and with neither.
-        const Complex x = xx * dr::conj(xy), y = yx * dr::conj(yy);
-        const Complex u = xx * dr::conj(yx), v = xy * dr::conj(yy);
-        const Complex f = xx * dr::conj(yy), g = xy * dr::conj(yx);
-        auto re = [](const Complex &z) { return dr::real(z); };
-        auto im = [](const Complex &z) { return dr::imag(z); };
-        return Spectrum(.5f * (a + b + c + d), .5f * (a - b + c - d), re(x + y), -im(x + y), //
-                        .5f * (a + b - c - d), .5f * (a - b - c + d), re(x - y), -im(x - y), //
-                        re(u + v), re(u - v), re(f + g), -im(f - g),                         //
-                        im(u + v), im(u - v), im(f + g), re(f - g));
-    }
-
-private:
     /// Complex index eta + ik, and its square ε.
     Complex m_index, m_epsilon;
     bool m_small_slope, m_perfect;

@@ -13,11 +13,11 @@
 namespace sunbeam::jit {
 namespace {
 
-/// Message of this thread's first error, ended by a zero; empty if there is none. The buffer has a fixed size, because
-/// the error may be that no memory is left. Longer messages are cut.
+/// Message of this thread's first error, a C string; empty if there is none. The buffer has a fixed size, because
+/// memory may have run out. Longer messages are cut.
 thread_local char first_error[1024] = "";
 
-/// Stores a message unless one is stored.
+/// Stores a message in `first_error` unless it holds one.
 void keep(std::string_view message) {
     if (*first_error)
         return;
@@ -45,7 +45,7 @@ template <typename T, typename Call> T guarded(T failed, const Call &call) noexc
     return failed;
 }
 
-/// Result of a function of Dr.Jit, applied to variables; 0 if it throws or an index is 0.
+/// Index of the result of a Dr.Jit function, applied to the variables `indices`; 0 if it throws or an index is 0.
 template <typename Function, typename... Index> uint32_t traced(Function function, Index... indices) noexcept {
     if (((indices == 0) || ...)) {
         keep("an operand is no variable");
@@ -54,12 +54,12 @@ template <typename Function, typename... Index> uint32_t traced(Function functio
     return guarded(0u, [&] { return function(indices...); });
 }
 
-/// Converts values to a type; with `reinterpret` their bits are kept instead.
+/// Converts the values of a variable to a type. With `reinterpret` it keeps their bits instead of their values.
 uint32_t cast(uint32_t index, VarType type, bool reinterpret) noexcept {
     return traced([&](uint32_t i) { return jit_var_cast(i, type, reinterpret); }, index);
 }
 
-/// Abandons a loop if its last callback has failed or an error is stored.
+/// Abandons a loop if its last callback did not succeed, or if an error is stored.
 void abandon_unless(bool succeeded) {
     if (!succeeded || *first_error)
         throw Abandoned();
@@ -135,11 +135,13 @@ void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> i
 }
 
 bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
-    // Dr.Jit decides by its flags whether the loop is symbolic, and whether an evaluated loop drops finished lanes.
-    constexpr int SYMBOLIC = -1, COMPRESS = -1;
+    // −1: Dr.Jit's flags decide whether the loop is symbolic.
+    constexpr int SYMBOLIC = -1;
+    // −1: Dr.Jit's flags decide whether an evaluated loop drops finished lanes.
+    constexpr int COMPRESS = -1;
     // 0: no limit is known.
     constexpr long long MAX_ITERATIONS = 0;
-    // Without differentiation Dr.Jit does not keep `loop` beyond this call.
+    // Dr.Jit keeps a differentiable loop beyond this call; `loop` lives only as long as the call.
     constexpr bool DIFFERENTIABLE = false;
 
     // Callbacks of Dr.Jit. The payload is `loop`.
@@ -149,7 +151,7 @@ bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
         for (uint32_t index : state)
             indices.push_back(index);
     };
-    // Does not throw, because Dr.Jit also calls it while it unwinds. The unused parameter tells of a restarted loop.
+    // Does not throw, because Dr.Jit also calls it while it unwinds. The unused `bool` is set when a loop restarts.
     const auto write = [](void *payload, const drjit::vector<uint64_t> &indices, bool) {
         rust::Vec<uint32_t> state;
         for (size_t i = 0; i < indices.size(); ++i)

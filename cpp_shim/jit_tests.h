@@ -10,12 +10,12 @@ namespace sunbeam::jit {
 
 /// Initialises Dr.Jit and returns its LLVM backend as a `JitBackend`; 0 if the backend is not available.
 uint32_t llvm_backend() noexcept;
-/// New array of the LLVM backend that holds `words`. Returns its index, or 0 if that failed.
+/// Makes an array of the LLVM backend that holds `words`. Returns its index, or 0 for another backend or an error.
 uint32_t upload(uint32_t backend, rust::Slice<const uint32_t> words) noexcept;
-/// Evaluates a variable of 32-bit elements and copies its first `words.size()` elements to `words`. If the variable has
-/// one element, it is repeated. Returns false if that failed.
+/// Evaluates a variable of 32-bit elements and copies its first `words.size()` elements to `words`. A single element is
+/// repeated. Returns false after an error.
 bool download(uint32_t index, rust::Slice<uint32_t> words) noexcept;
-/// Switches between symbolic loops (true) and evaluated loops.
+/// Selects symbolic loops (true) or evaluated loops (false).
 void set_symbolic_loops(bool on) noexcept;
 /// Number of references to a variable; 0 if there is no variable with this index.
 uint32_t references(uint32_t index) noexcept;

@@ -1,5 +1,5 @@
-// Continuation of eta and k beyond the ends of their spectra by the end values, with a warning. Mitsuba would return
-// zero there, and an index of zero would reflect everything.
+// Constant extrapolation of the spectra of eta and k beyond their ends, with a warning. Mitsuba would return zero
+// there, and an index of zero would reflect everything.
 #pragma once
 
 #include <algorithm>
@@ -26,6 +26,7 @@ template <typename Texture> class SpectralRange final : public mitsuba::Traversa
 public:
     explicit SpectralRange(Texture &texture) { add(texture); }
 
+    /// The common range, in nm.
     WavelengthRange range;
 
 private:
@@ -44,19 +45,20 @@ private:
     }
 };
 
-/// Evaluates the texture of eta or k, in spectral variants at wavelengths clipped to the texture's range.
-///
-/// RGB and mono variants evaluate without wavelengths, so `initialise` replaces the texture instead.
+/// Evaluates the texture of eta or k with constant extrapolation. Spectral variants clip the wavelengths to the
+/// texture's range. RGB and mono variants evaluate without wavelengths, so `initialise` replaces the texture by an
+/// extended one.
 template <typename Float, typename Spectrum> class SpectralEnds {
 public:
     using Texture             = mitsuba::Texture<Float, Spectrum>;
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
     using SurfaceInteraction  = mitsuba::SurfaceInteraction<Float, Spectrum>;
 
-    /// Reads the range of a texture. RGB and mono variants replace the texture of a spectrum that ends early.
+    /// Reads the range of a texture. In RGB and mono variants, replaces the texture if its spectrum does not cover
+    /// Mitsuba's whole range.
     ///
-    /// If the texture was made of a spectrum, `nm` has its rising wavelengths and `values` its values; otherwise `nm`
-    /// is empty. `source` names the texture in warnings and errors. Throws if no wavelength has a value.
+    /// For a texture made of a spectrum, `nm` has the rising wavelengths and `values` the spectrum's values. Otherwise
+    /// both are empty. `source` names the texture in warnings and errors. Throws if no wavelength has a value.
     void initialise(mitsuba::ref<Texture> &texture, const std::string &source, const std::vector<double> &nm,
                     const std::vector<double> &values) {
         m_source = source;
@@ -85,7 +87,7 @@ public:
         }
     }
 
-    /// Whether wavelengths are clipped: not if the range is complete.
+    /// Whether `eval` clips wavelengths. A range that covers all of Mitsuba's wavelengths needs no clipping.
     bool are_clipped() const { return mitsuba::is_spectral_v<Spectrum> && !m_range.is_complete(); }
 
     /// Reports the ends to Dr.Jit as inputs of a frozen function.
@@ -101,7 +103,7 @@ public:
                 fn(payload, end->index_combined(), "", "");
     }
 
-    /// Value of the texture at a point and its wavelengths, without units.
+    /// Value of the texture at the point and wavelengths of `si`: eta or k, which have no unit.
     UnpolarizedSpectrum eval(const Texture &texture, const SurfaceInteraction &si, dr::mask_t<Float> active) const {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             if (are_clipped()) {

@@ -12,15 +12,18 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// Smallest and largest value of a texture, from its values at the centres of its pixels. `otherwise` for textures that
-/// need a place on a shape, such as attributes of meshes.
+/// Smallest and largest value of a texture.
+///
+/// A bitmap has its extremes at the centres of its pixels, since interpolation does not exceed the pixels' values. A
+/// uniform texture has one value. All others, such as attributes of meshes, have the range `fallback`.
 template <typename Float, typename Spectrum>
-std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> otherwise) {
-    const std::string_view kind = texture.class_name();
-    // The class behind the plugin has a longer name.
-    const bool is_bitmap = kind.substr(0, 13) == "BitmapTexture";
-    if (!is_bitmap && kind != "UniformSpectrum")
-        return otherwise;
+std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> fallback) {
+    const std::string_view class_name = texture.class_name();
+    // Mitsuba implements the plugin `bitmap` by classes whose names begin so.
+    constexpr std::string_view BITMAP = "BitmapTexture";
+    const bool is_bitmap              = class_name.substr(0, BITMAP.size()) == BITMAP;
+    if (!is_bitmap && class_name != "UniformSpectrum")
+        return fallback;
     // A uniform texture has one value.
     uint32_t width = 1, height = 1;
     if (is_bitmap) {
@@ -28,6 +31,7 @@ std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &text
         width           = uint32_t(size.x());
         height          = uint32_t(size.y());
     }
+    // Value at the centre of a pixel, or of an array of pixels, by its number in row order.
     auto value_at = [&](const auto &pixel) {
         auto si      = dr::zeros<mitsuba::SurfaceInteraction<Float, Spectrum>>();
         const auto y = pixel / width, x = pixel - y * width;
@@ -36,10 +40,12 @@ std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &text
     };
     const uint32_t count = width * height;
     if constexpr (dr::is_jit_v<Float>) {
+        // The sum gives `values` the full width even if the texture is a literal.
         const Float values = value_at(dr::arange<dr::uint32_array_t<Float>>(count)) + dr::zeros<Float>(count);
         return { (float) dr::slice(dr::min(values)), (float) dr::slice(dr::max(values)) };
     } else {
-        std::array<float, 2> range{ float(value_at(0u)), float(value_at(0u)) };
+        const float first = float(value_at(0u));
+        std::array<float, 2> range{ first, first };
         for (uint32_t pixel = 1; pixel < count; ++pixel) {
             const float value = float(value_at(pixel));
             range             = { std::min(range[0], value), std::max(range[1], value) };

@@ -21,7 +21,8 @@ namespace sunbeam {
 
 using namespace mitsuba;
 
-/// The textures, which `read` sets. Only Mitsuba changes their values.
+/// The textures of an instance. `read` sets them. Afterwards their values change only through Mitsuba, by the
+/// parameters of `traverse`.
 template <typename Float, typename Spectrum> struct Textures {
     MI_IMPORT_TYPES(Texture)
 
@@ -31,19 +32,19 @@ template <typename Float, typename Spectrum> struct Textures {
     SpectralEnds<Float, Spectrum> eta_ends, k_ends;
     /// Factor on the reflectance of the surface.
     ref<Texture> specular_reflectance;
-    /// Factor on the transmittance of a body that transmits; null for others.
+    /// Factor on the transmittance of a body that transmits; null for surfaces that only reflect.
     ref<Texture> specular_transmittance;
     /// Reflectance of the pigment; null without one.
     ref<Texture> diffuse_reflectance;
     /// Rotation of the relief about the normal in degrees, counter-clockwise from the tangent.
     ref<Texture> rotation;
-    /// Sizes of pattern and heights relative to the relief; null for numbers.
+    /// Sizes of pattern and heights relative to the relief; null for a parameter that is a number.
     ref<Texture> scale, depth;
 
     /// Reads the textures from the plugin's properties and returns the ranges of the relative sizes.
     ///
-    /// `transmits` tells whether the surface is a body that transmits. `material` comes from `material_name`. `index`
-    /// has the spectra of eta and k; it is empty if either is a colour or a texture.
+    /// `transmits` tells whether the surface is a body that transmits. `material` comes from `material_name`, "none"
+    /// without one. `index` has the spectra of eta and k; it is empty if either is a colour or a texture.
     TextureSizes read(const Properties &props, bool transmits, const std::string &material,
                       const IndexSpectrum &index) {
         if (material != "none") {
@@ -54,6 +55,7 @@ template <typename Float, typename Spectrum> struct Textures {
             eta                   = props.get_unbounded_texture<Texture>("eta", 0.f);
             k                     = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
         }
+        // Names `eta` or `k` in messages.
         const auto source = [&](const std::string &part) {
             return material == "none" ? "parameter \"" + part + "\"" : part + " of material \"" + material + "\"";
         };
@@ -65,6 +67,7 @@ template <typename Float, typename Spectrum> struct Textures {
             specular_transmittance = props.get_texture<Texture>("specular_transmittance", 1.f);
         if (props.has_property("diffuse_reflectance"))
             diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
+        // No texture yet; both ranges are [1, 1].
         TextureSizes sizes{ false, { 1.f, 1.f }, { 1.f, 1.f } };
         auto read_size = [&](const char *name, ref<Texture> &texture, std::array<float, 2> &range) {
             if (!props.has_property(name) || is_number(props, name))
@@ -78,16 +81,18 @@ template <typename Float, typename Spectrum> struct Textures {
         return sizes;
     }
 
-    /// Size of pattern and heights at a point, relative to the relief; 1 for numbers.
+    /// Size of pattern and heights at a point, relative to the relief. 1 for a parameter that is a number: the relief
+    /// has that size already.
     typename DiffractionLobe<Float, Spectrum>::Size size(const SurfaceInteraction3f &si, const Mask &active) const {
         return { scale ? scale->eval_1(si, active) : Float(1.f), depth ? depth->eval_1(si, active) : Float(1.f) };
     }
 
-    /// Whether the diffracted light and the pigment's light vary with the place on the surface.
+    /// Whether the diffracted light varies with the place on the surface.
     bool diffraction_varies() const {
         return varies(eta) || varies(k) || varies(specular_reflectance) || varies(specular_transmittance) ||
                varies(rotation) || varies(scale) || varies(depth);
     }
+    /// Whether the pigment's light, which passes the interface, varies with the place on the surface.
     bool pigment_varies() const {
         return varies(diffuse_reflectance) || varies(eta) || varies(k) || varies(specular_reflectance);
     }
@@ -96,7 +101,7 @@ template <typename Float, typename Spectrum> struct Textures {
     void traverse(TraversalCallback *cb) const {
         auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
         if (specular_transmittance) {
-            // Tables of a body are those of its index, which does not change.
+            // `eta` and `k` are not exposed: the tables of a body are built for its index.
             put("specular_transmittance", specular_transmittance, ParamFlags::Differentiable);
         } else {
             put("eta", eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);
@@ -112,7 +117,7 @@ template <typename Float, typename Spectrum> struct Textures {
             put("depth", depth, ParamFlags::Differentiable | ParamFlags::Discontinuous);
     }
 
-    /// Calls `visit` with each member, all of which hold variables of Dr.Jit. Textures may be null.
+    /// Calls `visit` with each member, as all of them hold variables of Dr.Jit. Textures may be null.
     template <typename Visit> void each_traversable(const Visit &visit) const {
         visit(eta);
         visit(k);
@@ -144,7 +149,8 @@ template <typename Float, typename Spectrum> struct Textures {
     }
 
 private:
-    /// Range of sizes in textures whose values are known only on a shape.
+    /// Assumed range of sizes in textures whose values are known only on a shape (docs/model.md). A wider range would
+    /// make the table that limits the energy larger.
     static constexpr std::array<float, 2> UNKNOWN_SIZES = { .25f, 1.f };
 
     static bool varies(const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); }

@@ -18,8 +18,8 @@ WAVELENGTHS_NM = [410.0, 487.5, 561.0, 655.0]
 class HemisphereDomain:
     """The unit square mapped to the upper hemisphere, with equal areas to equal solid angles.
 
-    It has the interface of the domains of `mitsuba.chi2`. Unlike Mitsuba's `SphericalDomain`, it does not distort
-    orders near the normal, and its edge is the horizon.
+    The class has the interface of the domains of `mitsuba.chi2`. Unlike Mitsuba's `SphericalDomain`, it does not
+    distort orders near the normal, and its edge is the horizon.
     """
 
     def bounds(self):
@@ -37,7 +37,7 @@ class HemisphereDomain:
 
 class SphereDomain(HemisphereDomain):
     """A rectangle twice as wide as high, mapped to the sphere: the half x < 1 to the upper hemisphere, as in
-    `HemisphereDomain`, and the other half to the lower one, mirrored.
+    `HemisphereDomain`, and the half x ≥ 1 to the lower hemisphere, mirrored at the horizon.
     """
 
     def bounds(self):
@@ -60,10 +60,9 @@ class SphereDomain(HemisphereDomain):
 def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **options):
     """A `ChiSquareTest`, not yet run, of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)`.
 
-    The domain is that of the upper hemisphere by default.
-
-    `u` has three uniform random numbers per sample; `wo` is a unit vector whose z is along the normal. Densities are
-    in 1/sr. `options` are further arguments of `ChiSquareTest`, such as `sample_count` and `res`.
+    The default domain is `HemisphereDomain()`. `u` has three uniform random numbers per sample; `wo` is a unit vector
+    whose z is along the normal. Densities are in 1/sr. `options` are further arguments of `ChiSquareTest`, such as
+    `sample_count` and `res`.
     """
     from mitsuba.chi2 import ChiSquareTest
 
@@ -74,7 +73,7 @@ def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **op
         is_valid = pdf > 0
         return dr.select(is_valid, wo, mi.Vector3f(0, 0, 1)), dr.select(is_valid, mi.Float(1), 0)
 
-    # Density per unit area of the domain: a hemisphere of 2π sr has the area 1.
+    # Density per unit area of the domain. A hemisphere, 2π sr, has the area 1 in both domains above.
     return ChiSquareTest(
         domain=domain or HemisphereDomain(),
         sample_func=weighted_samples,

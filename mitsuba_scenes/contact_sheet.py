@@ -8,10 +8,14 @@ from PIL import Image, ImageDraw, ImageFont
 
 # Space around and between the pictures.
 MARGIN = 10
+# Height of the letters of captions.
+FONT_SIZE = 15
 # Height of the space for a caption of one line.
 CAPTION_HEIGHT = 26
 # Further height per additional line of a caption.
 LINE_HEIGHT = 16
+# Offset of a caption, right and down, from the bottom left corner of its picture.
+CAPTION_OFFSET = (2, 4)
 # Background, sRGB bytes.
 PAPER = (22, 22, 24)
 # Colour of the captions, sRGB bytes.
@@ -23,8 +27,8 @@ def contact_sheet(
 ) -> None:
     """Writes rows of (picture file, caption) to `output`, from the top left; rows may differ in length.
 
-    Every picture is scaled to `width` and to the proportions of the first one. Captions may have several lines. The
-    default font, Pillow's own, has neither Greek letters nor µ.
+    Every picture is scaled to `width` and to the proportions of the first one. Captions may have several lines; all
+    rows leave space for the longest caption. The default font, Pillow's own, has neither Greek letters nor µ.
     """
     with Image.open(rows[0][0][0]) as first:
         height = round(width * first.height / first.width)
@@ -34,11 +38,11 @@ def contact_sheet(
     size = (MARGIN + columns * (width + MARGIN), MARGIN + len(rows) * (height + caption_height + MARGIN))
     sheet = Image.new("RGB", size, PAPER)
     draw = ImageDraw.Draw(sheet)
-    font = font or ImageFont.load_default(size=15)
+    font = font or ImageFont.load_default(size=FONT_SIZE)
     for i, row in enumerate(rows):
         for j, (path, caption) in enumerate(row):
             x, y = MARGIN + j * (width + MARGIN), MARGIN + i * (height + caption_height + MARGIN)
             with Image.open(path) as picture:
                 sheet.paste(picture.convert("RGB").resize((width, height), Image.Resampling.LANCZOS), (x, y))
-            draw.text((x + 2, y + height + 4), caption, fill=INK, font=font)
+            draw.text((x + CAPTION_OFFSET[0], y + height + CAPTION_OFFSET[1]), caption, fill=INK, font=font)
     sheet.save(output)

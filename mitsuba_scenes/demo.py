@@ -41,17 +41,15 @@ from .snake import snake_files
 SKINS = {"blazed": "Blazed", "elaphe": "Elaphe, procedural", "xenopeltis": "Xenopeltis, procedural"}
 # Azimuths of the sun in the second row; see `Light`.
 SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
-
-
 # Pictures of the third row by the name of their files: caption, function that makes the scene, and its camera.
-FOILS = {
+FOILS_AND_FILMS = {
     "card": ("Holographic card, aluminium", card_scene, CARD_VIEW),
     "compact-disc": ("Compact disc under polycarbonate", disc_scene, DISC_VIEW),
     "window": ("Window film in the sun, its spectra on the floor", window_scene, WINDOW_VIEW),
     "spectacles": ("Street lamps through diffraction spectacles", spectacles_scene, SPECTACLES_VIEW),
 }
 # Exposure of the third row in stops.
-FOILS_EXPOSURE_STOPS = 0.0
+FOILS_AND_FILMS_EXPOSURE_STOPS = 0.0
 
 
 class Shot(NamedTuple):
@@ -64,7 +62,10 @@ class Shot(NamedTuple):
 
 
 def shots() -> list[list[Shot]]:
-    """The sheet's rows of pictures: every skin in one light, and one skin in several. A missing scan is reported."""
+    """The sheet's first two rows: every skin in one light, and one skin in several lights.
+
+    A missing scan is reported on stdout and left out.
+    """
     skins = [Shot(name, caption, preset_skin(name), Light()) for name, caption in SKINS.items()]
     if SCAN.exists():
         skins.insert(0, Shot("scan-xenopeltis", "Xenopeltis, AFM scan", scanned_skin(SCAN), Light()))
@@ -94,8 +95,8 @@ def tables(description: str) -> dict:
     return {"size_mb": float(size[1]), "relative_error": float(error[1])}
 
 
-def told(seconds: dict) -> str:
-    """The times of a picture's stages, for the terminal."""
+def stage_times(seconds: dict) -> str:
+    """The seconds of a picture's stages (`picture.render`) as text for the terminal."""
     return ", ".join(f"{stage} {value:.2f} s" for stage, value in seconds.items())
 
 
@@ -140,7 +141,7 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     variant = use_variant(variant)
     files = snake_files()
     rows = shots()
-    count, done = sum(len(row) for row in rows) + len(FOILS), 0
+    count, done = sum(len(row) for row in rows) + len(FOILS_AND_FILMS), 0
     report = {"variant": variant, "resolution": [view.width, view.height], "spp": spp, "versions": versions()}
     report["pictures"] = {}
     sheet, bsdf_of_skin = [], {}
@@ -157,7 +158,7 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
             bsdf_of_skin[key] = result.bsdf
             picture.check(result.pixels, name)
             png = picture.write(result.pixels, output / f"{name}.exr", EXPOSURE_STOPS)
-            print(told(result.seconds), flush=True)
+            print(stage_times(result.seconds), flush=True)
             sheet[-1].append((png, caption))
             report["pictures"][name] = {
                 "files": [f"{name}.exr", f"{name}.png"],
@@ -173,14 +174,14 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     bsdf_of_skin.clear()
     gc.collect()
     sheet.append([])
-    for name, (caption, make_scene, camera) in FOILS.items():
+    for name, (caption, make_scene, camera) in FOILS_AND_FILMS.items():
         done += 1
         print(f"[{done}/{count}] {caption} ...", end=" ", flush=True)
         scene = make_scene(replace(camera, width=view.width, height=view.height))
         pixels, seconds = picture.render_scene(scene, spp, passes=2)
         picture.check(pixels, name)
-        sheet[-1].append((picture.write(pixels, output / f"{name}.exr", FOILS_EXPOSURE_STOPS), caption))
-        print(told(seconds), flush=True)
+        sheet[-1].append((picture.write(pixels, output / f"{name}.exr", FOILS_AND_FILMS_EXPOSURE_STOPS), caption))
+        print(stage_times(seconds), flush=True)
         report["pictures"][name] = {
             "files": [f"{name}.exr", f"{name}.png"],
             "seconds": seconds,

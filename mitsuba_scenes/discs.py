@@ -30,12 +30,12 @@ HEIGHT_CM = 0.12
 LAYER_CM = 0.002
 # Camera, as far away as a person at a table.
 DISC_VIEW = View(origin_cm=(0, -40, 43), target_cm=(0, -0.2, 0), fov_deg=13.8)
-# Width of the coherence window, relative to the pitch of the tracks. Wider windows show streaks of the preset's tile,
-# which repeats a few hundred pits; on a disc the pits in view of a pixel are thousands, all different.
+# Width of the coherence window, relative to the pitch of the tracks. Wider windows show streaks of the preset's tile:
+# it repeats a few hundred pits, while a pixel sees thousands of pits of a disc, all different.
 WINDOW_TRACKS = 10
-# Relative error of the tables: colours are smooth, and a larger error halves the time to build.
+# Relative error of the tables, above the default: the colours are smooth, and the build takes half the time.
 TOLERANCE = 1e-2
-# Radiance of a white plane at the disc that faces a lamp. All radiances have this unit (light.py).
+# Radiance of a white plane at the disc that faces a lamp. The unit of all radiances here is that of light.py.
 LAMP_BRIGHTNESS = 0.25
 # Radiance of the dim room, in all directions.
 ROOM_RADIANCE = 0.03
@@ -79,12 +79,13 @@ DVD = Format(pitch_um=0.74, depth_um=0.105, lamps=[(-11, 75), (160, 65)], window
 
 
 def disc(kind: Format) -> dict:
-    """The disc as entries of a scene dictionary: horizontal disks, each slightly above the one before.
+    """The disc as entries of a scene dictionary: horizontal disks of decreasing radius, each slightly above the last.
 
-    From below: a mirror without tracks, the tracks, the mirror inside them, the clear hub, and ground in the hole.
+    From below: a mirror without tracks up to the rim, the tracks, a mirror inside the tracks, the hub without metal,
+    and ground in the hole.
     """
     mirror = {"type": "conductor", "material": "Al"}
-    # An opaque grey, since through a transparent hub the path tracer would find the lamps by chance alone.
+    # An opaque grey in place of clear polycarbonate, through which the path tracer would hit the lamps by chance alone.
     hub = {"type": "plastic", "int_ior": POLYCARBONATE, "diffuse_reflectance": {"type": "rgb", "value": HUB_GREY}}
     parts = {
         "rim": (RADIUS_CM, mirror),

@@ -24,7 +24,7 @@ from .tool import sunbeam
 # Folder of the scenes that are written by hand in XML.
 XML = Path(__file__).resolve().parent / "xml"
 # Rectangle of the procedural skin written as scan.gsf, since the repository holds no scan: x, y, width and height in
-# µm. It has the size of the published scans.
+# µm. The rectangle has the size of the published scans.
 PIECE_UM = "10,10,6.5,6.5"
 
 
@@ -46,9 +46,9 @@ def python_scenes(files: SnakeFiles) -> dict[str, dict]:
 
 
 def with_files(scene: dict, folder: Path, stem: str) -> dict:
-    """The scene with its bitmaps and height fields in `folder`, and named by their files there.
+    """Writes the scene's bitmaps and height fields into `folder`. Returns the scene with the names of their files.
 
-    A bitmap is written as `stem`-PARAMETER.exr. A height field keeps its name.
+    A bitmap is written as `stem`-PARAMETER.exr. A height field, a `filename` with an absolute path, keeps its name.
     """
     written = {}
     for key, value in scene.items():

@@ -1,6 +1,7 @@
 """Transparent films: a spectrometer, diffraction spectacles, a window film, and a wing. Lengths are in cm, z is up.
 
-The relief of a film is on the side of its rectangle's normal, and its grooves run along the rectangle's height.
+The relief of a film is on the side of its rectangle's normal, and its grooves run along the rectangle's height. Sizes,
+places and brightnesses without a comment are chosen by eye.
 """
 
 from __future__ import annotations
@@ -23,30 +24,41 @@ MAX_DEPTH = 5
 PERIOD_UM = 2.0
 # Wavelengths in nm and relative powers of the visible lines of a mercury lamp.
 MERCURY = {404.7: 0.5, 435.8: 1.0, 546.1: 1.0, 577.0: 0.35, 579.1: 0.35}
-# Distance of the screen from the spectrometer's film, and distance of the slit.
-SCREEN_CM, SLIT_DISTANCE_CM = 30.0, 10.0
+# Distance of the screen from the spectrometer's film.
+SCREEN_CM = 30.0
+# Distance of the slit from the film, on the side of the lamp.
+SLIT_DISTANCE_CM = 10.0
 # Width and height of the slit.
 SLIT_CM = (0.16, 3.0)
 # Height of the optical axis above the table.
 AXIS_CM = 7.0
+# Spectral radiance at the centre of a line of power 1. Larger values brighten the orders against the lit room.
+LINE_RADIANCE = 8e3
 # Camera behind the lamp.
 SPECTROMETER_VIEW = View(origin_cm=(-14, -31, 27), target_cm=(-1.5, 14, 3.5), fov_deg=50.0)
-# Width and height of the window, and height of its sill above the floor.
-WINDOW_CM, SILL_CM = (14.0, 80.0), 55.0
-# Direction to the sun: almost opposite the window, at an elevation of 41°.
+# Width and height of the window.
+WINDOW_CM = (14.0, 80.0)
+# Height of the window's sill above the floor.
+SILL_CM = 55.0
+# Direction to the sun, of about unit length: almost opposite the window, at an elevation of 41°.
 TO_SUN = (0.12, 0.75, 0.65)
 # Camera with its back to the room.
 WINDOW_VIEW = View(origin_cm=(45, -390, 190), target_cm=(-5, -130, 0), fov_deg=48.0)
 # Camera of the spectacles, at the height of a person's eyes.
 SPECTACLES_VIEW = View(origin_cm=(0, 0, 165), target_cm=(0, 1000, 255), fov_deg=62.0)
-# Length and width of the wing, and height of its middle.
-WING_CM, WING_HEIGHT_CM = (6.4, 2.6), 60.0
+# Length and width of the wing.
+WING_CM = (6.4, 2.6)
+# Height of the wing's middle.
+WING_HEIGHT_CM = 60.0
 # Camera of the wing.
 WING_VIEW = View(origin_cm=(0, -16, WING_HEIGHT_CM), target_cm=(0, 0, WING_HEIGHT_CM), fov_deg=23.0)
 
 
 def film(relief: dict, coherence_um: float, **parameters) -> dict:
-    """The plugin for a clear film whose index is about that of acetate."""
+    """The plugin for a clear film whose index is about that of acetate.
+
+    `relief` has the parameters of the heights, and `parameters` has further ones.
+    """
     body = {"eta": 1.5, "transmission": "film", "coherence_length": coherence_um}
     return {"type": "diffraction", **relief, **body, **parameters}
 
@@ -54,20 +66,23 @@ def film(relief: dict, coherence_um: float, **parameters) -> dict:
 def relief_file(name: str, heights_um: np.ndarray) -> dict:
     """Parameters of a periodic relief, written as `name`.npy among the snake's files; `heights_um` is its tile."""
     FOLDER.mkdir(parents=True, exist_ok=True)
+    path, temporary = FOLDER / f"{name}.npy", FOLDER / f"{name}-{os.getpid()}.npy"
+    np.save(temporary, heights_um.astype(np.float32))
     # Other processes may read the file, so it is replaced as a whole.
-    path, written = (FOLDER / f"{stem}.npy" for stem in (name, f"{name}-{os.getpid()}"))
-    np.save(written, heights_um.astype(np.float32))
-    written.replace(path)
+    temporary.replace(path)
     return {"filename": str(path), "pixel_size": PIXEL_UM, "tiling": "periodic", "level": "none"}
 
 
 def matte(*rgb: float) -> dict:
-    """A diffuse material by its reflectance: grey, or linear sRGB."""
+    """A diffuse material by its reflectance: one number for grey, or three in linear sRGB."""
     return {"type": "diffuse", "reflectance": {"type": "rgb", "value": rgb[0] if len(rgb) == 1 else list(rgb)}}
 
 
 def pane(centre_cm, towards_cm, size_cm: tuple[float, float], bsdf: dict, up=(0, 0, 1), **more) -> dict:
-    """A rectangle of a width and a height, which is along `up`, with its normal towards a point."""
+    """A rectangle whose normal points towards the point `towards_cm`.
+
+    `size_cm` is its width and its height, which is along `up`. `more` has further entries, such as an emitter.
+    """
     place = mi.ScalarTransform4f().look_at(list(centre_cm), list(towards_cm), list(up))
     return {"type": "rectangle", "to_world": place.scale([0.5 * size_cm[0], 0.5 * size_cm[1], 1]), "bsdf": bsdf, **more}
 
@@ -76,13 +91,17 @@ def box(centre_cm, size_cm, bsdf: dict) -> dict:
     """A box with edges along the axes."""
     x, y, z = centre_cm
     width, depth, height = (0.5 * edge for edge in size_cm)
-    # The rotation makes Mitsuba write a matrix into files. A mere scale it writes with errors of a thousandth.
+    # The rotation makes Mitsuba write a matrix into XML files. It would write a mere scale with relative errors of
+    # 1e-3.
     place = mi.ScalarTransform4f().look_at([x, y, z], [x, y + 1, z], [0, 0, 1]).scale([width, height, depth])
     return {"type": "cube", "to_world": place, "bsdf": bsdf}
 
 
 def frame(name: str, centre_cm, hole_cm: tuple[float, float], border_cm: float, depth_cm: float, bsdf: dict) -> dict:
-    """Four boxes in the plane of x and z around a hole of a width and height, as entries of a scene dictionary."""
+    """Four boxes around a hole in the plane of x and z, as entries of a scene dictionary that begin with `name`.
+
+    `hole_cm` is the hole's width and height, `border_cm` the width of the boxes, and `depth_cm` their extent along y.
+    """
     x, y, z = centre_cm
     width, height = hole_cm
     across, up = 0.5 * (width + border_cm), 0.5 * (height + border_cm)
@@ -96,7 +115,8 @@ def frame(name: str, centre_cm, hole_cm: tuple[float, float], border_cm: float, 
 
 
 def light_traced(scene: dict) -> dict:
-    """The scene with paths that begin at its lamps, for light that a film throws on a surface."""
+    """The scene, changed so that paths begin at its lamps, for light that a film throws on a surface."""
+    # Russian roulette would start beyond the longest path, so it is off.
     scene["integrator"] = {"type": "ptracer", "max_depth": MAX_DEPTH, "rr_depth": 100}
     scene["sensor"]["sampler"]["type"] = "independent"
     scene["sensor"]["film"]["rfilter"] = {"type": "box"}
@@ -108,10 +128,12 @@ def spectrometer_scene(
 ) -> dict:
     """A lamp with collimator and slit, a film in the mount of a slide, and a screen; light goes along y.
 
-    `powers` are of the lamp's lines, by wavelength in nm. Order m of a line is at x = SCREEN_CM tan(asin(mλ/d)).
+    `powers` has the relative power of each of the lamp's lines by its wavelength in nm. Order m of a line of wavelength
+    λ is at x = SCREEN_CM tan(asin(mλ/d)), where d is `period_um`.
     """
+    # `slit` is the slit's centre; the lamp is 1 cm behind it.
     grey, slit = matte(0.25), (0, -SLIT_DISTANCE_CM, AXIS_CM)
-    beam = {"type": "directionalarea", "radiance": lines({nm: 8e3 * power for nm, power in powers.items()})}
+    beam = {"type": "directionalarea", "radiance": lines({nm: LINE_RADIANCE * power for nm, power in powers.items()})}
     relief = {"preset": "sinusoidal", "period": period_um, "height": 0.4}
     objects = {
         "lamp": pane((0, slit[1] - 1, AXIS_CM), slit, (1.5 * SLIT_CM[0], SLIT_CM[1]), matte(0.0), emitter=beam),
@@ -123,6 +145,7 @@ def spectrometer_scene(
         "screen": pane((0, SCREEN_CM, AXIS_CM), slit, (50, 14), matte(0.8)),
         "table": box((0, 8, 0), (70, 70, 0.2), matte(0.16, 0.12, 0.09)),
     }
+    # A lamp of the room, so that the apparatus is seen.
     room = {
         "type": "spot",
         "to_world": mi.ScalarTransform4f().look_at([-25, -45, 60], [0, 12, 4], [0, 0, 1]),
@@ -135,23 +158,24 @@ def spectrometer_scene(
 
 def window_scene(view: View = WINDOW_VIEW, spp: int = 144) -> dict:
     """The floor before a narrow window with a film in the sun: the window's image, and a spectrum on either side."""
+    # The window's centre, a point before it outside, and a point of the floor.
     middle = np.array([0, 0, SILL_CM + 0.5 * WINDOW_CM[1]])
-    outside, room = (0, 100, middle[2]), (0, -120, 0)
+    outside, on_floor = (0, 100, middle[2]), (0, -120, 0)
     relief = {"preset": "sinusoidal", "period": 1.0, "height": 0.4}
-    # Planks of slightly different browns, with dark gaps.
+    # 50 planks of slightly different browns. Each has 16 texels across, and the first of them is a dark gap.
     shade = np.repeat(np.random.default_rng(3).uniform(0.75, 1.25, 50), 16) * np.tile([0.4] + 15 * [1.0], 50)
     planks = {"type": "diffuse", "reflectance": colour_texture(shade[None, :, None] * np.array([0.36, 0.22, 0.12]))}
     sun = {"type": "directionalarea", "radiance": {"type": "d65", "scale": 50.0}}
     ceiling = {"type": "area", "radiance": {"type": "d65", "scale": 0.4}}
     objects = {
         "floor": pane((0, -200, 0.1), (0, -200, 1), (600, 400), planks, up=(0, 1, 0)),
-        # Its orders are 1° wide, about as wide as the sun and the waviness of films.
+        # The coherence length makes orders 1° wide, like the blur by the sun's disc and the waviness of films.
         "film": pane(middle, outside, WINDOW_CM, film(relief, coherence_um=40.0)),
         **frame("wall", (0, 2, middle[2]), WINDOW_CM, 300, 4, matte(0.6)),
     }
     emitters = {
         "sun": pane(middle + 200 * np.array(TO_SUN), middle, WINDOW_CM, matte(0.0), emitter=sun),
-        "ceiling": pane((0, -200, 280), room, (300, 200), matte(0.0), emitter=ceiling),
+        "ceiling": pane((0, -200, 280), on_floor, (300, 200), matte(0.0), emitter=ceiling),
     }
     return light_traced(stage(objects, emitters, view, spp))
 
@@ -159,7 +183,7 @@ def window_scene(view: View = WINDOW_VIEW, spp: int = 144) -> dict:
 def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
     """A street at night through a film with crossed gratings, close to the eye."""
     eye = view.origin_cm
-    # One period, 2 µm, of grooves along x and along y, each 0.3 µm high.
+    # One period, 2 µm, of two crossed gratings, each 0.3 µm high.
     wave = 0.15 * np.cos(2 * np.pi * np.arange(0, 2, PIXEL_UM) / 2)
     gratings = film(relief_file("crossed", wave[:, None] + wave), coherence_um=60.0)
     objects = {
@@ -168,6 +192,7 @@ def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
         **{f"houses_{side}": box((side * 900, 2200, 400), (600, 3600, 800), matte(0.15)) for side in (-1, 1)},
     }
     light = {"type": "area", "radiance": {"type": "d65", "scale": 80.0}}
+    # Positions of the street lamps, on both sides of the street.
     for number, (x, y) in enumerate([(-330, 800), (330, 1300), (-330, 1900), (330, 2600), (-330, 3400)]):
         objects[f"post_{number}"] = box((x, y, 240), (14, 14, 480), soil())
         objects[f"lamp_{number}"] = {"type": "sphere", "center": [x, y, 500], "radius": 17, "emitter": light}
@@ -175,10 +200,16 @@ def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
 
 
 def ridges() -> np.ndarray:
-    """Heights in µm of a membrane's ridges: noise with periods about 1.3 µm, mostly along x, in a tile of 16 µm."""
+    """Heights in µm of a membrane's ridges: noise with periods about 1.3 µm, mostly along x, in a tile of 16 µm.
+
+    White noise is filtered by Gaussians of its frequency and direction, and scaled to a standard deviation of 0.055 µm.
+    """
+    # Pixels along each side of the tile.
     count = 128
+    # Frequencies in cycles per µm; the filter is centred on 1/1.3 µm and on the direction x.
     fx, fy = np.meshgrid(*2 * [np.fft.fftfreq(count, PIXEL_UM)])
-    band = np.exp(-(((np.hypot(fx, fy) - 0.77) / 0.04) ** 2) - (np.arctan2(fy, np.abs(fx)) / 0.35) ** 2)
+    frequency, angle = np.hypot(fx, fy), np.arctan2(fy, np.abs(fx))
+    band = np.exp(-(((frequency - 0.77) / 0.04) ** 2) - (angle / 0.35) ** 2)
     heights = np.fft.ifft2(np.fft.fft2(np.random.default_rng(7).standard_normal((count, count))) * band).real
     return 0.055 * heights / heights.std()
 
@@ -186,18 +217,21 @@ def ridges() -> np.ndarray:
 def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     """An insect's wing before a wall, with lamps behind it; angle and pitch of the ridges differ from cell to cell."""
     width, height = WING_CM
+    # Centres of the texels, 100 per cm, scaled to the unit square. x runs along the wing, y across it.
     y, x = np.mgrid[: round(100 * height), : round(100 * width)] + 0.5
     x, y = x / x.shape[1], y / x.shape[0]
-    # Outline, veins and cells are drawn by eye over the unit square.
+    # Outline: y of the upper and of the lower edge.
     upper, lower = 0.62 + 0.33 * np.sqrt(x - x**9), 0.62 - 0.6 * x**0.7 * np.sqrt(1 - x**4)
     rng = np.random.default_rng(5)
-    # One seed of a cell in each square of a grid.
-    cells = np.stack(np.meshgrid(np.arange(24), np.arange(9)), -1).reshape(-1, 2)
-    seeds = (cells + rng.uniform(0.1, 0.9, cells.shape)) / [24, 9]
+    # Cells are the Voronoi cells of one seed in each square of a grid of 24 × 9.
+    squares = np.stack(np.meshgrid(np.arange(24), np.arange(9)), -1).reshape(-1, 2)
+    seeds = (squares + rng.uniform(0.1, 0.9, squares.shape)) / [24, 9]
+    # Distances in cm of each texel from all seeds, with lengths along the wing scaled by 0.7, which makes cells longer.
     distance = np.hypot((x[..., None] - seeds[:, 0]) * 0.7 * width, (y[..., None] - seeds[:, 1]) * height)
-    first, second = np.moveaxis(np.partition(distance, 1, axis=-1)[..., :2], -1, 0)
+    nearest, second = np.moveaxis(np.partition(distance, 1, axis=-1)[..., :2], -1, 0)
     cell = distance.argmin(axis=-1)
-    veins = (second - first < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
+    # Veins run along the borders of cells and along the outline.
+    veins = (second - nearest < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
     membrane = film(
         relief_file("ridges", ridges()),
         coherence_um=8.0,
@@ -214,6 +248,7 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
         "wall": pane((0, 60, WING_HEIGHT_CM), eye, (200, 200), matte(0.06, 0.1, 0.11)),
     }
     light = {"type": "area", "radiance": {"type": "d65", "scale": 700.0}}
+    # Positions of the lamps in a plane 40 cm behind the wing, relative to its middle.
     for number, (x_cm, z_cm) in enumerate([(-19, 9), (21, 0), (17, 17), (-24, -3)]):
         place = {"center": [x_cm, 40, WING_HEIGHT_CM + z_cm], "radius": 0.4}
         objects[f"lamp_{number}"] = {"type": "sphere", **place, "emitter": light}

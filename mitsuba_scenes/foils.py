@@ -1,6 +1,7 @@
 """A holographic card and a banknote with a kinegram: gratings whose pitch and angle are textures made by code.
 
-Lengths are in cm, z is up, and the cards lie on the ground with their length along x.
+Lengths are in cm, z is up, and the cards lie on the ground with their length along x. Positions, sizes, pitches and
+angles in the patterns are chosen by eye unless a comment gives a reason.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from PIL import Image, ImageDraw, ImageFont
 from .light import lamps
 from .scene import View, colour_texture, raw_texture, soil, stage
 
-# Relief of both foils: an embossed grating whose pitch, 1.6 µm, is the largest of the patterns. Its height gives the
-# first orders most of the light under lacquer.
+# Relief of both foils: an embossed grating of the largest pitch in the patterns, 1.6 µm. Its height in µm puts most of
+# the light into the first orders, under lacquer.
 EMBOSSED = {"preset": "sinusoidal", "period": 1.6, "height": 0.16, "material": "Al"}
-# Least and largest relative pitch: 0.64 µm and 1.6 µm. First orders of finer gratings leave few directions in air.
+# Smallest and largest pitch relative to EMBOSSED: 0.64 µm and 1.6 µm. First orders of finer gratings leave the lacquer
+# only for few directions of the light.
 PITCHES = (0.4, 1.0)
 # Coherence length of the card in µm. The pattern is written in dots of about this size, whose orders are 3° wide.
 # Smaller dots light wider parts of the pattern in paler colours.
@@ -42,7 +44,7 @@ KINEGRAM_CENTRE_CM = (2.9, 0.0)
 KINEGRAM_RADIUS_CM = 1.9
 # Number of nested stars.
 STARS = 10
-# Distance from star to star along their mean radius.
+# Difference between the mean radii of neighbouring stars.
 STAR_CM = 0.125
 # Angle in degrees between the gratings of neighbouring stars. Ten steps cover a half turn, after which a grating is the
 # same again.
@@ -61,11 +63,14 @@ NOTE_VIEW = View(origin_cm=(1.9, -8, 18), target_cm=(1.9, 0, 0), fov_deg=20.0)
 CARD_LAMPS = [(50, 40), (-50, 55), (15, 35), (125, 80), (-110, 60), (165, 42)]
 # Azimuth and elevation in degrees of the lamps over the banknote.
 NOTE_LAMPS = [(35, 40), (-65, 50)]
-
-# Radiance of a white plane that faces one of the card's lamps, and of the sky: a dark room makes colours crisp.
-CARD_BRIGHTNESS, CARD_SKY = 0.12, 0.05
-# Radiances for the banknote, whose paper is lit as brightly as its colours.
-NOTE_BRIGHTNESS, NOTE_SKY = 0.35, 0.3
+# Radiance of a white plane that faces one of the card's lamps. The unit of radiances is that of light.py.
+CARD_BRIGHTNESS = 0.12
+# Radiance of the sky over the card: a dark room makes colours crisp.
+CARD_SKY = 0.05
+# Radiance of a white plane that faces one of the banknote's lamps.
+NOTE_BRIGHTNESS = 0.35
+# Radiance of the sky over the banknote, which lights the paper about as brightly as its colours.
+NOTE_SKY = 0.3
 
 
 class Pattern:
@@ -94,7 +99,7 @@ class Pattern:
         self.covered = np.where(where, covered, self.covered)
 
     def polar(self, centre_cm: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Distance in cm and angle in radians of each texel, seen from a point."""
+        """Distance in cm and azimuth in radians of each texel about the point `centre_cm`."""
         x, y = self.x - centre_cm[0], self.y - centre_cm[1]
         return np.hypot(x, y), np.arctan2(y, x)
 
@@ -104,11 +109,12 @@ class Pattern:
         Grooves are concentric in every second ring and turned by 30° in the others. Their pitch grows outwards.
         """
         radius, azimuth = self.polar(centre_cm)
-        # 0 in the centre, 1 on the outline.
+        # Radius relative to the outline, which has `petals` waves.
         relative = radius / radius_cm / (1 + 0.1 * np.cos(petals * azimuth))
         for sign in (-1, 1):
             wave = 8 * relative + 0.4 * relative * np.sin(petals * azimuth + sign * 3 * relative)
             ring = np.floor(wave)
+            # A gap separates each ring from the next.
             line = (wave < 8) & (wave - ring < 0.7)
             self.paint(line, 0.5 + 0.5 * relative, np.degrees(azimuth) + 30 * sign * (ring % 2))
 
@@ -120,6 +126,7 @@ class Pattern:
         for number in range(lines):
             phase = 2 * np.pi * (waves_per_cm * self.x + number / lines)
             wave = amplitude_cm * np.sin(phase) * np.cos(0.35 * self.x)
+            # Slope of the line, and approximate distance of each texel from it.
             slope = amplitude_cm * 2 * np.pi * waves_per_cm * np.cos(phase)
             distance = np.abs(self.y - centre_y_cm - wave) / np.hypot(1, slope)
             self.paint(distance < 0.5 * LINE_CM, 0.55 + 0.45 * number / lines, np.degrees(np.arctan(slope)) + 90)
@@ -155,7 +162,7 @@ def foil(pattern: Pattern, coherence_um: float) -> dict:
 
 
 def card_pattern() -> Pattern:
-    """The card's rosettes, two guilloches and a lettering; positions and sizes are chosen by eye."""
+    """The card's rosettes, two guilloches and a lettering."""
     pattern = Pattern(CARD_CM)
     # A fan of faint gratings over the whole card.
     pattern.paint(np.ones_like(pattern.x, bool), 0.75 - 0.09 * pattern.y, 90 + 25 * pattern.x - 8 * pattern.y, 0.03)
@@ -175,10 +182,13 @@ def sheet(size_cm: tuple[float, float], thickness_cm: float, bsdf: dict) -> dict
 
 
 def rounded(pattern: Pattern, radius_cm: float, bsdf: dict) -> dict:
-    """The material on the pattern's rectangle with round corners, and that of the ground beyond them."""
-    inner = [0.5 * np.ptp(across) - radius_cm for across in (pattern.x, pattern.y)]
-    beyond = np.hypot(*(np.maximum(np.abs(a) - b, 0) for a, b in zip((pattern.x, pattern.y), inner)))
-    return {"type": "blendbsdf", "weight": raw_texture(beyond < radius_cm), "beyond": soil(), "inside": bsdf}
+    """The material `bsdf` on the pattern's rectangle with rounded corners, and soil beyond the corners."""
+    # Distance of each texel from the rectangle that is `radius_cm` smaller on each side.
+    outside_x, outside_y = (
+        np.maximum(np.abs(position) - (0.5 * np.ptp(position) - radius_cm), 0) for position in (pattern.x, pattern.y)
+    )
+    is_card = np.hypot(outside_x, outside_y) < radius_cm
+    return {"type": "blendbsdf", "weight": raw_texture(is_card), "beyond": soil(), "inside": bsdf}
 
 
 def card_scene(view: View = CARD_VIEW, spp: int = 64, directions: list[tuple[float, float]] = CARD_LAMPS) -> dict:
@@ -197,10 +207,11 @@ def kinegram_pattern() -> Pattern:
     radius, azimuth = pattern.polar(KINEGRAM_CENTRE_CM)
     # A faint concentric grating over the whole patch.
     pattern.paint(radius < KINEGRAM_RADIUS_CM, 0.9, np.degrees(azimuth), 0.3)
+    # Radius in units of STAR_CM, corrected for the outline of five points. The integer part is the star's number.
     star = radius / (1 + 0.16 * np.cos(5 * azimuth - 0.5 * np.pi)) / STAR_CM
     number = np.floor(star)
     pattern.paint((star < STARS) & (star - number < 0.8), 0.65 + 0.3 * star / STARS, STAR_STEP_DEG * number)
-    # Segments of the ring, with concentric and inclined grooves in turns.
+    # Segments of the ring. Their grooves are turned by 0°, 45°, 90° and 135° against concentric ones, in turn.
     segment = np.floor(azimuth / (2 * np.pi) * SEGMENTS)
     ring = np.floor((KINEGRAM_RADIUS_CM - radius) / RING_CM)
     pattern.paint((ring >= 0) & (ring < 3), 0.9 - 0.15 * ring, np.degrees(azimuth) + 45 * (segment % 4))
@@ -211,6 +222,7 @@ def kinegram_pattern() -> Pattern:
 def printed_paper(pattern: Pattern) -> np.ndarray:
     """Reflectance of a note's paper in linear sRGB, (rows, columns, 3): wavy lines in two inks, and a number."""
     x, y = pattern.x, pattern.y
+    # Both inks are printed where a wave over the paper exceeds a threshold, which sets the width of the lines.
     red = np.cos(2 * np.pi * (y + 0.25 * np.sin(1.3 * x) + 0.1 * np.sin(3.1 * x + 2 * y)) / 0.16) > 0.4
     blue = np.cos(2 * np.pi * (y - 0.4 * np.sin(0.9 * x + 1)) / 0.22) > 0.6
     number = Pattern(NOTE_CM)

@@ -23,7 +23,7 @@ import numpy as np
 
 # Largest number of paths in memory during a pass. More paths need fewer passes; these take a few GB.
 PATHS_PER_PASS = 1 << 22
-# y of the camera, which is on the y axis, hence in the plane of the sample at any tilt.
+# y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt.
 CAMERA_Y_MM = -60.0
 # Edge of the square sample: many times the beam's radius, so that the sample catches a grazing beam.
 SAMPLE_EDGE_MM = 4.0
@@ -117,6 +117,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
     width, height = bench.size
     from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
     to_light = [math.sin(from_axis), 0.0, math.cos(from_axis)]
+    # The bound on the cosine avoids a division by zero for beams parallel to the screen.
     beam_length = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
     emitter = [beam_length * component for component in to_light]
     camera = [0.0, CAMERA_Y_MM, 0.0]

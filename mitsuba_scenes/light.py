@@ -18,9 +18,9 @@ SUN_KINDS = ("directional", "disc")
 SUN_DIAMETER_DEG = 0.53
 # Distance of the sun's disc from the origin. Its direction varies by less than 0.06° over the 10 cm of the snake.
 DISC_DISTANCE_CM = 1e4
-# Distance in cm of lamps from the origin, as in a room.
+# Distance of lamps from the origin, as in a room.
 LAMP_DISTANCE_CM = 200.0
-# Radius of a lamp in cm: a bulb whose diameter appears as 0.57°, about that of the sun.
+# Radius of a lamp: its angular diameter from the origin is 0.57°, about that of the sun.
 LAMP_RADIUS_CM = 1.0
 
 

@@ -24,7 +24,8 @@ PRESETS = {
     "cd": {},
 }
 
-# Numbers of rows of scales along and around the snake, in half scales: the defaults of `sunbeam snake`.
+# Length of the snake, and width of its sheet of scales around the body, in half scales: the defaults of `sunbeam
+# snake`. A scale is two half scales long and wide, and overlaps its neighbours.
 ROWS = (27, 17)
 # Exponent of the outline of a scale, equal to that of the mesh (crates/realtime/src/snake/lattice.rs).
 OUTLINE = 1.4
@@ -80,9 +81,10 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
 def scale_values(values: np.ndarray) -> np.ndarray:
     """A picture over the snake's UVs, (rows, columns) with row 0 at v = 0, that has one number on each scale.
 
-    Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. i is from
-    −1 to 28 and j from −1 to 18, since scales beyond the sheet reach into it. Tips are those of a regular lattice; the
-    mesh's are displaced at random by up to a twentieth of a half scale.
+    Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. i is from −1
+    to 28 and j from −1 to 18, since scales beyond the edges of the picture reach into it. Index −1 is the last row or
+    column of `values`. Tips are those of a regular lattice; the mesh's are displaced at random by up to a twentieth of
+    a half scale.
     """
     rows_u, rows_v = ROWS
     v, u = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
@@ -105,7 +107,7 @@ def varied_skin(name: str) -> dict:
     """Parameters of the plugin for a preset whose size and angle vary at random from scale to scale."""
     parameters = preset_skin(name)
     random = np.random.default_rng(SEED)
-    # The last row and column are for index −1.
+    # One row and column for each index from −1 to 28 and from −1 to 18 (`scale_values`).
     shape = (ROWS[0] + 3, ROWS[1] + 3)
     sizes, turns = random.uniform(*SIZES, shape), random.normal(parameters.get("rotation", 0.0), TURN_DEG, shape)
     return {**parameters, "scale": raw_texture(scale_values(sizes)), "rotation": raw_texture(scale_values(turns))}

@@ -83,7 +83,7 @@ def equal_weights(count=81, step=5.0):
 
 def points_of(case, files, light=run.LIGHTS[1], view=SMALL):
     bsdf = plugin(case, **SAME_MODEL)
-    return bsdf, points.points(mi.load_dict(cases.bare_scene(bsdf, files, light, view, 1)), light, view)
+    return bsdf, points.trace_points(mi.load_dict(cases.bare_scene(bsdf, files, light, view, 1)), light, view)
 
 
 @pytest.mark.parametrize("name", ["blazed", "rough"])

@@ -6,29 +6,30 @@ use sunbeam::config::{Source, SurfaceConfig, Theory};
 use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
-/// The parameters of a surface.
+/// The parameters of a surface. Those that have their default are left out, except in the list after the semicolon.
 pub(crate) fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
-            let length = |name, um: Option<f64>| um.map(|um| format!(", {name} {um} µm")).unwrap_or_default();
+            let length = |label, um: Option<f64>| um.map(|um| format!(", {label} {um} µm")).unwrap_or_default();
             format!("{}{}{}", preset.name(), length("period", config.period), length("height", config.height))
         }
         Source::File(path) => path.display().to_string(),
     };
-    let factor = |name, factor: f64| if factor == 1.0 { String::new() } else { format!(", {name} {factor}") };
+    let factor = |label, value: f64| if value == 1.0 { String::new() } else { format!(", {label} {value}") };
     let cover = config.cover_eta.map(|eta| format!(", cover_eta {eta}")).unwrap_or_default();
     let transmission = match config.body() {
         Some(body) => format!(", transmission {}, eta {}", config.transmission.name(), body.eta),
         None => String::new(),
     };
-    let span = |name, [low, high]: [f64; 2]| format!(", {name} {low:.3} to {high:.3}");
+    // Ranges of the relative sizes in textures; numbers are factors.
+    let span = |label, [low, high]: [f64; 2]| format!(", {label} {low:.3} to {high:.3}");
     let sizes = config.sizes.map(|sizes| span("scale", sizes.scale) + &span("depth", sizes.depth)).unwrap_or_default();
     let (scale, depth) = (factor("scale", config.scale), factor("depth", config.depth));
     let source = format!("{source}{scale}{depth}{sizes}{cover}{transmission}");
     if config.theory == Theory::Rigorous {
         return format!("{source}; theory rigorous, over {} µm, level {}", config.coherence_length, config.level());
     }
-    // The value of a parameter as users write it.
+    // The value of a parameter as users write it: the variant's name in lower case.
     let name = |choice: &dyn std::fmt::Debug| format!("{choice:?}").to_lowercase();
     format!(
         "{source}; {} over {} µm, {} tiling, {} obliquity, level {}, conserve_energy {}, shadowing {}, tolerance {:e}",
@@ -43,9 +44,11 @@ pub(crate) fn config(config: &SurfaceConfig) -> String {
     )
 }
 
-/// The tables of a surface of scalar theory in spectral variants.
+/// The tables of a surface of scalar theory in spectral variants. `origin` tells whether they were built or read from
+/// the cache.
 pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
+    // Numbers of nodes along x and y that a look-up reads. Each node has a value at each knot in κ, the phase rate.
     let (taps_x, taps_y) = table.taps;
     // Empty if energy is not conserved.
     let scaled = report.energy.map_or(String::new(), |energy| {
@@ -83,8 +86,8 @@ pub(crate) fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     )
 }
 
-/// The tables of a grating of rigorous theory. `bytes` is their size, with the colours and Jones matrices that the
-/// surface has.
+/// The tables of a grating of rigorous theory. `bytes` is the size of all of them, including the colours and Jones
+/// matrices of a surface that has these.
 pub(crate) fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
     let report = grating.report();
     format!(

@@ -1,6 +1,6 @@
 //! The Rust side of the Mitsuba plugin; the C++ side is in the parent folder, `cpp_shim/`.
 //!
-//! - A *variant* is a compilation of Mitsuba for one kind of numbers and of spectra.
+//! - A *variant* is a compilation of Mitsuba for one type of numbers and one representation of spectra.
 //! - [`bridge`] has the functions that C++ calls. Scalar variants call them with plain numbers, ray by ray.
 //! - *Tracing* serves the variants `llvm_*` and `cuda_*`: a call runs the same evaluators once over variables of
 //!   Dr.Jit, Mitsuba's compiler, which records their operations for its kernel. [`traced`] has these numbers, [`jit`]
@@ -30,7 +30,7 @@ unsafe extern "C-unwind" {
 
 /// Entry point of the plugin, which Mitsuba looks up by name: `void init_plugin(std::string_view, PluginRegisterFn)`.
 ///
-/// It is not in C++ because Cargo exports only Rust symbols from a `cdylib`. C++ exceptions pass through.
+/// The function is in Rust because Cargo exports only Rust symbols from a `cdylib`. C++ exceptions pass through.
 ///
 /// # Safety
 /// Only for Mitsuba's plugin manager, with arguments as in `mitsuba/core/object.h`.

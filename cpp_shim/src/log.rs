@@ -29,11 +29,11 @@ mod ffi {
     }
 }
 
-/// Time before the first progress line, and between two. A shorter interval also reports quick builds; a longer one
-/// leaves slow builds silent.
+/// Time before the first progress line, and between two lines. A shorter interval also reports quick builds; a longer
+/// one leaves slow builds silent.
 const LOG_INTERVAL: Duration = Duration::from_secs(2);
 
-/// Warnings of the library. Each different one is written once.
+/// Warnings of the library. Each text is written once per process.
 struct Warnings {
     /// Warnings that wait for a thread that may call Mitsuba.
     waiting: Vec<String>,

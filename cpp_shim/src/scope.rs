@@ -20,8 +20,8 @@ pub(crate) enum TraceError {
     Nested,
 }
 
-/// Marker that ties a handle to the scope that owns its variable. The function type makes the lifetime invariant, so
-/// handles of two scopes cannot mix. The pointer keeps handles on their thread.
+/// Marker that ties a handle to the scope that owns its variable. The function type makes the lifetime `'s` invariant,
+/// so handles of two scopes cannot mix. The pointer type is not `Send`, which keeps handles on their thread.
 pub(crate) type Brand<'s> = PhantomData<(fn(&'s ()) -> &'s (), *mut ())>;
 
 /// Proof that a scope is open on this thread, which [`trace`] passes to its body. The scope's data are in [`OPEN`].
@@ -38,7 +38,7 @@ impl Owned {
         Self(if index == 0 { 0 } else { jit::retain(index) })
     }
 
-    /// Gives the reference to the caller as an index.
+    /// Transfers the reference to the caller, as the variable's index.
     pub(crate) fn into_index(mut self) -> u32 {
         std::mem::take(&mut self.0)
     }
@@ -102,8 +102,8 @@ pub(crate) fn backend() -> Option<u32> {
     OPEN.with_borrow(|open| open.as_ref().map(|open| open.backend))
 }
 
-/// Gives a reference to the open scope and returns its index. Outside a scope, releases it and returns 0. Ignores index
-/// 0.
+/// Transfers a reference to the open scope and returns its index. Outside a scope, releases the reference and returns
+/// 0. Returns 0 for index 0.
 pub(crate) fn own(index: u32) -> u32 {
     if index == 0 {
         return 0;
@@ -121,11 +121,11 @@ pub(crate) fn own(index: u32) -> u32 {
 }
 
 /// Number of variables that the open scope owns.
-pub(crate) fn owned() -> usize {
+pub(crate) fn owned_count() -> usize {
     OPEN.with_borrow(|open| open.as_ref().map_or(0, |open| open.owned.len()))
 }
 
-/// Releases the variables that the open scope took over as number `range.start` to `range.end - 1`.
+/// Releases some of the open scope's variables: those at the positions `range` in the order of their creation.
 pub(crate) fn release(range: std::ops::Range<usize>) {
     OPEN.with_borrow_mut(|open| {
         if let Some(open) = open {

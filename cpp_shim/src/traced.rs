@@ -26,7 +26,7 @@ pub(crate) struct Var<'s, T> {
     brand: Brand<'s>,
 }
 
-/// Table data: an array of `u32` in the backend's memory, by its index.
+/// Handle of table data: the index of a Dr.Jit variable, an array of `u32` in the backend's memory.
 #[derive(Clone, Copy)]
 pub(crate) struct WordsVar<'s>(u32, Brand<'s>);
 
@@ -240,15 +240,15 @@ impl<'s> Numbers for Traced<'s> {
         Var::own(jit::to_u32(x.index))
     }
 
-    // Dr.Jit calls back into `RecordedLoop` for the condition and a step. A symbolic loop does so once, with
-    // placeholder variables as state; an evaluated loop does so for each step.
+    // Dr.Jit calls back into `RecordedLoop` for the condition and for a step. For a symbolic loop it does so once, with
+    // placeholder variables as state. For an evaluated loop it does so in each iteration.
     fn while_loop<S: State>(
         name: &'static CStr,
         state: S,
         go_on: impl Fn(S) -> Self::Mask,
         step: impl Fn(S) -> S,
     ) -> S {
-        let mut recorded = RecordedLoop { state, go_on, step, owned_before: scope::owned() };
+        let mut recorded = RecordedLoop { state, go_on, step, owned_before: scope::owned_count() };
         let mut callbacks = jit::Loop::new(&mut recorded);
         // SAFETY: the name is static and ends with a zero.
         let succeeded = unsafe { jit::run_loop(scope::backend().unwrap_or(0), name.as_ptr(), &mut callbacks) };
@@ -266,7 +266,8 @@ impl<'s> Numbers for Traced<'s> {
         function
     }
 
-    // Records `function` once, in a loop over the inputs, instead of L times: kernels stay small.
+    // Calls `function` on L inputs. Records it once, in a loop over the inputs, instead of L times: kernels stay small.
+    // `results[r][l]` is result r of input l, and zero in lanes that are not active.
     fn map_each<const L: usize, const R: usize>(
         name: &'static CStr,
         inputs: [Self::Real; L],
@@ -306,8 +307,8 @@ struct RecordedLoop<S, C, B> {
     go_on: C,
     /// Gives the next state.
     step: B,
-    /// Number of variables that the scope owned before the loop. Later ones belong to the latest step. They are
-    /// released when the state is replaced.
+    /// Number of variables that the scope owned before the loop. Later variables belong to the latest step and
+    /// are released when the state is replaced.
     owned_before: usize,
 }
 
@@ -319,7 +320,7 @@ impl<'s, S: State, C: Fn(S) -> Var<'s, bool>, B: Fn(S) -> S> jit::LoopParts for 
     }
 
     fn write(&mut self, indices: &[u32]) {
-        let owned_by_step = self.owned_before..scope::owned();
+        let owned_by_step = self.owned_before..scope::owned_count();
         let mut new_indices = indices.iter();
         // Dr.Jit lends the new variables, so the scope takes a reference of its own.
         self.state.each(&mut |index| *index = new_indices.next().map_or(0, |&new| scope::own(jit::retain(new))));

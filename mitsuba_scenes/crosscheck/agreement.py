@@ -7,17 +7,17 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# Threshold of the compared pixels, as a fraction of the 99th percentile of the brightness. Darker pixels appear black,
-# and rounding of the bright orders nearby dominates them: the realtime renderer sums in single precision.
+# Smallest brightness of compared pixels, as a fraction of the 99th percentile of the brightness. Darker pixels appear
+# black, and rounding of the bright orders nearby dominates them: the realtime renderer sums in single precision.
 FLOOR_FRACTION = 0.01
-# Threshold of the pixels that enter this percentile, as a fraction of the brightest. A grating's order lights few
+# Smallest brightness of pixels that enter this percentile, as a fraction of the brightest. A grating's order lights few
 # pixels; the others have only the tail of its Gaussian and would lower the percentile.
 BLACK_FRACTION = 1e-6
 # Largest accepted median of the error, several times the largest measured one (docs/crosscheck.md).
 MEDIAN_LIMIT = 1e-3
 # Largest accepted 99th percentile of the error, over twice the largest measured one (docs/crosscheck.md).
 P99_LIMIT = 1e-2
-# Smallest number of compared pixels; percentiles of fewer mean little.
+# Smallest number of compared pixels; the 99th percentile of fewer depends on single pixels.
 FEWEST_PIXELS = 50
 
 
@@ -25,7 +25,7 @@ FEWEST_PIXELS = 50
 class Agreement:
     """Relative errors over the compared pixels: those whose brightness reaches `floor` in at least one of the pictures.
 
-    `pixels` is their number; `median`, `p99` (the 99th percentile) and `largest` are of the error of a pixel.
+    `pixels` is their number. `median`, `p99` (the 99th percentile) and `largest` summarise the errors of single pixels.
     """
 
     pixels: int

@@ -28,10 +28,10 @@ SCANS = {species: DATA / "afm" / f"{species}.gsf" for species in ("elaphe", "xen
 SCAN = SCANS["xenopeltis"]
 # The presets that are compared.
 SKINS = ("blazed", "elaphe", "xenopeltis")
-# Rays along each side of a pixel for a relief with few orders, which is bright in few directions: with fewer rays, a
-# pixel would miss some.
+# Rays along each side of a pixel for a relief with few orders: a grating, or the small tile of a scan. Such a relief is
+# bright in few directions, which fewer rays per pixel would miss.
 SUPERSAMPLE_FEW_ORDERS = 16
-# Rays along each side of a pixel for a relief with many orders. It needs fewer, and each takes longer to evaluate.
+# Rays along each side of a pixel for a relief with many orders. Fewer rays suffice, and each takes longer to evaluate.
 SUPERSAMPLE_MANY_ORDERS = 6
 # Parameters of the plugin that define the heights; the others define optics and orientation.
 RELIEF_PARAMETERS = (
@@ -70,7 +70,7 @@ class Case:
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
-    """The measured scan, if its file exists, the presets, and two of them under a cover and at another size.
+    """The measured scan if its file exists, the presets in SKINS, one preset under a cover, and one at another size.
 
     A missing scan is reported on stdout.
     """
@@ -78,8 +78,8 @@ def cases(scan: Path = SCAN) -> list[Case]:
         Case(name, preset_skin(name), SUPERSAMPLE_FEW_ORDERS if name == "blazed" else SUPERSAMPLE_MANY_ORDERS)
         for name in SKINS
     ]
-    # A clear cover, and another size than that of the preset. Keratin (1.56) under an index of 1.5 would reflect next
-    # to nothing. The cover's mirror reflects no light of a directional sun.
+    # The cover's index differs from keratin's, 1.56, since their interface would else reflect next to nothing. The flat
+    # side of the cover reflects like a mirror, so it sends no light of a directional sun to the camera.
     presets.append(Case("covered-blazed", {**preset_skin("blazed"), "cover_eta": 1.2}, SUPERSAMPLE_FEW_ORDERS))
     resized = {**preset_skin("xenopeltis"), "scale": 0.7, "depth": 0.8}
     presets.append(Case("resized-xenopeltis", resized, SUPERSAMPLE_MANY_ORDERS))
@@ -99,10 +99,11 @@ def sun(azimuth_deg: float, elevation_deg: float) -> Light:
 def mirrored(case: Case, folder: Path) -> Case:
     """The surface with the heights h(−x, y), for a negative control. Writes the heights into `folder`.
 
-    The mirrored relief reflects as the original would if u, the x component of wi + wo, had the other sign.
+    The mirrored relief reflects like the original with the sign of u reversed, where u is the x component of wi + wo.
     """
     exr, npy = folder / f"{case.name}-relief.exr", folder / f"{case.name}-mirrored.npy"
     folder.mkdir(parents=True, exist_ok=True)
+    # `sunbeam height-field` writes the relief in its own frame and refuses a rotation.
     surface = {name: value for name, value in case.skin.items() if name != "rotation"}
     sunbeam("height-field", "-o", exr, *surface_words(surface))
     bitmap = mi.Bitmap(str(exr))

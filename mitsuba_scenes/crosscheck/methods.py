@@ -51,8 +51,11 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     `spp` is the number of the path tracer's samples per pixel. Writes the pictures and a contact sheet into `folder`.
 
     The report's entry "against_the_reference" has an entry for each picture: METHODS, SAME_RAYS, ENERGY_KEPT and
-    TABLE_KEPT. This is the report of `realtime.compare` with the reference. Its key SAME_RAYS has the comparison with
-    that picture; for colour tables ENERGY_KEPT likewise. Realtime pictures also have `gpu_ms` and `build_s`.
+    TABLE_KEPT. The entry of a picture is the report of `realtime.compare` against the reference, with further keys:
+
+    - SAME_RAYS: the report against the ensemble along the same rays;
+    - ENERGY_KEPT, for the two colour tables: the report against that ensemble with energy conservation;
+    - `gpu_ms` and `build_s`, for realtime pictures: milliseconds on the GPU, and seconds to build the tables.
     """
 
     def exr(name: str) -> Path:
@@ -69,9 +72,9 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     quadrature = Quadrature.of_report(reports["flss"])
 
     same_rays = plugin(case, **REFERENCE)
-    # Each pixel of this view is one of the realtime renderer's rays.
+    # A view whose pixel centres are the realtime renderer's rays.
     ray_view = replace(view, width=SUPERSAMPLE * view.width, height=SUPERSAMPLE * view.height)
-    rays = points.points(mi.load_dict(bare_scene(same_rays, files, light, view, 1)), light, ray_view)
+    rays = points.trace_points(mi.load_dict(bare_scene(same_rays, files, light, view, 1)), light, ray_view)
     start = time.perf_counter()
     pictures = {"reference": spectral.picture(same_rays, files, light, view, quadrature, spp)}
     reference_seconds = time.perf_counter() - start
@@ -141,7 +144,7 @@ def lines(found: dict) -> list[str]:
             f"{figures['relative_mse']:10.2g}{times}{same['delta_e_2000']['mean']:11.2f}{same['flip']['mean']:8.3f}"
         )
     for name in ("table", TABLE_KEPT):
-        kept = found["against_the_reference"][name][ENERGY_KEPT]
-        delta_e, flip = kept["delta_e_2000"]["mean"], kept["flip"]["mean"]
+        figures = found["against_the_reference"][name][ENERGY_KEPT]
+        delta_e, flip = figures["delta_e_2000"]["mean"], figures["flip"]["mean"]
         table.append(f"  {name}, against {ENERGY_KEPT}: ΔE mean {delta_e:.2f}, FLIP {flip:.3f}")
     return table

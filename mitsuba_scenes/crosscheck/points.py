@@ -25,7 +25,7 @@ from .quadrature import Quadrature
 WAVELENGTHS_PER_CALL = 4
 # Largest angle between the normals of neighbouring pixels on one scale of the snake; across a scale's rim it is larger.
 SMOOTH_ANGLE_DEG = 12.0
-# Largest relative difference of the distances along the rays of neighbouring pixels on one scale; it corresponds to
+# Largest relative difference between the distances to the camera of neighbouring pixels on one scale. It corresponds to
 # about a tenth of the body's width.
 SMOOTH_DISTANCE = 0.02
 
@@ -65,7 +65,7 @@ class _Hits(NamedTuple):
     shadowed: object
 
 
-def points(scene: mi.Scene, light: Light, view: View) -> Points:
+def trace_points(scene: mi.Scene, light: Light, view: View) -> Points:
     """Traces a ray through the centre of each pixel of `view`, and from its hit point a shadow ray to the sun.
 
     The scene's camera must have the position, field of view and proportions of `view`; its resolution may differ.
@@ -137,7 +137,7 @@ def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
 
 
 def colours(bsdf: mi.BSDF, at: Points) -> np.ndarray:
-    """Linear sRGB as from `radiance`, by an RGB variant, whose BSDF integrates over the spectrum itself."""
+    """Linear sRGB as from `radiance`, in an RGB variant, whose BSDF has integrated over the spectrum already."""
     return _picture(at, math.pi * _values(bsdf, at.to_camera[at.lit], at.to_sun[at.lit], np.empty(0)))
 
 
@@ -149,10 +149,10 @@ def _picture(at: Points, colour: np.ndarray) -> np.ndarray:
 
 
 def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np.ndarray:
-    """f_r times the cosine of wo at directions `wi` and `wo`, (points, 3).
+    """f_r times the cosine of wo, for pairs of unit vectors `wi` and `wo`, both of shape (points, 3).
 
-    The result has the shape (points, 4) for four wavelengths `nm` in a spectral variant, and (points, 3), for red,
-    green and blue, for an empty `nm` in an RGB variant.
+    In a spectral variant `nm` has four wavelengths, and the result has the shape (points, 4). In an RGB variant `nm` is
+    empty, and the result has the shape (points, 3): red, green and blue.
     """
     ctx = mi.BSDFContext()
     if mi.variant().startswith("scalar"):

@@ -43,7 +43,7 @@ def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
     """Runs the checks in the selected variant, prints their results and returns the report.
 
     The report has the entries "points", "pictures" and "methods", each by the surfaces' names, and the messages of all
-    failed checks as "failures". It is written to `crosscheck.json` in `output`, beside the pictures.
+    failed checks as "failures". The report is written to `crosscheck.json` in `output`, beside the pictures.
 
     The `short` form has two surfaces in one light, and the methods on the grating only. Raises SetupError in a variant
     without wavelengths.

@@ -17,8 +17,9 @@ from .cases import SAME_MODEL, Case, mirrored, plugin, turned
 from .quadrature import Quadrature
 from .same_points import CONTROL_ROTATION_DEG
 
-# The limits below cover Mitsuba's noise and the speckle that the realtime renderer's rays miss. docs/crosscheck.md has
-# the measured values, of which the largest is given here.
+# The limits below cover Mitsuba's noise and the speckle that the realtime renderer's rays miss. Each comment gives the
+# largest measured value; docs/crosscheck.md has all of them.
+
 # Largest accepted mean of the colour difference ΔE (CIEDE2000); an eye just notices 1. The largest measured is 1.4.
 DELTA_E_MEAN_LIMIT = 2.5
 # Largest accepted 99th percentile of ΔE. The largest measured is 7.

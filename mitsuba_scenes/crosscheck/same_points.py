@@ -20,7 +20,7 @@ from .points import Points
 from .quadrature import Quadrature
 
 # Relative tolerance of the plugin's tables and of the GPU's series. It is below the rounding error of the realtime
-# renderer's sums in single precision, so that it does not matter beside that error.
+# renderer's sums in single precision, which therefore dominates the difference.
 TOLERANCE = 1e-5
 # Rotation of the relief in the negative control.
 CONTROL_ROTATION_DEG = 1.0
@@ -41,7 +41,7 @@ def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, fo
         quadrature = Quadrature.of_report(report)
 
         start = time.perf_counter()
-        hits = points.points(mi.load_dict(bare_scene(bsdf, files, light, view, 1)), light, view)
+        hits = points.trace_points(mi.load_dict(bare_scene(bsdf, files, light, view, 1)), light, view)
         mitsuba = points.radiance(bsdf, hits, quadrature)
         seconds = time.perf_counter() - start
         mi.Bitmap(mitsuba.astype(np.float32)).write(str(folder / f"points-{case.name}-{number}-mitsuba.exr"))

@@ -2,7 +2,7 @@
 
 The quadrature (quadrature.py) sums reflectances at discrete wavelengths λᵢ of spacing Δ; a path tracer samples λ
 continuously. Each λᵢ therefore becomes a triangle of half width Δ and height 1. A band's response is a weighted sum of
-these triangles, hence linear between the λᵢ.
+these triangles, so it is linear between the λᵢ.
 """
 
 from __future__ import annotations
@@ -18,16 +18,18 @@ from ..snake import SnakeFiles
 from .cases import bare_scene
 from .quadrature import Quadrature
 
-# Points of the numerical integral of D65 over a triangle. Its error is 1e-6: Mitsuba's D65 is piecewise linear.
-POINTS_PER_TRIANGLE = 101
+# Nodes of the numerical integral of D65 over a triangle. Its relative error is about 1e-6, since Mitsuba's D65 is
+# piecewise linear.
+NODES_PER_TRIANGLE = 101
 
 
 def film(view: View, quadrature: Quadrature) -> dict:
     """A `specfilm` with the bands of `_responses`."""
     step, nm = quadrature.step_nm, quadrature.wavelengths_nm
+    # The outermost triangles end one step beyond the first and the last wavelength.
     nodes = [nm[0] - step, *nm, nm[-1] + step]
     bands = {
-        # Mitsuba sorts the bands by name; the names of at most six bands keep their order.
+        # Mitsuba sorts the bands by name. There are at most six, so the names "band_0" to "band_5" keep their order.
         f"band_{i}": {
             "type": "irregular",
             "wavelengths": ", ".join(map(str, nodes)),
@@ -51,16 +53,18 @@ def colours(bands: np.ndarray, quadrature: Quadrature) -> np.ndarray:
 
 
 def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
-    """For each band its contribution to linear sRGB, ±1 in one of 3 channels, and its response ≥ 0 at the wavelengths.
+    """For each band its contribution to linear sRGB, and its responses ≥ 0 at the wavelengths, (n,).
+
+    The contribution, (3,), is 1 or −1 in one channel and 0 in the others.
 
     Mitsuba's bands may not be negative, so the positive and the negative weights of a channel are two bands. Bands
     without a weight are left out.
 
-    The weights multiply reflectances, but the film measures radiance under D65. A response is therefore the weight,
-    divided by the integral of D65 over the triangle at its wavelength.
+    The weights multiply reflectances, but the film measures radiance under D65. A response is therefore the magnitude
+    of the weight, divided by the integral of D65 times the triangle at its wavelength.
     """
     # Positions in a triangle, in units of its half width.
-    offset = np.linspace(-1, 1, POINTS_PER_TRIANGLE)
+    offset = np.linspace(-1, 1, NODES_PER_TRIANGLE)
     # All arrays are (wavelengths, positions).
     nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * offset
     light = np.interp(nm, *_d65()) * (1 - np.abs(offset))

@@ -13,14 +13,14 @@ from ._errors import SunbeamError
 from ._relief import is_length
 
 # Parts of the titles, in lower case, of signals that are no relief even if their unit is a length, such as the
-# deflection of a cantilever in nm. They equal those of the native readers (crates/height_field/src/file/channel.rs).
+# deflection of a cantilever in nm. The native readers have the same list (crates/height_field/src/file/channel.rs).
 # fmt: off
 _NO_RELIEF = (
     "error", "deflection", "amplitude", "phase", "friction", "lateral", "adhesion", "modulus", "dissipation",
     "deformation", "indentation", "potential", "current", "setpoint", "drive", "frequency", "stiffness", "bias",
 )
-# Parts of the titles of reliefs, in lower case, without blanks, `_` and `-`. They are those of the native readers and
-# "zaxis", which Nanosurf uses.
+# Parts of the titles of reliefs, in lower case, without blanks, `_` and `-`. The list is that of the native readers
+# with "zaxis", which Nanosurf uses.
 _RELIEF = ("height", "topo", "zsens", "zaxis", "elevation", "relief", "hauteur", "höhe", "altura")
 # fmt: on
 # Largest number of channels that a message lists; more would make its one line too long to read.

@@ -43,8 +43,8 @@ _EVALUATIONS_PER_THREAD = 2000
 _PARTS_PER_THREAD = 4
 
 
-class _Floats(ctypes.Structure):
-    """The structures ``sunbeam_floats`` and ``sunbeam_floats_out`` of the C interface."""
+class _CFloats(ctypes.Structure):
+    """The structures ``sunbeam_floats`` and ``sunbeam_floats_out`` of the C interface; the stride is in floats."""
 
     _fields_ = (("data", c_void_p), ("stride", c_ssize_t))
 
@@ -62,12 +62,12 @@ def _library() -> ctypes.CDLL:
     handle, handle_out = c_void_p, POINTER(c_void_p)
     arguments = {
         "surface_new": [c_char_p, handle_out],
-        "surface_from_heights": [c_char_p, _Floats, c_size_t, c_size_t, c_double, c_double, handle_out],
+        "surface_from_heights": [c_char_p, _CFloats, c_size_t, c_size_t, c_double, c_double, handle_out],
         "surface_describe": [handle, c_void_p, c_size_t, POINTER(c_size_t)],
-        "surface_eval": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats],
-        "surface_pdf": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats],
-        "surface_eval_pdf": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats, _Floats],
-        "surface_sample": [handle, c_size_t, _Floats, c_size_t, *[_Floats] * 5],
+        "surface_eval": [handle, c_size_t, _CFloats, _CFloats, c_size_t, _CFloats, _CFloats],
+        "surface_pdf": [handle, c_size_t, _CFloats, _CFloats, c_size_t, _CFloats, _CFloats],
+        "surface_eval_pdf": [handle, c_size_t, _CFloats, _CFloats, c_size_t, _CFloats, _CFloats, _CFloats],
+        "surface_sample": [handle, c_size_t, _CFloats, c_size_t, *[_CFloats] * 5],
     }
     for name, types in arguments.items():
         function = getattr(library, f"sunbeam_{name}")
@@ -103,14 +103,15 @@ class _Items:
             values = np.broadcast_to(values, (*batch, width))
         self._values = np.ascontiguousarray(values, dtype=np.float32)
 
-    def at(self, first: int) -> _Floats:
+    def at(self, first: int) -> _CFloats:
         """The C structure of the array from item ``first`` of the batch on."""
-        return _Floats(self._values.ctypes.data + self._values.itemsize * first * self._stride, self._stride)
+        return _CFloats(self._values.ctypes.data + self._values.itemsize * first * self._stride, self._stride)
 
 
 class _Results(_Items):
     """An output array of the C interface, ``values`` of shape ``[*batch, width]``, not initialised."""
 
+    # Replaces the constructor of `_Items`, which may copy its array: the C functions must write into `values` itself.
     def __init__(self, batch: tuple[int, ...], width: int):
         self.values = self._values = np.empty((*batch, width), dtype=np.float32)
         self._stride = width
@@ -146,8 +147,8 @@ class Surface:
     Heights that are NaN, infinite or masked are holes, and refused unless ``fill`` is ``laplace`` or ``mean``.
 
     The other parameters are ``level``, ``tiling``, ``scale``, ``depth``, ``theory``, ``coherence_length``, ``model``,
-    ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``, ``build_limit``,
-    ``transmission``, and the numbers ``eta``, ``k`` and ``cover_eta``.
+    ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``, ``build_limit``, ``transmission``, and the numbers
+    ``eta``, ``k`` and ``cover_eta``. docs/plugin.md explains all of them.
 
     Directions are in the surface's frame: z is the normal and x the direction of the relief's rows. ``wi`` and ``wo``
     both point away from the surface and have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
@@ -177,8 +178,8 @@ class Surface:
                 relief = relief_of_array(heights_um, pixel_um)
             heights = single_precision(relief.heights_um)
             (ny, nx), (dx, dy) = heights.shape, relief.pixel_um
-            # The library copies the heights.
-            rows = _Floats(heights.ctypes.data, nx)
+            # Items are rows of `nx` heights. The library copies them.
+            rows = _CFloats(heights.ctypes.data, nx)
             _check(_library().sunbeam_surface_from_heights(config, rows, nx, ny, dx, dy, byref(handle)))
         self._handle = handle
 
@@ -206,8 +207,8 @@ class Surface:
     def eval(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
         """The BSDF f_r in 1/sr, without the cosine.
 
-        With ``transmission``, directions may lie below the surface, and f is the power of light from ``wi`` to ``wo``
-        per solid angle and absolute cosine. Directions below an interface are those in the medium.
+        With ``transmission``, directions may lie below the surface, and the result is the power of light from ``wi`` to
+        ``wo`` per solid angle and absolute cosine. Directions below an interface are those in the medium.
 
         ``wi`` and ``wo`` have the shape ``[..., 3]`` and broadcast against each other. ``wavelength_nm`` is one number,
         or an array ``[m]`` or ``[..., m]``. The result has the shape ``[...]`` for one number, else ``[..., m]``.

@@ -219,7 +219,7 @@ def _given_sizes(format_name: str, points: Iterable[int], pixel_size: float | No
 def _check(relief: Relief, pixel_size: float | None) -> None:
     """Refuses implausible reliefs with a :class:`SunbeamError`.
 
-    These are reliefs without any height, with another pixel size than the given one, and with lengths beyond
+    Refused are reliefs without any height, with another pixel size than the given one, and with lengths beyond
     _LARGEST_UM.
     """
     if pixel_size is not None:

@@ -1,4 +1,5 @@
-//! Optional parts of the machine that tests run on: how a test skips without one, and where the measured scans are.
+//! Optional parts of the machine that tests run on, such as a GPU: how a test skips where one is missing, and where the
+//! measured scans are.
 //!
 //! `tests/needs.txt` lists the parts. The environment variable `SUNBEAM_REQUIRE`, such as `gpu,scans`, names the parts
 //! that this machine has: a test that skips because one of them is missing fails. Other skips are printed, and appended

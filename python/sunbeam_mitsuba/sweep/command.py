@@ -68,7 +68,7 @@ def ask(*words: str) -> dict[str, Any]:
 
 
 def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
-    """Report of ``sunbeam height-field`` on a surface. It is cached, since all settings of a surface need it.
+    """Report of ``sunbeam height-field`` on a surface. The report is cached, since all settings of a surface need it.
 
     Raises :class:`CommandError` where the surface is refused, and :class:`SweepError` where the command is missing.
     """

@@ -36,7 +36,7 @@ class ReflectorError(ValueError):
 
 
 class Reflector(Protocol):
-    """A surface for figures."""
+    """A surface that can be evaluated for the figures of a sweep."""
 
     #: Memory of the finished tables in bytes; 0 where it is unknown.
     table_bytes: float
@@ -44,14 +44,14 @@ class Reflector(Protocol):
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
         """The BSDF ``f_r`` in 1/sr, ``[directions, wavelengths]``, for one ``wi`` and ``wo[directions, 3]``.
 
-        It is 0 for ``wo`` below the horizon.
+        The result is 0 for ``wo`` below the horizon.
         """
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
         """The reflected fraction of light from ``wi``, ``[wavelengths]``, for unpolarised light.
 
-        It is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1). Samples of transmitted
-        light count as 0.
+        The result is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1). Samples of
+        transmitted light count as 0.
         """
 
 
@@ -62,10 +62,10 @@ def make_reflector(parameters: Mapping[str, Value]) -> Reflector:
     Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
     """
     surface = {name: value for name, value in parameters.items() if name not in LIGHT}
-    return _OfMitsuba(surface) if any(name in SCENE for name in surface) else _OfLibrary(surface)
+    return _MitsubaReflector(surface) if any(name in SCENE for name in surface) else _LibraryReflector(surface)
 
 
-class _OfLibrary:
+class _LibraryReflector:
     """A reflector by the C interface."""
 
     def __init__(self, parameters: Mapping[str, Value]):
@@ -83,7 +83,7 @@ class _OfLibrary:
         return mean
 
 
-class _OfMitsuba:
+class _MitsubaReflector:
     """A reflector by the plugin's BSDF in Mitsuba's variant _VARIANT."""
 
     # Unknown: the plugin reports the size of its tables only within a text.
@@ -103,7 +103,7 @@ class _OfMitsuba:
         nm = list(wavelengths_nm)
         result = np.empty((len(wo), len(nm)), dtype=np.float32)
         outgoing = np.ascontiguousarray(wo.T, dtype=np.float32)
-        # Mitsuba's values include the cosine. Division by infinity gives 0 below the horizon.
+        # Mitsuba's values include the cosine of `wo`. Division by infinity gives 0 below the horizon.
         cosine = np.where(wo[:, 2] > 0, wo[:, 2], np.inf).astype(np.float32)
         for first in range(0, len(nm), _WAVELENGTHS_PER_CALL):
             chosen_nm = nm[first : first + _WAVELENGTHS_PER_CALL]

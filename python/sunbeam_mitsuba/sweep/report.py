@@ -20,7 +20,9 @@ from .spec import Case, Spec
 from .store import SUMMARY, TABLE, TIMES, StoreError, picture_name, read_result, write_whole
 from .wants import Column
 
-#: Arrow type of each kind of column (Column.kind). The last three kinds are tables within a cell.
+#: Arrow type of each kind of column (Column.kind). The last three kinds are tables within a cell, each row a struct:
+#: peaks (wants/peaks.py), diffraction orders with efficiencies by polarisation (wants/orders.py), and corners of a
+#: gamut in CIE 1976 u'v' (wants/colour.py).
 KINDS: dict[str, pa.DataType] = {
     "number": pa.float64(),
     "whole": pa.int64(),
@@ -82,7 +84,7 @@ def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any],
     for case in cases:
         record = read_result(folder, case.identity)
         if record is None:
-            raise StoreError(f"the result of row {case.row} is no longer in {folder}; the same command makes it anew")
+            raise StoreError(f"the result of row {case.row} is no longer in {folder}; the same command makes it again")
         row = {
             "row": case.row,
             "identity": case.identity,

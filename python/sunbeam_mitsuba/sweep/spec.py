@@ -191,7 +191,7 @@ def _surface(where: str, table: object, folder: Path, settings: Combinations) ->
 def _matching(where: str, patterns: object, folder: Path) -> list[str]:
     """Sorted paths of the files that match a glob or any of a list of globs.
 
-    They are relative to ``folder`` for relative globs. Raises :class:`SweepError` where a glob matches no file.
+    Paths are relative to ``folder`` for relative globs. Raises :class:`SweepError` where a glob matches no file.
     """
     listed = [patterns] if isinstance(patterns, str) else patterns
     if not isinstance(listed, list) or not listed or not all(isinstance(pattern, str) for pattern in listed):

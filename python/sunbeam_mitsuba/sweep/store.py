@@ -38,8 +38,9 @@ SUMMARY = "sweep.json"
 _FILES = (TABLE, TIMES, SHEET)
 # Folders that the workers write to.
 _FOLDERS = ("results", "pictures")
-# Names of records, pictures and unfinished files (write_whole). An identity has 20 hexadecimal digits (spec.py).
-_RESULT = re.compile(r"[0-9a-f]{20}(\.json|-.+)|\..+\.part")
+# Names of the files that workers write: records, pictures and unfinished files (write_whole). An identity has 20
+# hexadecimal digits (spec.py).
+_WORKER_FILE = re.compile(r"[0-9a-f]{20}(\.json|-.+)|\..+\.part")
 # File name of the lock.
 _LOCK = ".lock"
 # Age in seconds from which an unfinished file is removed. No write takes this long, so its worker has died.
@@ -186,8 +187,8 @@ class Store:
     def _check_places(self) -> None:
         """Raises :class:`SweepError` where a file or folder of the sweep could not be written.
 
-        A folder has the name of one of its files, or a file that of a folder, or a folder is read-only. The check
-        comes before hours of work.
+        Reasons are a folder with the name of a file, a file with the name of a folder, and a read-only folder. The
+        check comes before hours of work.
         """
         blocked = [name for name in (*_FILES, SUMMARY) if (self.folder / name).is_dir()]
         blocked += [name for name in _FOLDERS if not _can_hold_files(self.folder / name)]
@@ -211,7 +212,7 @@ class Store:
         """Removes records, pictures, tables and sheet. The summary stays, and so does every file of others."""
         for name in _FOLDERS:
             for file in list(self.folder.glob(f"{name}/[0-9a-f][0-9a-f]/*")):
-                if _RESULT.fullmatch(file.name):
+                if _WORKER_FILE.fullmatch(file.name):
                     file.unlink(missing_ok=True)
             for folder in [*self.folder.glob(f"{name}/[0-9a-f][0-9a-f]"), self.folder / name]:
                 # Folders that hold files of others stay.

@@ -43,9 +43,9 @@ class TooLarge(ValueError):
 def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
     """Peak memory in bytes while the tables are built; 0 for a small surface and where it is unknown.
 
-    It follows from the library's estimate of the finished table, by ``sunbeam height-field``. Without the command it is
-    unknown, and only the library's build limit refuses large tables. Raises :class:`CommandError` where the surface is
-    refused, and ``SweepError`` where ``SUNBEAM_COMMAND`` cannot be run.
+    The peak follows from the library's estimate of the finished table, by ``sunbeam height-field``. Without the command
+    the peak is unknown, and only the library's build limit refuses large tables. Raises :class:`CommandError` where the
+    surface is refused, and ``SweepError`` where ``SUNBEAM_COMMAND`` cannot be run.
     """
     if parameters.get("theory") == "rigorous" or find_command() is None:
         return 0.0

@@ -176,9 +176,9 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
 def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
     """The record of a case without figures, as a JSON object. The case has failed unless ``error`` is empty.
 
-    ``parameters`` are the specification's. ``input`` becomes ``store.input_of`` the surface's file if it has one.
-    ``time`` has the end in UTC, the wall time in seconds, the part of it spent on tables, and the worker's machine and
-    process.
+    ``parameters`` are those of the specification. The caller replaces ``input`` by the result of ``store.input_of`` if
+    the surface has a file. ``time`` has the end in UTC, the wall time in seconds, the part of it spent on tables, and
+    the worker's machine and process.
     """
     return {
         "identity": case.identity,

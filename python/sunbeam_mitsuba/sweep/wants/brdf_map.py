@@ -23,9 +23,9 @@ class BrdfMap(Want):
     """``[want.map]``: ``size`` in pixels (128), ``lambda_step_nm`` (5), ``exposure`` (automatic), ``exr`` (true),
     ``png`` (true).
 
-    The map is the unit disc of outgoing directions, seen along the normal: right is +x and up is +y. The EXR has
-    ``f_r`` in 1/sr as linear sRGB under D65; a spectrum that is 1 everywhere would be (1, 1, 1). The PNG has the
-    product of ``f_r`` and the exposure. ``exr = false`` or ``png = false`` leaves a file out.
+    Defaults are in parentheses. The map is the unit disc of outgoing directions, seen along the normal: right is +x and
+    up is +y. The EXR has ``f_r`` in 1/sr as linear sRGB under D65; a spectrum that is 1 everywhere would be (1, 1, 1).
+    The PNG has the product of ``f_r`` and the exposure. ``exr = false`` or ``png = false`` leaves a file out.
     """
 
     #: Side of the picture in pixels.
@@ -78,10 +78,10 @@ class BrdfMap(Want):
         nm = wavelengths_nm(self.lambda_step_nm)
         weights = rgb_weights("D65", self.lambda_step_nm)
         reflector = question.reflector()
-        count = max(1, _VALUES_PER_CALL // len(nm))
+        directions_per_call = max(1, _VALUES_PER_CALL // len(nm))
         parts = [
-            weighted(reflector.eval(question.wi(), wo[first : first + count], nm), weights)
-            for first in range(0, len(wo), count)
+            weighted(reflector.eval(question.wi(), wo[first : first + directions_per_call], nm), weights)
+            for first in range(0, len(wo), directions_per_call)
         ]
         pixels = np.zeros((self.size, self.size, 3))
         pixels[inside] = np.concatenate(parts)

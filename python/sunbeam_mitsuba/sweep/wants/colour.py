@@ -47,9 +47,10 @@ class Colour(Want):
     """``[want.colour]``: ``illuminant`` (D65, E, A), ``samples`` (4096), ``gamut`` (true), ``detector_deg`` (1),
     ``mirror_deg`` (3), ``lambda_step_nm`` (5).
 
-    The mean colour is the colour of the light reflected into all directions. The gamut is the convex hull, in CIE 1976
-    u'v', of the colours seen by a detector ``detector_deg`` wide at angles of view from −85° to 85°. It leaves out
-    views within ``mirror_deg`` of the mirror direction and views below 1 % of the brightest luminance.
+    Defaults are in parentheses. The mean colour is the colour of the light reflected into all directions. The gamut is
+    the convex hull, in CIE 1976 u'v', of the colours seen by a detector ``detector_deg`` wide at angles of view from
+    −85° to 85°. It leaves out views within ``mirror_deg`` of the mirror direction and views below 1 % of the brightest
+    luminance.
     """
 
     #: One of ILLUMINANTS.

@@ -21,7 +21,7 @@ _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
 class Orders(Want):
     """``[want.orders]``: ``wavelengths_nm`` (450, 550, 650) and ``theories`` (both).
 
-    It is for reliefs that vary along x alone. The surface's own ``theory`` is ignored.
+    Defaults are in parentheses. The relief must vary along x alone. The surface's own ``theory`` is ignored.
     """
 
     wavelengths_nm: tuple[float, ...]

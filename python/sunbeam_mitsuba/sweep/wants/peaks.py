@@ -20,9 +20,12 @@ from ..errors import SweepError
 from ..limits import LENGTH_UM, Numbers, Value, shown
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Range of spacings in which the peak is searched, relative to the expected period. It excludes order 2, which appears
-# as a spacing of half the period, and order 0, which appears as an infinite one.
-_SPACING_MIN, _SPACING_MAX = 0.7, 1.4
+# Smallest spacing at which the peak is searched, relative to the expected period. It excludes order 2, which appears as
+# a spacing of half the period.
+_SPACING_MIN = 0.7
+# Largest spacing at which the peak is searched, relative to the expected period. It excludes order 0, which appears as
+# an infinite spacing.
+_SPACING_MAX = 1.4
 # Largest angle with the normal at which the peak is searched, in degrees.
 _THETA_MAX_DEG = 89.0
 # Default periods of presets in µm (src/config/).
@@ -33,9 +36,10 @@ _PRESET_PERIODS_UM = {"blazed": 2.5, "sinusoidal": 2.5, "lamellar": 2.5}
 class Peaks(Want):
     """``[want.peaks]``: ``wavelengths_nm`` (450 to 650 in steps of 25), ``angle_step_deg`` (0.02), ``period_um``.
 
-    The peak is the direction in the x–z plane with the largest ``f_r``. It is searched where the spacing
-    d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is ``period_um``, or the
-    surface's parameter ``period``, or the preset's default, or the strongest along x by ``sunbeam height-field``.
+    Defaults are in parentheses. The peak is the direction in the x–z plane with the largest ``f_r``. It is searched
+    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is
+    ``period_um``, or the surface's parameter ``period``, or the preset's default, or the strongest along x by ``sunbeam
+    height-field``.
     """
 
     wavelengths_nm: tuple[float, ...]
@@ -83,6 +87,7 @@ class Peaks(Want):
         reflector = question.reflector()
         rows, spacings_nm, errors_deg = [], [], []
         for nm in self.wavelengths_nm:
+            # Sines of the first and the last angle of the search: larger spacings have smaller angles.
             sines = np.array([nm / (ratio * period_nm) - sin_i for ratio in (_SPACING_MAX, _SPACING_MIN)])
             ends_deg = np.degrees(np.arcsin(np.clip(sines, -1, 1)))
             first_deg, last_deg = np.clip(ends_deg, -_THETA_MAX_DEG, _THETA_MAX_DEG)

@@ -32,10 +32,10 @@ class Render(Want):
     """``[want.render]``: ``scene``, ``bsdf`` (``surface``), ``spp`` (64), ``seed`` (0), ``variant``
     (``llvm_ad_spectral``), ``exposure`` (automatic), ``parameters``.
 
-    ``scene`` is an XML file of Mitsuba, and ``bsdf`` the id of the BSDF that the surface replaces. A BSDF of type
-    ``diffraction`` keeps the parameters that the case does not give, such as a pigment. ``parameters`` is a table of
-    values for the scene's ``$names``. The scene has its own light. It can use the angles of the case's light as
-    ``$theta_i_deg`` and ``$phi_i_deg``.
+    Defaults are in parentheses. ``scene`` is an XML file of Mitsuba, and ``bsdf`` the id of the BSDF that the surface
+    replaces. A BSDF of type ``diffraction`` keeps the parameters that the case does not give, such as a pigment.
+    ``parameters`` is a table of values for the scene's ``$names``. The scene has its own light, which can use the
+    angles of the case's light as ``$theta_i_deg`` and ``$phi_i_deg``.
     """
 
     #: The scene's file as it was given.
@@ -123,8 +123,8 @@ class Render(Want):
     def _rendered(self, question: Question) -> Any:
         """The picture of the scene with the case's surface, linear sRGB ``[height, width, 3]``.
 
-        It is rendered in passes of at most _PATHS_PER_PASS paths, or one sample a pixel. Raises :class:`WantError` for
-        too many paths, and :class:`ReflectorError` where Mitsuba fails.
+        The picture is rendered in passes of at most _PATHS_PER_PASS paths, or one sample a pixel. Raises
+        :class:`WantError` for too many paths, and :class:`ReflectorError` where Mitsuba fails.
         """
         mi = mitsuba()
         use_variant(self.variant)

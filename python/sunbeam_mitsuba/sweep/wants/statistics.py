@@ -42,7 +42,7 @@ _FIGURES: tuple[tuple[str, str, tuple[str | int, ...], str], ...] = (
 
 
 class Statistics(Want):
-    """``[want.statistics]``, without options. It depends only on parameters that change the relief."""
+    """``[want.statistics]``, without options. The figures depend only on the parameters of the relief."""
 
     name = "statistics"
 

@@ -1,7 +1,7 @@
 """The interface of wanted figures, and the reader of their options.
 
-A *want* is a group of figures with its options (``[want.NAME]`` of a specification). It declares columns of the table.
-It answers a *question*, which is one case, with figures and pictures.
+A *want* is a group of figures with its options (``[want.NAME]`` of a specification). Each want declares columns of the
+table. For a *question*, which is one case, it computes an *answer*: figures and pictures.
 """
 
 from __future__ import annotations
