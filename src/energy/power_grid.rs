@@ -1,5 +1,7 @@
-//! Power density of a table of wide nodes, resampled to a finer grid of frequencies and κ. A look-up there is faster,
-//! which pays for integrals by the thousand.
+//! Power density `S(f; κ)` of a spectral table, resampled to a finer grid of frequencies f and phase rates κ.
+//!
+//! A look-up in the grid is faster than one in the table. This pays where a build evaluates thousands of integrals, and
+//! where the table's nodes are wide, so that the grid stays small.
 
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, NodeCurve, SpectralTable};
 use rayon::prelude::*;
@@ -10,14 +12,14 @@ const SPACING_SIGMAS: f64 = 0.4;
 const REACH_SIGMAS: f64 = 4.0;
 /// Steps in κ for each knot of the table's splines.
 const STEPS_PER_KNOT: f64 = 3.0;
-/// Fewest steps in κ: flat reliefs have few knots.
+/// Smallest number of steps in κ: flat reliefs have few knots.
 const STEPS_MIN: f64 = 40.0;
 
 /// `S(f; κ)` of an ensemble table on a grid of frequencies and uniform steps of κ.
 pub(super) struct PowerGrid {
     /// Grid nodes per cycle/µm, along x and y.
     nodes_per_f: [f64; 2],
-    /// Largest node number along x and y: nodes run from −reach to reach, and node 0 has the frequency zero.
+    /// Largest node number along x and y. Nodes run from −reach to reach; node 0 has the frequency zero.
     reach: [usize; 2],
     /// Number of steps in κ, from κ = 0.
     steps: usize,
@@ -34,7 +36,7 @@ impl PowerGrid {
         let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));
         let reach = [0, 1].map(|c| {
             let known_f = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
-            // The cubic reads two nodes beyond.
+            // The cubic reads up to two nodes beyond.
             (known_f * nodes_per_f[c]).ceil() as usize + 2
         });
         let steps_per_kappa = (STEPS_PER_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
@@ -57,7 +59,8 @@ impl PowerGrid {
         let [columns, rows] = reach.map(|reach| 2 * reach + 1);
         // Position of table node j along axis c, in grid nodes from the first.
         let position = |c: usize, j: i64| j as f64 / axes[c].period_um * nodes_per_f[c] + reach[c] as f64;
-        // Grid nodes within reach of a position along axis c, with their weights in the interpolation kernel.
+        // Grid nodes within reach of a position along axis c, each with its weight in the interpolation kernel. `count`
+        // is the number of grid nodes along the axis.
         let spread = REACH_SIGMAS / SPACING_SIGMAS;
         let near = |c: usize, centre: f64, count: usize| {
             let (kernel, table_nodes_per_node) = (axes[c].kernel, axes[c].period_um / nodes_per_f[c]);
@@ -91,7 +94,8 @@ impl PowerGrid {
     /// between frequencies, linear between steps of κ.
     #[inline]
     pub(super) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        // First of the four nodes read, and the position from the second of them. The bounds keep all four on the grid.
+        // First of the four nodes read, and the position between the second and the third, in [0, 1). The bounds keep
+        // all four on the grid.
         let [(ix, tx), (iy, ty)] = [0, 1].map(|c| {
             let last = (2 * self.reach[c]) as f64;
             let position = (f[c] * self.nodes_per_f[c] + self.reach[c] as f64).clamp(1.0, last - 1.0 - 1e-6);
@@ -130,8 +134,9 @@ mod tests {
     /// Densities of grid and table, with both kinds of lattice, up to the largest κ of any pair of directions.
     #[test]
     fn the_grid_matches_the_table() {
-        // Steps are a third of a knot. Linear interpolation between them is off by some 10⁻³ of waves with a period of
-        // a few knots.
+        // Steps are a third of a knot interval. Linear interpolation between them has an error of about 1e-3 for waves
+        // with a period of a few knot intervals. Bounds: relative error of the mean density, and largest error of any
+        // density relative to the largest density.
         const MEAN: f64 = 1e-3;
         const EACH: f64 = 5e-3;
         let mut random = Random::new(3);

@@ -25,8 +25,8 @@ pub struct SpectralLayout {
 }
 
 impl SpectralLayout {
-    /// Whether the coherence window of a resized relief keeps its width: where the sampler and the table both go
-    /// through orders one by one. Elsewhere the window is resized with the pattern.
+    /// Whether the coherence window of a resized relief keeps its width. It does where both the sampler and the table
+    /// sum orders one by one. Elsewhere the window is resized with the pattern.
     pub fn keeps_window(&self) -> bool {
         let is_order = |kernel| matches!(kernel, InterpolationKernel::Gaussian { .. });
         matches!(self.sampler, SamplerLayout::Orders(_)) && self.table.kernel.into_iter().all(is_order)

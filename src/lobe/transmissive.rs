@@ -14,8 +14,8 @@ use crate::sampling::{BELOW_ONE, direction_above};
 use crate::scattering::{Passage, Reading, RelativeSize, Side, TransparentBody, TransparentPair, Vec3};
 use std::array;
 
-/// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side that a
-/// flat body sends less light to. Chosen: the unlikely side gets at least a twentieth.
+/// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side to which a
+/// flat body sends less light. Wider bounds allow larger weights; narrower ones waste samples on that side.
 const REFLECTED: [f64; 2] = [0.05, 0.95];
 
 /// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`]).
@@ -42,7 +42,7 @@ pub(crate) struct Ends<N: Numbers> {
     pair: TransparentPair<N>,
     /// The passage of samples from wi to the side of wo.
     passage: Passage<N>,
-    /// Outgoing tangential wave vector over n, turned as the passage's.
+    /// Outgoing tangential wave vector over n, times [`Passage::turn`].
     outgoing: [N::Double; 2],
     /// Density over solid angle per density over tangential wave vectors.
     per_solid_angle: N::Real,
@@ -72,9 +72,9 @@ impl<N: Numbers> Ends<N> {
     }
 }
 
-/// Scattering function of a transparent body in 1/sr, from the power density `S(f; κ)` of the magnified relief in µm².
-/// Divided by the albedo where a table of albedos is given. Zero unless both directions lie off the horizon and the
-/// wavelength (nm) is positive.
+/// Scattering function of a transparent body in 1/sr, for lobes without tables of S. `density(f, κ)` is the power
+/// density of the magnified relief in µm², at f in cycles/µm and κ in rad/µm. Divided by the albedo where a table of
+/// albedos is given. Zero unless both directions lie off the horizon and the wavelength (nm) is positive.
 pub(super) fn value_at_body(
     body: TransparentBody,
     wi: Vec3,
@@ -156,7 +156,7 @@ fn reflected_probability<N: Numbers>(wi: &Side<N>) -> N::Real {
     wi.reflectance().clip(N::Real::lit(REFLECTED[0]), N::Real::lit(REFLECTED[1]))
 }
 
-/// Passes [`Sides`] of a lobe on to those of its body.
+/// Implements [`Sides`] for a lobe by its body's.
 macro_rules! sides_of_the_body {
     ($lobe:ty) => {
         impl<N: Numbers> Sides<N> for $lobe {
@@ -180,17 +180,18 @@ macro_rules! sides_of_the_body {
 sides_of_the_body!(TransmissiveLobe<'_, N>);
 sides_of_the_body!(TransmissiveColourLobe<N>);
 
-/// The direction, pointing upwards, of a drawn wave vector; the zero vector where it lies beyond the horizon. `draw`
-/// draws the turned tangential part over n of a passage; its mask is false where nothing is scattered.
+/// The direction, pointing upwards, of a drawn wave vector; the zero vector where it lies beyond the horizon.
+/// `draw_tangential` draws the tangential part over n, times [`Passage::turn`]; its mask is false where nothing is
+/// scattered.
 #[inline(always)]
 fn draw<N: Numbers>(
     body: TransparentBody,
     wi: [N::Real; 3],
     to_below: N::Mask,
-    draw: impl FnOnce(&Passage<N>) -> ([N::Real; 2], N::Mask),
+    draw_tangential: impl FnOnce(&Passage<N>) -> ([N::Real; 2], N::Mask),
 ) -> [N::Real; 3] {
     let passage = Passage::at_body(body, &body.side::<N>(wi), to_below);
-    let (drawn, is_drawn) = draw(&passage);
+    let (drawn, is_drawn) = draw_tangential(&passage);
     // Below an interface wave vectors over n are unit vectors; elsewhere they have the length 1/n.
     let eta = N::Real::lit(body.eta);
     let scale = if body.is_film { eta } else { N::Real::select(to_below, N::Real::lit(1.0), eta) };

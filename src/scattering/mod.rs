@@ -11,7 +11,7 @@
 //! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
 //! | `transparent.rs` | reflection and transmission at a lossless medium, one factor for both |
 //! | `body_order.rs` | one order at such a medium, for lists of orders |
-//! | `passage.rs` | the way of scattered light, for samplers |
+//! | `passage.rs` | wave vectors of incident and scattered light, for samplers |
 //! | `options.rs` | parameters of the model |
 //! | `map.rs` | directions of the pixels of a hemispherical map |
 
