@@ -42,7 +42,7 @@ const RESOLUTIONS: [Resolution; 4] = [
 ];
 /// Spacing of the coarse grid and groups, in nodes or groups of the table. [`Nodes::refined`] assumes 2.
 const COARSE_STRIDE: usize = 2;
-/// Fewest cells along each side where orders have ridges.
+/// Smallest number of cells along each side of a table with ridges.
 const RIDGE_CELLS_MIN: u32 = 24;
 /// Relative margin of the divisor for errors of interpolation. A smaller margin leaves larger albedos between nodes.
 /// With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008.
