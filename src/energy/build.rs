@@ -202,16 +202,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             let group = (self.group)(group_at);
             let mut t = self.divisor(wi, group_at, &group, b, None);
             if stride == 1 {
-                // Half of the difference between the directions at both ends of the box along a grid axis.
-                let half_side = |axis: usize| {
-                    let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {
-                        let mut end = position;
-                        end[axis] += step;
-                        grid.direction(end).0
-                    });
-                    [0, 1].map(|c| 0.5 * (ends[1][c] - ends[0][c]))
-                };
-                let half_sides = [0, 1].map(half_side);
+                let half_sides = box_half_sides(grid, position);
                 for &cosine in &self.ridge_cosines {
                     let ridge = Ridge { cosine, half_sides, half_range_um: BOX_GROUPS * 1e-3 * group.spacing_nm };
                     let on_ridge = self.divisor(wi, group_at, &group, b, Some(ridge));
@@ -244,50 +235,12 @@ impl<'a, const K: usize> Builder<'a, K> {
         let cell_phase = self.integral.phase_max() * CELL_COSINE / f64::from(grid.cells);
         let reach = ((cell_phase / PI) as usize).min(DEEP_REACH_MAX);
         let is_deep = reach > 0 || self.integral.has_ridges() && cell_phase > DEEP_RIDGE_PHASE;
-        // Nodes at the corners of a cell: bits 0, 1 and 2 of i are steps along x, along y and to the next group.
-        let corners = |gap: usize, y: usize, x: usize| {
-            let corner = move |i: usize| {
-                let group = (gap + (i >> 2)).min(self.groups - 1);
-                group * grid.in_plane() + (y + (i >> 1 & 1)) * grid.side() + x + (i & 1)
-            };
-            (0..8).map(corner)
-        };
-        // Largest difference t − table in cell i, `[gap][y][x]`; zero where the table is large enough.
+        let table: &Nodes<K> = nodes;
         let deficit_of = |i: usize| {
             steps.one();
-            let [gap, y, x] = [i / cells / rows, i / cells % rows, i % cells];
-            let is_divided = corners(gap, y, x).any(|node| nodes.values[node] != [0.0; K]);
-            let inside: &[[f64; 3]] = match is_deep {
-                true => &DEEP_CHECK_POINTS,
-                false if is_divided => &[[0.5; 3]],
-                false => &[],
-            };
-            let rim = grid.on_rim([x, y]).map(|[x, y]| [x, y, 0.5]);
-            // Check points: fractions of the cell along x, along y and to the next group.
-            inside.iter().copied().chain(rim).fold([0.0f32; K], |deficit, [fx, fy, fg]| {
-                let (wi, radius) = grid.direction([x as f64 + fx, y as f64 + fy]);
-                if radius >= 1.0 {
-                    return deficit;
-                }
-                let fractions = [fx, fy, fg];
-                let weight = |corner: usize| {
-                    let fraction = |axis: usize| match corner >> axis & 1 {
-                        0 => 1.0 - fractions[axis],
-                        _ => fractions[axis],
-                    };
-                    fraction(0) * fraction(1) * fraction(2)
-                };
-                // Trilinear interpolation of the table.
-                let mut table = [0.0; K];
-                for (corner, node) in corners(gap, y, x).enumerate() {
-                    (0..K).for_each(|k| table[k] += weight(corner) * f64::from(nodes.values[node][k]));
-                }
-                let group_at = if self.groups > 1 { gap as f64 + fg } else { 0.0 };
-                let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
-                let wanted = self.tabulated(t, false, wi, radius, grid);
-                std::array::from_fn(|k| deficit[k].max((wanted[k] - table[k]) as f32))
-            })
+            self.deficit(table, b, [i / cells / rows, i / cells % rows, i % cells], is_deep)
         };
+        // Deficits of cells, `[gap][y][x]`.
         let deficits: Vec<[f32; K]> = (0..self.gaps() * rows * cells).into_par_iter().map(deficit_of).collect();
         // A node is raised by the largest deficit of the cells about it.
         let increase = if is_deep { DEEP_INCREASE } else { 1.0 };
@@ -311,6 +264,49 @@ impl<'a, const K: usize> Builder<'a, K> {
         for (values, raise) in nodes.values.iter_mut().zip(raises) {
             values.iter_mut().zip(raise).for_each(|(value, raise)| *value += raise);
         }
+    }
+
+    /// Largest difference between `t` and the table, linear between nodes, at the check points of the cell `[gap, y,
+    /// x]`; zero where the table is large enough. `b` has the coarse nodes with the known divisors.
+    fn deficit(&self, table: &Nodes<K>, b: &Nodes<K>, cell: [usize; 3], is_deep: bool) -> [f32; K] {
+        let (grid, [gap, y, x]) = (table.grid, cell);
+        let corners = self.corners(grid, cell);
+        let is_divided = corners.iter().any(|&node| table.values[node] != [0.0; K]);
+        // Check points: fractions of the cell along x, along y and to the next group.
+        let inside: &[[f64; 3]] = match is_deep {
+            true => &DEEP_CHECK_POINTS,
+            false if is_divided => &[[0.5; 3]],
+            false => &[],
+        };
+        let rim = grid.on_rim([x, y]).map(|[x, y]| [x, y, 0.5]);
+        let mut deficit = [0f32; K];
+        for point in inside.iter().copied().chain(rim) {
+            let (wi, radius) = grid.direction([x as f64 + point[0], y as f64 + point[1]]);
+            if radius >= 1.0 {
+                continue;
+            }
+            // Trilinear interpolation of the table.
+            let mut found = [0.0; K];
+            for (corner, node) in corners.into_iter().enumerate() {
+                let fraction = |axis: usize| if corner >> axis & 1 == 0 { 1.0 - point[axis] } else { point[axis] };
+                let weight = fraction(0) * fraction(1) * fraction(2);
+                (0..K).for_each(|k| found[k] += weight * f64::from(table.values[node][k]));
+            }
+            let group_at = if self.groups > 1 { gap as f64 + point[2] } else { 0.0 };
+            let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
+            let wanted = self.tabulated(t, false, wi, radius, grid);
+            deficit = std::array::from_fn(|k| deficit[k].max((wanted[k] - found[k]) as f32));
+        }
+        deficit
+    }
+
+    /// Indices of the nodes at the corners of the cell `[gap, y, x]`. Bits 0, 1 and 2 of a corner's number are steps
+    /// along x, along y and to the next group.
+    fn corners(&self, grid: Grid, [gap, y, x]: [usize; 3]) -> [usize; 8] {
+        std::array::from_fn(|corner| {
+            let group = (gap + (corner >> 2)).min(self.groups - 1);
+            group * grid.in_plane() + (y + (corner >> 1 & 1)) * grid.side() + x + (corner & 1)
+        })
     }
 
     /// Upper bound of `t` in each plane of the group at `group_at`, with the coarse nodes `b` as known divisors;
@@ -382,6 +378,19 @@ impl<'a, const K: usize> Builder<'a, K> {
             }
         })
     }
+}
+
+/// Half-sides of the box of a node at `position` in the grid ([`Ridge::half_sides`]): half of the difference between
+/// the directions at both ends of the box along each axis.
+fn box_half_sides(grid: Grid, position: [f64; 2]) -> [[f64; 2]; 2] {
+    [0, 1].map(|axis: usize| {
+        let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {
+            let mut end = position;
+            end[axis] += step;
+            grid.direction(end).0
+        });
+        [0, 1].map(|c| 0.5 * (ends[1][c] - ends[0][c]))
+    })
 }
 
 impl<const K: usize> Nodes<K> {
