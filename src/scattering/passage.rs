@@ -16,14 +16,15 @@ const DIVISOR_MIN: f64 = 0.05;
 pub(crate) struct Passage<N: Numbers> {
     /// Tangential part of the incident wave vector, times [`Passage::turn`].
     pub tangential: [N::Real; 2],
-    /// Signed normal component of the incident wave vector. The scattering vector's normal component is the absolute
-    /// value of the sum of `normal` and the outgoing normal component, which counts as positive.
+    /// Normal component of the incident wave vector: positive if light leaves on the incident side, else negative. The
+    /// scattering vector's normal component is `|normal + c|`, with c > 0 the outgoing normal component.
     pub normal: N::Real,
     /// Squared length of outgoing wave vectors.
     pub outgoing_squared: N::Real,
     /// Largest tangential length of outgoing wave vectors.
     pub reach: N::Real,
-    /// −1 where S is read at the opposite frequency, so that samplers draw opposite wave vectors; else 1.
+    /// −1 where S is read at the opposite frequency: where the incident or the outgoing light lies below the relief.
+    /// Samplers then draw the opposite of wave vectors. 1 elsewhere.
     pub turn: N::Real,
     /// Typical normal component of the scattering vector; `None` where samplers estimate it.
     pub typical_normal: Option<N::Real>,
@@ -48,7 +49,8 @@ impl<N: Numbers> Passage<N> {
         }
     }
 
-    /// Light at a transparent body from the direction `wi` to the side below the relief, or above unless `to_below`.
+    /// Light at a transparent body from the direction `wi` to the side below the relief where `to_below` is true, else
+    /// to the side above.
     #[inline(always)]
     pub(crate) fn at_body(body: TransparentBody, wi: &Side<N>, to_below: N::Mask) -> Self {
         let lit = N::Real::lit;
