@@ -148,22 +148,23 @@ impl NodeGaussian<'_> {
         let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
         let is_sharp =
             if self.merged { is_far(THREE_NODES_SIGMAS) } else { widest < SHARP_SIGMA && is_far(ONE_NODE_SIGMAS) };
-        // The four rules: one node at the centre; Gauss–Hermite along both axes; panels over the hemisphere with an
-        // exact cut; or panels along the radius.
         if is_clear && is_sharp && is_whole == [true; 2] {
+            // One node at the centre.
             if let Some(wo) = direction_above(centre[0], centre[1]) {
                 visit(wo, 1.0, 0.0);
             }
         } else if is_clear && (is_far(THREE_NODES_SIGMAS) || exact_cut) {
+            // Gauss–Hermite rules along both axes, or their counterparts for a Gaussian that is cut.
             let [x, y] = [0, 1].map(|axis| gaussian_rule(limits[axis], is_whole[axis]));
-            for (tx, px) in x {
-                for (ty, py) in y {
+            for (tx, weight_x) in x {
+                for (ty, weight_y) in y {
                     if let Some(wo) = direction_above(centre[0] + tx * sigma[0], centre[1] + ty * sigma[1]) {
-                        visit(wo, px * py, 0.0);
+                        visit(wo, weight_x * weight_y, 0.0);
                     }
                 }
             }
         } else if exact_cut {
+            // Panels over the part of the hemisphere within the limits.
             let bounds =
                 [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
             let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
@@ -173,6 +174,7 @@ impl NodeGaussian<'_> {
                 visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
             });
         } else {
+            // Panels along the radius, without the nodes beyond the limits.
             let visit_resolved = |wo: Vec3, factor: f64, exponent: f64| {
                 if [0, 1].iter().all(|&axis| resolved[axis][0] <= wo[axis] && wo[axis] <= resolved[axis][1]) {
                     visit(wo, factor, exponent);
@@ -185,8 +187,9 @@ impl NodeGaussian<'_> {
         }
     }
 
-    /// [`NodeGaussian::integrate`] near the horizon: Gauss–Hermite rules across the radius through `centre`, and `rule`
-    /// in panels along it. The rule is in the angle ψ with `ρ = sin ψ`, in which `1/cosθo` is no pole.
+    /// [`NodeGaussian::integrate`] near the horizon: a Gauss–Hermite rule across the radius through the centre `[cx,
+    /// cy]`, and panels of `rule` along it. The rule is in the angle ψ with `ρ = sin ψ`, in which the pole `1/cosθo`
+    /// cancels.
     fn integrate_radially<const PAIRS: usize>(
         &self,
         incidence: &Incidence,
@@ -218,8 +221,9 @@ impl NodeGaussian<'_> {
             }
             let reach = reach_squared.sqrt();
             // A position `along` the line is reach·sin ψ. There cosθo = reach·cos ψ, and d(along) = cosθo dψ.
-            let psi = |along: f64| (along / reach).clamp(-1.0, 1.0).asin();
-            let range = [psi(rho - CUT_SIGMAS * sigma_along), psi(rho + CUT_SIGMAS * sigma_along)];
+            let psi_at = |along: f64| (along / reach).clamp(-1.0, 1.0).asin();
+            let range = [psi_at(rho - CUT_SIGMAS * sigma_along), psi_at(rho + CUT_SIGMAS * sigma_along)];
+            // PANEL_PHASE_MAX is for 16 nodes. A rule of fewer nodes gets panels that are narrower in proportion.
             let widest_panel = PANEL_PHASE_MAX / incidence.phase * PAIRS as f64 / LEGENDRE_16.0.len() as f64;
             let norm = fraction / (TAU.sqrt() * sigma_along);
             for psi in in_panels(range, widest_panel, rule) {
