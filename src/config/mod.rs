@@ -49,7 +49,7 @@ pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
 /// Accepted imaginary parts of a refractive index. The upper bound is that of [`ETA`].
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
-/// Accepted indices of a cover. The upper bound includes diamond (2.4) and titania (2.6), the highest of clear layers.
+/// Accepted indices of a cover. The range includes diamond (2.4) and titania (2.6).
 pub const COVER_ETA: RangeInclusive<f64> = 1.0..=2.6;
 pub use crate::scattering::RELATIVE_SIZE;
 

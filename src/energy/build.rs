@@ -42,7 +42,8 @@ const RESOLUTIONS: [Resolution; 4] = [
 ];
 /// Spacing of the coarse grid and groups, in nodes or groups of the table. [`Nodes::refined`] assumes 2.
 const COARSE_STRIDE: usize = 2;
-/// Smallest number of cells along each side of a table with ridges.
+/// Smallest number of cells along each side of a table with ridges. The divisor is raised about a ridge over a width
+/// proportional to the cells, so larger cells would darken more directions.
 const RIDGE_CELLS_MIN: u32 = 24;
 /// Relative margin of the divisor for errors of interpolation. A smaller margin leaves larger albedos between nodes.
 /// With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008.
@@ -70,7 +71,7 @@ const ITERATIONS: usize = 4;
 /// Half-side of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 here and 0.5 for [`BOX_GROUPS`]
 /// albedos reach 1.04; with 1 here the mean albedo is lower by 0.01.
 const BOX_CELLS: f64 = 0.7;
-/// Half-side of a node's box ([`Ridge`]) along the wavelength, in groups.
+/// Half-side of a node's box ([`Ridge`]) along the wavelength, in groups; see [`BOX_CELLS`].
 const BOX_GROUPS: f64 = 0.6;
 
 /// Largest change of cosθ across a cell, times the number of cells along a side: `16/(3√3)`, rounded up. At the radius

@@ -22,7 +22,8 @@ const PANEL_SIGMAS: f64 = 18.0;
 /// Largest number of panels over the hemisphere with which a table's nodes count as wide. With more, it is faster to
 /// integrate nodes one by one.
 const PANELS_MAX: f64 = 24.0;
-/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker nodes are merged.
+/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker nodes are merged. A
+/// larger number is more accurate but takes longer.
 const SEPARATE_MAX: usize = 640;
 /// Number of the strongest nodes that stay separate where others are merged. Merging widens a node's Gaussian, which
 /// matters most for strong nodes.

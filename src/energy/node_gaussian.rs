@@ -23,11 +23,13 @@ const SHARP_SIGMA: f64 = 0.01;
 /// Largest ratio of σ across the radius to cosθi for one quadrature node near the horizon. The obliquity factor depends
 /// on the distance from the mirror direction in units of cosθi.
 const SHARP_OF_COSINE: f64 = 0.3;
-/// σ across the radius, in direction cosines, from which five quadrature nodes are used instead of three.
+/// σ across the radius, in direction cosines, from which five quadrature nodes are used instead of three; see
+/// [`SHARP_SIGMA`] for the error.
 const WIDE_SIGMA: f64 = 0.04;
 /// Standard deviations from the centre at which a Gaussian is cut; 6e-7 of it lies beyond.
 const CUT_SIGMAS: f64 = 5.0;
-/// Distance of the centre from the horizon, in standard deviations, from which Gauss–Hermite rules follow `1/cosθo`.
+/// Distance of the centre from the horizon, in standard deviations, from which Gauss–Hermite rules follow `1/cosθo`. It
+/// keeps the pole beyond the Gaussian's ends ([`CUT_SIGMAS`]).
 const CLEAR_SIGMAS: f64 = 6.0;
 /// Smallest `cos²θo/σ`, with θo of the centre, at which one quadrature node stands for a Gaussian. The mean of
 /// `1/cosθo` then has an error of 0.1 %.
@@ -37,9 +39,11 @@ const ONE_NODE_SIGMAS: f64 = 40.0;
 const THREE_NODES_SIGMAS: f64 = 16.0;
 /// Largest change of the relief's phase over σ, in radians, that a Gauss–Hermite rule follows.
 const SIGMA_PHASE_MAX: f64 = 1.0;
-/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods.
+/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Wider
+/// panels sample fringes too coarsely; narrower ones take longer.
 pub(super) const PANEL_PHASE_MAX: f64 = 30.0;
-/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly.
+/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly. Wider
+/// panels are less accurate; narrower ones take longer.
 const CUT_PANEL_SIGMAS: f64 = 2.5 * CUT_SIGMAS;
 /// Distance of the centre inside the horizon, in standard deviations, at which the mean of `(1 − ρ)^(−½)` over a
 /// Gaussian is largest: `1/cosθo` is in proportion to this power near the horizon.

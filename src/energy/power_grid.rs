@@ -6,11 +6,13 @@
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 
-/// Spacing of the grid in standard deviations of a node of the table.
+/// Spacing of the grid in standard deviations of a node of the table. A wider spacing is less accurate; a narrower one
+/// takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
 /// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
 const REACH_SIGMAS: f64 = 4.0;
-/// Steps in κ for each knot of the table's splines.
+/// Steps in κ for each knot interval of the table's splines. Fewer steps are less accurate, since powers are linear
+/// between them; more take more memory and time.
 const STEPS_PER_KNOT: f64 = 3.0;
 /// Smallest number of steps in κ: flat reliefs have few knots.
 const STEPS_MIN: f64 = 40.0;

@@ -47,7 +47,8 @@ const DEEP_PHASE: f64 = 15.0;
 /// Offsets from a node at which albedos of deep reliefs are integrated: along x and y in cells, and in planes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
     [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
-/// Largest change of the phase of the heights between slabs, in radians per unit of w.
+/// Largest change between slabs of the phase between the relief's lowest and highest point, in radians per unit of w.
+/// A larger change interpolates more coarsely; a smaller one takes more slabs.
 const SLAB_PHASE: f64 = 3.0;
 
 /// Four nodes of the table side by side.

@@ -27,7 +27,7 @@ const TABLE_DONE: f64 = 0.8;
 const ALBEDO_DONE: f64 = 0.95;
 /// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch.
 const ENSEMBLE_FRACTION: f64 = 0.5;
-/// First and last wavelength in nm whose index may become the reference.
+/// First and last wavelength in nm whose index may become the reference: the range in which light is clearly visible.
 const REFERENCE_NM: (u32, u32) = (400, 700);
 /// Step between these wavelengths in nm. Indices vary little over it.
 const REFERENCE_STEP_NM: usize = 10;

@@ -97,11 +97,11 @@ impl Spectrum {
             (None, _) => 1.0,
             (Some((tx, ty)), Model::Ensemble) => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
             (Some((tx, ty)), Model::Patch) => {
-                // Power of the window at an offset in pixels, times the pixel size.
-                let window_power =
-                    |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / s_um).powi(2)).exp() * pixel_um;
-                taper_power(tx, window_power(field.dx_um())) * taper_power(ty, window_power(field.dy_um()))
-                    / (PI * s_um * s_um)
+                // Power of the tapered window along one axis, in µm.
+                let tapered_power = |taper: &[f64], pixel_um: f64| {
+                    taper_power(taper, |offset| (-(offset * pixel_um / s_um).powi(2)).exp() * pixel_um)
+                };
+                tapered_power(tx, field.dx_um()) * tapered_power(ty, field.dy_um()) / (PI * s_um * s_um)
             }
         };
         // Reciprocal of the kernel's integral over frequency, in µm².
@@ -166,8 +166,8 @@ impl Spectrum {
         self.collect_nodes(&bins)
     }
 
-    /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. There are as many
-    /// lags as bins in the bands. Lag zero is 1 where the tile repeats, else the taper's power.
+    /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. The number of lags
+    /// along an axis is that of the band's bins. Lag zero is 1 where the tile repeats, else the taper's power.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.screen_grid;
         let mut screen = self.tapered_screen(kappa);
