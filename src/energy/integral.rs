@@ -130,7 +130,6 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Quadrature nodes of an incidence at a wavelength, in no particular order.
     fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
-        let mut nodes = Vec::new();
         let lattice = self.table.lattice();
         // Outgoing direction cosines up to the cutoff: |wi + wo|/λ ≤ cutoff/period along each axis.
         let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
@@ -139,19 +138,20 @@ impl<'a> AlbedoIntegral<'a> {
         });
         let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
         let phase = phase_per_cosine(self.table, depth_wavelength_um);
-        // Power density S(f; κ) in µm² of wide nodes. Narrow nodes are done within the match.
-        let density: &dyn Fn([f64; 2], f64) -> f64 = match &self.power {
-            Power::Gaussians { gaussians, exact_cut } => {
-                let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
-                for gaussian in gaussians {
-                    gaussian.integrate(&incidence, |wo, factor, exponent| {
-                        nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
-                    });
-                }
-                return nodes;
+        let mut nodes = Vec::new();
+        if let Power::Gaussians { gaussians, exact_cut } = &self.power {
+            let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
+            for gaussian in gaussians {
+                gaussian.integrate(&incidence, |wo, factor, exponent| {
+                    nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
+                });
             }
-            Power::Table => &|f, kappa| self.table.density(f, kappa),
-            Power::Grid(grid) => &|f, kappa| grid.density(f, kappa),
+            return nodes;
+        }
+        // Power density S(f; κ) of wide nodes in µm².
+        let density = |f: [f64; 2], kappa: f64| match &self.power {
+            Power::Grid(grid) => grid.density(f, kappa),
+            Power::Table | Power::Gaussians { .. } => self.table.density(f, kappa),
         };
         let widest = wide_node_panels(self.table, wavelength_um).map(|width| width.min(PANEL_PHASE_MAX / phase));
         hemisphere(resolved, widest, wi[2], |wo, area| {

@@ -18,7 +18,7 @@
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.
 //!
-//! The divisor is linear between the nodes of the table, which is filled in four steps (`build.rs`):
+//! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in four steps (`build.rs`):
 //!
 //! 1. Nodes of a grid half as fine get a.
 //! 2. These nodes get t, with a as b.
