@@ -175,7 +175,7 @@ impl<'a> BodyIntegral<'a> {
     /// for light from the medium. The wavelengths in nm are λ' for frequencies and λ" for κ.
     fn albedo(&self, parts: &[Part<'_>], wi: Vec3, [nm, depth_nm]: [f64; 2]) -> f64 {
         let lit = Real4::lit;
-        let incident = self.body.side::<Lanes>(wi.map(lit));
+        let incident = self.body.wave::<Lanes>(wi.map(lit));
         let mut albedo = lit(0.0);
         for is_below in [false, true] {
             let to_below = Lanes::mask(is_below);
@@ -193,7 +193,7 @@ impl<'a> BodyIntegral<'a> {
                 let cos_squared = lit(1.0) - x.fma(x, y * y);
                 let cos = cos_squared.max(lit(0.0)).sqrt();
                 let wo = [x, y, Real4::select(to_below, -cos, cos)];
-                let pair = self.body.pair(&incident, &self.body.side::<Lanes>(wo));
+                let pair = self.body.pair(&incident, &self.body.wave::<Lanes>(wo));
                 let kappa = pair.normal() * lit(TAU * 1e3 / depth_nm);
                 let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).gaussian.record);
                 let scattered = power.max(lit(0.0)) * pair.power() * fraction;

@@ -11,7 +11,7 @@ use crate::colour_table::ColourView;
 use crate::energy::{AlbedoTable, AlbedoView, GridPlace};
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::sampling::{BELOW_ONE, direction_above};
-use crate::scattering::{Passage, Reading, RelativeSize, Side, TransparentBody, TransparentPair, Vec3};
+use crate::scattering::{BodyWave, Passage, Reading, RelativeSize, TransparentBody, TransparentPair, Vec3};
 use std::array;
 
 /// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side to which a
@@ -37,8 +37,8 @@ pub struct TransmissiveColourLobe<N: Numbers> {
 
 /// Quantities of a pair of directions that all wavelengths share.
 pub(crate) struct Ends<N: Numbers> {
-    wi: Side<N>,
-    wo: Side<N>,
+    wi: BodyWave<N>,
+    wo: BodyWave<N>,
     pair: TransparentPair<N>,
     /// The passage of samples from wi to the side of wo.
     passage: Passage<N>,
@@ -51,7 +51,7 @@ pub(crate) struct Ends<N: Numbers> {
 impl<N: Numbers> Ends<N> {
     #[inline(always)]
     fn new(body: TransparentBody, wi: [N::Real; 3], wo: [N::Real; 3]) -> Self {
-        let (i, o) = (body.side::<N>(wi), body.side::<N>(wo));
+        let (i, o) = (body.wave::<N>(wi), body.wave::<N>(wo));
         let pair = body.pair(&i, &o);
         let passage = Passage::at_body(body, &i, o.is_below);
         let turn = N::widen(passage.turn);
@@ -68,7 +68,7 @@ impl<N: Numbers> Ends<N> {
     /// Places of wi and wo in a table of albedos.
     #[inline(always)]
     fn places(&self, albedo: &AlbedoView<N>) -> [GridPlace<N>; 2] {
-        [&self.wi, &self.wo].map(|side| albedo.place_at_body(side.in_own_medium(), side.is_below))
+        [&self.wi, &self.wo].map(|wave| albedo.place_at_body(wave.in_own_medium(), wave.is_below))
     }
 }
 
@@ -133,10 +133,10 @@ impl<N: Numbers> Sides<N> for TransparentBody {
     #[inline(always)]
     fn choose(&self, wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
         let (zero, one) = (N::Real::lit(0.0), N::Real::lit(1.0));
-        let side = self.side::<N>(wi);
-        let reflected = reflected_probability(&side);
+        let incident = self.wave::<N>(wi);
+        let reflected = reflected_probability(&incident);
         let is_reflected = u[0].lt(reflected);
-        let to_below = (side.is_below & is_reflected) | (!side.is_below & !is_reflected);
+        let to_below = (incident.is_below & is_reflected) | (!incident.is_below & !is_reflected);
         // Uniform in [0, 1) again, given the side.
         let rescaled = N::Real::select(is_reflected, u[0] / reflected, (u[0] - reflected) / (one - reflected));
         (to_below, [rescaled.clip(zero, N::Real::lit(BELOW_ONE)), u[1], u[2]])
@@ -144,7 +144,7 @@ impl<N: Numbers> Sides<N> for TransparentBody {
 
     #[inline(always)]
     fn probability(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Real {
-        let (wi, wo) = (self.side::<N>(wi), self.side::<N>(wo));
+        let (wi, wo) = (self.wave::<N>(wi), self.wave::<N>(wo));
         let reflected = reflected_probability(&wi);
         N::Real::select(wi.is_on_side_of(&wo), reflected, N::Real::lit(1.0) - reflected)
     }
@@ -152,7 +152,7 @@ impl<N: Numbers> Sides<N> for TransparentBody {
 
 /// Probability that a sample is reflected: the reflectance of a flat body, within [`REFLECTED`].
 #[inline(always)]
-fn reflected_probability<N: Numbers>(wi: &Side<N>) -> N::Real {
+fn reflected_probability<N: Numbers>(wi: &BodyWave<N>) -> N::Real {
     wi.reflectance().clip(N::Real::lit(REFLECTED[0]), N::Real::lit(REFLECTED[1]))
 }
 
@@ -190,7 +190,7 @@ fn draw<N: Numbers>(
     to_below: N::Mask,
     draw_tangential: impl FnOnce(&Passage<N>) -> ([N::Real; 2], N::Mask),
 ) -> [N::Real; 3] {
-    let passage = Passage::at_body(body, &body.side::<N>(wi), to_below);
+    let passage = Passage::at_body(body, &body.wave::<N>(wi), to_below);
     let (drawn, is_drawn) = draw_tangential(&passage);
     // Below an interface wave vectors over n are unit vectors; elsewhere they have the length 1/n.
     let eta = N::Real::lit(body.eta);

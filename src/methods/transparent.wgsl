@@ -22,19 +22,19 @@
 // Smallest product of tangential lengths by which the azimuth's cosine is divided.
 const SINES_MIN: f32 = 1e-6;
 
-// One direction at a film: its wave vector and its terms of the factor F.
-struct Side {
+// Wave of one direction at a film: its wave vector, and its terms of the factor F.
+struct BodyWave {
     // Whether the direction lies below the relief.
     is_below: bool,
     // Direction cosines along the surface, those of the wave vector in air.
     cosines: vec2<f32>,
     // ζ over n, positive.
     normal: f32,
-    // k.
+    // k, the length of `cosines`.
     sine: f32,
-    // v.
+    // v of the factor F.
     v: f32,
-    // e.
+    // e of the factor F.
     e: f32,
     // τ/s² and τ/p².
     states: vec2<f32>,
@@ -48,8 +48,8 @@ struct TransparentPair {
     factor: f32,
 }
 
-// Terms of a direction of unit length, which points away from the relief on either side of it.
-fn side_of_body(w: vec3<f32>) -> Side {
+// Wave of a direction of unit length, which points away from the relief on either side of it.
+fn wave_at_body(w: vec3<f32>) -> BodyWave {
     let n = table.body_eta;
     let eps = n * n;
     let is_below = w.z < 0.0;
@@ -60,7 +60,7 @@ fn side_of_body(w: vec3<f32>) -> Side {
     let per_squared = 1.0 / vec2<f32>(s * s, p * p);
     // Transmittances of the flat side below for both states.
     let refracted = 4.0 * c1 * cn * vec2<f32>(1.0, eps) * per_squared;
-    return Side(
+    return BodyWave(
         is_below,
         w.xy,
         select(c1, cn, is_below) / n,
@@ -73,7 +73,7 @@ fn side_of_body(w: vec3<f32>) -> Side {
 
 // (ε - 1)/w, with w over n. For n = 1, where this is 0/0, reflected light has 0 and transmitted light the limit s0 =
 // 2 c1: light goes straight on.
-fn contrast_over_normal(is_reflected: bool, normal: f32, wi: Side) -> f32 {
+fn contrast_over_normal(is_reflected: bool, normal: f32, wi: BodyWave) -> f32 {
     let n = table.body_eta;
     if n == 1.0 {
         return select(2.0 * wi.normal, 0.0, is_reflected);
@@ -82,7 +82,7 @@ fn contrast_over_normal(is_reflected: bool, normal: f32, wi: Side) -> f32 {
 }
 
 // The pair of two directions, light arriving from wi and leaving along wo.
-fn pair_at_body(wi: Side, wo: Side) -> TransparentPair {
+fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
     let n = table.body_eta;
     let is_reflected = wi.is_below == wo.is_below;
     let sigma = select(-1.0, 1.0, is_reflected);

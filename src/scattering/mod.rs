@@ -46,6 +46,6 @@ pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
 #[cfg(test)]
 pub(crate) use transparent::SINES_MIN;
-pub(crate) use transparent::{Side, TransparentPair};
+pub(crate) use transparent::{BodyWave, TransparentPair};
 pub use transparent::{Transmission, TransparentBody};
 pub(crate) use vector::Scattering;

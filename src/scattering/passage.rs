@@ -1,6 +1,6 @@
 //! Wave vectors of scattered light, as samplers need them: the incident one, and the range of those that may leave.
 
-use super::transparent::{Side, TransparentBody};
+use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};
 
 /// Smallest normal component of the scattering vector in the weights of orders at a transparent body, in units of the
@@ -52,7 +52,7 @@ impl<N: Numbers> Passage<N> {
     /// Light at a transparent body from the direction `wi` to the side below the relief where `to_below` is true, else
     /// to the side above.
     #[inline(always)]
-    pub(crate) fn at_body(body: TransparentBody, wi: &Side<N>, to_below: N::Mask) -> Self {
+    pub(crate) fn at_body(body: TransparentBody, wi: &BodyWave<N>, to_below: N::Mask) -> Self {
         let lit = N::Real::lit;
         let one = lit(1.0);
         let is_reflected = (wi.is_below & to_below) | (!wi.is_below & !to_below);

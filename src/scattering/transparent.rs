@@ -90,9 +90,9 @@ pub struct TransparentBody {
     pub normal_min: f64,
 }
 
-/// One direction at a transparent body: its wave vector and its terms of the factor F.
+/// Wave of one direction at a transparent body: its wave vector, and its terms of the factor F.
 #[derive(Clone, Copy)]
-pub(crate) struct Side<N: Numbers> {
+pub(crate) struct BodyWave<N: Numbers> {
     /// Whether the direction lies below the relief.
     pub is_below: N::Mask,
     /// Tangential part of K over n.
@@ -148,13 +148,13 @@ impl TransparentBody {
     /// Factor on `S/λ²` of the magnified relief, in the scattering function of light from `wi` to `wo`, in 1/sr. The
     /// directions have unit length and point away from the relief on either side of it.
     pub fn factor(self, wi: Vec3, wo: Vec3) -> f64 {
-        self.pair(&self.side::<Plain<'_, f64>>(wi), &self.side(wo)).factor()
+        self.pair(&self.wave::<Plain<'_, f64>>(wi), &self.wave(wo)).factor()
     }
 
     /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that it reflects
     /// inside.
     pub fn transmittance(self, cos: f64) -> f64 {
-        let [s, p] = self.side::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
+        let [s, p] = self.wave::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
         0.5 * (s * s + p * p)
     }
 
@@ -163,9 +163,9 @@ impl TransparentBody {
         super::fresnel_unpolarised(cos, super::ComplexIndex { eta: self.eta, k: 0.0 })
     }
 
-    /// Terms of a direction `w` of unit length, which points away from the relief on either side of it.
+    /// Wave of a direction `w` of unit length, which points away from the relief on either side of it.
     #[inline(always)]
-    pub(crate) fn side<N: Numbers>(self, w: [N::Real; 3]) -> Side<N> {
+    pub(crate) fn wave<N: Numbers>(self, w: [N::Real; 3]) -> BodyWave<N> {
         let lit = N::Real::lit;
         let (zero, one) = (lit(0.0), lit(1.0));
         let eps = self.eta * self.eta;
@@ -191,7 +191,7 @@ impl TransparentBody {
         let [x, y] = [w[0] * vacuum, w[1] * vacuum];
         let per_medium = N::Double::lit(1.0 / self.eta);
         let scale = N::Double::select(is_inside, N::Double::lit(1.0), per_medium);
-        Side {
+        BodyWave {
             is_below,
             tangential: [N::widen(w[0]) * scale, N::widen(w[1]) * scale],
             normal: N::Real::select(is_below, cn, c1) * lit(1.0 / self.eta),
@@ -212,13 +212,13 @@ impl TransparentBody {
 
     /// The pair of two directions, light arriving from `wi` and leaving along `wo`.
     #[inline(always)]
-    pub(crate) fn pair<N: Numbers>(self, wi: &Side<N>, wo: &Side<N>) -> TransparentPair<N> {
+    pub(crate) fn pair<N: Numbers>(self, wi: &BodyWave<N>, wo: &BodyWave<N>) -> TransparentPair<N> {
         let lit = N::Real::lit;
         let (zero, one) = (lit(0.0), lit(1.0));
         // σ, and w over n: wave vectors below point downwards.
         let is_reflected = wi.is_on_side_of(wo);
         let sigma = N::Real::select(is_reflected, one, -one);
-        let signed = |side: &Side<N>| N::Real::select(side.is_below, -side.normal, side.normal);
+        let signed = |wave: &BodyWave<N>| N::Real::select(wave.is_below, -wave.normal, wave.normal);
         let w = signed(wi) + signed(wo);
         let normal = w.abs().max(lit(self.normal_min));
         let sign = N::Double::select(w.lt(zero), N::Double::lit(-1.0), N::Double::lit(1.0));
@@ -233,7 +233,7 @@ impl TransparentBody {
         let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * sines));
         let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
         // 1/|s|² and 1/|p|², times the transmittances.
-        let [[s, p], [s0, p0]] = [wo, wi].map(|side| [0, 1].map(|state| side.per_squared[state] * side.passed[state]));
+        let [[s, p], [s0, p0]] = [wo, wi].map(|wave| [0, 1].map(|state| wave.per_squared[state] * wave.passed[state]));
         let contrast = self.contrast_over_normal(is_reflected, normal, wi);
         // ζ ζ0/n² and w²/n²: the units of both cancel.
         let scale = lit(4.0) * wi.normal * wo.normal * contrast * contrast;
@@ -252,7 +252,7 @@ impl TransparentBody {
     /// `(ε − 1)/w`, with w over n. For n = 1, where this is 0/0, reflected light has 0 and transmitted light the limit
     /// at the refracted direction, `s0`: light goes straight on.
     #[inline(always)]
-    fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &Side<N>) -> N::Real {
+    fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {
             let s0 = N::Real::lit(1.0) / wi.per_squared[0].sqrt();
             return N::Real::select(is_reflected, N::Real::lit(0.0), s0);
@@ -261,8 +261,8 @@ impl TransparentBody {
     }
 }
 
-impl<N: Numbers> Side<N> {
-    /// Whether another direction lies on the same side of the relief.
+impl<N: Numbers> BodyWave<N> {
+    /// Whether another direction lies on the same side of the relief as this one.
     #[inline(always)]
     pub(crate) fn is_on_side_of(&self, other: &Self) -> N::Mask {
         (self.is_below & other.is_below) | (!self.is_below & !other.is_below)
@@ -365,7 +365,7 @@ mod tests {
     }
 
     fn pair(body: TransparentBody, wi: Vec3, wo: Vec3) -> TransparentPair<Double> {
-        body.pair(&body.side::<Double>(wi), &body.side::<Double>(wo))
+        body.pair(&body.wave::<Double>(wi), &body.wave::<Double>(wo))
     }
 
     #[test]
@@ -491,7 +491,7 @@ mod tests {
         for eta in [1.0, 1.2, 1.5, 4.0] {
             for body in [interface(eta), TransparentBody::new(eta, true, 65.0)] {
                 for (wi, wo) in both_sides.iter().flat_map(|wi| both_sides.iter().map(move |wo| (*wi, *wo))) {
-                    let single = |w: Vec3| body.side::<Plain<'static, f32>>(w.map(|c| c as f32));
+                    let single = |w: Vec3| body.wave::<Plain<'static, f32>>(w.map(|c| c as f32));
                     let double = pair(body, wi, wo).factor();
                     let single = body.pair(&single(wi), &single(wo)).factor();
                     assert!(double.is_finite() && double >= 0.0, "{body:?} {wi:?} {wo:?}: {double}");
