@@ -176,6 +176,7 @@ fn fit_rings(
     reflectance: Reflectance,
     progress: &Progress,
 ) -> Vec<FittedRing> {
+    // A group has the rings with equal numbers of directions; a batch of it has RAYS directions.
     let batches_of = |group: &[RingPlan]| group[0].directions.div_ceil(RAYS);
     let groups = || plan.rings.chunk_by(|a, b| a.directions == b.directions);
     let steps = progress.of_steps(groups().map(batches_of).sum());
@@ -194,14 +195,12 @@ fn fit_rings(
                 })
                 .collect();
             // Start of each ring in a batch.
-            let starts: Vec<usize> = group
-                .iter()
-                .scan(0, |next, ring| {
-                    let start = *next;
-                    *next += ring.w_count() * 3;
-                    Some(start)
-                })
-                .collect();
+            let mut next = 0;
+            let mut starts = Vec::with_capacity(group.len());
+            for ring in group {
+                starts.push(next);
+                next += ring.w_count() * 3;
+            }
             let rings: Vec<FittedRing> = group
                 .par_iter()
                 .zip(starts)

@@ -220,7 +220,7 @@ impl<N: Numbers> OrdersView<N> {
                 (near.next(j), weight.fma(exponent.exp2(), density))
             },
         );
-        // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²).
+        // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²), with σ in orders.
         let [x, y] = &self.layout.axes;
         let norm = x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
         let peak = lit(norm) / reading.squared_um();
@@ -266,14 +266,14 @@ impl<N: Numbers> OrdersView<N> {
         let has_weight = lit(0.0).lt(total) & active;
         let (number, u) = (self.number(chosen), [u, v]);
         let nm = N::widen(reading.wavelength_nm);
-        let cosines = [0, 1].map(|i| {
+        let outgoing = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let offset = normal_quantile(u[i]) * reading.narrowed(lit(axis.sigma));
             // The sampled frequency in cycles/nm.
             let f = (N::widen(number[i]) + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
             N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
-        (cosines, has_weight)
+        (outgoing, has_weight)
     }
 
     /// Prepares the loop over the orders whose centres lie in the square of half side `reach` about the incident

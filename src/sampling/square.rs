@@ -323,7 +323,7 @@ impl<N: Numbers> SquareView<N> {
         let band = incidence.band + N::Index::select(is_upper, N::Index::lit(1), N::Index::lit(0));
         let drawn = self.areas().choose(&incidence.rectangle, band, [u, v], has_mass);
         let nm = N::widen(reading.wavelength_nm);
-        let cosines = [0, 1].map(|i| {
+        let outgoing = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let offset = match axis.sigma {
                 Some(sigma) => normal_quantile(drawn.u[i]) * lit(sigma),
@@ -334,7 +334,7 @@ impl<N: Numbers> SquareView<N> {
             let f = (number + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
             N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
-        (cosines, has_mass)
+        (outgoing, has_mass)
     }
 
     #[inline(always)]
