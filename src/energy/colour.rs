@@ -1,5 +1,5 @@
-//! Table of the divisor A for red, green and blue, for renderers that carry colours instead of wavelengths.
-//! `methods/albedo.wgsl` evaluates it in WGSL.
+//! Table of the divisor A ([module](super)) for red, green and blue, for renderers that carry colours instead of
+//! wavelengths. `methods/albedo.wgsl` evaluates it in WGSL.
 //!
 //! A colour channel is a band: an integral over wavelengths with its weights in linear sRGB. Its albedo is the weighted
 //! mean of the albedos by wavelength.

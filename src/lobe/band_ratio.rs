@@ -1,4 +1,5 @@
-//! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's.
+//! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's. R is
+//! the material's Fresnel reflectance at a wavelength, R0 that of one reference index for all wavelengths.
 //!
 //! A colour table includes R/R0 at the half vector of the scattering vector at which it is read. For a resized relief
 //! this half vector differs from the query's. The lobe therefore multiplies each channel by the quotient of the band

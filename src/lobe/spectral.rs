@@ -1,5 +1,6 @@
-//! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. It
-//! leaves out the interface's factor (R of docs/model.md#the-reflectance, or the small-slope factor Q).
+//! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. O is
+//! the obliquity factor, M the V-cavity factor of shadowing, and S the power spectrum (docs/model.md#the-reflectance).
+//! The lobe leaves out the interface's factor: the Fresnel reflectance R, or the small-slope factor Q.
 
 use super::{PerWavelength, Sides};
 use crate::energy::{AlbedoLayout, AlbedoView, GridPlace};

@@ -1,8 +1,8 @@
 //! Lobes of transparent bodies, which reflect and transmit: at wavelengths, and in linear sRGB.
 //!
-//! Values are the scattering function of light from `wi` to `wo` in 1/sr, without the cosine, and with the interface's
-//! factor. Directions point away from the relief on either side of it: above into air; below into the medium of an
-//! interface, or into the air behind a film. Tables are those of the relief magnified by the index.
+//! Values are the scattering function (BSDF) of light from `wi` to `wo` in 1/sr, without the cosine, and with the
+//! interface's factor. Directions point away from the relief on either side of it: above into air; below into the
+//! medium of an interface, or into the air behind a film. Tables are those of the relief magnified by the index.
 
 use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, per_excess};
 use super::spectral::SpectralLobe;

@@ -1,8 +1,9 @@
 //! Weights of the terms in the series of the phase screen (symbols: orders.rs), for many wavelengths at one w. Several
 //! wavelengths are computed side by side in SIMD lanes.
 //!
-//! With `x = κH`, the weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored
-//! without the factor i of odd terms, so that they are real and have the signs + + − − and so on.
+//! With `x = κH`, the phase rate times half the range of heights, the weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)`
+//! (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms, so that they are real and
+//! have the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;

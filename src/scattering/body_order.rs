@@ -4,7 +4,8 @@ use super::{BodyWave, TransparentBody, TransparentPair, Vec3};
 use crate::numeric::Plain;
 use std::f64::consts::TAU;
 
-/// Scattering vector and powers of a pair of directions at a transparent body (`transparent.rs`).
+/// Scattering vector and powers of a pair of directions at a transparent body. The symbols are those of
+/// `transparent.rs`; `c_m` is the amplitude of order m of the phase screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyOrder {
     /// Tangential part of `Ki + Ko` in wave numbers in vacuum, with the sign that makes the normal part positive.
