@@ -3,8 +3,8 @@
 /// Fraction of the lit pixels that may clip. Larger values brighten pictures; smaller ones keep more highlights.
 const CLIPPED_FRACTION: f64 = 0.01;
 
-/// Factor on a picture in linear sRGB that leaves at most 1 % of the lit pixels above 1 in any channel, and the
-/// brightest of the others at 1. A pixel is lit if a channel is positive. The factor of a black picture is 1.
+/// Factor on a picture in linear sRGB that leaves at most 1 % of the lit pixels above 1 in any channel. The largest
+/// channel of all other pixels becomes 1. A pixel is lit if a channel is positive. The factor of a black picture is 1.
 ///
 /// ```
 /// // One bright pixel in two hundred may clip.

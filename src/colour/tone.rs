@@ -6,7 +6,8 @@
 //! p'   KNEE + (1 − KNEE)·e/(e + SHOULDER) where e > 0, else p: the largest channel that is displayed, below 1
 //! ```
 
-/// Largest channel up to which colours are displayed unchanged. Larger values leave less contrast to highlights.
+/// Largest channel up to which colours are displayed unchanged. Larger values leave less contrast to highlights;
+/// smaller ones darken more of the picture.
 const KNEE: f64 = 0.8;
 /// Excess over [`KNEE`] that is displayed halfway between the knee and 1. Larger values keep contrast between brighter
 /// highlights; smaller ones display moderate highlights brighter.

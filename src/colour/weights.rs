@@ -39,11 +39,10 @@ pub enum ColourError {
     },
 }
 
-/// Least sum of a channel's weights before scaling, as a fraction of the largest channel's, at which a grid is
-/// accepted. On a grid that covers the visible range the sums are about equal. Smaller values accept grids whose
-/// colours are far off.
+/// Smallest accepted sum of a channel's weights before scaling, as a fraction of the largest channel's sum. On a grid
+/// that covers the visible range the sums are about equal. Smaller values accept grids whose colours are far off.
 const WHITE_MIN: f64 = 0.05;
-/// Most wavelengths of [`SpectralToRgb::visible`], 24 MiB of weights.
+/// Largest number of wavelengths of [`SpectralToRgb::visible`]; their weights take 24 MiB.
 const COUNT_MAX: usize = 1 << 20;
 
 /// Weights that turn samples of a reflectance `f(λ_i)`, lit by D65 and seen by the CIE 1931 2° observer, into linear

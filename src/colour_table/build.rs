@@ -16,11 +16,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Upper bound of the [`cost`] of a build: some seconds on two cores.
+/// Upper bound of the [`cost`] of a build: a few seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
 
-/// Factor by which the coherence length is reduced until the table is small enough. A smaller one would lose more of
-/// the length than necessary; one closer to 1 takes more plans, which are cheap.
+/// Factor by which the coherence length is reduced until the table is small enough. A smaller factor would lose more of
+/// the length than necessary; a larger one takes more plans, which are cheap.
 const LENGTH_STEP: f64 = 0.95;
 
 /// Standard deviation of the Gaussian window that stands for an aperiodic scan's taper, as a fraction of the scan's
@@ -28,7 +28,7 @@ const LENGTH_STEP: f64 = 0.95;
 /// taper's lobes.
 const TAPER_SIGMA: f64 = 0.35;
 
-/// Wavelength in µm at which [`knee`] is taken: about the middle of the visible range.
+/// Wavelength in µm for which [`knee`] is computed: about the middle of the visible range.
 const KNEE_WAVELENGTH_UM: f64 = 0.5;
 
 /// Options of [`ColourTable::build`].
@@ -159,8 +159,8 @@ fn cost(plan: &Rings, sigma_per_um: f64) -> f64 {
         .sum()
 }
 
-/// The `knee` of `fit.rs`, a value of w: below it F falls as w². It lies where the phase κH of half the range of
-/// heights H is one radian, at most at the largest w, 2.
+/// The `knee` of `fit.rs`, the value of w below which F falls as w²: that at which `κH = 2πwH/λ` is one radian, with H
+/// half the range of heights. At most the largest w, 2.
 fn knee(spectrum: &Spectrum) -> f64 {
     (KNEE_WAVELENGTH_UM / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
 }
@@ -176,6 +176,7 @@ fn fit_rings(
     reflectance: Reflectance,
     progress: &Progress,
 ) -> Vec<FittedRing> {
+    // A group has the rings with equal numbers of directions; a batch of it has RAYS directions.
     let batches_of = |group: &[RingPlan]| group[0].directions.div_ceil(RAYS);
     let groups = || plan.rings.chunk_by(|a, b| a.directions == b.directions);
     let steps = progress.of_steps(groups().map(batches_of).sum());
@@ -194,14 +195,12 @@ fn fit_rings(
                 })
                 .collect();
             // Start of each ring in a batch.
-            let starts: Vec<usize> = group
-                .iter()
-                .scan(0, |next, ring| {
-                    let start = *next;
-                    *next += ring.w_count() * 3;
-                    Some(start)
-                })
-                .collect();
+            let mut next = 0;
+            let mut starts = Vec::with_capacity(group.len());
+            for ring in group {
+                starts.push(next);
+                next += ring.w_count() * 3;
+            }
             let rings: Vec<FittedRing> = group
                 .par_iter()
                 .zip(starts)

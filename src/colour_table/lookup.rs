@@ -1,7 +1,8 @@
 //! Look-up in a [`super::ColourTable`], generic over [`Numbers`].
 //!
 //! A look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the
-//! direction and w. The words of coefficients are those of `pack.rs`. The WGSL twin is `src/methods/table.wgsl`.
+//! direction and w. The words of coefficients are those of `pack.rs`. `src/methods/table.wgsl` is the counterpart in
+//! WGSL, with the same arithmetic.
 
 use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
@@ -32,8 +33,8 @@ impl<N: Numbers> ColourView<N> {
         // Comparisons with NaN are false.
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
-        // Position among the rings: ring k lies at k. The divisions are not simplified, since the WGSL twin has the
-        // same ones: beside a bright order another rounding of the position would change the colour visibly.
+        // Position among the rings: ring k lies at k. The divisions are not simplified, since they must match those of
+        // table.wgsl: beside a bright order another rounding of the position would change the colour visibly.
         let growth = lit(self.layout.growth.into());
         let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.inner_spacing.into());
         let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
@@ -61,6 +62,7 @@ impl<N: Numbers> ColourView<N> {
         let opposite = ring.lt(lit(0.0));
         let ring = N::Real::select(opposite, lit(-1.0) - ring, ring).min(lit(self.layout.last_ring.into()));
         let turn = N::Real::select(opposite, turn + lit(0.5), turn);
+        // Packets of four words in a ring's record.
         const PACKETS: u32 = Ring::WORDS as u32 / 4;
         let record = N::index(ring) * int(PACKETS) + int(self.layout.rings_at);
         let [offset, directions, w_count, knots_per_w] = N::gather::<4>(self.words, record, active);
@@ -96,10 +98,10 @@ impl<N: Numbers> ColourView<N> {
             let powers = words.map(|word| ((word >> (3 * MANTISSA_BITS)) + exponent_offset) << 23);
             let excess = powers.map(|power| N::from_bits(power | int(1 << 22)));
             // Shifts that move red, green and blue to the bits 14 to 22.
-            let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
-            for (sum, in_place) in sums.iter_mut().zip(in_place) {
+            let shifts = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
+            for (sum, shift) in sums.iter_mut().zip(shifts) {
                 *sum = array::from_fn(|j| {
-                    let bits = (in_place(words[j]) & int(0x1ff << 14)) | powers[j];
+                    let bits = (shift(words[j]) & int(0x1ff << 14)) | powers[j];
                     (N::from_bits(bits) - excess[j]).fma(direction_weight, sum[j])
                 });
             }
@@ -127,8 +129,8 @@ const ATAN_TURNS: [f64; 8] = [
 
 /// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin.
 ///
-/// The WGSL twin has the same polynomial, because WGSL allows `atan2` an error of 4096 units in the last place. That is
-/// a quarter of the distance between directions.
+/// table.wgsl has the same polynomial, because WGSL allows `atan2` an error of 4096 units in the last place, a quarter
+/// of the distance between directions.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
     let (abs_u, abs_v) = (u.abs(), v.abs());

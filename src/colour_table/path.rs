@@ -5,8 +5,8 @@
 //!
 //! `F(q) = Σ_ρ (Δρ/r)·R·weight(λ)·S(f; κ)` with `f = ρ·(cos φ, sin φ)`, `λ = r/ρ` and `κ = 2πw/λ`.
 //!
-//! The rings of a *group* have the same directions. So along each ray the records of the spectral table are
-//! interpolated once, at uniform ρ that resolve an order. They serve every ring of the group and every w.
+//! The rings of a *group* have the same directions. Along each ray the records of the spectral table are therefore
+//! interpolated once, at uniform ρ that resolve an order. These records serve every ring of the group and every w.
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
@@ -19,8 +19,8 @@ pub(super) const RAYS: usize = 16;
 pub(super) type PerRay = [f32; RAYS];
 /// Step over ρ in standard deviations of an order. The trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5 of a Gaussian.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
-/// Fewest steps over the visible wavelengths, about 6 nm each. More take longer; fewer would miss the curvature of the
-/// colour matching functions.
+/// Smallest number of steps over the visible wavelengths, about 6 nm each. More take longer; fewer would miss the
+/// curvature of the colour matching functions.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// Visible wavelengths in µm, shortest and longest.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
@@ -53,7 +53,7 @@ pub(super) struct Term {
     header_factors: [f32; HEADER],
     /// Factor on the spline, real and imaginary part.
     spline_factor: [f32; 2],
-    /// Linear sRGB that `S/norm` is multiplied by.
+    /// Factor on `S/norm`, linear sRGB.
     rgb: [f32; 3],
 }
 

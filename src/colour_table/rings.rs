@@ -29,11 +29,13 @@ const KNOTS_PER_FEATURE: f64 = 1.3;
 /// scan spreads order zero over all directions, and that light does not fall as w² near the horizon. Larger values
 /// resolve less of the horizon; smaller ones take more knots.
 pub(super) const W_LOG: f64 = 0.02;
-/// Fewest intervals between knots. Even the F of a flat relief may change with w, by the interface's reflectance.
+/// Smallest number of intervals between knots. Even the F of a flat relief may change with w, by the interface's
+/// reflectance.
 const INTERVALS_MIN: usize = 3;
-/// Most intervals between knots, which bounds a table's size. Reached by reliefs deeper than 350 µm.
+/// Largest number of intervals between knots. It bounds a table's size, and is reached by reliefs deeper than 350 µm.
 const INTERVALS_MAX: usize = 4096;
-/// Fewest directions on a ring. Fewer would not build faster, since rays are integrated 16 at a time (`path.rs`).
+/// Smallest number of directions on a ring. Fewer would not build faster, since rays are integrated 16 at a time
+/// (`path.rs`).
 const DIRECTIONS_MIN: usize = 16;
 /// Outermost over innermost radius of a group of rings with equally many directions. A larger ratio wastes directions
 /// on the inner rings, a smaller one integrates along more rays.

@@ -31,7 +31,8 @@ enum Tables {
     /// A phase screen, whose values leave the interface's factor out, and the index of the material for that factor,
     /// relative to the cover's. `None` reflects everything.
     Scalar(Box<Surface>, Option<ComplexIndex>),
-    /// A grating by Maxwell's equations, whose values include the material. This process shares it among its users.
+    /// A grating by Maxwell's equations, whose values include the material. Other surfaces of this process may share
+    /// it.
     Rigorous(Arc<(GratingSurface, Origin)>),
 }
 
@@ -83,15 +84,15 @@ impl BuiltSurface {
         }
     }
 
-    /// The pair as the tables take it. `None` where the surface scatters nothing.
+    /// The pair of directions by which the tables are read: inside the cover if there is one. `None` where the surface
+    /// scatters nothing.
     fn inside(&self, wi: Vec3, wo: Vec3) -> Option<Inside> {
         if self.transmits() { Some(Inside::bare(wi, wo)) } else { Inside::new(self.cover, wi, wo) }
     }
 
-    /// Calls `each(k, f)` for every wavelength in turn. `k` is its position in `wavelengths_nm`; `f` is in 1/sr and
-    /// leaves out the cosine. `f` is 0 unless the wavelength lies within the tables' range and, on a surface that only
-    /// reflects, both directions above it. A surface that transmits has the power per solid angle of light that arrives
-    /// from `wi` and leaves along `wo`.
+    /// Calls `each(k, f)` for every wavelength in turn. `k` is the wavelength's position in `wavelengths_nm`; `f` is
+    /// the BSDF in 1/sr, without the cosine, of light that arrives from `wi` and leaves along `wo`. `f` is 0 unless the
+    /// wavelength lies within the tables' range and, on a surface that only reflects, both directions above it.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
         let Some(Inside { wi, wo, factor, .. }) = self.inside(wi, wo) else {
             (0..wavelengths_nm.len()).for_each(|k| each(k, 0.0));

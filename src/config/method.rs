@@ -8,7 +8,7 @@ use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use std::sync::Arc;
 
-/// The method of a grating that this process shares among its users.
+/// The method of a grating that several users in this process may share.
 struct SharedGrating(Arc<(GratingColourSurface, Origin)>);
 
 impl Method for SharedGrating {

@@ -49,7 +49,7 @@ pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
 /// Accepted imaginary parts of a refractive index. The upper bound is that of [`ETA`].
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
-/// Accepted index of a cover. Chosen: the largest is that of diamond and titania.
+/// Accepted indices of a cover. The range includes diamond (2.4) and titania (2.6).
 pub const COVER_ETA: RangeInclusive<f64> = 1.0..=2.6;
 pub use crate::scattering::RELATIVE_SIZE;
 
@@ -75,7 +75,7 @@ pub enum Source<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SurfaceConfig {
-    /// The built-in relief (default: `elaphe` where `filename` is missing, too).
+    /// The built-in relief (default: `elaphe`, unless `filename` is given).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
     /// Period along x in µm of the presets `blazed`, `sinusoidal`, `lamellar` (default: the preset's).

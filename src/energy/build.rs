@@ -1,9 +1,13 @@
-//! Fills the nodes of albedo tables; see the [module](super) for the steps and the symbols a, b, t and A.
+//! Fills the nodes of albedo tables; see the [module](super) for the steps and the symbols `a`, `b`, `t` and `A`.
 //!
+//! - The *excess* of an albedo or a divisor is its difference from one, such as `A − 1`.
+//! - A *ridge* is a narrow maximum of `t` along the incidences from which an order leaves along the surface
+//!   ([`Ridge`]).
 //! - A *plane* has the values of one wavelength, or of one band (red, green or blue).
 //! - A *group* has the wavelengths that are integrated together for K planes. A table over wavelengths has one group
 //!   for each plane, with one wavelength and K = 1. A table of bands has one group, with many wavelengths and K = 3.
 //! - A position among groups, `group_at`, is 0 at the first group and may lie between two groups.
+//! - A *gap* is the interval between two neighbouring groups.
 //! - The *coarse* grid and the coarse groups are every other ([`COARSE_STRIDE`]) of the table's.
 
 use super::grid::{Grid, place};
@@ -27,63 +31,64 @@ struct Resolution {
     planes: u32,
 }
 
-/// Sizes of tables, of which the first that allows for the integral is taken. Integrals with few quadrature nodes are
-/// those of narrow orders, whose ridges need fine grids. Cells are even and planes odd, so that every other node forms
-/// a coarse grid.
+/// Sizes of tables. A table takes the first whose `quadrature_nodes_max` is not exceeded. Few quadrature nodes mean few
+/// narrow orders, whose ridges need fine grids. Cells are even and planes odd, so that every other node forms a coarse
+/// grid.
 const RESOLUTIONS: [Resolution; 4] = [
     Resolution { quadrature_nodes_max: 400, cells: 48, planes: 17 },
     Resolution { quadrature_nodes_max: 1000, cells: 32, planes: 11 },
     Resolution { quadrature_nodes_max: 4000, cells: 20, planes: 9 },
     Resolution { quadrature_nodes_max: usize::MAX, cells: 16, planes: 7 },
 ];
-/// Distance of two nodes or groups of the coarse grid, in nodes or groups of the table. [`Nodes::refined`] is for 2.
+/// Spacing of the coarse grid and groups, in nodes or groups of the table. [`Nodes::refined`] assumes 2.
 const COARSE_STRIDE: usize = 2;
-/// Fewest cells along each side where orders have ridges.
+/// Smallest number of cells along each side of a table with ridges. The divisor is raised about a ridge over a width
+/// proportional to the cells, so larger cells would darken more directions.
 const RIDGE_CELLS_MIN: u32 = 24;
-/// Margin of the divisor, relative to it, for errors of interpolation. A smaller margin leaves larger albedos between
-/// nodes. With 0.015 no albedo found on a grating exceeds one, but mean albedos are lower by 0.003 to 0.008.
+/// Relative margin of the divisor for errors of interpolation. A smaller margin leaves larger albedos between nodes.
+/// With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008.
 const MARGIN: f64 = 0.007;
-/// Number of cells along each side at which ridges get the margin [`MARGIN`]. With fewer cells it is larger by the
-/// ratio.
+/// Number of cells along each side at which tables with ridges get the margin [`MARGIN`]. With fewer cells the margin
+/// grows in inverse proportion to their number.
 const MARGIN_CELLS: f64 = 48.0;
-/// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get it in proportion.
+/// Excess of the divisor from which it gets the whole margin. Smaller excesses get a proportional part.
 const MARGIN_FROM: f64 = 0.05;
-/// Relative increase of the excess at the rim of the grid, falling by e² per cell: `(A − 1)·cos²θ` is concave in the
-/// outermost cells, so linear interpolation lies below it. Hardly any power leaves there, so a large value costs
+/// Relative increase of the excess at the rim of the grid, falling by a factor e² per cell: `(A − 1)·cos²θ` is concave
+/// in the outermost cells, so linear interpolation lies below it. Hardly any power leaves there, so a large value costs
 /// little.
 const RIM_INCREASE: f64 = 3.0;
 /// Relative increase of the excess at the horizon where orders have ridges, falling as `(1 − cosθ)¹⁶`, to a tenth at
-/// 82°: ridges are narrowest there. With 0.3 albedos of a window of 5 µm reach 1.03 beyond 85°.
+/// 82°: ridges are narrowest there. With 0.3, albedos at a coherence length of 5 µm reach 1.03 beyond 85°.
 const GRAZING_INCREASE: f64 = 0.6;
-/// Relative increase of the excess per unit of excess: a large divisor changes much within a cell. It acts on reliefs
-/// some µm deep.
+/// Relative increase of the excess per unit of excess: a large divisor changes much within a cell. The increase matters
+/// for reliefs a few µm deep.
 const LARGE_INCREASE: f64 = 0.007;
-/// Excess of t over one that is attributed to errors of the quadrature, and set to zero.
+/// Excess of `t` that is attributed to errors of the quadrature, and set to zero.
 const NEGLIGIBLE: f64 = 3e-4;
-/// Number of iterations for t. Every iterate is an upper bound of t. More iterations lower the bound, which darkens the
-/// reflectance less, but take longer.
+/// Number of iterations for `t`. Every iterate is an upper bound of `t`. More iterations lower the bound, which darkens
+/// the reflectance less, but take longer.
 const ITERATIONS: usize = 4;
-/// Half-sides of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 and 0.5 groups ([`BOX_GROUPS`])
-/// albedos reach 1.04; with 1 their mean is lower by 0.01.
+/// Half-side of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 here and 0.5 for [`BOX_GROUPS`]
+/// albedos reach 1.04; with 1 here the mean albedo is lower by 0.01.
 const BOX_CELLS: f64 = 0.7;
-/// Half of a node's box ([`Ridge`]) along the wavelength, in groups.
+/// Half-side of a node's box ([`Ridge`]) along the wavelength, in groups; see [`BOX_CELLS`].
 const BOX_GROUPS: f64 = 0.6;
 
-/// Largest change of cosθ across a cell, times the cells along a side: `16/(3√3)`, rounded up. `cosθ = (1 − r²)²` is
-/// steepest at `r² = 1/3`, and a cell has a side of 2 over their number in r.
+/// Largest change of cosθ across a cell, times the number of cells along a side: `16/(3√3)`, rounded up. At the radius
+/// r, `cosθ = (1 − r²)²` is steepest at `r² = 1/3`, and the sides of all cells sum to 2.
 const CELL_COSINE: f64 = 3.08;
-/// Most nodes beyond a cell's corners that are raised with them. There is one for each half turn by which the phase
-/// between the relief's lowest and highest point changes across a cell. More darken reliefs some ten µm deep.
+/// Largest number of nodes beyond a cell's corners, along each axis, that are raised with the corners. The number is
+/// one for each half turn by which the *relief phase* changes across a cell: the phase between the relief's lowest and
+/// highest point ([`AlbedoIntegral::phase_max`]). A larger limit darkens reliefs tens of µm deep.
 const DEEP_REACH_MAX: usize = 3;
-/// Change of the phase of [`DEEP_REACH_MAX`] across a cell, in radians, from which a relief with ridges counts as deep.
-/// Other reliefs count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief 1.2 µm
-/// deep.
+/// Change of the relief phase across a cell, in radians, from which a relief with ridges counts as deep. Other reliefs
+/// count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief 1.2 µm deep.
 const DEEP_RIDGE_PHASE: f64 = 2.0;
 /// Check points within a cell of a deep relief, in place of its centre: fractions of the cell along x, y and group.
 const DEEP_CHECK_POINTS: [[f64; 3]; 4] =
     [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.25, 0.75, 0.75], [0.75, 0.25, 0.75]];
-/// Factor on the differences found at check points of deep reliefs. With 1 an albedo of 1.03 remains on a relief 2 µm
-/// deep.
+/// Factor on the deficits of deep reliefs, which are found at a few points only. With 1 an albedo of 1.03 remains on a
+/// relief 2 µm deep.
 const DEEP_INCREASE: f32 = 1.5;
 
 /// Four directions side by side.
@@ -107,7 +112,7 @@ pub(super) struct Nodes<const K: usize> {
 /// Builder of the nodes of one table.
 pub(super) struct Builder<'a, const K: usize> {
     integral: &'a AlbedoIntegral<'a>,
-    /// The group at a position `group_at`, from 0 to `groups − 1`.
+    /// Makes the group at a position `group_at`, from 0 to `groups − 1`.
     group: &'a (dyn Fn(f64) -> Group<K> + Sync),
     /// Number of groups: odd, so that every other group belongs to the coarse grid.
     groups: usize,
@@ -143,8 +148,8 @@ impl<'a, const K: usize> Builder<'a, K> {
         Self { integral, group, groups, is_mirrored, ridge_cosines }
     }
 
-    /// Nodes of a table with the given grid. `None` if no albedo has to be divided: the surface is a dielectric, so its
-    /// albedo has no ridges, and no node of the coarse grid exceeds one.
+    /// Nodes of a table with the given grid. `None` if nothing has to be divided: no albedo at a node of the coarse
+    /// grid exceeds one, and the surface is a dielectric, which has no ridges between those nodes.
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
         let coarse_grid = Grid { cells: grid.cells / COARSE_STRIDE as u32 };
         let coarse_groups = self.groups / COARSE_STRIDE + 1;
@@ -159,9 +164,9 @@ impl<'a, const K: usize> Builder<'a, K> {
         let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
         let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
         // t bounds the albedo only if A ≥ b everywhere.
-        nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)).for_each(|(values, least)| {
+        for (values, least) in nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)) {
             values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
-        });
+        }
         self.raise_cells(&mut nodes, &coarse, &steps);
         Some(nodes)
     }
@@ -181,8 +186,9 @@ impl<'a, const K: usize> Builder<'a, K> {
         (self.groups - 1).max(1)
     }
 
-    /// Nodes of every `stride`-th group on a grid: of a if `b` is `None`, else of t with the divisors of the coarse
-    /// nodes `b`. A stride of 1 is the table's own grid, whose nodes also get the t of orders on their ridges.
+    /// Nodes of every `stride`-th group on a grid. They hold `a` if `b` is `None`, else `t` with the coarse nodes `b`
+    /// as known divisors. A stride of 1 means the table's own grid, whose nodes also count orders moved onto their
+    /// ridges.
     fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<&Nodes<K>>, steps: &Steps) -> Nodes<K> {
         let integrated = self.integrated_nodes(grid);
         let groups = (self.groups - 1) / stride + 1;
@@ -197,16 +203,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             let group = (self.group)(group_at);
             let mut t = self.divisor(wi, group_at, &group, b, None);
             if stride == 1 {
-                // Half of the difference between the directions at both ends of the box along a grid axis.
-                let half_side = |axis: usize| {
-                    let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {
-                        let mut end = position;
-                        end[axis] += step;
-                        grid.direction(end).0
-                    });
-                    [0, 1].map(|c| 0.5 * (ends[1][c] - ends[0][c]))
-                };
-                let half_sides = [0, 1].map(half_side);
+                let half_sides = box_half_sides(grid, position);
                 for &cosine in &self.ridge_cosines {
                     let ridge = Ridge { cosine, half_sides, half_range_um: BOX_GROUPS * 1e-3 * group.spacing_nm };
                     let on_ridge = self.divisor(wi, group_at, &group, b, Some(ridge));
@@ -216,6 +213,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             self.tabulated(t, true, wi, radius, grid).map(|value| value as f32)
         };
         let found: Vec<[f32; K]> = (0..groups * integrated).into_par_iter().map(integrate).collect();
+        // With mirror symmetry only the rows up to the middle are integrated; the others copy them.
         let values = (0..groups * grid.in_plane()).map(|i| {
             let (group, node) = (i / grid.in_plane(), i % grid.in_plane());
             let node = if self.is_mirrored { node.min(grid.mirrored(node)) } else { node };
@@ -224,60 +222,26 @@ impl<'a, const K: usize> Builder<'a, K> {
         Nodes { grid, values: values.collect() }
     }
 
-    /// Raises the corners of cells where the table, linear between nodes, lies below t: in the centre, and in cells on
-    /// the horizon near it too. The centre is left out where nothing is divided at any corner. t of deep reliefs
-    /// fluctuates within a cell, so all their cells are checked, and nodes further off are raised as well. `b` has the
-    /// coarse nodes with the known divisors.
+    /// Raises the corners of cells where the table, linear between nodes, lies below `t`. `b` has the coarse nodes with
+    /// the known divisors.
+    ///
+    /// - Cells are checked in their centre, unless nothing is divided at any corner.
+    /// - Cells on the horizon are also checked close to it ([`Grid::on_rim`]).
+    /// - `t` of deep reliefs fluctuates within a cell. All their cells are checked, at several points, and nodes
+    ///   further off are raised as well.
     fn raise_cells(&self, nodes: &mut Nodes<K>, b: &Nodes<K>, steps: &Steps) {
         let grid = nodes.grid;
         let (cells, rows) = (grid.cells as usize, self.integrated_rows(grid));
+        // Change of the relief phase across a cell, in radians, and the number of nodes raised beyond a corner.
         let cell_phase = self.integral.phase_max() * CELL_COSINE / f64::from(grid.cells);
         let reach = ((cell_phase / PI) as usize).min(DEEP_REACH_MAX);
         let is_deep = reach > 0 || self.integral.has_ridges() && cell_phase > DEEP_RIDGE_PHASE;
-        // Nodes at the corners of a cell: bits 0, 1 and 2 of i are steps along x, along y and to the next group.
-        let corners = |gap: usize, y: usize, x: usize| {
-            let corner = move |i: usize| {
-                let group = (gap + (i >> 2)).min(self.groups - 1);
-                group * grid.in_plane() + (y + (i >> 1 & 1)) * grid.side() + x + (i & 1)
-            };
-            (0..8).map(corner)
-        };
-        // Largest difference t − table in cell i, `[gap][y][x]`; zero where the table is large enough.
+        let table: &Nodes<K> = nodes;
         let deficit_of = |i: usize| {
             steps.one();
-            let [gap, y, x] = [i / cells / rows, i / cells % rows, i % cells];
-            let is_divided = corners(gap, y, x).any(|node| nodes.values[node] != [0.0; K]);
-            let inside: &[[f64; 3]] = match is_deep {
-                true => &DEEP_CHECK_POINTS,
-                false if is_divided => &[[0.5; 3]],
-                false => &[],
-            };
-            let rim = grid.on_rim([x, y]).map(|[x, y]| [x, y, 0.5]);
-            // Check points: fractions of the cell along x, along y and to the next group.
-            inside.iter().copied().chain(rim).fold([0.0f32; K], |deficit, [fx, fy, fg]| {
-                let (wi, radius) = grid.direction([x as f64 + fx, y as f64 + fy]);
-                if radius >= 1.0 {
-                    return deficit;
-                }
-                let fractions = [fx, fy, fg];
-                let weight = |corner: usize| {
-                    let fraction = |axis: usize| match corner >> axis & 1 {
-                        0 => 1.0 - fractions[axis],
-                        _ => fractions[axis],
-                    };
-                    fraction(0) * fraction(1) * fraction(2)
-                };
-                // Trilinear interpolation of the table.
-                let mut table = [0.0; K];
-                for (corner, node) in corners(gap, y, x).enumerate() {
-                    (0..K).for_each(|k| table[k] += weight(corner) * f64::from(nodes.values[node][k]));
-                }
-                let group_at = if self.groups > 1 { gap as f64 + fg } else { 0.0 };
-                let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
-                let wanted = self.tabulated(t, false, wi, radius, grid);
-                std::array::from_fn(|k| deficit[k].max((wanted[k] - table[k]) as f32))
-            })
+            self.deficit(table, b, [i / cells / rows, i / cells % rows, i % cells], is_deep)
         };
+        // Deficits of cells, `[gap][y][x]`.
         let deficits: Vec<[f32; K]> = (0..self.gaps() * rows * cells).into_par_iter().map(deficit_of).collect();
         // A node is raised by the largest deficit of the cells about it.
         let increase = if is_deep { DEEP_INCREASE } else { 1.0 };
@@ -303,8 +267,51 @@ impl<'a, const K: usize> Builder<'a, K> {
         }
     }
 
-    /// Upper bound of t in each plane of the group at `group_at`, with the known divisors of the coarse nodes `b`;
-    /// `max(1, a)` without them. With a `ridge`, narrow orders near the horizon are moved onto it.
+    /// Largest difference between `t` and the table, linear between nodes, at the check points of the cell `[gap, y,
+    /// x]`; zero where the table is large enough. `b` has the coarse nodes with the known divisors.
+    fn deficit(&self, table: &Nodes<K>, b: &Nodes<K>, cell: [usize; 3], is_deep: bool) -> [f32; K] {
+        let (grid, [gap, y, x]) = (table.grid, cell);
+        let corners = self.corners(grid, cell);
+        let is_divided = corners.iter().any(|&node| table.values[node] != [0.0; K]);
+        // Check points: fractions of the cell along x, along y and to the next group.
+        let inside: &[[f64; 3]] = match is_deep {
+            true => &DEEP_CHECK_POINTS,
+            false if is_divided => &[[0.5; 3]],
+            false => &[],
+        };
+        let rim = grid.on_rim([x, y]).map(|[x, y]| [x, y, 0.5]);
+        let mut deficit = [0f32; K];
+        for point in inside.iter().copied().chain(rim) {
+            let (wi, radius) = grid.direction([x as f64 + point[0], y as f64 + point[1]]);
+            if radius >= 1.0 {
+                continue;
+            }
+            // Trilinear interpolation of the table.
+            let mut found = [0.0; K];
+            for (corner, node) in corners.into_iter().enumerate() {
+                let fraction = |axis: usize| if corner >> axis & 1 == 0 { 1.0 - point[axis] } else { point[axis] };
+                let weight = fraction(0) * fraction(1) * fraction(2);
+                (0..K).for_each(|k| found[k] += weight * f64::from(table.values[node][k]));
+            }
+            let group_at = if self.groups > 1 { gap as f64 + point[2] } else { 0.0 };
+            let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
+            let wanted = self.tabulated(t, false, wi, radius, grid);
+            deficit = std::array::from_fn(|k| deficit[k].max((wanted[k] - found[k]) as f32));
+        }
+        deficit
+    }
+
+    /// Indices of the nodes at the corners of the cell `[gap, y, x]`. Bits 0, 1 and 2 of a corner's number are steps
+    /// along x, along y and to the next group.
+    fn corners(&self, grid: Grid, [gap, y, x]: [usize; 3]) -> [usize; 8] {
+        std::array::from_fn(|corner| {
+            let group = (gap + (corner >> 2)).min(self.groups - 1);
+            group * grid.in_plane() + (y + (corner >> 1 & 1)) * grid.side() + x + (corner & 1)
+        })
+    }
+
+    /// Upper bound of `t` in each plane of the group at `group_at`, with the coarse nodes `b` as known divisors;
+    /// without `b`, `max(1, a)`. With a `ridge`, narrow orders near the horizon are moved onto it.
     fn divisor(
         &self,
         wi: Vec3,
@@ -313,7 +320,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         b: Option<&Nodes<K>>,
         ridge: Option<Ridge>,
     ) -> [f64; K] {
-        // Directions wo, with their parts of a in each plane.
+        // Directions wo, each with its part of the integral a in every plane.
         let mut parts = Vec::new();
         let mut albedo = [Real4::lit(0.0); K];
         for (nm, weights) in &group.wavelengths {
@@ -349,10 +356,10 @@ impl<'a, const K: usize> Builder<'a, K> {
         t
     }
 
-    /// Tabulated value `(A − 1)·cos²θ` for t in a direction wi at `radius` of the grid. The excess is increased towards
-    /// the horizon; at nodes the margin is added.
+    /// Tabulated value `(A − 1)·cos²θ` that `t` requires in a direction wi at `radius` of the grid. The excess is
+    /// increased towards the horizon; at nodes the margin is added.
     fn tabulated(&self, t: [f64; K], is_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
-        // Also for tables of many narrow nodes, whose ridges are low.
+        // Unlike `AlbedoIntegral::has_ridges`, includes tables of many narrow nodes, whose ridges are low.
         let any_ridges = !self.ridge_cosines.is_empty();
         let margin = match is_node {
             true if any_ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
@@ -362,14 +369,29 @@ impl<'a, const K: usize> Builder<'a, K> {
         let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
         let grazing = if any_ridges { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
         let increase = RIM_INCREASE * (-2.0 * cells_from_rim).exp() + grazing;
-        t.map(|t| match t - 1.0 {
-            excess if excess > NEGLIGIBLE => {
+        t.map(|t| {
+            let excess = t - 1.0;
+            if excess > NEGLIGIBLE {
                 let increased = (1.0 + increase + LARGE_INCREASE * excess) * excess;
                 (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2]
+            } else {
+                0.0
             }
-            _ => 0.0,
         })
     }
+}
+
+/// Half-sides of the box of a node at `position` in the grid ([`Ridge::half_sides`]): half of the difference between
+/// the directions at both ends of the box along each axis.
+fn box_half_sides(grid: Grid, position: [f64; 2]) -> [[f64; 2]; 2] {
+    [0, 1].map(|axis: usize| {
+        let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {
+            let mut end = position;
+            end[axis] += step;
+            grid.direction(end).0
+        });
+        [0, 1].map(|c| 0.5 * (ends[1][c] - ends[0][c]))
+    })
 }
 
 impl<const K: usize> Nodes<K> {
@@ -378,7 +400,7 @@ impl<const K: usize> Nodes<K> {
     #[inline]
     fn excess<V: Values>(&self, group_at: f64, w: [V::Real; 3]) -> [V::Real; K] {
         let place = place::<V>(self.grid.cells, w);
-        // First corner of the cell: a row has one node more than cells.
+        // Node at the cell's first corner. A row has one node more than cells, so each row of cells before adds one.
         let corner: [usize; VALUES_MAX] = std::array::from_fn(|lane| {
             let cell = V::lane(place.cell, lane);
             cell + cell / self.grid.cells as usize

@@ -1,5 +1,5 @@
-//! Table of the divisor A for red, green and blue, for renderers that carry colours instead of wavelengths. The WGSL
-//! twin is `methods/albedo.wgsl`.
+//! Table of the divisor A ([module](super)) for red, green and blue, for renderers that carry colours instead of
+//! wavelengths. `methods/albedo.wgsl` evaluates it in WGSL.
 //!
 //! A colour channel is a band: an integral over wavelengths with its weights in linear sRGB. Its albedo is the weighted
 //! mean of the albedos by wavelength.
@@ -26,7 +26,7 @@ const WAVELENGTHS_OF_RIDGES: usize = 32;
 const CELLS: u32 = 16;
 /// Number of cells along each side where the albedo has ridges.
 const CELLS_OF_RIDGES: u32 = 32;
-/// Number of [`BAND_NODES_NM`]. Four take a tenth longer for each evaluation.
+/// Number of [`BAND_NODES_NM`]. An evaluation with four would take 10 % longer.
 pub(crate) const BAND_NODES: usize = 3;
 /// Wavelengths in nm at which an albedo by wavelength is read for the bands.
 pub(crate) const BAND_NODES_NM: [f64; BAND_NODES] = [460.0, 540.0, 620.0];
@@ -39,8 +39,9 @@ const WORDS: usize = 8;
 
 /// Table of the divisor A over directions, in linear sRGB under D65 with the weights of [`WavelengthWeights`].
 ///
-/// It is an [`AlbedoTable`](super::AlbedoTable) with bands in place of planes of wavelength. A band's reflectance is
-/// negative in directions whose colour lies outside sRGB, and its albedo includes them.
+/// It resembles an [`AlbedoTable`](super::AlbedoTable) with bands in place of planes of wavelength, and also holds
+/// `(A − 1)·cos²θ`. A band's reflectance is negative in directions whose colour lies outside sRGB. Its albedo includes
+/// these negative parts.
 ///
 /// Words are arranged `[y][x]`, with eight for each cell: two for each band, and two of padding. A band's first word
 /// has the corners (x, y) and (x + 1, y), its second (x, y + 1) and (x + 1, y + 1). They are 16-bit floats (bfloat16),
@@ -66,6 +67,7 @@ impl ColourAlbedoTable {
         let nodes = Builder::new(&integral, 1, &group).build(grid, progress);
         let cells = cells as usize;
         let words = (0..cells * cells).flat_map(|i| {
+            // Bits of a node of cell i, `dx` and `dy` steps from its first corner.
             let corner = |band: usize, dx: usize, dy: usize| match &nodes {
                 Some(nodes) => bf16_above(nodes.values[(i / cells + dy) * grid.side() + i % cells + dx][band]),
                 None => 0,

@@ -9,11 +9,11 @@ use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
 /// cosθ at which nodes on the rim and beyond it are evaluated. It is small against 0.007, the cosine one cell inside
-/// the rim of the finest grid.
+/// the rim of the finest grid (48 cells).
 const RIM_COSINE: f64 = 1e-4;
 
-/// cosθ at which cells on the horizon are checked: 89.94° and 89.83°. Wide orders have a pole of the albedo at the
-/// horizon that is confined to the last tenths of a degree.
+/// Values of cosθ at which cells on the horizon are checked: 89.94° and 89.83°. The albedo of wide orders has a pole at
+/// the horizon that is confined to the last tenths of a degree.
 const RIM_COSINES: [f64; 2] = [1e-3, 3e-3];
 
 /// Place of a direction in a grid.
@@ -94,8 +94,8 @@ impl Grid {
         let length = centre[0].hypot(centre[1]);
         RIM_COSINES.into_iter().filter_map(move |cos| {
             let radius = half * (1.0 - cos.sqrt()).sqrt();
-            let place = [0, 1].map(|axis| centre[axis] * radius / length + half - cell[axis] as f64);
-            place.iter().all(|at| (0.0..=1.0).contains(at)).then_some(place)
+            let point = [0, 1].map(|axis| centre[axis] * radius / length + half - cell[axis] as f64);
+            point.iter().all(|at| (0.0..=1.0).contains(at)).then_some(point)
         })
     }
 

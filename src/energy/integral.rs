@@ -3,9 +3,9 @@
 //! Each quadrature node m has a direction wo_m and a fraction P_m of the power in the table. F is the angular factor of
 //! the two directions: `O·M`, or `Q·M` with the small slope (docs/model.md#the-reflectance).
 //!
-//! A table's nodes are *narrow* or *wide*, by the width of their Gaussians over the hemisphere. Narrow nodes are
-//! integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is integrated
-//! over the hemisphere (`quadrature.rs`).
+//! The table's nodes carry Gaussians, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]). Narrow nodes
+//! are integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is
+//! integrated over the hemisphere (`quadrature.rs`). *Ridges* of the albedo are defined at [`Ridge`].
 
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
@@ -22,7 +22,8 @@ const PANEL_SIGMAS: f64 = 18.0;
 /// Largest number of panels over the hemisphere with which a table's nodes count as wide. With more, it is faster to
 /// integrate nodes one by one.
 const PANELS_MAX: f64 = 24.0;
-/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker ones are merged.
+/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker nodes are merged. A
+/// larger number is more accurate but takes longer.
 const SEPARATE_MAX: usize = 640;
 /// Number of the strongest nodes that stay separate where others are merged. Merging widens a node's Gaussian, which
 /// matters most for strong nodes.
@@ -33,13 +34,14 @@ const MERGED_SIDE_PER_UM: f64 = 0.14;
 
 /// Wavelength in µm at which the cosines of ridges are chosen: the middle of the visible range.
 const RIDGE_WAVELENGTH_UM: f64 = 0.55;
-/// Largest cosθo of a ridge. Measured on a steep sinusoid: 0.3 leaves albedos of 1.05.
+/// Largest cosθo at which orders on a ridge are counted. Measured on a steep sinusoid: 0.3 leaves albedos of 1.05.
 const RIDGE_COSINE_MAX: f64 = 0.45;
-/// Largest ratio of neighbouring cosines of ridges. Measured on a steep sinusoid: 1.7 leaves albedos of 1.013, 1.55 of
-/// 1.005.
+/// Largest ratio of neighbouring [`AlbedoIntegral::ridge_cosines`]. Measured on a steep sinusoid: 1.7 leaves albedos of
+/// 1.013, 1.55 of 1.005.
 const RIDGE_RATIO: f64 = 1.55;
-/// Smallest cosθo of a ridge. It acts on Gaussians narrower than those of sunlight (coherence length of 65 µm). Closer
-/// to the horizon the divisor of the outgoing direction removes the ridge.
+/// Smallest cosθo at which orders on a ridge are counted. Only Gaussians narrower than those of filtered sunlight
+/// (coherence length 65 µm) reach this bound. Closer to the horizon the divisor of the outgoing direction removes the
+/// ridge.
 const RIDGE_COSINE_MIN: f64 = 0.07;
 
 /// Albedo integral of one ensemble table, at any incidence and wavelength.
@@ -90,14 +92,14 @@ impl<'a> AlbedoIntegral<'a> {
         })
     }
 
-    /// Multiplies the standard deviations of narrow nodes by `window`, the factor on the widths of orders.
-    pub(super) fn narrow(&mut self, window: f64) {
+    /// Multiplies the standard deviations of the Gaussians of narrow nodes by `factor`. Wide nodes stay unchanged.
+    pub(super) fn scale_widths(&mut self, factor: f64) {
         if let Power::Gaussians { gaussians, .. } = &mut self.power {
-            gaussians.iter_mut().for_each(|gaussian| gaussian.sigma_f = gaussian.sigma_f.map(|sigma| sigma * window));
+            gaussians.iter_mut().for_each(|gaussian| gaussian.sigma_f = gaussian.sigma_f.map(|sigma| sigma * factor));
         }
     }
 
-    /// Sets the wavelength λ" in nm by which κ follows, for every query; `None` restores that of the query.
+    /// Sets the wavelength λ" in nm by which κ follows, for every query; `None` restores the query's wavelength.
     pub(super) fn set_depth_wavelength(&mut self, nm: Option<f64>) {
         self.depth_wavelength_nm = nm;
     }
@@ -126,9 +128,8 @@ impl<'a> AlbedoIntegral<'a> {
         }
     }
 
-    /// Quadrature nodes of an incidence at a wavelength.
+    /// Quadrature nodes of an incidence at a wavelength, in no particular order.
     fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
-        let mut nodes = Vec::new();
         let lattice = self.table.lattice();
         // Outgoing direction cosines up to the cutoff: |wi + wo|/λ ≤ cutoff/period along each axis.
         let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
@@ -137,19 +138,20 @@ impl<'a> AlbedoIntegral<'a> {
         });
         let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
         let phase = phase_per_cosine(self.table, depth_wavelength_um);
-        // Power density S(f; κ) in µm². Gaussians return without it.
-        let density: &dyn Fn([f64; 2], f64) -> f64 = match &self.power {
-            Power::Gaussians { gaussians, exact_cut } => {
-                let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
-                for gaussian in gaussians {
-                    gaussian.integrate(&incidence, |wo, factor, exponent| {
-                        nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
-                    });
-                }
-                return nodes;
+        let mut nodes = Vec::new();
+        if let Power::Gaussians { gaussians, exact_cut } = &self.power {
+            let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
+            for gaussian in gaussians {
+                gaussian.integrate(&incidence, |wo, factor, exponent| {
+                    nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
+                });
             }
-            Power::Table => &|f, kappa| self.table.density(f, kappa),
-            Power::Grid(grid) => &|f, kappa| grid.density(f, kappa),
+            return nodes;
+        }
+        // Power density S(f; κ) of wide nodes in µm².
+        let density = |f: [f64; 2], kappa: f64| match &self.power {
+            Power::Grid(grid) => grid.density(f, kappa),
+            Power::Table | Power::Gaussians { .. } => self.table.density(f, kappa),
         };
         let widest = wide_node_panels(self.table, wavelength_um).map(|width| width.min(PANEL_PHASE_MAX / phase));
         hemisphere(resolved, widest, wi[2], |wo, area| {
@@ -173,8 +175,8 @@ impl<'a> AlbedoIntegral<'a> {
         phase_per_cosine(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
     }
 
-    /// Whether the table has narrow nodes, and few enough for high ridges of the albedo where one of them leaves along
-    /// the surface.
+    /// Whether the table has narrow nodes, at most [`SEPARATE_MAX`]. The albedo then has a high ridge where one of them
+    /// leaves along the surface.
     pub(crate) fn has_ridges(&self) -> bool {
         self.separate_nodes().is_some_and(|nodes| nodes <= SEPARATE_MAX)
     }
@@ -198,8 +200,9 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Values of cosθo at which orders on a ridge are counted ([`Ridge::cosine`]), in geometric progression.
     ///
-    /// At the first a Gaussian adds most to the albedo; the last is [`RIDGE_COSINE_MAX`]. Tables of many narrow nodes
-    /// have low ridges, and one value, the geometric mean of these two. Empty if nodes are merged or wide.
+    /// At the first value a Gaussian adds most to the albedo ([`peak_cosine`]); the last is [`RIDGE_COSINE_MAX`].
+    /// Tables of many narrow nodes have low ridges, and get one value, the geometric mean of these two. Empty if nodes
+    /// are merged or wide.
     pub(crate) fn ridge_cosines(&self) -> Vec<f64> {
         if self.separate_nodes().is_none() {
             return Vec::new();
@@ -220,6 +223,7 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Largest number of quadrature nodes among three typical incidences; at least 1.
     pub(crate) fn typical_nodes(&self) -> usize {
+        // Directions wi, each with a wavelength in µm.
         let incidences = [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)];
         let counts = incidences.map(|(wi, wavelength_um)| self.quadrature_nodes(wi, wavelength_um, None).len());
         counts.into_iter().fold(1, usize::max)
@@ -246,16 +250,19 @@ impl QuadratureNode<'_> {
 /// Quantities that all quadrature nodes of an incidence share.
 struct Integrand<'a, V: Values> {
     integral: &'a AlbedoIntegral<'a>,
+    /// Incident direction, with a cosine of at least [`COSINE_MIN`].
     wi: [V::Real; 3],
     /// Phase rate κ per unit of w, in rad/µm.
     wavenumber: V::Real,
+    /// Index of the small-slope factor; `None` for a perfect conductor.
     index: Option<ComplexIndex>,
 }
 
 impl<'a, V: Values> Integrand<'a, V> {
     fn new(integral: &'a AlbedoIntegral, [x, y, z]: Vec3, wavelength_nm: f64) -> Self {
         let depth_wavelength_nm = integral.depth_wavelength_nm.unwrap_or(wavelength_nm);
-        // λ = λ"·d, exact where the depth is uniform.
+        // The index is that of the wavelength λ = λ"·d at the relative depth d. The largest depth stands for all, which
+        // is exact where the depth is uniform.
         let index_nm = match (integral.depth_wavelength_nm, integral.options.sizes) {
             (Some(nm), Some(sizes)) => nm * sizes.depth[1],
             _ => wavelength_nm,
@@ -285,7 +292,8 @@ impl<'a, V: Values> Integrand<'a, V> {
     }
 }
 
-/// Change of the relief's phase, in radians from its lowest point to its highest, per unit of cosθo.
+/// Phase between the relief's lowest and highest point per unit of w, in radians: 2π/λ times the range of heights. Its
+/// change per unit of cosθo is the same number, since `w = cosθi + cosθo`.
 fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
     // The knee is the reciprocal of half the range of heights.
     TAU / wavelength_um * 2.0 / table.kappa_knee()
@@ -326,8 +334,8 @@ fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     .collect()
 }
 
-/// One Gaussian for each of the strongest nodes, and one for all other nodes of each square of frequencies. Few nodes
-/// without a cutoff are all kept.
+/// One Gaussian for each of the [`STRONGEST`] nodes, and one for all other nodes of each square of frequencies. At most
+/// [`SEPARATE_MAX`] nodes of a table without a cutoff all stay separate.
 pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let mut gaussians = node_gaussians(table);
     if gaussians.len() <= SEPARATE_MAX && !is_limited(table) {
@@ -346,8 +354,8 @@ pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     gaussians
 }
 
-/// One Gaussian for several nodes, given with their weights: with the sum of their records, and the mean and variance
-/// of their weighted Gaussians.
+/// One Gaussian in place of several nodes, each given with its weight. It has the sum of their records, and the mean
+/// and variance of their weighted Gaussians.
 fn joined(mut nodes: Vec<(f64, NodeGaussian<'_>)>) -> NodeGaussian<'_> {
     if nodes.len() == 1 {
         return nodes.swap_remove(0).1;

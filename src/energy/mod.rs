@@ -18,7 +18,7 @@
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.
 //!
-//! The divisor is linear between the nodes of the table, which is filled in four steps (`build.rs`):
+//! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in four steps (`build.rs`):
 //!
 //! 1. Nodes of a grid half as fine get a.
 //! 2. These nodes get t, with a as b.
@@ -102,8 +102,8 @@ pub struct AlbedoTable {
 }
 
 impl AlbedoTable {
-    /// Builds the table of an ensemble, and the albedos before and after division. `None` for a table of amplitudes,
-    /// whose powers do not add.
+    /// Builds the divisors for an ensemble's spectral table, and reports the albedos before and after division. `None`
+    /// for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
         let mut integral = AlbedoIntegral::fast(table, options)?;
         if let Some(sizes) = &options.sizes {
@@ -139,7 +139,7 @@ impl AlbedoTable {
         &self.layout
     }
 
-    /// Packets of all cells, `[slab][wavelength][y][x]`, four words each.
+    /// Packets of all cells, `[side][slab][wavelength][y][x]`, four words each.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -219,43 +219,44 @@ impl<N: Numbers> AlbedoView<N> {
     #[inline(always)]
     pub(crate) fn excess(&self, place: &GridPlace<N>, reading: &Reading<N>, active: N::Mask) -> N::Real {
         let lit = |value: f64| N::Real::lit(value);
-        // Position among `count` planes or slabs from the first of the two that are interpolated, and its index.
+        // For a position among `count` planes or slabs: the fraction from the lower to the upper neighbour, and the
+        // index of the lower.
         let between = |position: N::Real, count: u32| {
             let last = f64::from(count - 1);
             let position = position.clip(lit(0.0), lit(last));
-            let first = position.floor().min(lit(last - 1.0));
-            (position - first, N::index(first))
+            let lower = position.floor().min(lit(last - 1.0));
+            (position - lower, N::index(lower))
         };
         let planes = self.layout.planes;
         let Some(sizes) = &self.layout.sizes else {
             let (min_nm, planes_per_nm) =
                 (lit(self.layout.wavelength_min_nm.into()), lit(self.layout.planes_per_nm.into()));
-            let plane = between((reading.wavelength_nm - min_nm) * planes_per_nm, planes);
-            return self.tabulated(place, plane, active) * place.per_squared_cosine;
+            let (fraction, gap) = between((reading.wavelength_nm - min_nm) * planes_per_nm, planes);
+            return self.tabulated(place, gap, fraction, active) * place.per_squared_cosine;
         };
-        let plane = between(sizes.plane(reading.wavelength_nm), planes);
-        let (fraction, slab) = between(sizes.slab(reading.for_kappa_nm()), sizes.slabs);
+        let (plane_fraction, plane) = between(sizes.plane(reading.wavelength_nm), planes);
+        let (slab_fraction, slab) = between(sizes.slab(reading.for_kappa_nm()), sizes.slabs);
         let gaps = N::Index::lit(planes - 1);
         let [low, high] = [0, 1].map(|next| {
-            let gap = (slab + N::Index::lit(next)) * gaps + plane.1;
-            self.tabulated(place, (plane.0, gap), active)
+            let gap = (slab + N::Index::lit(next)) * gaps + plane;
+            self.tabulated(place, gap, plane_fraction, active)
         });
-        lerp(low, high, fraction) * place.per_squared_cosine
+        lerp(low, high, slab_fraction) * place.per_squared_cosine
     }
 
-    /// `(max(1, A) − 1)·cos²θ` between two planes. `plane` is the fraction towards the upper one, and the index of the
-    /// gap between the two among the gaps of all slabs.
+    /// `(max(1, A) − 1)·cos²θ` between two planes, at `fraction` from the lower to the upper. `gap` is the index of the
+    /// gap between them among the gaps of all slabs.
     #[inline(always)]
-    fn tabulated(&self, place: &GridPlace<N>, plane: (N::Real, N::Index), active: N::Mask) -> N::Real {
+    fn tabulated(&self, place: &GridPlace<N>, gap: N::Index, fraction: N::Real, active: N::Mask) -> N::Real {
         let in_plane = self.layout.cells * self.layout.cells;
-        let packet = plane.1 * N::Index::lit(in_plane) + place.cell;
+        let packet = gap * N::Index::lit(in_plane) + place.cell;
         let corners = N::gather::<4>(self.words, packet, active).map(bf16_pair::<N>);
         // Words 0 and 1 are the rows y and y + 1 of the lower plane, 2 and 3 those of the upper.
         let [low, high] = [0, 2].map(|first| {
             let [near, far] = [0, 1].map(|row| lerp(corners[first + row][0], corners[first + row][1], place.x));
             lerp(near, far, place.y)
         });
-        lerp(low, high, plane.0)
+        lerp(low, high, fraction)
     }
 }
 
@@ -273,7 +274,7 @@ fn packets(grid: Grid, planes: u32, value: impl Fn(usize) -> f32) -> Vec<u32> {
     words.collect()
 }
 
-/// Bits of the smallest bfloat16 that is at least `value`, a number that is not negative.
+/// Bits of the smallest bfloat16 that is at least `value`, which must not be negative.
 fn bf16_above(value: f32) -> u32 {
     let bits = value.to_bits();
     (bits >> 16) + u32::from(bits & 0xffff != 0)

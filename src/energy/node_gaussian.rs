@@ -8,39 +8,45 @@
 //!
 //! The horizon is the unit circle, ρ = 1, where the obliquity factor has the pole `1/cosθo`. Far from it Gauss–Hermite
 //! rules follow the integrand. Near it a rule along the radius is used, in an angle in which there is no pole.
+//!
+//! A *merged* Gaussian stands for several weaker nodes together, and needs less accuracy.
 
 use super::quadrature::{HERMITE_3, HERMITE_5, LEGENDRE_6, LEGENDRE_16, SymmetricRule, hemisphere, in_panels};
 use crate::scattering::{Vec3, direction_above};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-/// σ in direction cosines below which one quadrature node stands for a Gaussian's width. Far from the horizon σ is the
-/// larger one, near it that across the radius. Larger values take fewer nodes. The tests of the accurate integral allow
-/// an error of 0.2 % for this constant and [`WIDE_SIGMA`].
+/// σ in direction cosines below which one quadrature node stands for a Gaussian's width. Far from the horizon the
+/// larger σ of both axes is compared, near the horizon the σ across the radius. Larger values take fewer nodes. The
+/// tests of the accurate integral allow an error of 0.2 % for this constant and [`WIDE_SIGMA`].
 const SHARP_SIGMA: f64 = 0.01;
-/// Upper bound of σ across the radius over cosθi for one quadrature node near the horizon: the obliquity factor changes
-/// with the distance from the mirror direction over cosθi.
+/// Largest ratio of σ across the radius to cosθi for one quadrature node near the horizon. The obliquity factor depends
+/// on the distance from the mirror direction in units of cosθi.
 const SHARP_OF_COSINE: f64 = 0.3;
-/// σ across the radius, in direction cosines, from which five quadrature nodes are used instead of three.
+/// σ across the radius, in direction cosines, from which five quadrature nodes are used instead of three; see
+/// [`SHARP_SIGMA`] for the error.
 const WIDE_SIGMA: f64 = 0.04;
 /// Standard deviations from the centre at which a Gaussian is cut; 6e-7 of it lies beyond.
 const CUT_SIGMAS: f64 = 5.0;
-/// Distance of the centre from the horizon, in standard deviations, from which Gauss–Hermite rules follow `1/cosθo`.
+/// Distance of the centre from the horizon, in standard deviations, from which Gauss–Hermite rules follow `1/cosθo`. It
+/// keeps the pole beyond the Gaussian's ends ([`CUT_SIGMAS`]).
 const CLEAR_SIGMAS: f64 = 6.0;
 /// Smallest `cos²θo/σ`, with θo of the centre, at which one quadrature node stands for a Gaussian. The mean of
-/// `1/cosθo` then errs by a thousandth.
+/// `1/cosθo` then has an error of 0.1 %.
 const ONE_NODE_SIGMAS: f64 = 40.0;
-/// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian. A merged
-/// Gaussian then has one. With three the mean of `1/cos³θo` errs by 1e-4, with one that of `1/cosθo` by 0.6 %.
+/// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian, and one
+/// for a merged Gaussian. Three give the mean of `1/cos³θo` to 1e-4; one gives the mean of `1/cosθo` to 0.6 %.
 const THREE_NODES_SIGMAS: f64 = 16.0;
 /// Largest change of the relief's phase over σ, in radians, that a Gauss–Hermite rule follows.
 const SIGMA_PHASE_MAX: f64 = 1.0;
-/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods.
+/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Wider
+/// panels sample fringes too coarsely; narrower ones take longer.
 pub(super) const PANEL_PHASE_MAX: f64 = 30.0;
-/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly.
+/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly. Wider
+/// panels are less accurate; narrower ones take longer.
 const CUT_PANEL_SIGMAS: f64 = 2.5 * CUT_SIGMAS;
-/// Distance of the centre from the horizon, inwards in standard deviations, at which the mean of `(1 − ρ)^(−½)` over a
-/// Gaussian is largest.
+/// Distance of the centre inside the horizon, in standard deviations, at which the mean of `(1 − ρ)^(−½)` over a
+/// Gaussian is largest: `1/cosθo` is in proportion to this power near the horizon.
 const PEAK_SIGMAS: f64 = 0.77;
 
 /// Power `P(κ)` around a frequency, with a Gaussian spread.
@@ -50,9 +56,9 @@ pub(super) struct NodeGaussian<'a> {
     pub f: [f64; 2],
     /// Standard deviation along x and y in cycles/µm.
     pub sigma_f: [f64; 2],
-    /// Record of the table that gives `P(κ)`, or a sum of several.
+    /// Record of the table that gives `P(κ)`: spline coefficients, or the sum of those of several nodes.
     pub record: Cow<'a, [f32]>,
-    /// Whether it stands for several nodes; coarser rules then suffice.
+    /// Whether the Gaussian stands for several nodes; coarser rules then suffice.
     pub merged: bool,
 }
 
@@ -83,8 +89,8 @@ pub(super) struct Incidence {
 pub(crate) struct Ridge {
     /// cosθo at which such an order is counted.
     pub cosine: f64,
-    /// Half of the box's sides along the x and y axes of the table's grid, each as a difference of wi's direction
-    /// cosines along x and y.
+    /// Half-sides `[grid axis][x, y]` of the box along the x and y axes of the albedo table's grid. Each is a
+    /// difference of wi's direction cosines along x and y.
     pub half_sides: [[f64; 2]; 2],
     /// Half of the box's range of wavelengths in µm.
     pub half_range_um: f64,
@@ -106,8 +112,7 @@ impl Ridge {
         }
         let rho = length(centre);
         let ridge_rho = (1.0 - self.cosine.max(peak_cosine(sigma)).powi(2)).sqrt();
-        // Changes of ρ from the middle of the box to its sides: components along the radius. The Gaussian itself covers
-        // a distance of σ.
+        // Changes of ρ from the middle of the box to its sides. The Gaussian itself covers a distance of σ.
         let along_radius = |[x, y]: [f64; 2]| (centre[0] * x + centre[1] * y) / rho;
         let [x, y] = self.half_sides.map(along_radius);
         let reach = length([length([x, y]), self.half_range_um * along_radius(f)]) - sigma;
@@ -116,9 +121,9 @@ impl Ridge {
 }
 
 impl NodeGaussian<'_> {
-    /// Calls `visit` with the quadrature nodes of the Gaussian above the horizon: a direction, a factor and an
+    /// Calls `visit` with each quadrature node of the Gaussian above the horizon: its direction, a factor and an
     /// exponent. `factor·exp(exponent)` is the node's fraction of the Gaussian's integral over the plane of direction
-    /// cosines.
+    /// cosines. The exponential is left to the caller, which computes several at once.
     pub(super) fn integrate(&self, incidence: &Incidence, mut visit: impl FnMut(Vec3, f64, f64)) {
         let Incidence { wi, wavelength_um, resolved, phase, exact_cut, ridge } = *incidence;
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
@@ -127,7 +132,7 @@ impl NodeGaussian<'_> {
         if let Some(ridge) = ridge {
             centre = ridge.moved(centre, self.f, widest);
         }
-        // Most nodes of a skin lie beyond the horizon, and are rejected before the root.
+        // Most nodes of a natural relief lie beyond the horizon, and are rejected before the root.
         let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
         if rho_squared >= (1.0 + CUT_SIGMAS * widest).powi(2) {
             return;
@@ -147,22 +152,23 @@ impl NodeGaussian<'_> {
         let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
         let is_sharp =
             if self.merged { is_far(THREE_NODES_SIGMAS) } else { widest < SHARP_SIGMA && is_far(ONE_NODE_SIGMAS) };
-        // One node at the centre; Gauss–Hermite rules along both axes; a rule over the hemisphere with an exact cut; or
-        // a rule along the radius.
         if is_clear && is_sharp && is_whole == [true; 2] {
+            // One node at the centre.
             if let Some(wo) = direction_above(centre[0], centre[1]) {
                 visit(wo, 1.0, 0.0);
             }
         } else if is_clear && (is_far(THREE_NODES_SIGMAS) || exact_cut) {
+            // Gauss–Hermite rules along both axes, or their counterparts for a Gaussian that is cut.
             let [x, y] = [0, 1].map(|axis| gaussian_rule(limits[axis], is_whole[axis]));
-            for (tx, px) in x {
-                for (ty, py) in y {
+            for (tx, weight_x) in x {
+                for (ty, weight_y) in y {
                     if let Some(wo) = direction_above(centre[0] + tx * sigma[0], centre[1] + ty * sigma[1]) {
-                        visit(wo, px * py, 0.0);
+                        visit(wo, weight_x * weight_y, 0.0);
                     }
                 }
             }
         } else if exact_cut {
+            // Panels over the part of the hemisphere within the limits.
             let bounds =
                 [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
             let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
@@ -172,6 +178,7 @@ impl NodeGaussian<'_> {
                 visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
             });
         } else {
+            // Panels along the radius, without the nodes beyond the limits.
             let visit_resolved = |wo: Vec3, factor: f64, exponent: f64| {
                 if [0, 1].iter().all(|&axis| resolved[axis][0] <= wo[axis] && wo[axis] <= resolved[axis][1]) {
                     visit(wo, factor, exponent);
@@ -184,8 +191,9 @@ impl NodeGaussian<'_> {
         }
     }
 
-    /// [`NodeGaussian::integrate`] near the horizon: Gauss–Hermite rules across the radius through `centre`, and `rule`
-    /// in panels along it. The rule is in the angle ψ with `ρ = sin ψ`, in which `1/cosθo` is no pole.
+    /// [`NodeGaussian::integrate`] near the horizon: a Gauss–Hermite rule across the radius through the centre `[cx,
+    /// cy]`, and panels of `rule` along it. The rule is in the angle ψ with `ρ = sin ψ`, in which the pole `1/cosθo`
+    /// cancels.
     fn integrate_radially<const PAIRS: usize>(
         &self,
         incidence: &Incidence,
@@ -217,8 +225,9 @@ impl NodeGaussian<'_> {
             }
             let reach = reach_squared.sqrt();
             // A position `along` the line is reach·sin ψ. There cosθo = reach·cos ψ, and d(along) = cosθo dψ.
-            let psi = |along: f64| (along / reach).clamp(-1.0, 1.0).asin();
-            let range = [psi(rho - CUT_SIGMAS * sigma_along), psi(rho + CUT_SIGMAS * sigma_along)];
+            let psi_at = |along: f64| (along / reach).clamp(-1.0, 1.0).asin();
+            let range = [psi_at(rho - CUT_SIGMAS * sigma_along), psi_at(rho + CUT_SIGMAS * sigma_along)];
+            // PANEL_PHASE_MAX is for 16 nodes. A rule of fewer nodes gets panels that are narrower in proportion.
             let widest_panel = PANEL_PHASE_MAX / incidence.phase * PAIRS as f64 / LEGENDRE_16.0.len() as f64;
             let norm = fraction / (TAU.sqrt() * sigma_along);
             for psi in in_panels(range, widest_panel, rule) {
@@ -242,8 +251,8 @@ fn length([x, y]: [f64; 2]) -> f64 {
 /// Abscissae and weights for a standard normal variate between two limits: three-point Gauss–Hermite if the variate is
 /// `whole`, else two nodes.
 ///
-/// The two nodes have the moments of orders 0 to 3 of the part between the limits, so they form its Gauss rule. The
-/// weights sum to the part's probability. Surplus entries have the weight 0.
+/// The two nodes reproduce the moments of orders 0 to 3 of the distribution between the limits, so they form its Gauss
+/// rule. The weights sum to the probability between the limits. Surplus entries have the weight 0.
 fn gaussian_rule([low, high]: [f64; 2], whole: bool) -> [(f64, f64); 3] {
     if whole {
         return HERMITE_3;
@@ -253,7 +262,7 @@ fn gaussian_rule([low, high]: [f64; 2], whole: bool) -> [(f64, f64); 3] {
     let cumulative = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
     let (a, b) = (density(low), density(high));
     let mass = cumulative(high) - cumulative(low);
-    // Moments of less than this are lost to rounding.
+    // The moments of a smaller probability are lost to rounding.
     if mass < 1e-6 {
         return [(0.5 * (low + high), mass.max(0.0)), (0.0, 0.0), (0.0, 0.0)];
     }

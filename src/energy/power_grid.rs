@@ -1,23 +1,27 @@
-//! Power density of a table of wide nodes, resampled to a finer grid of frequencies and κ. A look-up there is faster,
-//! which pays for integrals by the thousand.
+//! Power density `S(f; κ)` of a spectral table, resampled to a finer grid of frequencies f and phase rates κ.
+//!
+//! A look-up in the grid is faster than one in the table. This pays where a build evaluates thousands of integrals, and
+//! where the table's nodes are wide, so that the grid stays small.
 
-use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, NodeCurve, SpectralTable};
+use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 
-/// Spacing of the grid in standard deviations of a node of the table.
+/// Spacing of the grid in standard deviations of a node of the table. A wider spacing is less accurate; a narrower one
+/// takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
 /// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
 const REACH_SIGMAS: f64 = 4.0;
-/// Steps in κ for each knot of the table's splines.
+/// Steps in κ for each knot interval of the table's splines. Fewer steps are less accurate, since powers are linear
+/// between them; more take more memory and time.
 const STEPS_PER_KNOT: f64 = 3.0;
-/// Fewest steps in κ: flat reliefs have few knots.
+/// Smallest number of steps in κ: flat reliefs have few knots.
 const STEPS_MIN: f64 = 40.0;
 
 /// `S(f; κ)` of an ensemble table on a grid of frequencies and uniform steps of κ.
 pub(super) struct PowerGrid {
     /// Grid nodes per cycle/µm, along x and y.
     nodes_per_f: [f64; 2],
-    /// Largest node number along x and y: nodes run from −reach to reach, and node 0 has the frequency zero.
+    /// Largest node number along x and y. Nodes run from −reach to reach; node 0 has the frequency zero.
     reach: [usize; 2],
     /// Number of steps in κ, from κ = 0.
     steps: usize,
@@ -34,49 +38,31 @@ impl PowerGrid {
         let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));
         let reach = [0, 1].map(|c| {
             let known_f = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
-            // The cubic reads two nodes beyond.
+            // The cubic reads up to two nodes beyond.
             (known_f * nodes_per_f[c]).ceil() as usize + 2
         });
         let steps_per_kappa = (STEPS_PER_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
         let steps = (table.kappa_max() * steps_per_kappa).ceil() as usize + 2;
         let curves: Vec<_> = (0..steps).map(|i| NodeCurve::new(table, i as f64 / steps_per_kappa)).collect();
         let kept = table.kept_nodes();
-        // Power density of a table node at all steps. Beyond the end of its record it keeps the last value, since
-        // interpolation up to the end also reads the first step beyond.
-        let curve_of = |record: &[f32]| {
-            // A cubic spline of n coefficients extends over n − 3 knot intervals from κ = 0.
-            let end = (record.len() - HEADER - 3) as f64 * table.kappa_step() * (1.0 - f64::EPSILON);
-            let last = NodeCurve::new(table, end).power(record);
-            let power = |(i, curve): (usize, &NodeCurve)| match i as f64 / steps_per_kappa < end {
-                true => curve.power(record),
-                false => last,
-            };
-            curves.iter().enumerate().map(|step| (table.norm() * power(step)) as f32).collect()
-        };
-        let node_powers: Vec<Vec<f32>> = kept.par_iter().map(|(_, _, record)| curve_of(record)).collect();
+        let resample = |record: &[f32]| resampled(table, steps_per_kappa, &curves, record);
+        let node_powers: Vec<Vec<f32>> = kept.par_iter().map(|(_, _, record)| resample(record)).collect();
         let [columns, rows] = reach.map(|reach| 2 * reach + 1);
         // Position of table node j along axis c, in grid nodes from the first.
         let position = |c: usize, j: i64| j as f64 / axes[c].period_um * nodes_per_f[c] + reach[c] as f64;
-        // Grid nodes within reach of a position along axis c, with their weights in the interpolation kernel.
-        let spread = REACH_SIGMAS / SPACING_SIGMAS;
-        let near = |c: usize, centre: f64, count: usize| {
-            let (kernel, table_nodes_per_node) = (axes[c].kernel, axes[c].period_um / nodes_per_f[c]);
-            let (low, high) = ((centre - spread).ceil().max(0.0) as usize, (centre + spread).floor().max(-1.0) as i64);
-            (low..count.min((high + 1) as usize))
-                .map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
-        };
         // The kernel is a product over both axes, so table nodes are spread along y first and then along x. For each
         // row: position along x, weight along y and powers of the table nodes that reach it.
         let mut by_row = vec![Vec::new(); rows];
         for ((jx, jy, _), powers) in kept.iter().zip(&node_powers) {
-            for (row, weight_y) in near(1, position(1, *jy), rows) {
+            for (row, weight_y) in reached(axes[1], nodes_per_f[1], position(1, *jy), rows) {
                 by_row[row].push((position(0, *jx), weight_y, powers));
             }
         }
+        // Powers of one row of the grid, `[x][step]`.
         let row = |nodes: Vec<(f64, f32, &Vec<f32>)>| {
             let mut sums = vec![0f32; columns * steps];
             for (centre, weight_y, powers) in nodes {
-                for (column, weight_x) in near(0, centre, columns) {
+                for (column, weight_x) in reached(axes[0], nodes_per_f[0], centre, columns) {
                     let sum = &mut sums[column * steps..][..steps];
                     sum.iter_mut().zip(powers).for_each(|(sum, power)| *sum += weight_y * weight_x * power);
                 }
@@ -91,7 +77,8 @@ impl PowerGrid {
     /// between frequencies, linear between steps of κ.
     #[inline]
     pub(super) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        // First of the four nodes read, and the position from the second of them. The bounds keep all four on the grid.
+        // First of the four nodes read, and the position between the second and the third, in [0, 1). The bounds keep
+        // all four on the grid.
         let [(ix, tx), (iy, ty)] = [0, 1].map(|c| {
             let last = (2 * self.reach[c]) as f64;
             let position = (f[c] * self.nodes_per_f[c] + self.reach[c] as f64).clamp(1.0, last - 1.0 - 1e-6);
@@ -113,6 +100,37 @@ impl PowerGrid {
     }
 }
 
+/// Power density in µm² of one table node at every step of κ, from its record; `curves` are those of the steps.
+///
+/// Beyond the record's end the density keeps its last value, since interpolation up to the end also reads the first
+/// step beyond.
+fn resampled(table: &SpectralTable, steps_per_kappa: f64, curves: &[NodeCurve], record: &[f32]) -> Vec<f32> {
+    // A cubic spline of n coefficients extends over n − 3 knot intervals from κ = 0.
+    let end = (record.len() - HEADER - 3) as f64 * table.kappa_step() * (1.0 - f64::EPSILON);
+    let last = NodeCurve::new(table, end).power(record);
+    let power = |(i, curve): (usize, &NodeCurve)| {
+        let is_within = (i as f64 / steps_per_kappa) < end;
+        if is_within { curve.power(record) } else { last }
+    };
+    curves.iter().enumerate().map(|step| (table.norm() * power(step)) as f32).collect()
+}
+
+/// Grid nodes along one axis that a table node reaches, each with its weight in the interpolation kernel. `centre` is
+/// the table node's position in grid nodes from the first of `count`.
+fn reached(
+    axis: &LatticeAxis,
+    nodes_per_f: f64,
+    centre: f64,
+    count: usize,
+) -> impl Iterator<Item = (usize, f32)> + use<> {
+    let (kernel, table_nodes_per_node) = (axis.kernel, axis.period_um / nodes_per_f);
+    let spread = REACH_SIGMAS / SPACING_SIGMAS;
+    // The range is empty where the table node lies below the grid.
+    let (low, high) = ((centre - spread).ceil().max(0.0) as usize, (centre + spread).floor().max(-1.0) as i64);
+    (low..count.min((high + 1) as usize))
+        .map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
+}
+
 /// Weights of the nodes −1, 0, 1, 2 in the Catmull–Rom cubic at `t` in [0, 1].
 fn catmull_rom_weights(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
@@ -130,8 +148,9 @@ mod tests {
     /// Densities of grid and table, with both kinds of lattice, up to the largest κ of any pair of directions.
     #[test]
     fn the_grid_matches_the_table() {
-        // Steps are a third of a knot. Linear interpolation between them is off by some 10⁻³ of waves with a period of
-        // a few knots.
+        // Steps are a third of a knot interval. Linear interpolation between them has an error of about 1e-3 for waves
+        // with a period of a few knot intervals. Bounds: relative error of the mean density, and largest error of any
+        // density relative to the largest density.
         const MEAN: f64 = 1e-3;
         const EACH: f64 = 5e-3;
         let mut random = Random::new(3);

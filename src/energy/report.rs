@@ -66,15 +66,14 @@ impl AlbedoReport {
             steps.one();
             let (plane, node) = (i / grid.in_plane(), i % grid.in_plane());
             let (wi, radius) = grid.direction(grid.position(node));
-            // Number of nodes that this one counts for: itself, and on one side of the x axis its mirrored node if that
-            // has an equal albedo.
+            // Number of nodes for which this node counts. Of two mirrored nodes with equal albedos, the first counts
+            // for both.
             let count = match node.cmp(&grid.mirrored(node)) {
-                _ if radius >= 1.0 => 0.0,
                 Ordering::Less if is_mirrored => 2.0,
                 Ordering::Greater if is_mirrored => 0.0,
                 _ => 1.0,
             };
-            if count == 0.0 {
+            if count == 0.0 || radius >= 1.0 {
                 return Sums::default();
             }
             let nm = WAVELENGTH_MIN_NM + plane as f64 * plane_nm;

@@ -1,8 +1,8 @@
-//! Table of the divisor A for a relief of several relative sizes ([`Reading`](crate::scattering::Reading)).
+//! Table of the divisor A for a relief of several relative sizes: s of its pattern, d of its heights.
 //!
-//! The albedo of a resized relief depends on the two wavelengths of its reading: λ' = λ/s for frequencies, and λ" = λ/d
-//! for κ. Planes are uniform in log λ', and *slabs* of planes are uniform in 1/λ", to which the phase of the heights is
-//! proportional.
+//! The albedo of a resized relief depends on two wavelengths ([`Reading`](crate::scattering::Reading)): λ' = λ/s, by
+//! which frequencies follow, and λ" = λ/d, by which the phase rate κ follows. Planes are uniform in log λ', and *slabs*
+//! of planes are uniform in 1/λ", to which the phase of the heights is proportional.
 
 use super::build::{Group, resolution};
 use super::{AlbedoIntegral, AlbedoLayout, AlbedoReport, AlbedoTable, NODES_DONE};
@@ -27,12 +27,14 @@ pub struct SizeAxes {
 }
 
 impl SizeAxes {
-    /// Axes for a range of sizes, and their number of planes. A relief of one size has `planes` planes over the tables'
-    /// range of wavelengths. `phase_max` is the phase in radians between the relief's lowest and highest point, per
-    /// unit of w, at the shortest wavelength; `slab_phase` is the largest change of this phase between two slabs.
+    /// Number of planes for a range of sizes, and their axes.
+    ///
+    /// `planes` is the number of planes that a relief of one size has over the tables' range of wavelengths.
+    /// `phase_max` is the phase in radians between the relief's lowest and highest point, per unit of `w = cosθi +
+    /// cosθo`, at the shortest wavelength. `slab_phase` is the largest change of this phase between two slabs.
     pub(super) fn covering(sizes: &SizeRange, planes: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
-        // Odd, so that every other plane belongs to the coarse grid.
+        // Proportional to the octaves, and odd, so that every other plane belongs to the coarse grid.
         let planes = 2 * (0.5 * f64::from(planes - 1) * sizes.octaves()).ceil() as u32 + 1;
         let range_octaves = sizes.octaves() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         let wavenumbers = sizes.wavenumbers();
@@ -81,14 +83,14 @@ pub(super) fn build(
     let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
     let (planes, axes) = SizeAxes::covering(sizes, planes, integral.phase_max(), slab_phase);
     let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
-    // Width of the gap above a plane.
+    // Gap above a plane, relative to the plane's wavelength.
     let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
     let group = |at: f64| {
         let nm = axes.plane_nm(at);
         Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
     };
-    // Orders of gratings keep their width, and are narrowest in the tables' units at the smallest scale.
-    integral.narrow(sizes.scale[0]);
+    // Orders of gratings keep their width. In units of the resized pattern they are narrowest at the smallest scale.
+    integral.scale_widths(sizes.scale[0]);
     let mut words = Vec::new();
     for slab in 0..axes.slabs {
         let done = |slabs_done: u32| NODES_DONE * f64::from(slabs_done) / f64::from(axes.slabs);
@@ -110,8 +112,9 @@ mod tests {
     use crate::scattering::{Options, Reading, RelativeSize, build_table};
     use std::f64::consts::TAU;
 
-    /// Largest albedos of a grating after division by the table of all sizes, below 87° and beyond. Sizes, incidences
-    /// and wavelengths are random. Gratings of the sizes are built anew and integrated accurately.
+    /// Largest albedos `[below 87°, beyond]` of a grating after division by the table of all sizes. `count` random
+    /// sizes are tried, each at 40 random incidences and wavelengths. Each resized grating has its own spectral table,
+    /// which is integrated accurately.
     fn largest_albedos(field: &HeightField, options: &Options, count: usize) -> [f64; 2] {
         let table = build_table(field, options, &Progress::none()).unwrap().table;
         let albedos = AlbedoTable::build(&table, options, &Progress::none()).unwrap().0;
@@ -134,8 +137,8 @@ mod tests {
                 integral.visit::<Plain<f64>>(wi, nm, None, |wo, part| {
                     albedo += part * view.factor(wi, wo, &reading, true);
                 });
-                let beyond = usize::from(theta > 87f64.to_radians());
-                largest[beyond] = largest[beyond].max(albedo);
+                let is_beyond = usize::from(theta > 87f64.to_radians());
+                largest[is_beyond] = largest[is_beyond].max(albedo);
             }
         }
         largest

@@ -3,8 +3,12 @@
 //! One divisor serves reflection and transmission, `max(1, A(wi), A(wo))`, each direction on its own side of the
 //! relief. So energy is conserved and reciprocity kept. Light that a film traps counts as transmitted.
 //!
-//! Factors of bodies vanish at the horizon, so that albedos have no poles there, and A is the albedo itself. Each node
-//! of the table of power spectra counts at its own frequency.
+//! The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos have no poles there, and A
+//! is the albedo itself. Each node of the spectral table counts at its own frequency, or at three frequencies along an
+//! axis on which it is wide.
+//!
+//! Symbols: w is the normal component of the scattering vector, n the index of the medium. λ' and λ" are the
+//! wavelengths by which frequencies and the phase rate κ follow (`scattering/size.rs`); both are λ for one size.
 
 use super::grid::Grid;
 use super::integral::merged_gaussians;
@@ -25,23 +29,26 @@ const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 /// width of each. Many Gaussians overlap, so that each counts at its centre.
 const FEW: usize = 100;
 /// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians.
-const RESOLUTION_OF_FEW: (u32, u32) = (24, 11);
-/// Cells and planes for many Gaussians.
-const RESOLUTION_OF_MANY: (u32, u32) = (16, 7);
-/// Margin of the divisor for errors of interpolation.
+const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (24, 11);
+/// Cells along each side of the grid, and planes, for many Gaussians.
+const CELLS_AND_PLANES_OF_MANY: (u32, u32) = (16, 7);
+/// Margin of the divisor for errors of interpolation. A larger margin darkens; a smaller one leaves albedos above one
+/// between nodes.
 const MARGIN: f64 = 0.005;
-/// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get it in proportion.
+/// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get a proportional part.
 const MARGIN_FROM: f64 = 0.02;
-/// Standard deviation of a Gaussian in units of the wave number in the medium from which three nodes along an axis
-/// stand for its width.
+/// Standard deviation of a Gaussian, in units of the wave number in the medium, from which three quadrature nodes along
+/// an axis stand for its width.
 const SHARP_SIGMA: f64 = 0.004;
-/// Phase in radians between the relief's lowest and highest point, per unit of w, from which a relief counts as deep:
-/// it then changes by about 2 rad across a cell. Without it an albedo of 1.046 remains on a sinusoid 1.7 µm high.
+/// Phase between the relief's lowest and highest point, in radians per unit of w, from which a relief counts as deep.
+/// The phase then changes by about 2 rad across a cell. If no relief counted as deep, an albedo of 1.046 would remain
+/// on a sinusoid 1.7 µm high.
 const DEEP_PHASE: f64 = 15.0;
-/// Places about a node at which albedos of deep reliefs are integrated: along x and y in cells, and among the planes.
+/// Offsets from a node at which albedos of deep reliefs are integrated: along x and y in cells, and in planes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
     [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
-/// Largest change of the phase of the heights between slabs, in radians per unit of w.
+/// Largest change between slabs of the phase between the relief's lowest and highest point, in radians per unit of w.
+/// A larger change interpolates more coarsely; a smaller one takes more slabs.
 const SLAB_PHASE: f64 = 3.0;
 
 /// Four nodes of the table side by side.
@@ -50,8 +57,9 @@ type Real4 = <Lanes<'static> as Numbers>::Real;
 /// Albedo integral of a transparent body.
 struct BodyIntegral<'a> {
     table: &'a SpectralTable,
-    /// The body as an interface, in which nothing is trapped.
+    /// The body as an interface, so that light trapped in a film counts as transmitted.
     body: TransparentBody,
+    /// Gaussians of the table's resolved nodes, weak ones merged.
     gaussians: Vec<NodeGaussian<'a>>,
 }
 
@@ -69,8 +77,9 @@ impl AlbedoTable {
         }
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
-        let (cells, planes) = if integral.is_few() { RESOLUTION_OF_FEW } else { RESOLUTION_OF_MANY };
+        let (cells, planes) = if integral.is_few() { CELLS_AND_PLANES_OF_FEW } else { CELLS_AND_PLANES_OF_MANY };
         // Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
+        // The knee is the reciprocal of half the range of heights.
         let phase_max = TAU / (1e-3 * WAVELENGTH_MIN_NM) * 2.0 / table.kappa_knee();
         let (planes, sizes) = match sizes {
             None => (planes, None),
@@ -80,7 +89,7 @@ impl AlbedoTable {
             }
         };
         let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-        // Not read for several sizes.
+        // Read for one size only.
         let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
         let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes };
         // Wavelengths λ' at a position among the planes, and λ" of a slab, in nm.
@@ -94,6 +103,7 @@ impl AlbedoTable {
         let slabs = sizes.map_or(1, |axes| axes.slabs);
         let in_slab = planes as usize * grid.in_plane();
         let steps = progress.of_steps(2 * slabs as usize * in_slab);
+        // The side of air comes first, then that of the medium.
         let mut words = Vec::new();
         for (is_below, slab) in [false, true].into_iter().flat_map(|side| (0..slabs).map(move |slab| (side, slab))) {
             let value = |node: usize| {
@@ -138,7 +148,7 @@ impl<'a> BodyIntegral<'a> {
         Self { table, body: TransparentBody { is_film: false, ..body }, gaussians }
     }
 
-    /// Whether Gaussians are few.
+    /// Whether the Gaussians are at most [`FEW`].
     fn is_few(&self) -> bool {
         self.gaussians.len() <= FEW
     }
@@ -161,29 +171,29 @@ impl<'a> BodyIntegral<'a> {
         parts
     }
 
-    /// Reflected and transmitted power over the power incident from `wi`, a direction on its own side of the relief.
-    /// The wavelengths in nm are λ' for frequencies and λ" for κ.
+    /// Reflected and transmitted power over the power incident from `wi`: a unit vector away from the relief, below it
+    /// for light from the medium. The wavelengths in nm are λ' for frequencies and λ" for κ.
     fn albedo(&self, parts: &[Part<'_>], wi: Vec3, [nm, depth_nm]: [f64; 2]) -> f64 {
         let lit = Real4::lit;
-        let incident = self.body.side::<Lanes>(wi.map(lit));
+        let incident = self.body.wave::<Lanes>(wi.map(lit));
         let mut albedo = lit(0.0);
         for is_below in [false, true] {
             let to_below = Lanes::mask(is_below);
             let passage = Passage::at_body(self.body, &incident, to_below);
-            // Length of wave vectors over n.
+            // Length of outgoing wave vectors over n.
             let length = self.body.reach(is_below);
             for parts in parts.chunks(Lanes::COUNT) {
-                // Surplus lanes repeat the last part, and count nothing.
+                // Surplus lanes repeat the last part with a fraction of zero.
                 let at = |lane: usize| &parts[Ord::min(lane, parts.len() - 1)];
                 let fraction = Lanes::pack(|lane| parts.get(lane).map_or(0.0, |part| part.fraction));
                 let [x, y] = [0, 1].map(|axis| {
-                    let drawn = Lanes::pack(|lane| 1e-3 * nm * at(lane).f[axis]) - passage.tangential[axis];
-                    drawn * passage.turn * lit(1.0 / length)
+                    let outgoing = Lanes::pack(|lane| 1e-3 * nm * at(lane).f[axis]) - passage.tangential[axis];
+                    outgoing * passage.turn * lit(1.0 / length)
                 });
                 let cos_squared = lit(1.0) - x.fma(x, y * y);
                 let cos = cos_squared.max(lit(0.0)).sqrt();
                 let wo = [x, y, Real4::select(to_below, -cos, cos)];
-                let pair = self.body.pair(&incident, &self.body.side::<Lanes>(wo));
+                let pair = self.body.pair(&incident, &self.body.wave::<Lanes>(wo));
                 let kappa = pair.normal() * lit(TAU * 1e3 / depth_nm);
                 let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).gaussian.record);
                 let scattered = power.max(lit(0.0)) * pair.power() * fraction;

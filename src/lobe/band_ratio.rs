@@ -1,8 +1,9 @@
-//! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's.
+//! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's. R is
+//! the material's Fresnel reflectance at a wavelength, R0 that of one reference index for all wavelengths.
 //!
-//! A colour table includes R/R0 at the half vector of the scattering vector that it is read at. For a resized relief
-//! that is another vector than the query's. The lobe multiplies each channel by the quotient of band means at the two
-//! half vectors. It is exact for spectra of S that are constant over a band.
+//! A colour table includes R/R0 at the half vector of the scattering vector at which it is read. For a resized relief
+//! this half vector differs from the query's. The lobe therefore multiplies each channel by the quotient of the band
+//! means at both half vectors. The quotient is exact where S is constant over a band.
 
 use crate::colour::SpectralToRgb;
 use crate::numeric::Real;
@@ -12,7 +13,7 @@ use serde::{Deserialize, Serialize};
 const COEFFICIENTS: usize = 6;
 /// Step in nm of the mean over a band. Indices vary little over it.
 const STEP_NM: f64 = 5.0;
-/// Smallest divisor of a quotient.
+/// Smallest mean. Keeps quotients finite where a polynomial comes close to zero.
 const MEAN_MIN: f64 = 1e-3;
 
 /// Means of R/R0 over the bands of linear sRGB, as polynomials in the cosine at the half vector.
@@ -33,7 +34,7 @@ impl BandRatio {
             let sums = weights.rgb_of(|nm| ratio(nm, cos));
             std::array::from_fn::<f64, 3, _>(|band| sums[band] / white[band])
         });
-        Self { polynomials: std::array::from_fn(|band| interpolating(cosines, means.map(|mean| mean[band]))) }
+        Self { polynomials: std::array::from_fn(|band| polynomial_through(cosines, means.map(|mean| mean[band]))) }
     }
 
     /// Weights of the bands for [`BandRatio::new`].
@@ -41,7 +42,8 @@ impl BandRatio {
         SpectralToRgb::visible(STEP_NM)
     }
 
-    /// Quotients of the means at two cosines, for red, green and blue.
+    /// Mean at `cosine` over that at `read_cosine`, for red, green and blue. The first is the cosine at the query's
+    /// half vector, the second that at the half vector at which the table is read.
     #[inline(always)]
     pub(super) fn quotients<R: Real>(&self, cosine: R, read_cosine: R) -> [R; 3] {
         let least = R::lit(MEAN_MIN);
@@ -58,7 +60,7 @@ impl BandRatio {
 }
 
 /// Coefficients of the polynomial with the given values at the given abscissae, from the constant on.
-fn interpolating<const N: usize>(x: [f64; N], mut divided: [f64; N]) -> [f64; N] {
+fn polynomial_through<const N: usize>(x: [f64; N], mut divided: [f64; N]) -> [f64; N] {
     // Newton's divided differences.
     for order in 1..N {
         for i in (order..N).rev() {

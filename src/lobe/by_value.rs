@@ -84,21 +84,15 @@ pub(crate) fn sample_direction<'a>(
     u: [f64; 3],
 ) -> Option<Vec3> {
     let (to_below, [first, ..]) = lobe.choose(wi, u);
-    // Whole part: the chosen wavelength. Fraction: a random number that the choice leaves over.
+    // The whole part is the index of the chosen wavelength. The fraction is a random number, independent of the choice.
     let position = (first - UNIFORM_FRACTION).max(0.0) / (1.0 - UNIFORM_FRACTION) * wavelengths_nm.len() as f64;
     let chosen = (position as usize).min(wavelengths_nm.len().checked_sub(1)?);
     let fraction = (position - chosen as f64).min(1.0);
     let nm = wavelengths_nm[chosen];
-    let active = lobe.accepts(wi);
-    let [x, y, z] = sample_mixture::<Double<'a>, 1>(
-        // The mixture is applied again, for one wavelength. It takes numbers from UNIFORM_FRACTION on as not uniform.
-        [
-            if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction },
-            u[1],
-            u[2],
-        ],
-        active,
-        |_, u, active| lobe.draw(wi, to_below, nm, u, active),
-    );
+    // `sample_mixture` divides its first number again, now for one wavelength: into the uniform part below
+    // UNIFORM_FRACTION and the fraction above.
+    let first = if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
+    let draw = |_, u, active| lobe.draw(wi, to_below, nm, u, active);
+    let [x, y, z] = sample_mixture::<Double<'a>, 1>([first, u[1], u[2]], lobe.accepts(wi), draw);
     (z != 0.0).then_some([x, y, if to_below { -z } else { z }])
 }

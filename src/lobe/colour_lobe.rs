@@ -6,8 +6,9 @@
 //! R, R0  reflectance of the material at λ, and that of one index for all λ, the reference
 //! ```
 //!
-//! A relief of another size than the table's reads `s² F(s u, s v, d w)` (`scattering/size.rs`): F is an integral over
-//! wavelength, and resizing does not mix wavelengths. R/R0 then belongs to another half vector (`band_ratio.rs`).
+//! A relief whose pattern is s times and whose heights are d times those of the table reads `s² F(s u, s v, d w)`
+//! (`scattering/size.rs`): F is an integral over wavelength, and resizing does not mix wavelengths. R/R0 then belongs
+//! to another half vector, which `band_ratio.rs` corrects.
 //!
 //! O, M and S are those of docs/model.md#the-reflectance. The small-slope factor Q of the reference replaces R0·O.
 
@@ -78,7 +79,7 @@ pub(super) fn per_excess<N: Numbers>([at_wi, at_wo]: [[N::Real; 3]; 2]) -> [N::R
 }
 
 impl<N: Numbers> ColourLobe<N> {
-    /// `1/max(1, A(wi), A(wo))` of each channel, with its albedo A.
+    /// `1/max(1, A(wi), A(wo))` of each channel, with the channel's divisor A (`src/energy`).
     #[inline(always)]
     fn per_albedo(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         match &self.albedo {

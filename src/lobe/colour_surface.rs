@@ -1,9 +1,9 @@
 //! A surface in linear sRGB: its tables and their build.
 //!
-//! The reflectance R of the material depends on the wavelength, so it belongs into the integral over wavelength: the
+//! The reflectance R of the material depends on the wavelength, so it belongs in the integral over wavelength: the
 //! colour of a rainbow on gold is not the product of two colours. The table integrates the ratio R/R0, where R0 is the
 //! reflectance of one index for all wavelengths, the *reference*. The lobe multiplies by R0 exactly
-//! (`colour_lobe.rs`). The ratio is 1 for a constant index, and smooth up to grazing incidence for others.
+//! (`colour_lobe.rs`). The ratio is 1 for a constant index, and smooth up to grazing incidence for other indices.
 
 use super::colour_lobe::{ColourAlbedo, ColourFactors, ColourLobe};
 use super::{BandRatio, Gamut, LinearSrgb, Lobe, TransmissiveColourLobe};
@@ -27,7 +27,7 @@ const TABLE_DONE: f64 = 0.8;
 const ALBEDO_DONE: f64 = 0.95;
 /// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch.
 const ENSEMBLE_FRACTION: f64 = 0.5;
-/// First and last of the wavelengths in nm whose index may become the reference.
+/// First and last wavelength in nm whose index may become the reference: the range in which light is clearly visible.
 const REFERENCE_NM: (u32, u32) = (400, 700);
 /// Step between these wavelengths in nm. Indices vary little over it.
 const REFERENCE_STEP_NM: usize = 10;
@@ -144,6 +144,7 @@ impl ColourSurface {
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());
         let albedo_by_wavelength = albedo_by_wavelength.filter(|albedo| !albedo.is_one());
+        // Frees the memory before the sampler is built.
         drop(spectral);
         let band_ratio = match (index, options.sizes) {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::weights()?, ratio)),
@@ -193,7 +194,8 @@ impl ColourSurface {
         &self.sampler
     }
 
-    /// Albedos by which the reflectance is divided; `None` where nothing is divided.
+    /// Albedos of bands, by which the reflectance is divided. `None` where nothing is divided, and where albedos are by
+    /// wavelength: for several sizes and for a transparent body.
     pub fn albedo(&self) -> Option<&ColourAlbedoTable> {
         self.albedo.as_ref()
     }
@@ -268,8 +270,8 @@ impl ColourSurface {
     }
 }
 
-/// The reference: the index at the visible wavelength that reflects most at normal incidence. Ratios of reflectances
-/// to the reference's are then at most 1 there.
+/// Reference of a spectral index: its value at the visible wavelength of largest reflectance at normal incidence. R/R0
+/// is then at most 1 at normal incidence.
 fn reference_index(index: &SpectralIndex) -> ComplexIndex {
     let at_normal = |index: &ComplexIndex| fresnel_unpolarised(1.0, *index);
     let first = index.at(f64::from(REFERENCE_NM.0));

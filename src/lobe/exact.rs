@@ -121,7 +121,7 @@ impl Exact {
             (Model::Ensemble, Some(_)) => {
                 let (lags_x, lags_y) = lag_grid(nx, ny);
                 let lag_weights = |n: usize, pixel_um: f64, f: f64| -> Vec<Complex64> {
-                    // Lags in FFT order: the upper half of the grid holds the negative ones.
+                    // Lags in FFT order: the upper half of the grid holds the negative lags.
                     let lag_um = |i: usize| if 2 * i > n { i as f64 - n as f64 } else { i as f64 } * pixel_um;
                     (0..n)
                         .map(|i| Complex64::from_polar((-lag_um(i).powi(2) / (4.0 * s * s)).exp(), TAU * f * lag_um(i)))

@@ -3,7 +3,7 @@
 use super::{LinearSrgb, Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
 
-/// A lobe's own answers in linear sRGB. Implementing it makes a type a [`Lobe`] over [`LinearSrgb`].
+/// A lobe's own answers in linear sRGB. Every type that implements the trait is a [`Lobe`] over [`LinearSrgb`].
 pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// Treatment of negative channels.
     fn gamut(&self) -> Gamut;
@@ -17,8 +17,8 @@ pub(crate) trait InColour<N: Numbers>: Sides<N> {
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real;
 
     /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
-    /// need two random numbers ignore the first. The direction points upwards even where it lies below the relief, as
-    /// `to_below` says.
+    /// need two random numbers ignore the first. Where `to_below` is true, the result is the mirror image above the
+    /// relief of a direction below it.
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
@@ -55,7 +55,7 @@ pub enum Gamut {
     /// Negative channels are returned. Sums of such colours are the colours of the summed spectra.
     Keep,
     /// Grey of equal luminance is mixed in until no channel is negative, for renderers that reject negative channels.
-    /// Clamping negative channels to zero would add light, on a grating a sixth of its red.
+    /// Clamping negative channels to zero instead would add light: a sixth of the red of a grating.
     Desaturate,
 }
 

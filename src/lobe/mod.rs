@@ -10,11 +10,11 @@
 //! | `GratingLobe` (src/grating/) | `GratingSurface` | wavelengths in nm |
 //! | `GratingColourLobe` (src/grating/) | `GratingColourSurface` | linear sRGB |
 //!
-//! [`TransmissiveLobe`] and [`TransmissiveColourLobe`] are those of the first two on a transparent body, which reflects
-//! and transmits.
+//! [`TransmissiveLobe`] and [`TransmissiveColourLobe`] replace the first two on a transparent body, which reflects and
+//! transmits.
 //!
-//! Each is written once for all families of numbers ([`crate::numeric`]). [`Exact`] is the reference for the first two:
-//! the direct sum in double precision.
+//! Each lobe is written once for all families of numbers ([`crate::numeric`]). [`Exact`] is the reference for the first
+//! two lobes: the direct sum in double precision.
 
 mod band_ratio;
 mod by_value;
@@ -39,7 +39,6 @@ pub use in_colour::{Gamut, luminance};
 pub use mixture::UNIFORM_FRACTION;
 pub(crate) use mixture::{Sides, are_above, mixture_density, sample_mixture};
 pub(crate) use per_wavelength::PerWavelength;
-
 pub use spectral::{SpectralLayout, SpectralLobe};
 pub use surface::{Surface, SurfaceReport};
 pub(crate) use transmissive::colour_at_body;

@@ -4,7 +4,7 @@
 use super::{Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
 
-/// A lobe's answers at one wavelength `nm`, in nm. Implementing it makes a type a [`Lobe`] for any number of
+/// A lobe's answers at one wavelength `nm`, in nm. Every type that implements the trait is a [`Lobe`] for any number of
 /// wavelengths.
 ///
 /// Masks of `value` and `density` are true only where the lobe accepts both directions.
@@ -22,8 +22,11 @@ pub(crate) trait PerWavelength<N: Numbers>: Sides<N> {
     fn density(&self, pair: &Self::Pair, nm: N::Real, active: N::Mask) -> N::Real;
 
     /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
-    /// need two random numbers ignore the first. The direction points upwards even where it lies below the relief, as
-    /// `to_below` says; a lobe that draws the side itself points downwards below it.
+    /// need two random numbers ignore the first.
+    ///
+    /// Where `to_below` is true, the result is the mirror image above the relief of a direction below it. Elsewhere the
+    /// result is the direction itself, which may lie below the relief if the lobe draws the side here and not in
+    /// [`Sides::choose`].
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

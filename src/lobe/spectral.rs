@@ -1,5 +1,6 @@
-//! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. It
-//! leaves out the interface's factor (R of docs/model.md#the-reflectance, or the small-slope factor Q).
+//! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. O is
+//! the obliquity factor, M the V-cavity factor of shadowing, and S the power spectrum (docs/model.md#the-reflectance).
+//! The lobe leaves out the interface's factor: the Fresnel reflectance R, or the small-slope factor Q.
 
 use super::{PerWavelength, Sides};
 use crate::energy::{AlbedoLayout, AlbedoView, GridPlace};
@@ -25,8 +26,8 @@ pub struct SpectralLayout {
 }
 
 impl SpectralLayout {
-    /// Whether the coherence window of a resized relief keeps its width: where the sampler and the table both go
-    /// through orders one by one. Elsewhere the window is resized with the pattern.
+    /// Whether the coherence window of a resized relief keeps its width. It does where both the sampler and the table
+    /// sum orders one by one. Elsewhere the window is resized with the pattern.
     pub fn keeps_window(&self) -> bool {
         let is_order = |kernel| matches!(kernel, InterpolationKernel::Gaussian { .. });
         matches!(self.sampler, SamplerLayout::Orders(_)) && self.table.kernel.into_iter().all(is_order)

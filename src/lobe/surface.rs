@@ -60,7 +60,8 @@ pub struct SurfaceReport {
     pub build_seconds: f64,
 }
 
-/// A query of the surface's lobe, or of the lobe of its transparent body.
+/// Calls a function of `by_value.rs` with the lobe of the surface's transparent body, or without a body with the
+/// surface's own lobe. A macro, since the two lobes have different types.
 macro_rules! by_kind {
     ($surface:ident, $query:ident, $($argument:ident),+) => {
         match $surface.transmissive_lobe::<f64>() {
@@ -188,14 +189,14 @@ impl Surface {
 
     /// `f_r` in 1/sr, divided by the albedo where energy is conserved.
     ///
-    /// With a transparent body ([`Options::body`]), directions may lie on either side of the relief, and values include
-    /// the interface's factor: the power per solid angle of light from `wi` to `wo`. Otherwise:
-    ///
     /// Obliquity and shadowing are included. The interface's factor
     /// ([`Pair::interface`](crate::scattering::Pair::interface): Fresnel reflectance or small-slope factor) and the
     /// cosine are not. Zero unless both directions lie above the surface and the wavelength lies within
     /// [`WAVELENGTH_MIN_NM`](crate::table::WAVELENGTH_MIN_NM) to
     /// [`WAVELENGTH_MAX_NM`](crate::table::WAVELENGTH_MAX_NM). Never negative, never NaN.
+    ///
+    /// With a transparent body ([`Options::body`]), directions may lie on either side of the relief, and values include
+    /// the interface's factor.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         by_kind!(self, eval, wi, wo, wavelength_nm)
     }
@@ -238,7 +239,7 @@ impl Surface {
     }
 }
 
-/// Albedos of an ensemble's table, and their report, which tables of transparent bodies do not have.
+/// Albedo table of an ensemble's spectral table, and its report. Tables of transparent bodies have no report.
 fn albedos(
     table: &SpectralTable,
     options: &Options,

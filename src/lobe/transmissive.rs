@@ -1,8 +1,8 @@
 //! Lobes of transparent bodies, which reflect and transmit: at wavelengths, and in linear sRGB.
 //!
-//! Values are the scattering function of light from `wi` to `wo` in 1/sr, without the cosine, and with the interface's
-//! factor. Directions point away from the relief on either side of it: above into air; below into the medium of an
-//! interface, or into the air behind a film. Tables are those of the relief magnified by the index.
+//! Values are the scattering function (BSDF) of light from `wi` to `wo` in 1/sr, without the cosine, and with the
+//! interface's factor. Directions point away from the relief on either side of it: above into air; below into the
+//! medium of an interface, or into the air behind a film. Tables are those of the relief magnified by the index.
 
 use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, per_excess};
 use super::spectral::SpectralLobe;
@@ -11,11 +11,11 @@ use crate::colour_table::ColourView;
 use crate::energy::{AlbedoTable, AlbedoView, GridPlace};
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::sampling::{BELOW_ONE, direction_above};
-use crate::scattering::{Passage, Reading, RelativeSize, Side, TransparentBody, TransparentPair, Vec3};
+use crate::scattering::{BodyWave, Passage, Reading, RelativeSize, TransparentBody, TransparentPair, Vec3};
 use std::array;
 
-/// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side that a
-/// flat body sends less light to. Chosen: the unlikely side gets at least a twentieth.
+/// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side to which a
+/// flat body sends less light. Wider bounds allow larger weights; narrower ones waste samples on that side.
 const REFLECTED: [f64; 2] = [0.05, 0.95];
 
 /// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`]).
@@ -37,12 +37,12 @@ pub struct TransmissiveColourLobe<N: Numbers> {
 
 /// Quantities of a pair of directions that all wavelengths share.
 pub(crate) struct Ends<N: Numbers> {
-    wi: Side<N>,
-    wo: Side<N>,
+    wi: BodyWave<N>,
+    wo: BodyWave<N>,
     pair: TransparentPair<N>,
     /// The passage of samples from wi to the side of wo.
     passage: Passage<N>,
-    /// Outgoing tangential wave vector over n, turned as the passage's.
+    /// Outgoing tangential wave vector over n, times [`Passage::turn`].
     outgoing: [N::Double; 2],
     /// Density over solid angle per density over tangential wave vectors.
     per_solid_angle: N::Real,
@@ -51,7 +51,7 @@ pub(crate) struct Ends<N: Numbers> {
 impl<N: Numbers> Ends<N> {
     #[inline(always)]
     fn new(body: TransparentBody, wi: [N::Real; 3], wo: [N::Real; 3]) -> Self {
-        let (i, o) = (body.side::<N>(wi), body.side::<N>(wo));
+        let (i, o) = (body.wave::<N>(wi), body.wave::<N>(wo));
         let pair = body.pair(&i, &o);
         let passage = Passage::at_body(body, &i, o.is_below);
         let turn = N::widen(passage.turn);
@@ -68,13 +68,13 @@ impl<N: Numbers> Ends<N> {
     /// Places of wi and wo in a table of albedos.
     #[inline(always)]
     fn places(&self, albedo: &AlbedoView<N>) -> [GridPlace<N>; 2] {
-        [&self.wi, &self.wo].map(|side| albedo.place_at_body(side.in_own_medium(), side.is_below))
+        [&self.wi, &self.wo].map(|wave| albedo.place_at_body(wave.in_own_medium(), wave.is_below))
     }
 }
 
-/// Scattering function of a transparent body in 1/sr, from the power density `S(f; κ)` of the magnified relief in µm².
-/// Divided by the albedo where a table of albedos is given. Zero unless both directions lie off the horizon and the
-/// wavelength (nm) is positive.
+/// Scattering function of a transparent body in 1/sr, for lobes without tables of S. `density(f, κ)` is the power
+/// density of the magnified relief in µm², at f in cycles/µm and κ in rad/µm. Divided by the albedo where a table of
+/// albedos is given. Zero unless both directions lie off the horizon and the wavelength (nm) is positive.
 pub(super) fn value_at_body(
     body: TransparentBody,
     wi: Vec3,
@@ -133,10 +133,10 @@ impl<N: Numbers> Sides<N> for TransparentBody {
     #[inline(always)]
     fn choose(&self, wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
         let (zero, one) = (N::Real::lit(0.0), N::Real::lit(1.0));
-        let side = self.side::<N>(wi);
-        let reflected = reflected_probability(&side);
+        let incident = self.wave::<N>(wi);
+        let reflected = reflected_probability(&incident);
         let is_reflected = u[0].lt(reflected);
-        let to_below = (side.is_below & is_reflected) | (!side.is_below & !is_reflected);
+        let to_below = (incident.is_below & is_reflected) | (!incident.is_below & !is_reflected);
         // Uniform in [0, 1) again, given the side.
         let rescaled = N::Real::select(is_reflected, u[0] / reflected, (u[0] - reflected) / (one - reflected));
         (to_below, [rescaled.clip(zero, N::Real::lit(BELOW_ONE)), u[1], u[2]])
@@ -144,7 +144,7 @@ impl<N: Numbers> Sides<N> for TransparentBody {
 
     #[inline(always)]
     fn probability(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Real {
-        let (wi, wo) = (self.side::<N>(wi), self.side::<N>(wo));
+        let (wi, wo) = (self.wave::<N>(wi), self.wave::<N>(wo));
         let reflected = reflected_probability(&wi);
         N::Real::select(wi.is_on_side_of(&wo), reflected, N::Real::lit(1.0) - reflected)
     }
@@ -152,11 +152,11 @@ impl<N: Numbers> Sides<N> for TransparentBody {
 
 /// Probability that a sample is reflected: the reflectance of a flat body, within [`REFLECTED`].
 #[inline(always)]
-fn reflected_probability<N: Numbers>(wi: &Side<N>) -> N::Real {
+fn reflected_probability<N: Numbers>(wi: &BodyWave<N>) -> N::Real {
     wi.reflectance().clip(N::Real::lit(REFLECTED[0]), N::Real::lit(REFLECTED[1]))
 }
 
-/// Passes [`Sides`] of a lobe on to those of its body.
+/// Implements [`Sides`] for a lobe by its body's.
 macro_rules! sides_of_the_body {
     ($lobe:ty) => {
         impl<N: Numbers> Sides<N> for $lobe {
@@ -180,17 +180,18 @@ macro_rules! sides_of_the_body {
 sides_of_the_body!(TransmissiveLobe<'_, N>);
 sides_of_the_body!(TransmissiveColourLobe<N>);
 
-/// The direction, pointing upwards, of a drawn wave vector; the zero vector where it lies beyond the horizon. `draw`
-/// draws the turned tangential part over n of a passage; its mask is false where nothing is scattered.
+/// The direction, pointing upwards, of a drawn wave vector; the zero vector where it lies beyond the horizon.
+/// `draw_tangential` draws the tangential part over n, times [`Passage::turn`]; its mask is false where nothing is
+/// scattered.
 #[inline(always)]
 fn draw<N: Numbers>(
     body: TransparentBody,
     wi: [N::Real; 3],
     to_below: N::Mask,
-    draw: impl FnOnce(&Passage<N>) -> ([N::Real; 2], N::Mask),
+    draw_tangential: impl FnOnce(&Passage<N>) -> ([N::Real; 2], N::Mask),
 ) -> [N::Real; 3] {
-    let passage = Passage::at_body(body, &body.side::<N>(wi), to_below);
-    let (drawn, is_drawn) = draw(&passage);
+    let passage = Passage::at_body(body, &body.wave::<N>(wi), to_below);
+    let (drawn, is_drawn) = draw_tangential(&passage);
     // Below an interface wave vectors over n are unit vectors; elsewhere they have the length 1/n.
     let eta = N::Real::lit(body.eta);
     let scale = if body.is_film { eta } else { N::Real::select(to_below, N::Real::lit(1.0), eta) };

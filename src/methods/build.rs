@@ -22,8 +22,8 @@ const TABLE_FRACTION: f64 = 0.6;
 /// Builds a method for the surface of a height field.
 ///
 /// Where the answer is the relief's factor, the caller multiplies it by the obliquity and shadowing factors of
-/// `surface`. With energy conservation the albedo table is built with these factors, so it is valid for them only.
-/// For a film ([`Options::body`]) the answer is the whole scattering function; the table alone has one.
+/// `surface`. With energy conservation the albedo table is built with these factors, so it is valid for them only. For
+/// a film ([`Options::body`]) the answer is the whole scattering function; only [`MethodKind::Table`] supports films.
 /// Numbers of terms and orders that `options` do not give follow from the surface's `tolerance`, a relative error.
 ///
 /// ```
@@ -89,11 +89,12 @@ pub fn build_watched(
         MethodKind::Table => {
             let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
             let build_limit = surface.build_limit;
-            let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
+            let table_options =
+                ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
             let table_fraction = if surface.conserve_energy { TABLE_FRACTION } else { 1.0 };
             let (table_progress, albedo_progress) =
                 (progress.part(0.0, table_fraction), progress.part(table_fraction, 1.0));
-            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
+            let (table, spectral) = ColourTable::build_reflecting(field, &table_options, &|_, _| 1.0, &table_progress)?;
             if let Some(body) = surface.body {
                 let albedo = surface
                     .conserve_energy

@@ -25,7 +25,7 @@ pub(super) fn quadrature(step_nm: f64) -> Result<Colours, ColourError> {
 /// A density per µm on a uniform grid over 380 to 780 nm. Its integral is (1, 1, 1).
 ///
 /// # Errors
-/// None for the step of 1 nm.
+/// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.
 pub(super) fn density() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     Ok(entries(&spectrum, |_| [1e3 / DENSITY_STEP_NM; 3]))
@@ -37,7 +37,7 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 /// A constant spectrum that is sampled at wavelengths with a density proportional to `1/λ²` is then white.
 ///
 /// # Errors
-/// None for the step of 1 nm.
+/// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.
 pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     let square = |nm: f64| (1e-3 * nm).powi(2);

@@ -1,8 +1,8 @@
 //! The method `table` of a film, which reflects and transmits: the colour table of the relief magnified by the index,
-//! with the factor of both sides.
+//! times the factor F of scattering/transparent.rs.
 //!
-//! The shader is transparent.wgsl and film.wgsl. Where energy is conserved, albedos by wavelength are uploaded as they
-//! are, and a channel takes the mean over its band.
+//! The shader consists of table.wgsl, transparent.wgsl, albedo_grid.wgsl and film.wgsl. Where energy is conserved,
+//! albedos by wavelength are uploaded unchanged, and a channel is divided by the mean over its band.
 
 use super::table::shader;
 use super::{AnswerKind, Method, MethodShader};
@@ -12,11 +12,12 @@ use crate::lobe::colour_at_body;
 use crate::scattering::TransparentBody;
 use crate::wgsl;
 
-/// Words of the albedos' buffer where nothing is divided, which no shader reads.
+/// Contents of the albedos' buffer where nothing is divided. The shader declares the buffer, but does not read it then.
 const NO_ALBEDO: [u32; 4] = [0; 4];
 
 /// The colour table of a film.
 pub(super) struct FilmTable {
+    /// The film: its index, and the lower bound of the scattering vector's normal component.
     pub body: TransparentBody,
     /// Table of the magnified relief.
     pub table: ColourTable,

@@ -41,7 +41,7 @@ fn band_excess(at: GridPlace) -> vec3<f32> {
 // The scattering function of light from wi to wo, linear sRGB in 1/sr. Parts other than 0 are zero, like those of
 // `relief_rgb`.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    let pair = pair_at_body(side_of_body(wi), side_of_body(wo));
+    let pair = pair_at_body(wave_at_body(wi), wave_at_body(wo));
     let undivided = pair.factor * relief_rgb(pair.q);
     if table.albedo_cells == 0u {
         return undivided;

@@ -34,6 +34,7 @@ pub(super) struct FlssUniform {
 
 /// The method `flss`: wavelengths in equal steps from 380 to 780 nm.
 pub struct Flss {
+    /// The tile's orders, with the neighbourhood that the tolerance requires.
     orders: Orders,
     /// Wavelengths and colour weights to sum over.
     colours: Colours,

@@ -13,7 +13,7 @@
 // Efficiencies are tabulated over λ, t and a. With y the direction cosine along the grooves, t = νd·√(1 - y²), and the
 // wave number of the incident wave along x is a·2π/d. The lines where t - a or t + a is a whole number divide the (t,
 // a) plane into cells; within a cell the same orders propagate. An order number counts the propagating orders of a cell
-// from 0, by ascending m. In the look-up of efficiencies, p and q are the fractional parts of t - a and t + a.
+// from 0, by ascending m. Nodes of a cell lie at fractional parts of t - a (`minus`) and of t + a (`plus`).
 
 // Middle of the visible range of ν, from 1/830 nm to 1/360 nm, in 1/µm.
 const NU_MIDDLE: f32 = 1.9912986;
@@ -62,8 +62,8 @@ struct Grating {
 
 @group(1) @binding(0) var<uniform> grating: Grating;
 // First, for each [wavelength][cell], the offset of the cell in 16-bit halves of words. Then the efficiencies in units
-// of UNIT, 16 bits each, the lower half of a word first. Cell s is [node of p][node of q][incident order][entry], with
-// s + 1 incident orders and s + 2 entries: the efficiencies of the outgoing orders, and their sum.
+// of UNIT, 16 bits each, the lower half of a word first. Cell s is [node along minus][node along plus][incident
+// order][entry], with s + 1 incident orders and s + 2 entries: the efficiencies of the outgoing orders, and their sum.
 @group(1) @binding(1) var<storage, read> efficiencies: array<u32>;
 // Colours (red, green, blue, unused): the table of W, then the table of order 0.
 @group(1) @binding(2) var<storage, read> colours: array<vec4<f32>>;
@@ -75,7 +75,7 @@ struct CellPosition {
     cell: u32,
     // Order number of order 0, whose wave number along x is that of the incident wave.
     incident: u32,
-    // `node_coordinates` of p and q.
+    // `node_coordinates` of the fractional parts of t - a and t + a.
     coordinates: vec2<f32>,
     // Whether the incident wave propagates.
     propagates: bool,
@@ -118,17 +118,17 @@ fn half_word(offset: u32) -> f32 {
     return f32((efficiencies[offset >> 1u] >> (16u * (offset & 1u))) & 0xffffu);
 }
 
-// Efficiency in units of UNIT at one wavelength of the table, bilinear in p and q. `entry` is the index of the pair of
-// incident and outgoing order within a node.
-fn efficiency_at_wavelength(wavelength: u32, cell: u32, entry: u32, p: Interval, q: Interval) -> f32 {
+// Efficiency in units of UNIT at one wavelength of the table, bilinear between the nodes of a cell. `entry` is the
+// index of the pair of incident and outgoing order within a node.
+fn efficiency_at_wavelength(wavelength: u32, cell: u32, entry: u32, minus: Interval, plus: Interval) -> f32 {
     let node_length = (cell + 1u) * (cell + 2u);
     let first = efficiencies[wavelength * grating.cells + cell] + entry;
-    let low_p = first + (p.low * grating.nodes + q.low) * node_length;
-    let high_p = low_p + grating.nodes * node_length;
+    let low = first + (minus.low * grating.nodes + plus.low) * node_length;
+    let high = low + grating.nodes * node_length;
     return mix(
-        mix(half_word(low_p), half_word(low_p + node_length), q.fraction),
-        mix(half_word(high_p), half_word(high_p + node_length), q.fraction),
-        p.fraction,
+        mix(half_word(low), half_word(low + node_length), plus.fraction),
+        mix(half_word(high), half_word(high + node_length), plus.fraction),
+        minus.fraction,
     );
 }
 
@@ -137,10 +137,10 @@ fn efficiency(position: CellPosition, nm: f32, outgoing: u32) -> f32 {
     let cell = min(position.cell, grating.cells - 1u);
     let entry = min(position.incident, cell) * (cell + 2u) + outgoing;
     let wavelength = interval_at((nm - grating.first_nm) * grating.steps_per_nm, grating.wavelengths);
-    let p = interval_at(position.coordinates.x * f32(grating.nodes - 1u), grating.nodes);
-    let q = interval_at(position.coordinates.y * f32(grating.nodes - 1u), grating.nodes);
-    let shorter = efficiency_at_wavelength(wavelength.low, cell, entry, p, q);
-    let longer = efficiency_at_wavelength(wavelength.low + 1u, cell, entry, p, q);
+    let minus = interval_at(position.coordinates.x * f32(grating.nodes - 1u), grating.nodes);
+    let plus = interval_at(position.coordinates.y * f32(grating.nodes - 1u), grating.nodes);
+    let shorter = efficiency_at_wavelength(wavelength.low, cell, entry, minus, plus);
+    let longer = efficiency_at_wavelength(wavelength.low + 1u, cell, entry, minus, plus);
     return mix(shorter, longer, wavelength.fraction) * UNIT;
 }
 

@@ -26,7 +26,7 @@ pub(super) struct OrderGrid {
     pub peak_um2: f32,
     /// Orders summed along each axis.
     pub neighbourhood: u32,
-    /// The κH from which on every stored term is summed. For each unit of κH below it, one term less is summed. It is 0
-    /// where the options give the number of terms, which are then summed at any κH.
+    /// The κH from which on every stored term is summed, with κ the phase rate in rad/µm. For each unit of κH below it,
+    /// one term less is summed. 0 where the options give the number of terms: all are then summed at any κH.
     pub full_terms_kappa_h: f32,
 }

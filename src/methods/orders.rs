@@ -35,7 +35,7 @@ use sunbeam_fourier::num_complex::Complex32;
 /// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must stay within the
 /// range of single precision.
 pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
-/// Most bytes of the orders of a tile. It bounds the memory of a method.
+/// Largest size in bytes of the orders of a tile. It bounds the memory of a method.
 pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 
 /// Largest w of two directions.

@@ -117,8 +117,8 @@ fn lagrange_weights(t: f32) -> vec4<f32> {
 
 // Colour on the ring of index `ring_index` at a direction in turns, -1/2 to 1/2, and w.
 //
-// The line through the centre goes on to ring 0 on the opposite side, so index -1 is ring 0 half a turn away, and -2 is
-// ring 1. Indices beyond the last ring read the last.
+// The line through the centre continues to ring 0 on the opposite side. Index -1 is therefore ring 0 half a turn away,
+// and index -2 ring 1. Indices beyond the last ring read the last ring.
 fn on_ring(ring_index: i32, turn: f32, w: f32) -> vec3<f32> {
     let opposite = ring_index < 0;
     let ring = table.rings[min(u32(select(ring_index, -1 - ring_index, opposite)), table.last_ring)];
@@ -154,7 +154,8 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     }
     let turn = turns(q.xy);
     // Position among the rings, asinh(growth·radius/inner_spacing)/growth - 1/2: ring k lies at k. The divisions are
-    // not simplified, since the Rust twin has the same ones: beside a bright order another rounding would be visible.
+    // not simplified, since they must match those of lookup.rs: beside a bright order another rounding would be
+    // visible.
     let stretched = radius * table.growth / table.inner_spacing;
     let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
     let inner = floor(position);

@@ -1,8 +1,9 @@
 //! Weights of the terms in the series of the phase screen (symbols: orders.rs), for many wavelengths at one w. Several
 //! wavelengths are computed side by side in SIMD lanes.
 //!
-//! With `x = κH`, the weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored
-//! without the factor i of odd terms, so that they are real and have the signs + + − − and so on.
+//! With `x = κH`, the phase rate times half the range of heights, the weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)`
+//! (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms, so that they are real and
+//! have the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
@@ -11,14 +12,14 @@ use std::f32::consts::TAU;
 
 /// Number of wavelengths whose weights are computed side by side.
 const LANES: usize = 8;
-/// Number of lanes for a batch of at most this many wavelengths, so that fewer lanes are idle.
+/// Number of lanes for a batch of at most this number of wavelengths, so that fewer lanes are idle.
 const FEW_LANES: usize = 4;
 
 /// Weights of one wavelength, in pairs `[even, even, odd, odd]` of an even term and the following odd one. Each is
 /// stored twice: [`super::orders::Orders::amplitude`] multiplies the real and the imaginary part of a term by it.
 pub(super) type TermWeights = [[f32; 4]];
 
-/// Weights of a batch of wavelengths, one wavelength after the other.
+/// Weights of a batch of wavelengths, `[wavelength][pair]`.
 type BatchWeights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
 
 impl OrderGrid {
@@ -38,9 +39,7 @@ impl OrderGrid {
     ) {
         let (mut batch, mut batch_weights) = (ArrayVec::<(f32, T), LANES>::new(), BatchWeights::new());
         loop {
-            while let Some(next) = if batch.is_full() { None } else { wavelengths_um.next() } {
-                batch.push(next);
-            }
+            batch.extend(wavelengths_um.by_ref().take(LANES));
             let Some(&(last_um, _)) = batch.last() else { return };
             // Idle lanes repeat the last wavelength.
             let x = |lane: usize| TAU * w / batch.get(lane).map_or(last_um, |entry| entry.0) * self.half_range_um;
@@ -55,7 +54,7 @@ impl OrderGrid {
         }
     }
 
-    /// Writes the weights at the first `count` of the arguments, one argument after the other. Returns the number of
+    /// Writes the weights at the first `count` of the arguments to `weights`, `[argument][pair]`. Returns the number of
     /// pairs for each argument.
     fn write_weights<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut BatchWeights) -> usize {
         let terms = self.terms_at(x.into_iter().fold(0.0, f32::max));

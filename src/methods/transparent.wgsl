@@ -1,24 +1,40 @@
 // Factor F of a film, which reflects and transmits; compiled after table.wgsl. Counterpart of
-// src/scattering/transparent.rs, which has the formulas and symbols, for bodies that are films.
+// src/scattering/transparent.rs for bodies that are films.
 //
-// All directions of a film are in air, so that no component is imaginary. Wave vectors are in units of the wave number
-// in the film, n times that in air.
+// n is the index of the film, and ε = n². K is the wave vector of a direction, in units of the wave number in air. All
+// directions of a film are in air, so no component is imaginary. "Over n" means in units of the wave number in the
+// film, which is n times that in air.
+//
+//     k        length of the tangential part of K
+//     c1, cn   normal components in air and in the film, √(1 - k²) and √(n² - k²)
+//     ζ        c1 above the relief, cn below
+//     v, e     cn and n for a direction above; n·c1 and 1 below
+//     s, p     c1 + cn and ε·c1 + cn, the denominators of the two states
+//     τ        1 above; below, the transmittance of the film's flat side for the state
+//     φ        azimuth between the arriving and the leaving light
+//     σ        1 for reflection, -1 for transmission
+//     w        normal component of Ki + Ko
+//
+//     B_ss = cosφ/(s s0)      B_sp = v0 sinφ/(s p0)
+//     B_ps = v sinφ/(p s0)    B_pp = (v v0 cosφ - σ e e0 k k0)/(p p0)
+//     F = 2 ζ ζ0 (ε - 1)²/w² · Σ |B|² τ τ0      over the four pairs of states; 0 marks the incident direction
 
 // Smallest product of tangential lengths by which the azimuth's cosine is divided.
 const SINES_MIN: f32 = 1e-6;
 
-// One direction at a film: its wave vector and its terms of the factor F.
-struct Side {
+// Wave of one direction at a film: its wave vector, and its terms of the factor F.
+struct BodyWave {
     // Whether the direction lies below the relief.
     is_below: bool,
     // Direction cosines along the surface, those of the wave vector in air.
     cosines: vec2<f32>,
     // ζ over n, positive.
     normal: f32,
-    // k.
+    // k, the length of `cosines`.
     sine: f32,
-    // v, and e.
+    // v of the factor F.
     v: f32,
+    // e of the factor F.
     e: f32,
     // τ/s² and τ/p².
     states: vec2<f32>,
@@ -32,8 +48,8 @@ struct TransparentPair {
     factor: f32,
 }
 
-// Terms of a direction of unit length, which points away from the relief on either side of it.
-fn side_of_body(w: vec3<f32>) -> Side {
+// Wave of a direction of unit length, which points away from the relief on either side of it.
+fn wave_at_body(w: vec3<f32>) -> BodyWave {
     let n = table.body_eta;
     let eps = n * n;
     let is_below = w.z < 0.0;
@@ -44,7 +60,7 @@ fn side_of_body(w: vec3<f32>) -> Side {
     let per_squared = 1.0 / vec2<f32>(s * s, p * p);
     // Transmittances of the flat side below for both states.
     let refracted = 4.0 * c1 * cn * vec2<f32>(1.0, eps) * per_squared;
-    return Side(
+    return BodyWave(
         is_below,
         w.xy,
         select(c1, cn, is_below) / n,
@@ -55,8 +71,9 @@ fn side_of_body(w: vec3<f32>) -> Side {
     );
 }
 
-// (ε − 1)/w, with w over n. Without a contrast of indices light goes straight on, with the limit s0.
-fn contrast_over_normal(is_reflected: bool, normal: f32, wi: Side) -> f32 {
+// (ε - 1)/w, with w over n. For n = 1, where this is 0/0, reflected light has 0 and transmitted light the limit s0 =
+// 2 c1: light goes straight on.
+fn contrast_over_normal(is_reflected: bool, normal: f32, wi: BodyWave) -> f32 {
     let n = table.body_eta;
     if n == 1.0 {
         return select(2.0 * wi.normal, 0.0, is_reflected);
@@ -65,7 +82,7 @@ fn contrast_over_normal(is_reflected: bool, normal: f32, wi: Side) -> f32 {
 }
 
 // The pair of two directions, light arriving from wi and leaving along wo.
-fn pair_at_body(wi: Side, wo: Side) -> TransparentPair {
+fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
     let n = table.body_eta;
     let is_reflected = wi.is_below == wo.is_below;
     let sigma = select(-1.0, 1.0, is_reflected);
@@ -79,7 +96,7 @@ fn pair_at_body(wi: Side, wo: Side) -> TransparentPair {
     let sin_squared = 1.0 - cos_squared;
     let pp = wi.v * wo.v * cos_phi - sigma * wi.e * wo.e * sines;
     let contrast = contrast_over_normal(is_reflected, normal, wi);
-    // States of the outgoing and the incident light: ss, sp, ps and pp. Unpolarised light has half of each.
+    // |B|² τ τ0 of the states ss, sp, ps and pp, the outgoing state first. F is for unpolarised light.
     let powers = vec4<f32>(
         cos_squared * wo.states.x * wi.states.x,
         sin_squared * wi.v * wi.v * wo.states.x * wi.states.y,

@@ -24,19 +24,19 @@ use std::array;
 /// Wavelength in µm at which tents are as wide as orders: green, where the eye is most sensitive. The width of an order
 /// in direction cosines is proportional to the wavelength, so one spacing of nodes fits one wavelength only.
 const WAVELENGTH_UM: f64 = 0.53;
-/// Most nodes along an axis, which make a table of 8 MB. More nodes resolve narrower orders.
+/// Largest number of nodes along an axis; the table then takes 8 MB. More nodes resolve narrower orders.
 const NODES_MAX: usize = 937;
-/// Fewest nodes from the middle of an axis to its end. Only very short coherence lengths need so few.
+/// Smallest number of nodes from the middle of an axis to its end. Only very short coherence lengths reach this bound.
 const HALF_NODES_MIN: usize = 8;
-/// Most quadrature points of a node along an axis, where nodes are further apart than orders are wide. More points miss
-/// fewer orders but lengthen the build.
+/// Largest number of quadrature points of a node along an axis. Several are used where nodes are further apart than
+/// orders are wide. More points miss fewer orders but lengthen the build.
 const POINTS_MAX: usize = 4;
 /// Quadrature points of a slice of w, as fractions of its width: the midpoint rule with two points.
 const SLICE_POINTS: [f64; 2] = [0.25, 0.75];
 /// Outgoing cosine of the typical w of an incidence, at which slices are mixed. Affects the variance of samples only.
 const TYPICAL_COSINE: f64 = 0.6;
-/// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`. Slices beyond are
-/// read there, too. A fraction of 1 would be backscattering, `wi = wo`. Affects the variance of samples only.
+/// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`. Slices beyond it are
+/// also read at this w. A fraction of 1 would mean backscattering, `wi = wo`. Affects the variance of samples only.
 const W_FRACTION_MAX: f64 = 0.97;
 
 /// Layout of a colour sampler's table data.
@@ -232,7 +232,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     }
 
     /// Density of [`ColourSamplerView::draw`] over the plane of tangential wave vectors; zero where the mask is false.
-    /// The outgoing vector is turned as the passage's ([`Passage::turn`]).
+    /// `outgoing` is the tangential part of the outgoing wave vector, times [`Passage::turn`].
     #[inline(always)]
     pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
@@ -249,8 +249,8 @@ impl<N: Numbers> ColourSamplerView<N> {
         N::Real::select(has_mass, mass / total * nodes_per_area, lit(0.0))
     }
 
-    /// Draws the tangential part of an outgoing wave vector, turned as the passage's, from two random numbers in
-    /// [0, 1). It may lie beyond the passage's reach. The mask is false where nothing is scattered.
+    /// Draws the tangential part of an outgoing wave vector, times [`Passage::turn`], from two random numbers in [0,
+    /// 1). It may lie beyond the passage's reach. The mask is false where nothing is scattered.
     #[inline(always)]
     pub(crate) fn draw(&self, passage: &Passage<N>, random: [N::Real; 2], active: N::Mask) -> ([N::Real; 2], N::Mask) {
         let lit = N::Real::lit;

@@ -151,8 +151,8 @@ impl<N: Numbers> SamplerView<N> {
         direction_above::<N>(outgoing, is_drawn)
     }
 
-    /// Density of [`SamplerView::draw`] over the plane of tangential wave vectors; zero where the mask is false. The
-    /// outgoing vector is turned as the passage's ([`Passage::turn`]).
+    /// Density of [`SamplerView::draw`] over the plane of tangential wave vectors; zero where the mask is false.
+    /// `outgoing` is the tangential part of the outgoing wave vector, times [`Passage::turn`].
     #[inline(always)]
     pub(crate) fn density(
         &self,
@@ -172,8 +172,8 @@ impl<N: Numbers> SamplerView<N> {
         }
     }
 
-    /// Draws the tangential part of an outgoing wave vector, turned as the passage's, from two random numbers in
-    /// [0, 1). It may lie beyond the passage's reach. The mask is false where nothing is scattered.
+    /// Draws the tangential part of an outgoing wave vector, times [`Passage::turn`], from two random numbers in [0,
+    /// 1). It may lie beyond the passage's reach. The mask is false where nothing is scattered.
     #[inline(always)]
     pub(crate) fn draw(
         &self,

@@ -25,26 +25,27 @@ use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Fewest intervals in κ. Larger tables have as many as the spectral table has knots, up to [`INTERVALS_MAX`]. The
-/// number affects the variance of samples only.
+/// Smallest number of intervals in κ. Between it and [`INTERVALS_MAX`] there is one interval per knot interval of the
+/// spectral table. The number affects the variance of samples only.
 const INTERVALS_MIN: usize = 32;
-/// Most intervals in κ. It bounds the size of the table.
+/// Largest number of intervals in κ. It bounds the size of the table.
 const INTERVALS_MAX: usize = 128;
-/// Quadrature points (midpoints) per interval at which powers are averaged. The result is insensitive to it.
+/// Number of quadrature points (midpoints) per interval at which powers are averaged. Results hardly depend on it.
 const POINTS_PER_INTERVAL: usize = 8;
 /// Distance beyond the horizon up to which the centre of an order may lie, in standard deviations.
 ///
-/// The Gaussian's tail beyond it is 3e-7. With two standard deviations sample weights reach 8000.
+/// A tail of 3e-7 of the Gaussian lies beyond. With a distance of two standard deviations sample weights reach 8000.
 const HORIZON_REACH: f64 = 5.0;
-/// Squared width of the smooth step `V_j` across the horizon. The width is in cos²θ, in units of the order's standard
-/// deviation in direction cosines.
+/// Squared width of the smooth step `V_j` across the horizon. The width is one of cos²θ, in units of the order's
+/// standard deviation in direction cosines.
 ///
-/// With this width the step resembles the Gaussian's integral. It is algebraic because it is evaluated for every order.
+/// With this width the step resembles the Gaussian's integral. The step is an algebraic function, since it is evaluated
+/// for every order.
 const HORIZON_WIDTH_SQUARED: f64 = 12.0;
-/// Least cos²θ taken for an order's centre, in standard deviations of the order in direction cosines. It is typical of
-/// the part above the horizon of an order whose centre lies below it.
+/// Smallest cos²θ of an order's centre, in standard deviations of the order in direction cosines. It is typical of the
+/// part above the horizon of an order whose centre lies below it.
 const COS_SQUARED_MIN: f64 = 0.25;
-/// Least outgoing cosine that Stam's obliquity factor divides by; keeps weights of grazing orders finite.
+/// Smallest outgoing cosine by which Stam's obliquity factor divides; keeps weights of grazing orders finite.
 const COS_MIN: f64 = 1e-4;
 /// Power of an order below which its weight is zero. It is far below the rounding of a sum of powers near one, and far
 /// above the subnormal numbers that slow processors down.
@@ -219,7 +220,7 @@ impl<N: Numbers> OrdersView<N> {
                 (near.next(j), weight.fma(exponent.exp2(), density))
             },
         );
-        // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²).
+        // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²), with σ in orders.
         let [x, y] = &self.layout.axes;
         let norm = x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
         let peak = lit(norm) / reading.squared_um();
@@ -265,14 +266,14 @@ impl<N: Numbers> OrdersView<N> {
         let has_weight = lit(0.0).lt(total) & active;
         let (number, u) = (self.number(chosen), [u, v]);
         let nm = N::widen(reading.wavelength_nm);
-        let cosines = [0, 1].map(|i| {
+        let outgoing = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let offset = normal_quantile(u[i]) * reading.narrowed(lit(axis.sigma));
             // The sampled frequency in cycles/nm.
             let f = (N::widen(number[i]) + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
             N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
-        (cosines, has_weight)
+        (outgoing, has_weight)
     }
 
     /// Prepares the loop over the orders whose centres lie in the square of half side `reach` about the incident
@@ -344,8 +345,10 @@ impl<N: Numbers> OrdersView<N> {
         let [low, high] = bf16_pair::<N>(word);
         let t = (position - interval).clip(lit(0.0), lit(1.0));
         let visible_power = (high - low).fma(t, low) * visible;
+        if passage.divisor_min.is_some() {
+            return visible_power / (w * w);
+        }
         match self.layout.obliquity {
-            _ if passage.divisor_min.is_some() => visible_power / (w * w),
             Obliquity::Unit | Obliquity::SmallSlope => visible_power,
             Obliquity::Stam => {
                 let w_squared = w * w;

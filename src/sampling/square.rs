@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! f = (wi + wo)_xy/λ                    frequency, in cycles/µm
-//! κ = 2πk,  k = (cosθi + cosθo)/λ       phase rate in rad/µm, and k in cycles/µm
+//! κ = 2πk,  k = (cosθi + cosθo)/λ       phase rate κ in rad/µm; k in cycles/µm
 //! P_j(κ), f_j                           power and frequency of node j
 //! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O; 1 for other factors
 //! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
@@ -31,7 +31,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Standard deviation of a node's Gaussian, in nodes, from which on a sum of tents approximates it.
+/// Smallest standard deviation of a node's Gaussian, in nodes, at which a sum of tents approximates the Gaussian.
 ///
 /// Below it a density reads up to [`TAPS_MAX`] nodes along an axis for the Gaussian itself; with tents it reads two.
 /// The relative variance of sample weights that tents add along an axis falls with the width: 5 % at 0.36, below 1 %
@@ -39,20 +39,22 @@ use std::f64::consts::{LOG2_E, TAU};
 const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Upper bound of `|normal_quantile(u)|` in single precision, in standard deviations.
 const QUANTILE_MAX: f64 = 5.45;
-/// Most nodes along an axis that a density reads, for the widest Gaussian that is not approximated: two to either side.
+/// Largest number of nodes along an axis that a density reads: two to either side, for the widest Gaussian that is not
+/// approximated by tents.
 const TAPS_MAX: usize = 2 * ((QUANTILE_MAX * TENTS_FROM_SIGMA) as usize + 1);
 /// Distance in standard deviations up to which tents follow a Gaussian; 7e-6 of the Gaussian lies beyond.
 const TENT_REACH: f64 = 4.5;
-/// Typical outgoing cosine at grazing incidence. It decides which bands of κ are mixed.
+/// Typical outgoing cosine at grazing incidence; the typical outgoing cosine decides which bands of κ are mixed.
 ///
-/// With [`TYPICAL_COS_SLOPE`] it lies between the cosine of the mirror direction and that of widely spread light.
-/// Affects the variance of samples only.
+/// With [`TYPICAL_COS_SLOPE`], the typical cosine lies between that of the mirror direction and that of widely spread
+/// light. Both constants affect the variance of samples only.
 const TYPICAL_COS_GRAZING: f64 = 0.3;
 /// Increase of the typical outgoing cosine per unit of the incident cosine; see [`TYPICAL_COS_GRAZING`].
 const TYPICAL_COS_SLOPE: f64 = 0.5;
-/// Fewest quadrature points of the mean over a band of κ.
+/// Smallest number of quadrature points of the mean over a band of κ.
 const POINTS_MIN: usize = 4;
-/// Most quadrature points of the mean over a band of κ. Together with [`TABLE_POINTS_MAX`] it bounds the build time.
+/// Largest number of quadrature points of the mean over a band of κ. It bounds the build time, as does
+/// [`TABLE_POINTS_MAX`].
 const POINTS_MAX: usize = 64;
 /// Bound on the quadrature points of a whole table, all nodes and bands together. [`POINTS_MIN`] takes precedence.
 const TABLE_POINTS_MAX: usize = 20_000_000;
@@ -116,7 +118,7 @@ impl SquareAxis {
 fn tent_weights(sigma: f64) -> Vec<f32> {
     /// Midpoints per node of the integral; tents and Gaussian are smooth over a sixteenth of a node.
     const STEPS: usize = 16;
-    /// Gradient steps. After them the weights no longer change visibly.
+    /// Number of gradient steps, after which the weights have converged.
     const ROUNDS: usize = 300;
     /// Weight below which an outer tent is dropped: it has vanished in the minimum.
     const NEGLIGIBLE_WEIGHT: f64 = 1e-12;
@@ -321,7 +323,7 @@ impl<N: Numbers> SquareView<N> {
         let band = incidence.band + N::Index::select(is_upper, N::Index::lit(1), N::Index::lit(0));
         let drawn = self.areas().choose(&incidence.rectangle, band, [u, v], has_mass);
         let nm = N::widen(reading.wavelength_nm);
-        let cosines = [0, 1].map(|i| {
+        let outgoing = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let offset = match axis.sigma {
                 Some(sigma) => normal_quantile(drawn.u[i]) * lit(sigma),
@@ -332,7 +334,7 @@ impl<N: Numbers> SquareView<N> {
             let f = (number + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
             N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
-        (cosines, has_mass)
+        (outgoing, has_mass)
     }
 
     #[inline(always)]

@@ -1,10 +1,11 @@
 //! One pair of directions at a transparent body, in double precision, for lists of orders.
 
-use super::{Side, TransparentBody, TransparentPair, Vec3};
+use super::{BodyWave, TransparentBody, TransparentPair, Vec3};
 use crate::numeric::Plain;
 use std::f64::consts::TAU;
 
-/// Scattering vector and powers of a pair of directions at a transparent body (`transparent.rs`).
+/// Scattering vector and powers of a pair of directions at a transparent body. The symbols are those of
+/// `transparent.rs`; `c_m` is the amplitude of order m of the phase screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyOrder {
     /// Tangential part of `Ki + Ko` in wave numbers in vacuum, with the sign that makes the normal part positive.
@@ -29,8 +30,8 @@ impl BodyOrder {
     /// ```
     pub fn new(body: TransparentBody, wi: Vec3, wo: Vec3) -> Self {
         type Double = Plain<'static, f64>;
-        let side = |w: Vec3| -> Side<Double> { body.side(w) };
-        let pair: TransparentPair<Double> = body.pair(&side(wi), &side(wo));
+        let wave = |w: Vec3| -> BodyWave<Double> { body.wave(w) };
+        let pair: TransparentPair<Double> = body.pair(&wave(wi), &wave(wo));
         let tangential = pair.tangential().map(|k| k * body.eta);
         Self { tangential, normal: pair.normal() * body.eta, powers: pair.powers }
     }

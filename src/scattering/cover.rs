@@ -7,10 +7,10 @@
 //! f_out      T(θi)·T(θo)/n² · f_in(wi', wo', λ/n)     reflectance outside, from that inside the cover
 //! ```
 //!
-//! Inside the cover, light of the wavelength λ/n meets the bare relief. Magnified n times, that relief scatters the
-//! wavelength λ alike, so that [`Cover`] goes with tables of the magnified relief, window included, and with indices
-//! relative to the cover's. The magnified relief's `f_r` is `f_in`: a density over solid angle does not change with
-//! size. Light that is reflected to and fro inside the cover is left out.
+//! Inside the cover, light of the wavelength λ/n meets the bare relief. The relief magnified n times scatters light of
+//! the wavelength λ into the same directions. [`Cover`] therefore goes with tables of the magnified relief, coherence
+//! window included, and with indices relative to the cover's. `f_in` is the magnified relief's reflectance: a density
+//! over solid angle does not change with size. Light that is reflected repeatedly inside the cover is left out.
 
 use super::{ComplexIndex, Pair, SpectralIndex, Vec3, direction_above};
 
@@ -72,16 +72,16 @@ impl Cover {
     }
 }
 
-/// A pair of directions as tables of the relief inside a cover take it, with the factors that the cover contributes.
+/// A pair of directions inside a cover, by which tables are read, with the factors that the cover contributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inside {
     /// Incident direction inside.
     pub wi: Vec3,
     /// Outgoing direction inside.
     pub wo: Vec3,
-    /// Factor on the reflectance.
+    /// Factor on the reflectance inside, which gives that outside.
     pub factor: f64,
-    /// Factor on the density of samples over solid angle.
+    /// Factor on the density of samples over solid angle inside, which gives that outside.
     pub density: f64,
 }
 

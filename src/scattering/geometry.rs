@@ -15,7 +15,7 @@ pub type Vec3 = [f64; 3];
 /// are taken for mistakes.
 pub const LENGTH_TOLERANCE: f64 = 1e-3;
 
-/// Reason that three numbers are no direction. The message follows the parameter's name.
+/// Reason why three numbers are no direction. The caller prints the message after the parameter's name.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum DirectionError {
@@ -92,7 +92,7 @@ impl Pair {
         Some(Self { u: wi[0] + wo[0], v: wi[1] + wo[1], w: cos_i + cos_o, cos_i, cos_o })
     }
 
-    /// `|wi + wo|²`, which is 4 for equal directions.
+    /// `|wi + wo|²`: 4 for equal directions, 0 for opposite ones.
     pub fn sum_squared(&self) -> f64 {
         squared([self.u, self.v, self.w])
     }

@@ -40,7 +40,7 @@ pub enum SpectralIndex {
     Sampled(Vec<(f64, ComplexIndex)>),
 }
 
-/// Reason that the samples of an index are refused.
+/// Reason why the samples of an index are refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum SpectralIndexError {

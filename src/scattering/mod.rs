@@ -11,7 +11,7 @@
 //! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
 //! | `transparent.rs` | reflection and transmission at a lossless medium, one factor for both |
 //! | `body_order.rs` | one order at such a medium, for lists of orders |
-//! | `passage.rs` | the way of scattered light, for samplers |
+//! | `passage.rs` | wave vectors of incident and scattered light, for samplers |
 //! | `options.rs` | parameters of the model |
 //! | `map.rs` | directions of the pixels of a hemispherical map |
 
@@ -46,6 +46,6 @@ pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
 #[cfg(test)]
 pub(crate) use transparent::SINES_MIN;
-pub(crate) use transparent::{Side, TransparentPair};
+pub(crate) use transparent::{BodyWave, TransparentPair};
 pub use transparent::{Transmission, TransparentBody};
 pub(crate) use vector::Scattering;

@@ -11,7 +11,7 @@ use crate::table::{
 use serde::{Deserialize, Serialize};
 
 /// Parameters of the scalar model (docs/model.md#the-reflectance). The defaults are those of a preset without a
-/// refractive index in all interfaces; [`SurfaceConfig`](crate::SurfaceConfig) takes them from here.
+/// refractive index in every user interface; [`SurfaceConfig`](crate::SurfaceConfig) takes them from here.
 ///
 /// ```
 /// use sunbeam::Options;
@@ -29,8 +29,8 @@ pub struct Options {
     pub tiling: Tiling,
     /// The obliquity factor (default: Stam's).
     pub obliquity: Obliquity,
-    /// Index of the small-slope factor in the albedo; `None` for a perfect conductor (default). Other obliquity factors
-    /// ignore it, since their albedo leaves the Fresnel reflectance out.
+    /// Index of the small-slope factor Q, which the albedo includes; `None` for a perfect conductor (default). With
+    /// other obliquity factors it has no effect, since their albedo excludes the Fresnel reflectance.
     pub index: Option<SpectralIndex>,
     /// Whether the reflectance is divided so that the albedo is at most one (default: true).
     pub conserve_energy: bool,
@@ -41,8 +41,9 @@ pub struct Options {
     pub reach: f64,
     /// Relative sizes at which the surface is evaluated; `None` for the relief's own size (default).
     pub sizes: Option<SizeRange>,
-    /// Transparent body below the relief; `None` for a surface that reflects only (default). The field is then the
-    /// relief magnified by the body's index, and albedos are those of reflection and transmission together.
+    /// Transparent body below the relief; `None` for a surface that reflects only (default). With a body, the given
+    /// height field is the relief magnified by the body's index, and albedos are those of reflection and transmission
+    /// together.
     pub body: Option<TransparentBody>,
     /// Relative error to which tables are built (default: 1e-3).
     pub tolerance: f64,

@@ -1,29 +1,30 @@
-//! The way of scattered light, as samplers take it: an incident wave vector, and the wave vectors that may leave.
+//! Wave vectors of scattered light, as samplers need them: the incident one, and the range of those that may leave.
 
-use super::transparent::{Side, TransparentBody};
+use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};
 
 /// Smallest normal component of the scattering vector in the weights of orders at a transparent body, in units of the
-/// wave number in vacuum. Samplers tabulate powers over intervals of about this size, and do not resolve that a power
-/// vanishes at zero. Affects the variance of samples only.
+/// wave number in vacuum. Samplers tabulate powers over intervals of about this size, so their powers do not vanish at
+/// zero as the true ones do. The value affects the variance of samples only.
 const DIVISOR_MIN: f64 = 0.05;
 
 /// An incident direction, and the side of the relief on which light leaves.
 ///
-/// Wave vectors are in units of the tables: 1 for directions at a bare relief and inside a cover, and at a
-/// [`TransparentBody`] for directions in its medium.
+/// Lengths of wave vectors are in units of the wave number in the tables' medium: air at a bare relief, the cover, or
+/// the medium of a [`TransparentBody`].
 #[derive(Clone, Copy)]
 pub(crate) struct Passage<N: Numbers> {
-    /// Tangential part of the incident wave vector; its opposite where [`Passage::turn`] is −1.
+    /// Tangential part of the incident wave vector, times [`Passage::turn`].
     pub tangential: [N::Real; 2],
-    /// Part of the incident direction in the normal component of the scattering vector. The scattering vector's is the
-    /// absolute value of the sum of this and the outgoing normal component.
+    /// Normal component of the incident wave vector: positive if light leaves on the incident side, else negative. The
+    /// scattering vector's normal component is `|normal + c|`, with c > 0 the outgoing normal component.
     pub normal: N::Real,
     /// Squared length of outgoing wave vectors.
     pub outgoing_squared: N::Real,
     /// Largest tangential length of outgoing wave vectors.
     pub reach: N::Real,
-    /// −1 where S is read at the opposite frequency, so that samplers draw opposite wave vectors; else 1.
+    /// −1 where S is read at the opposite frequency: where the incident or the outgoing light lies below the relief.
+    /// Samplers then draw the opposite of wave vectors. 1 elsewhere.
     pub turn: N::Real,
     /// Typical normal component of the scattering vector; `None` where samplers estimate it.
     pub typical_normal: Option<N::Real>,
@@ -33,7 +34,7 @@ pub(crate) struct Passage<N: Numbers> {
 }
 
 impl<N: Numbers> Passage<N> {
-    /// Reflection of a direction above the surface, with outgoing tangential lengths up to `reach`.
+    /// Reflection of the unit vector `wi` above the surface, with outgoing tangential lengths up to `reach`.
     #[inline(always)]
     pub(crate) fn reflection(wi: [N::Real; 3], reach: f64) -> Self {
         let one = N::Real::lit(1.0);
@@ -48,16 +49,17 @@ impl<N: Numbers> Passage<N> {
         }
     }
 
-    /// Light at a transparent body from a direction to one side of the relief.
+    /// Light at a transparent body from the direction `wi` to the side below the relief where `to_below` is true, else
+    /// to the side above.
     #[inline(always)]
-    pub(crate) fn at_body(body: TransparentBody, wi: &Side<N>, to_below: N::Mask) -> Self {
+    pub(crate) fn at_body(body: TransparentBody, wi: &BodyWave<N>, to_below: N::Mask) -> Self {
         let lit = N::Real::lit;
         let one = lit(1.0);
         let is_reflected = (wi.is_below & to_below) | (!wi.is_below & !to_below);
         let turn = N::Real::select(wi.is_below | to_below, -one, one);
-        // Of the refracted light, |cn − c1|.
+        // Normal components of the scattering vector at the refracted direction, |cn − c1| over n, and at the mirror
+        // direction.
         let refracted = (wi.other_normal - wi.normal).abs();
-        // Reflected light spreads about its mirror direction.
         let reflected = wi.normal + wi.normal;
         Self {
             tangential: wi.tangential().map(|k| k * turn),

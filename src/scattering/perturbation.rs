@@ -1,5 +1,5 @@
-//! First-order perturbation of a shallow relief (Rice 1951), from the boundary conditions of Maxwell's equations: the
-//! independent truth for the small-slope factors.
+//! First-order perturbation of a shallow relief (Rice 1951), from the boundary conditions of Maxwell's equations: an
+//! independent reference for tests of the small-slope factors.
 
 use super::Vec3;
 use sunbeam_fourier::num_complex::Complex64;
@@ -10,8 +10,9 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
 }
 
-/// Electric and magnetic field at the origin, and the normal component of the wave vector, of a plane wave in the
-/// states s and p. The wave vector `k` is in units of the wave number in air; `n` is the index of the medium.
+/// `([electric, magnetic], k_z)` of a plane wave in the states s and p: its fields at the origin, and the normal
+/// component of its wave vector. The wave vector `k` is in units of the wave number in air; `n` is the index of the
+/// medium.
 fn states(k: Vector, n: Complex64) -> [([Vector; 2], Complex64); 2] {
     let length = (k[0].re * k[0].re + k[1].re * k[1].re).sqrt();
     let s = [-k[1] / length, k[0] / length, Complex64::default()];

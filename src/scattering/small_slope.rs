@@ -5,9 +5,9 @@
 //!
 //! ```text
 //! q0, q      cosines of wi and wo; w = q + q0
-//! k0, k      sines of wi and wo, the lengths of their tangential parts
+//! k0, k      sines of wi and wo: lengths of their tangential parts (not `ComplexIndex::k`)
 //! φ          azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
-//! ε          squared index (eta + i·k)², with the k of the index
+//! ε          squared index (eta + i·k)², here with `ComplexIndex::k`, called `absorption` in code
 //! t0, t      normal components in the medium, √(ε − k0²) and √(ε − k²)
 //! s, p       denominators of the states s and p, s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
 //!
@@ -32,7 +32,7 @@ use sunbeam_fourier::num_complex::Complex64;
 /// Smallest product of the sines by which the azimuth's cosine is divided. Nearer to the normal the azimuth is lost to
 /// rounding and does not matter.
 const SINES_MIN: f64 = 1e-6;
-/// Smallest squared modulus that is inverted. Products of two reciprocals stay finite in single precision.
+/// Smallest squared modulus that is inverted. Products of two reciprocals then stay finite in single precision.
 const SQUARED_MODULUS_MIN: f64 = 1e-18;
 
 /// Amplitudes between the linear states s and p, as square roots of power. The first letter is the outgoing state, the
@@ -103,7 +103,7 @@ pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -
 }
 
 /// Terms of one direction in Q.
-struct Side<R> {
+struct Terms<R> {
     /// Real and imaginary part of t.
     t: [R; 2],
     /// `|t|²`.
@@ -114,7 +114,7 @@ struct Side<R> {
     per_p_squared: R,
 }
 
-impl<R: Real> Side<R> {
+impl<R: Real> Terms<R> {
     /// Terms of a direction with the cosine `q`. `eps` are the real and imaginary part of ε.
     #[inline(always)]
     fn new(q: R, index: ComplexIndex, eps: [f64; 2]) -> Self {
@@ -162,7 +162,7 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let ComplexIndex { eta, k: absorption } = index;
     let (eps_re, eps_im) = (eta * eta - absorption * absorption, 2.0 * eta * absorption);
     // Terms of the outgoing and of the incident direction.
-    let (o, i) = (Side::new(q, index, [eps_re, eps_im]), Side::new(q0, index, [eps_re, eps_im]));
+    let (o, i) = (Terms::new(q, index, [eps_re, eps_im]), Terms::new(q0, index, [eps_re, eps_im]));
     // Real and imaginary part of t t0 cosφ − ε k k0.
     let pp_re = (o.t[0] * i.t[0] - o.t[1] * i.t[1]) * cos - lit(eps_re) * sines;
     let pp_im = (o.t[0] * i.t[1] + o.t[1] * i.t[0]) * cos - lit(eps_im) * sines;

@@ -1,8 +1,8 @@
 //! Transparent bodies: reflection and transmission by the relief between air, above, and a lossless medium, below.
 //!
-//! Light is scattered by the relief on either side and to either side. All four ways read the same power spectrum, by
-//! the sum of the two wave vectors, and one factor serves them: first-order small-slope theory with Rice's kernel, as
-//! in `small_slope.rs`.
+//! Light arrives from either side of the relief and is scattered to either side. All four cases read one power
+//! spectrum, by the sum of the two wave vectors. One factor F serves all: first-order small-slope theory with Rice's
+//! kernel, as in `small_slope.rs`.
 //!
 //! ```text
 //! n, ε         index of the medium, and its square
@@ -11,7 +11,7 @@
 //! k            length of the tangential part of K
 //! c1, cn       normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1
 //! ζ            normal component in the direction's own medium: c1 above, cn below
-//! v, e         cn and n above; n·c1 and 1 below
+//! v, e         cn and n for a direction above; n·c1 and 1 below
 //! s, p         c1 + cn, and ε·c1 + cn
 //! φ            azimuth from the tangential direction of the arriving light (−Ki) to that of the leaving light (Ko)
 //! σ            1 for reflection, −1 for transmission
@@ -26,13 +26,15 @@
 //! The power scattered into `d²Ko` is `F·S/λ²`, with S at the frequency `(Ki + Ko)_xy/λ` and the phase rate `2πw/λ`.
 //! F is reciprocal. At the mirror direction it is Fresnel's reflectance, at the refracted one Fresnel's transmittance.
 //!
-//! S of a negative phase rate is S of the positive one at the opposite frequency. In transmission w can vanish, and S
-//! with it as w²: both take at least [`TransparentBody::normal_min`], so that their quotient stays smooth. An order has
-//! the factor of its own direction, but is as wide as the coherence window lets it be. Where w changes by as much as it
-//! is over this width, 1/w² would raise the tails of strong orders above the weak orders there.
+//! S of a negative phase rate equals S of the positive one at the opposite frequency. In transmission w can vanish, and
+//! S vanishes in proportion to w². Both F and S therefore use a |w| of at least [`TransparentBody::normal_min`], so
+//! that their product stays smooth.
 //!
-//! Tables are those of the relief magnified n times, as under a [`Cover`](super::Cover) of the same index. So wave
-//! vectors in code are in units of the wave number in the medium, and no longer than 1.
+//! The bound also depends on the coherence window, over whose width an order spreads. Where the relative change of w
+//! over this width is of order one, 1/w² would raise the tails of strong orders above weak orders.
+//!
+//! Tables are those of the relief magnified n times, as under a [`Cover`](super::Cover) of index n. Wave vectors in
+//! code are therefore in units of the wave number in the medium ("over n"), and no longer than 1.
 
 use super::{COSINE_MIN, Reading, Vec3};
 use crate::numeric::{Number, Numbers, Plain, Real};
@@ -40,11 +42,10 @@ use crate::table::CoherenceWindow;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Smallest |w| in units of the wave number in vacuum, for any coherence length. Phases of a relief 1 µm high are then
-/// 0.02 rad, where S is in proportion to w² to 1e-4.
+/// Smallest |w| in units of the wave number in vacuum, for any coherence length. The phase of a relief 1 µm high is
+/// then at most 0.02 rad, where S is proportional to w² with a relative error of 1e-4.
 const NORMAL_MIN: f64 = 1e-3;
-/// Smallest |w| in standard deviations of an order. Smaller ones leave albedos above one on reliefs under short
-/// windows.
+/// Smallest |w| in standard deviations of an order. Smaller values leave albedos above one at short coherence lengths.
 const NORMAL_MIN_WIDTHS: f64 = 1.0;
 /// Wavelength in µm at which the width of an order is taken: the middle of the visible range.
 const WIDTH_WAVELENGTH_UM: f64 = 0.55;
@@ -55,12 +56,12 @@ pub(crate) const SINES_MIN: f64 = 1e-6;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Transmission {
-    /// It is absorbed, or the body is no dielectric.
+    /// Absorption, or a body that is no dielectric.
     #[default]
     None,
-    /// It leaves through a flat side below, into air.
+    /// Exit into air through a flat side below.
     Film,
-    /// It goes on in the medium.
+    /// Propagation in the medium, a half-space.
     Interface,
 }
 
@@ -89,16 +90,16 @@ pub struct TransparentBody {
     pub normal_min: f64,
 }
 
-/// One direction at a transparent body: its wave vector and its terms of the factor F.
+/// Wave of one direction at a transparent body: its wave vector, and its terms of the factor F.
 #[derive(Clone, Copy)]
-pub(crate) struct Side<N: Numbers> {
+pub(crate) struct BodyWave<N: Numbers> {
     /// Whether the direction lies below the relief.
     pub is_below: N::Mask,
     /// Tangential part of K over n.
     tangential: [N::Double; 2],
     /// ζ over n, positive.
     pub normal: N::Real,
-    /// Outgoing medium's index over air's: n below an interface, 1 elsewhere. Squared.
+    /// Squared index of the medium in which the direction is given: ε below an interface, 1 elsewhere.
     pub eta_squared: N::Real,
     /// Normal component over n in the other of the two media; zero where it is imaginary.
     pub other_normal: N::Real,
@@ -127,8 +128,7 @@ pub(crate) struct TransparentPair<N: Numbers> {
     normal: N::Real,
     /// `4 ζ ζ0 (ε − 1)²/w² · |B|² τ τ0` of the states ss, sp, ps and pp; the first letter is the outgoing state.
     pub powers: [N::Real; 4],
-    /// Ratio of `d²Ko` over n² to `cosθo dωo`. It is also that of the relief's S per `cosθo dωo` to the magnified
-    /// relief's per `d²Ko`.
+    /// Ratio of `d²Ko` over n² to `cosθo dωo`.
     per_solid_angle: N::Real,
 }
 
@@ -148,13 +148,13 @@ impl TransparentBody {
     /// Factor on `S/λ²` of the magnified relief, in the scattering function of light from `wi` to `wo`, in 1/sr. The
     /// directions have unit length and point away from the relief on either side of it.
     pub fn factor(self, wi: Vec3, wo: Vec3) -> f64 {
-        self.pair(&self.side::<Plain<'_, f64>>(wi), &self.side(wo)).factor()
+        self.pair(&self.wave::<Plain<'_, f64>>(wi), &self.wave(wo)).factor()
     }
 
     /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that it reflects
     /// inside.
     pub fn transmittance(self, cos: f64) -> f64 {
-        let [s, p] = self.side::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
+        let [s, p] = self.wave::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
         0.5 * (s * s + p * p)
     }
 
@@ -163,9 +163,9 @@ impl TransparentBody {
         super::fresnel_unpolarised(cos, super::ComplexIndex { eta: self.eta, k: 0.0 })
     }
 
-    /// Terms of a direction `w` of unit length, which points away from the relief on either side of it.
+    /// Wave of a direction `w` of unit length, which points away from the relief on either side of it.
     #[inline(always)]
-    pub(crate) fn side<N: Numbers>(self, w: [N::Real; 3]) -> Side<N> {
+    pub(crate) fn wave<N: Numbers>(self, w: [N::Real; 3]) -> BodyWave<N> {
         let lit = N::Real::lit;
         let (zero, one) = (lit(0.0), lit(1.0));
         let eps = self.eta * self.eta;
@@ -191,7 +191,7 @@ impl TransparentBody {
         let [x, y] = [w[0] * vacuum, w[1] * vacuum];
         let per_medium = N::Double::lit(1.0 / self.eta);
         let scale = N::Double::select(is_inside, N::Double::lit(1.0), per_medium);
-        Side {
+        BodyWave {
             is_below,
             tangential: [N::widen(w[0]) * scale, N::widen(w[1]) * scale],
             normal: N::Real::select(is_below, cn, c1) * lit(1.0 / self.eta),
@@ -212,13 +212,13 @@ impl TransparentBody {
 
     /// The pair of two directions, light arriving from `wi` and leaving along `wo`.
     #[inline(always)]
-    pub(crate) fn pair<N: Numbers>(self, wi: &Side<N>, wo: &Side<N>) -> TransparentPair<N> {
+    pub(crate) fn pair<N: Numbers>(self, wi: &BodyWave<N>, wo: &BodyWave<N>) -> TransparentPair<N> {
         let lit = N::Real::lit;
         let (zero, one) = (lit(0.0), lit(1.0));
         // σ, and w over n: wave vectors below point downwards.
         let is_reflected = wi.is_on_side_of(wo);
         let sigma = N::Real::select(is_reflected, one, -one);
-        let signed = |side: &Side<N>| N::Real::select(side.is_below, -side.normal, side.normal);
+        let signed = |wave: &BodyWave<N>| N::Real::select(wave.is_below, -wave.normal, wave.normal);
         let w = signed(wi) + signed(wo);
         let normal = w.abs().max(lit(self.normal_min));
         let sign = N::Double::select(w.lt(zero), N::Double::lit(-1.0), N::Double::lit(1.0));
@@ -233,7 +233,7 @@ impl TransparentBody {
         let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * sines));
         let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
         // 1/|s|² and 1/|p|², times the transmittances.
-        let [[s, p], [s0, p0]] = [wo, wi].map(|side| [0, 1].map(|state| side.per_squared[state] * side.passed[state]));
+        let [[s, p], [s0, p0]] = [wo, wi].map(|wave| [0, 1].map(|state| wave.per_squared[state] * wave.passed[state]));
         let contrast = self.contrast_over_normal(is_reflected, normal, wi);
         // ζ ζ0/n² and w²/n²: the units of both cancel.
         let scale = lit(4.0) * wi.normal * wo.normal * contrast * contrast;
@@ -243,15 +243,16 @@ impl TransparentBody {
             sin_squared * squared(wo.v) * p * s0,
             squared([pp_re, pp_im]) * p * p0,
         ];
-        // d²Ko = eta² cosθo dωo, and S/λ² of the magnified relief is n² times the relief's.
+        // d²Ko = eta_squared·cosθo dωo. The division by ε is also the ratio of S/λ² of the relief to that of the
+        // magnified relief, so `per_solid_angle` completes the factor on the latter.
         let per_solid_angle = wo.eta_squared * lit(1.0 / eps);
         TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
     }
 
-    /// `(ε − 1)/w`, with w over n. Without a contrast of indices light goes straight on: the limit at the refracted
-    /// direction is `s0`.
+    /// `(ε − 1)/w`, with w over n. For n = 1, where this is 0/0, reflected light has 0 and transmitted light the limit
+    /// at the refracted direction, `s0`: light goes straight on.
     #[inline(always)]
-    fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &Side<N>) -> N::Real {
+    fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {
             let s0 = N::Real::lit(1.0) / wi.per_squared[0].sqrt();
             return N::Real::select(is_reflected, N::Real::lit(0.0), s0);
@@ -260,8 +261,8 @@ impl TransparentBody {
     }
 }
 
-impl<N: Numbers> Side<N> {
-    /// Whether another direction lies on the same side of the relief.
+impl<N: Numbers> BodyWave<N> {
+    /// Whether another direction lies on the same side of the relief as this one.
     #[inline(always)]
     pub(crate) fn is_on_side_of(&self, other: &Self) -> N::Mask {
         (self.is_below & other.is_below) | (!self.is_below & !other.is_below)
@@ -364,7 +365,7 @@ mod tests {
     }
 
     fn pair(body: TransparentBody, wi: Vec3, wo: Vec3) -> TransparentPair<Double> {
-        body.pair(&body.side::<Double>(wi), &body.side::<Double>(wo))
+        body.pair(&body.wave::<Double>(wi), &body.wave::<Double>(wo))
     }
 
     #[test]
@@ -413,7 +414,8 @@ mod tests {
         const ROUNDING: f64 = 1e-12;
         for eta in ETAS {
             let body = TransparentBody::new(eta, true, 65.0);
-            // At the normal both states pass either side alike, and at Brewster's angle nothing of state p is reflected.
+            // At the normal both states pass either side alike, and at Brewster's angle nothing of state p is
+            // reflected.
             let passed = (1.0 - body.reflectance(1.0)).powi(2);
             assert!((body.transmittance(1.0) - passed).abs() < ROUNDING, "{eta}");
             let brewster = 1.0 / (1.0 + eta * eta).sqrt();
@@ -489,7 +491,7 @@ mod tests {
         for eta in [1.0, 1.2, 1.5, 4.0] {
             for body in [interface(eta), TransparentBody::new(eta, true, 65.0)] {
                 for (wi, wo) in both_sides.iter().flat_map(|wi| both_sides.iter().map(move |wo| (*wi, *wo))) {
-                    let single = |w: Vec3| body.side::<Plain<'static, f32>>(w.map(|c| c as f32));
+                    let single = |w: Vec3| body.wave::<Plain<'static, f32>>(w.map(|c| c as f32));
                     let double = pair(body, wi, wo).factor();
                     let single = body.pair(&single(wi), &single(wo)).factor();
                     assert!(double.is_finite() && double >= 0.0, "{body:?} {wi:?} {wo:?}: {double}");

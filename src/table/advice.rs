@@ -9,11 +9,11 @@ const DEEP_UM: f64 = 10.0;
 const TOLERANCES: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Coherence lengths in µm that may be advised, descending: round numbers and the default, 65.
 const COHERENCE_LENGTHS_UM: [f64; 10] = [3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 65.0, 30.0, 10.0, 3.0];
-/// Fewest pixels along the longer side that may be advised.
+/// Smallest number of pixels along the longer side that may be advised.
 const PIXELS_MIN: usize = 64;
 
 impl BuildDemand {
-    /// Text that names the changes each of which alone brings the build below the limit. `estimate` is that of the
+    /// Text that names changes, each of which alone brings the build below the limit. `estimate` is the cost of the
     /// refused build.
     pub(super) fn advice(&self, estimate: Estimate, build_limit: f64) -> String {
         let fits = |changed: &Self| changed.estimate().limit() <= build_limit;

@@ -2,9 +2,9 @@
 //!
 //! Nodes of the ensemble are the transform of the autocorrelation times the window, and the autocorrelation is the
 //! transform of the power spectrum. A scan with fine pixels has power far beyond the frequencies of any pair of
-//! directions ([`super::FREQUENCY_MAX_PER_UM`]), which reaches the needed nodes only as far as the window spreads it.
-//! So the spectrum is cut a margin beyond those frequencies, and the autocorrelation needs fewer pixels, of a larger
-//! size. The cut is smooth, since a sharp one would lengthen the autocorrelation.
+//! directions ([`super::FREQUENCY_MAX_PER_UM`]). Such power affects the needed nodes only within the width to which the
+//! window spreads it. The spectrum is therefore cut at a margin beyond those frequencies, and the autocorrelation needs
+//! fewer and larger pixels. The cut is smooth, since a sharp one would lengthen the autocorrelation.
 
 use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
@@ -21,14 +21,14 @@ pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + TRANSITION;
 
 /// Weights of the kept frequencies along one axis.
 pub(super) struct Band {
-    /// Factor on the power in each bin, in FFT order. There are as many bins as pixels of the band-limited
+    /// Factor on the power in each bin, in FFT order. The number of bins is that of the pixels of the band-limited
     /// autocorrelation.
     pub weights: Vec<f64>,
 }
 
 impl Band {
-    /// Number of pixels of a band-limited autocorrelation whose spectrum ends at `edge_per_um` (cycles/µm). It replaces
-    /// one of `lags` pixels of `pixel_um`, and never has more of them.
+    /// Number of pixels of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm). Before the cut it has
+    /// `lags` pixels of the size `pixel_um`, which is the largest result.
     pub(super) fn pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
         // Two pixels per cycle. The conversion saturates for any number of pixels.
         next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)

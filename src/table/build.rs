@@ -24,7 +24,7 @@ const FLOATS_MAX: usize = u32::MAX as usize;
 const REFINEMENT_MIN: f64 = 0.2;
 /// Lower bound of a build's spacing over that of the build before. The fourth-power law of the error would reduce the
 /// spacing further where the error is more than 0.4⁻⁴ = 39 times too large. The law does not hold there, and would take
-/// more knots than needed (blazed: 25 instead of 20).
+/// more knots than needed (preset `blazed`: 25 instead of 20).
 const REFINEMENT_STEP: f64 = 0.4;
 /// Fraction of the allowed error that the next spacing aims at. A smaller one costs knots, a larger one further builds.
 const REFINEMENT_AIM: f64 = 0.7;
@@ -35,8 +35,8 @@ pub const DENSITY_FLOOR_UM2: f64 = 0.01 * (WAVELENGTH_MIN_NM * 1e-3) * (WAVELENG
 
 /// Number of κ midway between knots at which [`TableReport::relative_error`] is measured.
 pub(super) const ERROR_KAPPAS: usize = 3;
-/// Upper bound of the number of frequencies at each of these κ. More take longer; fewer leave too few errors above the
-/// 99th percentile, now 40 of them.
+/// Upper bound of the number of frequencies at each of these κ. More take longer. With this number, 40 errors at each κ
+/// lie above the 99th percentile; fewer would make it uncertain.
 const ERROR_SAMPLES: usize = 4000;
 
 /// Phase κH in rad at which slopes at κ = 0 are measured, with H half the range of heights. Their relative error is the

@@ -19,8 +19,8 @@ use std::ops::RangeInclusive;
 
 /// Memory limit of a build in bytes at a build limit of 1: half the memory of a common machine.
 pub const LIMIT_BYTES: f64 = 8e9;
-/// Time limit of a build in seconds on two cores at a build limit of 1. All presets and scans take far less; who needs
-/// more can raise the build limit.
+/// Time limit of a build in seconds on two cores at a build limit of 1. All presets and scans take far less. Users can
+/// raise the build limit.
 pub const LIMIT_SECONDS: f64 = 120.0;
 /// Accepted build limits: factors on [`LIMIT_BYTES`] and [`LIMIT_SECONDS`].
 pub const BUILD_LIMIT: RangeInclusive<f64> = 1.0..=1e6;
@@ -51,8 +51,8 @@ const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// Time and memory of the sampler over those of the table it is computed from.
 const SAMPLER_FRACTION: f64 = 0.5;
 
-/// Upper bound of the samples on one side of an axis from which kept nodes are counted. The count is exact on axes of
-/// up to 1025 nodes, and close on longer ones, since it varies smoothly. More samples take longer.
+/// Upper bound of the number of samples on one side of an axis, from which kept nodes are counted. The count is exact
+/// on axes of up to 1025 nodes, and close on longer axes, since it varies smoothly. More samples take longer.
 const AXIS_SAMPLES_MAX: usize = 512;
 
 /// Cost of a build.

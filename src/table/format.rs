@@ -1,9 +1,12 @@
 //! Formats of a packed table: the words of a node's entry, and of its spline's coefficients.
 //!
-//! Words of 32 bits are read in *packets* of one or four. Each node has an *entry* of two or four words. The first word
-//! is the `start` of its coefficients, counted in packets from the table's first word. The fixed-point formats store a
-//! coefficient as a 16-bit integer `i` with the value `low + step·i`, two in a word, the first in the lower half. `low`
-//! and `step` are bfloat16 numbers in the lower and upper half of the entry's second word, the *scale*.
+//! Words have 32 bits. Each node has an *entry* of two or four words. Coefficients are read in *packets* of one or four
+//! words. The first word of an entry is the `start` of the node's coefficients, counted in packets from the table's
+//! first word.
+//!
+//! The fixed-point formats store a coefficient as a 16-bit integer `i` with the value `low + step·i`, two in a word,
+//! the first in the lower half. `low` and `step` are bfloat16 numbers in the lower and upper half of the entry's second
+//! word, the *scale*.
 
 use super::spectral::{HEADER, NodeQuantity};
 use crate::numeric::Plain;

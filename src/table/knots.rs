@@ -27,7 +27,7 @@ const KNOT_SPACING: f64 = 13.0;
 pub(super) const FEW_NODES: usize = 4096;
 
 /// Fraction of the tolerance that is left to the splines of a table whose nodes may have deep gaps over κ: a table of
-/// few orders or of a tapered scan. The measured error is a percentile over all κ, which does not see errors in gaps.
+/// few nodes, or of a resampled lattice. The measured error is a percentile, which does not show errors within gaps.
 /// Larger values take fewer knots; smaller ones fill the gaps less.
 const GAP_FRACTION: f64 = 0.1;
 

@@ -183,11 +183,11 @@ const GRATING_TAIL_FACTOR: f64 = 400.0;
 /// nodes per look-up, the resampled one stores more nodes by this ratio.
 const NATIVE_RATIO: f64 = 1.5;
 
-/// Fewest pixels of a resampled axis, so that its kernel does not overlap itself.
+/// Smallest number of pixels of a resampled axis, so that its kernel does not overlap itself.
 const PIXELS_MIN: f64 = 8.0;
 
-/// Most pixels of a resampled axis. The bound keeps the numbers of a plan in range; the cost estimate refuses far fewer
-/// pixels.
+/// Largest number of pixels of a resampled axis. The bound keeps the numbers of a plan in range; the cost estimate
+/// refuses far fewer pixels.
 const PIXELS_MAX: f64 = 1e12;
 
 /// Requirements on one axis.

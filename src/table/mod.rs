@@ -26,7 +26,7 @@
 //! 6. `packed.rs`, with `format.rs`: its 32-bit words
 //! 7. `view.rs`: the look-up of evaluators
 //!
-//! Several of them use `coherence.rs`, `error.rs` and `progress.rs`.
+//! Several of these files use `coherence.rs`, `error.rs` and `progress.rs`.
 
 mod advice;
 mod band;

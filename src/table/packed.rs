@@ -83,8 +83,8 @@ impl PackedTable {
         let nodes = table.kept_nodes();
         let format = match table.quantity {
             NodeQuantity::Amplitude => Format::Complex,
-            // Small tables gain little from 16 bits. The powers of a grating may also cancel against their value at κ =
-            // 0, which 16 bits would not resolve.
+            // Small tables gain little from 16 bits. The powers of a grating may also cancel against P(0), which 16
+            // bits would not resolve.
             NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FEW_NODES => Format::Single,
             // At κ = 0 all light of a tile that repeats is in order zero.
             NodeQuantity::Power if table.lattice.is_native() => Format::Fixed,
@@ -92,7 +92,7 @@ impl PackedTable {
         };
         let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
         let entries_end = entry_words * table.offsets.len();
-        // The record of zeros is as long as the longest record.
+        // The record of zeros, for nodes without a record, is as long as the longest record.
         let zeros_start = entries_end.next_multiple_of(4);
         let longest = nodes.iter().map(|(_, _, record)| format.record_words(record)).max().unwrap_or(0);
         // Start of each node's coefficients, in words.
@@ -110,6 +110,7 @@ impl PackedTable {
         let packed: Vec<(Vec<u32>, u32)> = nodes.par_iter().map(|(_, _, record)| format.pack(record)).collect();
         for (((jx, jy, record), start), (coefficients, scale)) in nodes.iter().zip(&starts).zip(&packed) {
             words[*start..start + coefficients.len()].copy_from_slice(coefficients);
+            // Row-major index from node (−reach, −reach).
             let node = (jy + y.reach as i64) as usize * x.nodes() + (jx + x.reach as i64) as usize;
             let entry = &mut words[entry_words * node..][..entry_words];
             let header = [record[0].to_bits(), record[1].to_bits()];

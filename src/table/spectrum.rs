@@ -66,7 +66,7 @@ pub struct Spectrum {
     /// Factor `norm` of `S` in µm².
     norm: f64,
     /// Numbers of pixels along x and y of the grid on which the screen is transformed; padded for an aperiodic scan.
-    lag_grid: (usize, usize),
+    screen_grid: (usize, usize),
     /// Kept frequencies of that transform along x and y, for the autocorrelation of the ensemble.
     bands: [Band; 2],
     /// Source pixel and weight of each lattice pixel, along x and y; see [`axis_weights`].
@@ -86,10 +86,10 @@ impl Spectrum {
         let pixel_um = (field.dx_um(), field.dy_um());
         let lattice = plan_lattice((nx, ny), pixel_um, model, tiling, window, tolerance);
         let tapers = (tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny)));
-        let lag_grid = if tapers.is_some() { lag_grid(nx, ny) } else { (nx, ny) };
+        let screen_grid = if tapers.is_some() { lag_grid(nx, ny) } else { (nx, ny) };
         let band_tolerance = interpolation_tolerance(model, tiling, tolerance);
         let band = |axis, lags, pixel_um| Band::new(axis, lags, pixel_um, band_tolerance);
-        let bands = [band(&lattice.x, lag_grid.0, pixel_um.0), band(&lattice.y, lag_grid.1, pixel_um.1)];
+        let bands = [band(&lattice.x, screen_grid.0, pixel_um.0), band(&lattice.y, screen_grid.1, pixel_um.1)];
         // Grid of the band-limited autocorrelation, or of a patch's data.
         let (data_x, data_y) = (bands[0].weights.len(), bands[1].weights.len());
         let s_um = window.sigma_um();
@@ -97,11 +97,11 @@ impl Spectrum {
             (None, _) => 1.0,
             (Some((tx, ty)), Model::Ensemble) => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
             (Some((tx, ty)), Model::Patch) => {
-                // Power of the window at an offset in pixels, times the pixel size.
-                let window_power =
-                    |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / s_um).powi(2)).exp() * pixel_um;
-                taper_power(tx, window_power(field.dx_um())) * taper_power(ty, window_power(field.dy_um()))
-                    / (PI * s_um * s_um)
+                // Power of the tapered window along one axis, in µm.
+                let tapered_power = |taper: &[f64], pixel_um: f64| {
+                    taper_power(taper, |offset| (-(offset * pixel_um / s_um).powi(2)).exp() * pixel_um)
+                };
+                tapered_power(tx, field.dx_um()) * tapered_power(ty, field.dy_um()) / (PI * s_um * s_um)
             }
         };
         // Reciprocal of the kernel's integral over frequency, in µm².
@@ -117,13 +117,13 @@ impl Spectrum {
             tapers,
             total_power,
             norm,
-            lag_grid,
+            screen_grid,
             bands,
             weights: [
                 axis_weights(&lattice.x, data_x, tiling == Tiling::Aperiodic),
                 axis_weights(&lattice.y, data_y, tiling == Tiling::Aperiodic),
             ],
-            lag_forward: Fft2::new(lag_grid.0, lag_grid.1, Direction::Positive),
+            lag_forward: Fft2::new(screen_grid.0, screen_grid.1, Direction::Positive),
             lag_back: Fft2::new(data_x, data_y, Direction::Negative),
             node_transform: Fft2::new(lattice.x.pixels, lattice.y.pixels, Direction::Positive),
             lattice,
@@ -166,10 +166,10 @@ impl Spectrum {
         self.collect_nodes(&bins)
     }
 
-    /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. There are as many
-    /// lags as bins in the bands. Lag zero is 1 where the tile repeats, else the taper's power.
+    /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. The number of lags
+    /// along an axis is that of the band's bins. Lag zero is 1 where the tile repeats, else the taper's power.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
-        let (gx, gy) = self.lag_grid;
+        let (gx, gy) = self.screen_grid;
         let mut screen = self.tapered_screen(kappa);
         let scale = if self.tapers.is_some() {
             // Rows are padded with zeros to gx pixels; `Fft2::band` treats the missing rows as zero.
@@ -215,7 +215,7 @@ impl Spectrum {
             return self.windowed(&screen, 1.0);
         }
         // The scan on a zero-padded grid, with its middle at the grid's origin.
-        let (gx, gy) = self.lag_grid;
+        let (gx, gy) = self.screen_grid;
         let mut centred = vec![Complex64::ZERO; gx * gy];
         for (iy, row) in screen.chunks(nx).enumerate() {
             let y = (iy + gy - ny / 2) % gy;

@@ -1,4 +1,6 @@
-//! Direct sum of an order amplitude; symbols and formula are those of `screen.rs`.
+//! Direct sum of an order amplitude of a tile of nx × ny pixels with the heights h(ix, iy) in µm:
+//!
+//! `c_j(κ) = 1/(nx·ny) Σ exp(iκh(ix, iy))·exp(+2πi(jx·ix/nx + jy·iy/ny))` for the order j = (jx, jy).
 
 use crate::height_field::HeightField;
 use std::f64::consts::TAU;
@@ -7,7 +9,7 @@ use sunbeam_fourier::num_complex::Complex64;
 /// Amplitude `c_j(κ)` of the order `(jx, jy)` at `kappa` (rad/µm), summed over the pixels of the tile in double
 /// precision. It is the reference for all faster methods.
 ///
-/// Heights are those of `field`, not measured from the middle of their range.
+/// Heights are those of `field`. Faster methods measure them from the middle of their range, which changes the phase.
 pub fn naive_order_amplitude(field: &HeightField, kappa: f64, jx: i64, jy: i64) -> Complex64 {
     let (nx, ny) = field.size();
     // Fraction of a turn of `j·i/n`, without rounding of large products.

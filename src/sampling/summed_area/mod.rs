@@ -224,12 +224,12 @@ mod tests {
             let (mut exact, mut rounded) = ([0.0; BANDS], [0u32; BANDS]);
             for row in 0..NODES[1] {
                 for column in 0..NODES[0] {
-                    let (at, nodes) = ([column, row], [0, 1]);
-                    let inside = nodes.iter().all(|&axis| {
+                    let (at, axes) = ([column, row], [0, 1]);
+                    let inside = axes.iter().all(|&axis| {
                         let block = at[axis] as u32 / BLOCK as u32;
                         (rectangle.low[axis]..rectangle.high[axis]).contains(&block)
                     });
-                    let between = nodes.iter().all(|&axis| (low[axis]..=high[axis]).contains(&(at[axis] as f32)));
+                    let between = axes.iter().all(|&axis| (low[axis]..=high[axis]).contains(&(at[axis] as f32)));
                     assert!(inside || !between);
                     if inside {
                         let node = view.node([column as u32, row as u32], true);
@@ -252,6 +252,7 @@ mod tests {
         assert_eq!(view.mass(&nothing, true), [0; BANDS]);
     }
 
+    /// Compares the frequencies of drawn nodes with their counts, in the precision `F` that `from` and `to` convert.
     fn check_draws<F: Copy>(from: impl Fn(f64) -> F, to: impl Fn(F) -> f64)
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32], Real = F, Index = u32, Mask = bool>,

@@ -72,7 +72,8 @@ impl<N: Numbers> SummedAreaView<N> {
         let [a, b] = N::gather::<2>(self.words, index, active);
         let (low, high) = (N::Index::lit(0xffff), N::Index::lit(0xffff_0000));
         let shift = N::Index::lit(EXPONENT_SHIFT);
-        // The codes, each shifted left by 12 from its place in the lower half.
+        // The four codes, each shifted left by 12 bits from the lower half, so that adding `shift` gives the bits of
+        // the count ([`EXPONENT_SHIFT`]). Rounding down takes code 0, which reads as ½, to 0.
         [(a & low) << 12, (a & high) >> 4, (b & low) << 12, (b & high) >> 4]
             .map(|bits| N::from_bits(bits + shift).floor())
     }
@@ -89,9 +90,9 @@ impl<N: Numbers> SummedAreaView<N> {
         self.weighted(&taps[0], &taps[1], rectangle, active)
     }
 
-    /// Weighted sum of counts in each band over the nodes of all columns and rows given. `columns` and `rows` are pairs
-    /// of a whole number of nodes and a weight; a node's weight is the product of both. Nodes outside the rectangle
-    /// count as zero.
+    /// Weighted sum of counts in each band over the nodes of all columns and rows given. Each column and row is a whole
+    /// number of nodes with a weight; a node's weight is the product of its column's and its row's. Nodes outside the
+    /// rectangle count as zero.
     #[inline(always)]
     pub fn weighted(
         &self,

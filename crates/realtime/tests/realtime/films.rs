@@ -86,7 +86,7 @@ fn wgsl_of_the_factor_of_films_agrees_with_rust() {
         let mut shader = method.shader();
         // The last source is film.wgsl, which calls the functions of transparent.wgsl.
         *shader.wgsl.last_mut().unwrap() = "fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-            return vec3<f32>(pair_at_body(side_of_body(wi), side_of_body(wo)).factor);
+            return vec3<f32>(pair_at_body(wave_at_body(wi), wave_at_body(wo)).factor);
         }";
         let shader = Shader::of(&gpu, &shader, method.answers(), &Optics::default()).unwrap();
         let found = shader.evaluate(&gpu, &queries).unwrap().reflectances;
