@@ -30,8 +30,8 @@ const IMAGES_MAX: f64 = 4.0;
 /// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. The second is below ½,
 /// where the next image is equally near.
 const WINDOW: [f64; 2] = [0.3, 0.48];
-/// Upper bounds on the two distances of the window, as exponents of decay. The weights multiply Bessel functions, which
-/// grow as e^{Im k·r} and would magnify rounding at larger distances.
+/// Upper bounds on the two distances r of the window, as Im k·r. The weights multiply Bessel functions, which grow as
+/// e^{Im k·r} and would magnify rounding at larger distances.
 const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
 /// Upper bound on the start of the tables of Hankel functions, in periods, for widely spaced nodes: [`LatticeSum::new`]
 /// reads the tables at distances down to about 1e-4 periods.
@@ -80,11 +80,12 @@ pub(crate) fn layer_matrices(
     let images = Images::needed(wave_number.im, d);
     let window = window_range(wave_number.im, d);
     let height = nodes.height();
-    // The nearest image is at most half a period away along x.
+    // Images summed one by one on either side of the nearest one.
     let count = match images {
         Images::Near(count) => count,
         Images::All => 0,
     };
+    // The nearest image is at most half a period away along x.
     let reach = (f64::from(count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(TABLE_START_MAX * d);
     let most = TABLE_MARGIN * reach.hypot(height.max(HALF_HEIGHT_MIN * d));

@@ -27,8 +27,9 @@ const TOLERANCE: f64 = 1e-4;
 
 /// Range of ky²/k² that a table covers.
 ///
-/// Directions of light have 0 to 1. Negative values belong to cells of a table over directions that extend beyond the
-/// horizon (`src/grating` of the main crate).
+/// Directions of light have 0 to 1. Negative values, where κ exceeds k, belong to tables over directions that extend
+/// beyond the horizon (`src/grating` of the main crate). With a lower minimum a table needs more nodes of ky²; with a
+/// higher one more points are solved without the table.
 pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
 /// Most tabulated Bloch phases. A medium that needs more is solved directly; larger values take more memory and time.
@@ -72,7 +73,7 @@ pub(crate) fn response(mesh: &Discretisation, kappa_m_squared: Complex64, bloch:
 /// # Ok::<(), sunbeam_rigorous::Error>(())
 /// ```
 pub struct MetalTable<'a> {
-    /// Nodes of the profile.
+    /// The profile with its nodes.
     mesh: &'a Discretisation,
     /// Refractive index of the metal.
     index: Complex64,
@@ -104,8 +105,9 @@ impl<'a> MetalTable<'a> {
         // Interpolation at n nodes converges as ρ^−n, with ρ the sum of semi-axes of the Bernstein ellipse through the
         // singularity of W at κm² = 0. The range of ky² is mapped to [−1, 1].
         let singularity = kappa_m_squared(middle) / half;
-        let rho = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
-        let rho = rho.max(1.0 / rho);
+        let rho_or_reciprocal = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
+        // The two signs of the square root give ρ and 1/ρ.
+        let rho = rho_or_reciprocal.max(1.0 / rho_or_reciprocal);
         let ky_nodes = (-TOLERANCE.ln() / rho.ln()).ceil();
         // Images on either side of the nearest one, beyond which fields have decayed below the tolerance.
         let slowest = outgoing(kappa_m_squared(low)).im.min(outgoing(kappa_m_squared(high)).im);

@@ -32,10 +32,12 @@ impl Planes<Array2<f64>> {
         Zip::from(&self.re).and(&self.im).map_collect(|&re, &im| Complex64::new(re, im))
     }
 
+    /// Read-only view of all elements.
     pub(super) fn view(&self) -> View<'_> {
         Planes { re: self.re.view(), im: self.im.view() }
     }
 
+    /// Writable view of all elements.
     pub(super) fn view_mut(&mut self) -> ViewMut<'_> {
         Planes { re: self.re.view_mut(), im: self.im.view_mut() }
     }
@@ -73,6 +75,7 @@ impl<D: Dimension> ViewMut<'_, D> {
 }
 
 impl ViewMut<'_> {
+    /// Read-only view of the same elements.
     pub(super) fn view(&self) -> View<'_> {
         Planes { re: self.re.view(), im: self.im.view() }
     }

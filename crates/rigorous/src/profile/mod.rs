@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 /// z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period. A wall among samples counts as one corner but adds an edge, so there are at most 128
-/// edges. With 16 nodes for each (`discretisation.rs`) they take all of the 2048 nodes.
+/// Most corners in one period. A wall found among sampled heights counts as one corner but is an edge itself, so there
+/// are at most 128 edges. With 16 nodes for each (`discretisation.rs`) they take all of the 2048 nodes.
 const CORNERS_MAX: usize = 64;
 
 /// Smallest distance between neighbouring corners, in periods. At smaller ones rounding determines the edge's
@@ -142,20 +142,20 @@ impl Profile {
 
     /// The relief through sampled heights (µm) at the centres of at least 8 equal intervals of one period.
     ///
-    /// Walls and corners are found in the heights:
+    /// Corners of two kinds, walls and kinks, are found in the heights:
     ///
     /// - A *vertical wall* is a single step between neighbouring samples that is steeper than 60°, and whose angle
     ///   differs by more than 20° from those of the steps on either side. The wall stands halfway between both samples.
-    /// - A *corner* is a sample where the slope's angle turns by more than 20°, and by more than four times as much as
-    ///   at the samples two places before and after. A bend that the sampling resolves is therefore no corner.
-    /// - Between walls and corners the relief is a straight edge if the heights deviate from it by at most a thousandth
-    ///   of the relief's height, else a cubic spline.
-    /// - Without walls and corners the relief is the Fourier series of the heights, truncated where the coefficients
-    ///   left out sum to less than 1e-4 of the largest one.
+    /// - A *kink* is a sample where the slope's angle turns by more than 20°, and by more than four times as much as at
+    ///   the samples two places before and after. A bend that the sampling resolves is therefore no kink.
+    /// - Between corners the relief is a straight edge if the heights deviate from it by at most a thousandth of the
+    ///   relief's height, else a cubic spline.
+    /// - Without corners the relief is the Fourier series of the heights, truncated where the magnitudes of the
+    ///   coefficients left out sum to at most 1e-4 of the largest one.
     ///
     /// # Errors
-    /// A period that is not finite and positive, fewer than 8 heights, heights that are not finite, more than 64 walls
-    /// and corners, or a relief deeper than twice the period.
+    /// A period that is not finite and positive, fewer than 8 heights, heights that are not finite, more than 64
+    /// corners, or a relief deeper than twice the period.
     pub fn samples(period_um: f64, heights_um: &[f64]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         for &height in heights_um {
@@ -200,8 +200,8 @@ impl Profile {
 
     /// Points along the curve, in order, dense enough to measure its length and height.
     fn outline(&self) -> Vec<Point> {
-        /// Equal steps along the period of a smooth profile, or along each edge. The polygon's relative error of length
-        /// falls with its square.
+        /// Equal steps along the period of a smooth profile, or along each edge. The relative error of the length falls
+        /// with the square of this number.
         const STEPS: usize = 256;
         match &self.shape {
             Shape::Smooth(harmonics) => (0..=STEPS)

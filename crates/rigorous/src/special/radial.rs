@@ -15,7 +15,7 @@ use num_complex::Complex64;
 /// therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Number of Chebyshev terms of the Bessel functions minus their largest argument |kR|. It leaves a relative error of
+/// Number of Chebyshev terms of the Bessel functions beyond their largest argument |kR|. It leaves a relative error of
 /// 1e-12 (`RELATIVE` of the tests).
 const BESSEL_TERMS: usize = 14;
 
