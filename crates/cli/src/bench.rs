@@ -73,6 +73,7 @@ pub(crate) struct BenchArgs {
     surface: SurfaceArgs,
 }
 
+/// The JSON of `--what methods`.
 #[derive(Serialize)]
 struct MethodsReport {
     what: Subject,
@@ -91,9 +92,11 @@ struct MethodsReport {
     seconds: f64,
 }
 
+/// The adapter of the GPU times.
 #[derive(Serialize)]
 struct AdapterReport {
     name: String,
+    /// Whether the adapter renders in software, on the CPU.
     software: bool,
 }
 
@@ -105,6 +108,7 @@ struct Named<T> {
     figures: T,
 }
 
+/// The JSON of `--what stability`.
 #[derive(Serialize)]
 struct StabilityReport {
     what: Subject,
@@ -116,6 +120,7 @@ struct StabilityReport {
     seconds: f64,
 }
 
+/// The JSON of `--what sampler`.
 #[derive(Serialize)]
 struct SamplerReport {
     what: Subject,
@@ -127,6 +132,7 @@ struct SamplerReport {
     seconds: f64,
 }
 
+/// Data size and statistics of one surface's sampler.
 #[derive(Serialize)]
 struct SamplerFigures {
     /// Size of the sampler's data in bytes, without the table of the power spectrum.

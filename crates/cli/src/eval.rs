@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::method_args::{MethodArgs, Quantity};
 use super::query::{Numbers, direction, parse};
-use super::reflector::Reflector;
+use super::reflector::{Purpose, Reflector};
 use super::service::serve;
 use super::surface_args::SurfaceArgs;
 use serde::{Deserialize, Serialize};
@@ -54,7 +54,7 @@ struct Answer {
 /// Runs `sunbeam eval`.
 pub(crate) fn run(args: &EvalArgs) -> Outcome {
     let options = args.method.options(Quantity::Spectrum)?;
-    let reflector = Reflector::new(&args.surface, args.method.method(), &options, true)?;
+    let reflector = Reflector::new(&args.surface, args.method.method(), &options, Purpose::Service)?;
     serve(&reflector, |line| answer(&reflector, line))
 }
 

@@ -86,6 +86,7 @@ impl Rectangle {
     }
 }
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report<'a> {
     /// Channel that was read; `None` for formats with a single one.

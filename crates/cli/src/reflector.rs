@@ -27,6 +27,16 @@ const CONCURRENT_PIXELS_MAX: usize = 1 << 16;
 /// The tables of a grating by Maxwell's equations, as the cache returns them.
 type CachedGrating = Arc<(GratingSurface, Origin)>;
 
+/// The use that a command makes of a [`Reflector`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Answers to single queries, with sampling densities and samples. Only tables have a sampler, so they are built
+    /// besides the data of methods without one.
+    Service,
+    /// Reflectances of very many pairs of directions.
+    Map,
+}
+
 /// The evaluator of a method.
 enum Evaluator {
     /// The direct sum over the relief.
@@ -61,10 +71,7 @@ pub(crate) struct Reflector {
 }
 
 impl Reflector {
-    /// Builds the data of the method.
-    ///
-    /// `needs_sampler` is true for the services, which answer query by query. Only tables have a sampler, so they are
-    /// built for it besides the data of methods without one. The exact method takes its albedo from the tables.
+    /// Builds the data of the method. The exact method takes its albedo from the tables, so they are built for it, too.
     ///
     /// # Errors
     /// Arguments of the surface that are wrong or contradict the method, or data that cannot be built.
@@ -72,20 +79,20 @@ impl Reflector {
         args: &SurfaceArgs,
         method: Method,
         method_options: &MethodOptions,
-        needs_sampler: bool,
+        purpose: Purpose,
     ) -> Result<Self, Box<dyn Error>> {
         let config = match method {
             Method::Exact | Method::Table => args.config()?,
             Method::Realtime(kind) => args.realtime_config(kind, method_options)?,
         };
-        if !needs_sampler {
+        if purpose == Purpose::Map {
             config.refuse_transmission("maps and peaks")?;
         }
         let (options, cover) = (config.options(), config.cover());
         let index = config.index_inside();
         let cache = args.cache()?;
         if config.theory == Theory::Rigorous {
-            return Self::rigorous(&config, method, method_options, &cache, needs_sampler);
+            return Self::rigorous(&config, method, method_options, &cache, purpose);
         }
         let field = config.height_field_inside()?;
         let build_surface = || {
@@ -108,7 +115,7 @@ impl Reflector {
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, index.as_ref(), &cache, progress)
                 })?;
-                (Evaluator::Realtime(method), needs_sampler.then(build_surface).transpose()?)
+                (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_surface).transpose()?)
             }
         };
         let is_concurrent = method != Method::Exact || nx * ny <= CONCURRENT_PIXELS_MAX;
@@ -117,20 +124,20 @@ impl Reflector {
 
     /// [`Reflector::new`] for a grating by Maxwell's equations.
     ///
-    /// Only the services (`needs_sampler`) may solve each query anew; other commands have too many queries. Then there
-    /// is no sampler either.
+    /// Only services may solve each query anew (`--method exact`), and then have no sampler. Maps have too many
+    /// queries.
     fn rigorous(
         config: &SurfaceConfig,
         method: Method,
         method_options: &MethodOptions,
         cache: &Cache,
-        needs_sampler: bool,
+        purpose: Purpose,
     ) -> Result<Self, Box<dyn Error>> {
         let index = config.index().map(SpectralIndex::Constant);
         let build_tables =
             || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
         let (evaluator, grating) = match method {
-            Method::Exact if needs_sampler => {
+            Method::Exact if purpose == Purpose::Service => {
                 let relative = config.index_inside().map(SpectralIndex::Constant);
                 let (profile, coherence_um) = (config.profile_inside()?, config.grating_coherence_um());
                 let exact = match config.body() {
@@ -151,7 +158,7 @@ impl Reflector {
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, index.as_ref(), cache, progress)
                 })?;
-                (Evaluator::Realtime(method), needs_sampler.then(build_tables).transpose()?)
+                (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_tables).transpose()?)
             }
         };
         let (options, index, cover) = (config.options(), config.index_inside(), config.cover());
@@ -191,8 +198,8 @@ impl Reflector {
         factor * reflectance
     }
 
-    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. It is
-    /// known where `R` is 0, too, at an interface between equal indices.
+    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. At an
+    /// interface between equal indices `R` and `f_r` are 0, but this value is not.
     ///
     /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate.
     pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
@@ -287,9 +294,11 @@ impl Reflector {
             None => self.grating.as_ref()?.0.sample(wi, wavelengths_nm, u),
         };
         let Some(cover) = self.cover else { return draw(wi) };
+        // The outgoing direction is not known yet; only `wi` inside the cover is needed, `None` below the surface.
         let drawn = draw(Inside::new(self.cover, wi, wi)?.wi)?;
         let wo = cover.outside(drawn.wo)?;
         let Inside { factor, density, .. } = Inside::new(self.cover, wi, wo)?;
+        // The weight f_r·cosθo/pdf, with each of its three factors converted from inside the cover to outside.
         let weight = drawn.weight * factor * wo[2] / (density * drawn.wo[2]);
         Some(Sample { wo, pdf: density * drawn.pdf, weight })
     }

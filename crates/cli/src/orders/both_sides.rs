@@ -50,7 +50,7 @@ fn rigorous(
 
 /// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#bodies-that-transmit.
 ///
-/// TE and TM are known where light arrives across the grooves: there they are the outgoing states s and p.
+/// TE and TM are known where the plane of incidence is perpendicular to the grooves: there they are the states s and p.
 fn scalar(
     config: &SurfaceConfig,
     body: TransparentBody,
@@ -87,8 +87,9 @@ fn scalar(
             let z = (index * index - tangential_squared).sqrt();
             let wo = [x, y, if is_below { -z } else { z }].map(|component| component / index);
             let pair = BodyOrder::new(body, wi, wo);
-            // The first row of the transform has the orders along x, negative ones in its upper half.
+            // Order m of the pair's scattering vector, or −m where the pair reverses this vector so that it points up.
             let bin = (pair.tangential[0] / step).round() as i32;
+            // The first row of the transform has the orders along x, negative ones in its upper half.
             let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[bin.rem_euclid(bins) as usize];
             let power = amplitude.norm_sqr();
             let [ss, sp, ps, pp] = pair.powers;

@@ -80,9 +80,10 @@ pub(super) struct Order {
     pub(super) phi_deg: f64,
     /// Unit vector in which the order leaves.
     pub(super) direction: Vec3,
-    /// Efficiency for TE light, whose magnetic field has no component along the grooves; `None` by the scalar theory.
+    /// Efficiency for TE light, whose magnetic field has no component along the grooves. By the scalar theory it is
+    /// known only for bodies that transmit, with the plane of incidence perpendicular to the grooves, else `None`.
     pub(super) te: Option<f64>,
-    /// Efficiency for TM light, whose electric field has no component along the grooves; `None` by the scalar theory.
+    /// Efficiency for TM light, whose electric field has no component along the grooves; `None` as in `te`.
     pub(super) tm: Option<f64>,
     /// Efficiency for unpolarised light.
     pub(super) mean: f64,

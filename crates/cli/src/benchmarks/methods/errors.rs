@@ -21,7 +21,7 @@ const DARK: f64 = 1e-4;
 /// Fraction of the lit directions that the exposure clips. With larger values most orders would be white, with smaller
 /// ones most would be dark.
 const CLIPPED: f64 = 0.1;
-/// ΔE₂₀₀₀ that counts for a colour with a NaN: the difference of white and black.
+/// ΔE₂₀₀₀ assigned to a colour with a NaN: the difference of white and black.
 const DELTA_E_OF_NAN: f64 = 100.0;
 
 /// Errors over all pairs of directions.
