@@ -13,7 +13,7 @@ pub enum Method {
     Exact,
     /// The spectral tables; on the GPU, the colour table.
     Table,
-    /// A method of colours in single precision: one of the published ones, or the colour table.
+    /// A method that computes colours in single precision: a published one, or the colour table.
     Realtime(MethodKind),
 }
 

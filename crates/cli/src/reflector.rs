@@ -43,7 +43,7 @@ enum Evaluator {
     Exact(Box<Exact>),
     /// The spectral tables.
     Table(Arc<Surface>),
-    /// A method of colours in single precision.
+    /// A method that computes colours in single precision.
     Realtime(Box<dyn methods::Method>),
     /// The tables of a grating by Maxwell's equations.
     Grating(CachedGrating),
@@ -229,8 +229,8 @@ impl Reflector {
         }
     }
 
-    /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods of
-    /// colours have their own wavelengths.
+    /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods that
+    /// compute colours choose their own wavelengths.
     pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, to_rgb: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };

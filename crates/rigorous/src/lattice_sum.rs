@@ -202,7 +202,8 @@ fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
 
 /// Chebyshev coefficients `[n][m]` of T_n·T_2m from `values[ix][iz]`, with z at the positive nodes only.
 fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
-    // F is even in z: values at the negative nodes equal those at the positive ones, and odd coefficients vanish.
+    // F is even in z: values at the negative nodes are those at the positive ones in reverse, and odd coefficients
+    // vanish.
     let in_z: Vec<Vec<Complex64>> = values
         .iter()
         .map(|row| {
@@ -220,7 +221,9 @@ fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
     series
 }
 
-/// Magnitudes of the last two coefficients in x, and of the last in z, relative to the largest coefficient.
+/// Largest magnitudes of the last two coefficients in x, and of the last one in z, relative to the largest coefficient.
+///
+/// Two are needed in x, because every other one vanishes where F is even or odd in x.
 fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
     let largest = |values: &mut dyn Iterator<Item = &Complex64>| values.map(|c| c.norm()).fold(0.0, f64::max);
     let all = largest(&mut series.iter().flatten()).max(f64::MIN_POSITIVE);

@@ -1,9 +1,10 @@
 //! Nodes on one period of the curve: positions, derivatives, distances and quadrature weights of Nyström's method.
 //!
-//! The curve r(τ) has a parameter τ in [0, 2π), with nodes at `τ_i = 2π(i + ½)/n`. *Speed* is |dr/dτ|, so that the arc
-//! element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`. Positions are (x, z) in µm; the normal ν
-//! points into the air above. The Green's function is singular as ln|τ − τ'|, which the trapezium rule does not
-//! integrate: Kress' weights (`log_weights`) replace its weights for the logarithmic part of a kernel (`layers.rs`).
+//! The curve r(τ), the relief's cross-section, has a parameter τ in [0, 2π), with nodes at `τ_i = 2π(i + ½)/n`. *Speed*
+//! is |dr/dτ|, so that the arc element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`. Positions are
+//! (x, z) in µm; the normal ν points into the air above. The Green's function is singular as ln|τ − τ'|, which the
+//! trapezium rule does not integrate. For the logarithmic part of a kernel (`layers.rs`), Kress' weights
+//! (`log_weights`) replace those of the trapezium rule.
 //!
 //! The relief repeats with the period. The *nearest image* of a source node is its copy, moved by −1, 0 or 1 periods,
 //! that lies nearest to the target node.
@@ -37,7 +38,7 @@ struct OnEdge {
     edge: usize,
     /// Whether the edge is a straight line.
     straight: bool,
-    /// (x, z) of the node minus that of the edge's first corner and minus that of its last, in µm.
+    /// (x, z) of the node minus (x, z) of a corner, in µm: for the first corner of the edge, then for its last.
     offsets: [[f64; 2]; 2],
     /// Index in `offsets` of the corner that is nearer by the edge's parameter.
     nearer: usize,
@@ -119,7 +120,7 @@ impl Nodes {
         };
         match &profile.shape {
             Shape::Smooth(harmonics) => {
-                // τ is the phase 2πx/d.
+                // τ is the phase 2πx/d, and the parameter u of `push`.
                 for i in 0..count {
                     let phase = TAU * (i as f64 + 0.5) / count as f64;
                     let [z, dz, ddz] = smooth_height(harmonics, phase);
@@ -208,7 +209,8 @@ impl Nodes {
         if let (Some(on_target), Some(on_source)) = (self.on_edge.get(target), self.on_edge.get(source)) {
             let [a, b] = [on_target, on_source].map(|on| on.nearer_corner(self.edge_count));
             let [dx, dz] = [0, 1].map(|j| a.offset[j] - b.offset[j]);
-            // Offsets from a common corner keep the digits that positions lose.
+            // Offsets from a common corner keep the digits that positions lose. The source is moved by the periods
+            // between its own image of the corner and the target's.
             if a.index == b.index && dx.abs() < COMMON_CORNER_DISTANCE_MAX * self.period {
                 (x, z, periods) = (dx, dz, a.period - b.period);
             }

@@ -56,8 +56,11 @@ impl<'a> View<'a> {
             let (upper, lower) = plane.split_at(Axis(0), index);
             [upper, lower].map(|half| <[_; 2]>::from(half.split_at(Axis(1), index)))
         };
-        let ([[a, b], [c, d]], [[e, f], [g, h]]) = (cut(self.re), cut(self.im));
-        [[Self { re: a, im: e }, Self { re: b, im: f }], [Self { re: c, im: g }, Self { re: d, im: h }]]
+        let ([re_upper, re_lower], [im_upper, im_lower]) = (cut(self.re), cut(self.im));
+        let join = |[re_left, re_right]: [ArrayView2<'a, f64>; 2], [im_left, im_right]: [ArrayView2<'a, f64>; 2]| {
+            [Self { re: re_left, im: im_left }, Self { re: re_right, im: im_right }]
+        };
+        [join(re_upper, im_upper), join(re_lower, im_lower)]
     }
 }
 

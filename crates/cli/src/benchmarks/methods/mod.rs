@@ -125,8 +125,9 @@ pub(crate) struct Entry {
 
 /// Measures every candidate on `field`, a periodic tile.
 ///
-/// Coherence length, tolerance, obliquity and shadowing are those of `options`; energy conservation is off. `progress`
-/// receives the name of each stage when it begins. Without a GPU there are no GPU times.
+/// Each candidate has its own model. The other options are those of `options`, except that the tiling is periodic and
+/// energy conservation is off. `progress` receives the name of each stage when it begins. Without a GPU there are no
+/// GPU times.
 ///
 /// # Errors
 /// A method that cannot be built or that the GPU refuses, or reference spectra that deviate from the oracle.
