@@ -137,6 +137,7 @@ impl SurfaceArgs {
             obliquity: self.obliquity.unwrap_or(default.obliquity),
             conserve_energy: self.conserve_energy,
             shadowing: self.shadowing.unwrap_or(default.shadowing),
+            // Only renderers set sizes, for textures.
             sizes: None,
             eta: self.eta,
             k: self.k,

@@ -58,6 +58,7 @@ pub(crate) enum Images {
 impl Images {
     /// The summation needed at an imaginary part of the wave number (`decay`, 1/µm) and a period (µm).
     pub(crate) fn needed(decay: f64, period: f64) -> Self {
+        // The first image left out, number count + 1, is at least count + ½ periods away.
         let count = (DECAYED / (decay * period) - 0.5).ceil();
         if count <= IMAGES_MAX { Self::Near(count.max(1.0) as i32) } else { Self::All }
     }

@@ -35,7 +35,7 @@
 //! | βm = √(κ² − αm²) | wave number of order m along z; real where the order propagates, \|b + m\| < t |
 //! | curve | cross-section of the relief in the xz plane |
 //! | u | a field on the curve: Ey or Hy |
-//! | ∂νu, ∂su | derivatives of u along the normal ν, which points into the air, and along the curve |
+//! | ∂νu, ∂su | derivatives of u along the normal ν, which points into the air, and along the curve towards rising τ |
 //! | S, K | single and double layer potential of the Green's function G, with (∇² + κ²)G = −δ (`layers.rs`) |
 //! | W | response of the lower medium: the matrix from u to ∂νu (`metal.rs`) |
 //! | τ | parameter of the curve, 0 to 2π over one period |

@@ -49,8 +49,8 @@ impl DirectionPair {
 
 /// `count` pairs, whose incident directions cycle through [`INCIDENT_DEG`]. The pairs are equal in every run.
 ///
-/// In alternate cycles the outgoing directions are uniform over the hemisphere and drawn by the sampler of `surface`.
-/// The orders of a grating cover so little of the hemisphere that nearly all uniform directions are black.
+/// In every other cycle the outgoing directions are uniform over the hemisphere, in the others the sampler of `surface`
+/// draws them. The orders of a grating cover so little of the hemisphere that nearly all uniform directions are black.
 pub(crate) fn direction_pairs(surface: &Surface, count: usize) -> Vec<DirectionPair> {
     let mut random = Random::new(1);
     (0..count)

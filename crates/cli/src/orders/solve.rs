@@ -110,7 +110,7 @@ impl SolvedOrders {
     pub(super) fn check(config: &SurfaceConfig, incidence: &Incidence) -> Result<(), BuildError> {
         if config.theory == Theory::Rigorous {
             let cosine_along_grooves = incidence.wi()[1].abs();
-            check_size(&config.profile()?, &medium(config)?, incidence.wavelength_nm, cosine_along_grooves)
+            check_size(&config.profile()?, &medium_below(config)?, incidence.wavelength_nm, cosine_along_grooves)
                 .map_err(GratingError::from)?;
         }
         Ok(())
@@ -118,7 +118,7 @@ impl SolvedOrders {
 
     /// The orders by Maxwell's equations.
     fn rigorous(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
-        let (profile, medium) = (config.profile()?, medium(config)?);
+        let (profile, medium) = (config.profile()?, medium_below(config)?);
         let solved = solve_orders(&profile, &medium, wavelength_nm, wi).map_err(GratingError::from)?;
         Ok(Self {
             theory: Theory::Rigorous.name(),
@@ -175,7 +175,7 @@ impl SolvedOrders {
 }
 
 /// The medium below the relief; without a refractive index a perfect conductor.
-fn medium(config: &SurfaceConfig) -> Result<Medium, GratingError> {
+fn medium_below(config: &SurfaceConfig) -> Result<Medium, GratingError> {
     let Some(index) = config.index() else { return Ok(Medium::Perfect) };
     Ok(Medium::index(index.eta, index.k)?)
 }

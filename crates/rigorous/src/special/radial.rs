@@ -85,9 +85,9 @@ fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
         let h = hankel1_seq(0.0, z, 2, Scaling::Exponential).map_err(|_| OVERFLOW)?.values;
         values.push([h[0], h[1]]);
     }
-    let mut panel = [[Complex64::ZERO; 2]; PANEL_TERMS];
-    panel.copy_from_slice(&pair_coefficients(&values));
-    Ok(Panel(panel))
+    let mut coefficients = [[Complex64::ZERO; 2]; PANEL_TERMS];
+    coefficients.copy_from_slice(&pair_coefficients(&values));
+    Ok(Panel(coefficients))
 }
 
 /// Chebyshev coefficients of a pair of functions from their values at the nodes.
