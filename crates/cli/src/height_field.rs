@@ -66,7 +66,7 @@ fn term_numbers() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=TERMS_MAX as u64)
 }
 
-/// A rectangle in µm; (x, y) is its lower left corner, relative to that of the field.
+/// A rectangle in µm; (x, y) is its lower left corner, relative to the lower left corner of the field.
 #[derive(Clone, Copy)]
 struct Rectangle {
     x_um: f64,

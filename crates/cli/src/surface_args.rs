@@ -150,7 +150,7 @@ impl SurfaceArgs {
         Ok(config)
     }
 
-    /// The cache of tables: that of the environment, or an inactive one with `--no-cache`.
+    /// The cache of tables that environment variables configure, or an inactive one with `--no-cache`.
     ///
     /// # Errors
     /// An environment variable with a wrong value.

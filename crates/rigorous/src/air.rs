@@ -33,7 +33,7 @@ const COUPLING_MIN: f64 = 1e-12;
 /// let profile = Profile::sinusoid(1.1, 0.1)?;
 /// let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 3 })?;
 /// let air = mesh.air(1.5, 0.2)?;
-/// // One set of matrices serves several wavelengths.
+/// // One set of matrices is enough for several wavelengths.
 /// for (wavelength_nm, eta, k) in [(550.0, 0.06, 3.59), (633.0, 0.06, 4.28)] {
 ///     let amplitudes = air.solve(&Medium::index(eta, k)?, wavelength_nm)?;
 ///     assert!(amplitudes.balance_error() < 1e-3);

@@ -39,7 +39,8 @@ pub struct BothSides {
 /// ```
 ///
 /// # Errors
-/// An index below 1, and those of [`solve_orders`](crate::solve_orders); light from below is refused at the horizon.
+/// An index below 1, and the errors of [`solve_orders`](crate::solve_orders), except that light is refused only at the
+/// horizon, not below it.
 pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f64; 3]) -> Result<BothSides, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     check_length(wi)?;

@@ -107,8 +107,8 @@ impl Profile {
     /// Straight edges through `corners` (x, z) in µm. A last edge leads to the first corner moved by one period, unless
     /// the last corner lies there.
     ///
-    /// x must not decrease from one corner to the next, nor exceed that of the first corner by more than the period.
-    /// The relief is thus a height function except for vertical walls.
+    /// x must not decrease from one corner to the next, nor exceed the x of the first corner by more than the period.
+    /// The height is therefore a function of x, except at vertical walls.
     ///
     /// # Errors
     /// A period that is not finite and positive, no corner or more than 64, corners that are not finite, that coincide

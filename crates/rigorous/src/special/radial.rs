@@ -1,7 +1,7 @@
 //! Hankel and Bessel functions of kr for one wave number k, tabulated over the distance r as Chebyshev series.
 //!
-//! - Hankel: one series for each *panel* r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. The series is
-//!   that of `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
+//! - Hankel: one series for each *panel* r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. It expands
+//!   `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
 //! - Bessel: one series over r ∈ [0, R], in the variable x = 2(r/R)² − 1, since J₀(z) and J₁(z)/z are even in z.
 //!
 //! Distances are in µm, wave numbers in rad/µm. Every series is for a pair of functions, of the orders 0 and 1.

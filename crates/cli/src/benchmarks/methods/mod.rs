@@ -5,8 +5,8 @@
 //! the reference spectra ([`Truth`]) follow. The published methods are compared with the reference of the patch model
 //! (one fixed coherence window), tables with the reference of their own model.
 //!
-//! All candidates of a surface are in memory at once and timed in turn, so that other processes on the machine slow
-//! down all of them alike.
+//! All candidates of a surface are in memory at once. Each repetition times all of them one after another, so that
+//! other processes on the machine slow them down alike.
 
 mod candidate;
 mod candidates;
