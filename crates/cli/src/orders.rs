@@ -36,10 +36,10 @@ const POINTS_MAX: usize = 2000;
 /// --theory rigorous solves Maxwell's equations. --theory scalar, the default, is the phase screen, which has the mean
 /// only and does not conserve energy.
 ///
-/// With --transmission film or interface the orders below the relief are listed, too: those of an interface with their
-/// directions within the medium, those of a film behind its flat side. A trapped order stays within the film, and its
-/// direction is the one there. Both theories have te and tm then; the scalar one where light arrives across the
-/// grooves.
+/// With --transmission film or interface the orders below the relief are listed, too. Orders below an interface have
+/// their directions within the medium, orders below a film those behind its flat side. A trapped order stays within the
+/// film and has its direction there. Both theories have te and tm then, the scalar theory only where light arrives
+/// across the grooves.
 ///
 /// Prints a table. --json adds the Jones matrices and the errors of energy balance and reciprocity. A Jones matrix has
 /// real and imaginary parts; its rows are the outgoing states without Hy and without Ey, its columns the incident ones.

@@ -1,8 +1,13 @@
 //! A surface that is evaluated by one of the methods, on the CPU.
 //!
-//! Symbols, as in docs/model.md: f_r = R·O·M·S/λ² is the reflectance in 1/sr, with the Fresnel factor R, the obliquity
-//! factor O, the shadowing factor M, and the power spectral density S of the relief's phase screen. The small-slope
-//! factor takes the place of R·O.
+//! Symbols, as in docs/model.md:
+//!
+//! - f_r = R·O·M·S/λ²: the reflectance in 1/sr;
+//! - R: the Fresnel factor;
+//! - O: the obliquity factor; the small-slope factor replaces R·O;
+//! - M: the shadowing factor;
+//! - S: the power spectral density of the relief's phase screen in µm²;
+//! - λ: the wavelength in µm.
 
 use super::arguments::VISIBLE_NM;
 use super::method_args::Method;
@@ -211,9 +216,11 @@ impl Reflector {
         self.relief(wi, wo, wavelength_nm) / self.options.angular_factor(&pair)
     }
 
-    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, or the whole scattering function of a surface that transmits,
-    /// divided by the albedo where energy is conserved. Zero unless both directions are above the surface, and for
-    /// gratings by Maxwell's equations, which have `f_r` alone.
+    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, divided by the albedo where energy is conserved. Zero unless both
+    /// directions are above the surface.
+    ///
+    /// For a surface that transmits it is the whole scattering function. Tables of a grating that does not transmit
+    /// have `f_r` alone, and callers evaluate them directly. A grating that is solved for each query gives zero.
     fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         match &self.evaluator {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),

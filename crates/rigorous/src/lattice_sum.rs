@@ -114,7 +114,7 @@ impl LatticeSum {
     /// Arranges the coefficients `series[n][m]` of F in T_n(x/half_x)·T_2m(z/half_z), and derives those of ∂F/∂x.
     fn from_series(half_x: f64, half_z: f64, series: &[Vec<Complex64>]) -> Self {
         let (terms_x, terms_z) = (series.len(), series[0].len());
-        // From T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀, the derivative of Σ c_n T_n has the coefficients
+        // T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀. The derivative of Σ c_n T_n therefore has the coefficients
         // c'_n = c'_{n+2} + 2(n + 1)c_{n+1}, with half of c'₀.
         let mut along_x = vec![vec![Complex64::ZERO; terms_z]; terms_x];
         for n in (0..terms_x - 1).rev() {

@@ -12,8 +12,8 @@
 //! before the next image is near. The kernels of other images are smooth: either they decay within a few periods and
 //! are summed one by one, or all are summed by `lattice_sum.rs`.
 //!
-//! In this file, k is the medium's wave number in rad/µm, `decay` is Im k in 1/µm, b (`bloch`) is the Bloch phase in
-//! turns, and d is the period in µm.
+//! In this file, k is the wave number of the medium in rad/µm, and `decay` is Im k in 1/µm. The Bloch phase b (`bloch`)
+//! is in turns, the period d in µm.
 
 use crate::Error;
 use crate::lattice_sum::{HALF_HEIGHT_MIN, LatticeSum};

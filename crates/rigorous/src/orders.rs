@@ -105,9 +105,11 @@ impl Estimate {
 /// reciprocity are checked to 5e-4. Where a check fails, the problem is solved again with twice the nodes.
 ///
 /// # Errors
-/// A direction at or below the horizon or not of unit length, a wavelength that is not finite and positive, a problem
-/// that is too large, fields that are not finite, or a check that fails with the largest number of nodes (at most
-/// 2048).
+/// - [`Error::OutOfRange`]: a direction at or below the horizon or not of unit length, a wavelength that is not finite
+///   and positive.
+/// - [`Error::TooManyWaves`], [`Error::TooLarge`]: a problem that is too large.
+/// - [`Error::NotFinite`]: fields that are not finite.
+/// - [`Error::Unresolved`]: a check that fails with the largest number of nodes, at most 2048.
 pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: [f64; 3]) -> Result<Orders, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     check_length(wi)?;

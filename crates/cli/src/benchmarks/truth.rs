@@ -18,9 +18,9 @@
 //! - patch: S = 4πs²·|Σ g·c_j|²;
 //! - ensemble: S = 4πs²·Σ g²·|c_j|².
 //!
-//! A transform of the tile for each λ and pair would take too long. c_j is a mean of exp(iκh), and |c_j|² a mean of
-//! exp(iκ(h − h′)) with |h − h′| ≤ 2H, so both are smooth functions of κ. The transform is computed at Chebyshev nodes
-//! of κ ∈ [0, κ_max] only. c_j and |c_j|² are interpolated by the polynomial through the nodes.
+//! A transform of the tile for each λ and pair would take too long. Both c_j and |c_j|² are smooth functions of κ: c_j
+//! is a mean of exp(iκh), and |c_j|² is a mean of exp(iκ(h − h′)) with |h − h′| ≤ 2H. The transform is computed at
+//! Chebyshev nodes of κ ∈ [0, κ_max] only. c_j and |c_j|² are interpolated by the polynomial through the nodes.
 //!
 //! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`]. [`Truth::check`]
 //! compares values with the direct sum ([`Exact`]).

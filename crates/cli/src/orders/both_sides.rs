@@ -97,8 +97,8 @@ fn scalar(
             // The first row of the transform has the orders along x, negative ones in its upper half.
             let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[bin.rem_euclid(bins) as usize];
             let power = amplitude.norm_sqr();
-            // Outgoing state first. Along the normal the names s and p are arbitrary, so the states are those of the
-            // direction farther from the normal, and the powers of the other direction's states are added.
+            // Outgoing state first. For a direction along the normal the names s and p are arbitrary, so powers are
+            // summed over them. The states of the direction farther from the normal are TE and TM.
             let [ss, sp, ps, pp] = pair.powers;
             let [te, tm] = if x.abs() > wi[0].abs() { [ss + sp, ps + pp] } else { [ss + ps, sp + pp] };
             let [te, tm] = [te, tm].map(|factor| (wi[1] == 0.0).then_some(factor * power));

@@ -111,8 +111,8 @@ impl Profile {
     /// The height is therefore a function of x, except at vertical walls.
     ///
     /// # Errors
-    /// A period that is not finite and positive, no corner or more than 64, corners that are not finite, that coincide
-    /// or whose x decreases, or a relief deeper than twice the period.
+    /// - [`Error::OutOfRange`]: a period that is not finite and positive, a relief deeper than twice the period.
+    /// - [`Error::Profile`]: no corner or more than 64, corners that are not finite, coincide, or whose x decreases.
     pub fn polygon(period_um: f64, corners: &[[f64; 2]]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         let refuse = |found: String| {
@@ -144,18 +144,19 @@ impl Profile {
     ///
     /// Corners of two kinds, walls and kinks, are found in the heights:
     ///
-    /// - A *vertical wall* is a single step between neighbouring samples that is steeper than 60°, and whose angle
-    ///   differs by more than 20° from those of the steps on either side. The wall stands halfway between both samples.
-    /// - A *kink* is a sample where the slope's angle turns by more than 20°, and by more than four times as much as at
-    ///   the samples two places before and after. A bend that the sampling resolves is therefore no kink.
-    /// - Between corners the relief is a straight edge if the heights deviate from it by at most a thousandth of the
-    ///   relief's height, else a cubic spline.
-    /// - Without corners the relief is the Fourier series of the heights, truncated where the magnitudes of the
-    ///   coefficients left out sum to at most 1e-4 of the largest one.
+    /// - A *vertical wall* is a single step between neighbouring samples that is steeper than 60°. Its angle differs by
+    ///   more than 20° from the angles of the steps on either side. The wall stands halfway between both samples.
+    /// - A *kink* is a sample where the slope's angle turns by more than 20°. The turn is also more than four times the
+    ///   turns at the samples two places before and after, so a bend that the sampling resolves is no kink.
+    /// - Between corners the relief is a straight edge, or a cubic spline where the heights deviate from a straight
+    ///   edge by more than a thousandth of the relief's height.
+    /// - Without corners the relief is the Fourier series of the heights. Its last coefficients are left out as long as
+    ///   their magnitudes sum to at most 1e-4 of the largest one.
     ///
     /// # Errors
-    /// A period that is not finite and positive, fewer than 8 heights, heights that are not finite, more than 64
-    /// corners, or a relief deeper than twice the period.
+    /// - [`Error::OutOfRange`]: a period that is not finite and positive, heights that are not finite, a relief deeper
+    ///   than twice the period.
+    /// - [`Error::Profile`]: fewer than 8 heights, more than 64 corners.
     pub fn samples(period_um: f64, heights_um: &[f64]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         for &height in heights_um {
