@@ -150,6 +150,7 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     }
 }
 
+/// Runs `--what methods`: measures the methods on each surface, draws the plot and writes the report.
 fn bench_methods(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     args.surface.refuse_bench_choices()?;
@@ -185,6 +186,7 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
     write_json(&args.json, &report)
 }
 
+/// Runs `--what stability`, whose surfaces are fixed.
 fn bench_stability(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     if args.surface.config()? != SurfaceConfig::default() || args.plot.is_some() || args.cpu_only {
@@ -196,6 +198,7 @@ fn bench_stability(args: &BenchArgs) -> Outcome {
     write_json(&args.json, &StabilityReport { what: args.what, quick: args.quick, effort, figures, seconds })
 }
 
+/// Runs `--what sampler` on each surface.
 fn bench_sampler(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     if args.plot.is_some() || args.cpu_only {

@@ -116,9 +116,9 @@ impl Reflector {
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
             Method::Realtime(kind) => {
-                let index = config.index().map(SpectralIndex::Constant);
+                let material = config.index().map(SpectralIndex::Constant);
                 let method = with_bar(BUILDING, |progress| {
-                    config.build_method(kind, method_options, index.as_ref(), &cache, progress)
+                    config.build_method(kind, method_options, material.as_ref(), &cache, progress)
                 })?;
                 (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_surface).transpose()?)
             }
@@ -138,9 +138,10 @@ impl Reflector {
         cache: &Cache,
         purpose: Purpose,
     ) -> Result<Self, Box<dyn Error>> {
-        let index = config.index().map(SpectralIndex::Constant);
+        // Index of the material in air; `index_inside` is relative to the cover's.
+        let material = config.index().map(SpectralIndex::Constant);
         let build_tables =
-            || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
+            || with_bar(BUILDING, |progress| config.build_shared_grating(material.as_ref(), cache, progress));
         let (evaluator, grating) = match method {
             Method::Exact if purpose == Purpose::Service => {
                 let relative = config.index_inside().map(SpectralIndex::Constant);
@@ -161,7 +162,7 @@ impl Reflector {
             }
             Method::Realtime(kind) => {
                 let method = with_bar(BUILDING, |progress| {
-                    config.build_method(kind, method_options, index.as_ref(), cache, progress)
+                    config.build_method(kind, method_options, material.as_ref(), cache, progress)
                 })?;
                 (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_tables).transpose()?)
             }
@@ -177,19 +178,15 @@ impl Reflector {
     pub(crate) fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
         match &self.evaluator {
             Evaluator::ExactGrating(exact) => {
-                let inside = match self.options.body {
-                    Some(_) => Some(Inside::bare(wi, wo)),
-                    None => Inside::new(self.cover, wi, wo),
-                };
-                let Some(Inside { wi, wo, factor, .. }) = inside else { return Ok(0.0) };
+                let Some(Inside { wi, wo, factor, .. }) = self.inside(wi, wo) else { return Ok(0.0) };
                 exact.eval(wi, wo, wavelength_nm).map(|f| factor * f).map_err(|error| error.to_string())
             }
             _ => Ok(self.eval(wi, wo, wavelength_nm)),
         }
     }
 
-    /// `f_r` in 1/sr; zero unless both directions are above the surface. A grating that is solved for each query needs
-    /// [`Reflector::try_eval`]: it is zero here.
+    /// `f_r` in 1/sr; zero unless both directions are above the surface, or the surface transmits. A grating that is
+    /// solved for each query needs [`Reflector::try_eval`]: it is zero here.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if self.options.body.is_some() {
             return self.relief(wi, wo, wavelength_nm);
@@ -249,6 +246,15 @@ impl Reflector {
         method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
+    /// The directions inside the cover, with the factors of the cover; `None` unless both directions are above the
+    /// surface, or the surface transmits. A surface that transmits has no cover.
+    fn inside(&self, wi: Vec3, wo: Vec3) -> Option<Inside> {
+        match self.options.body {
+            Some(_) => Some(Inside::bare(wi, wo)),
+            None => Inside::new(self.cover, wi, wo),
+        }
+    }
+
     /// The Fresnel factor R, or the small-slope factor.
     fn fresnel(&self, pair: &Pair) -> f64 {
         pair.interface(self.index, self.options.obliquity)
@@ -281,11 +287,7 @@ impl Reflector {
         if !wavelengths_nm.iter().all(tabulated) {
             return None;
         }
-        let inside = match self.options.body {
-            Some(_) => Some(Inside::bare(wi, wo)),
-            None => Inside::new(self.cover, wi, wo),
-        };
-        let Some(Inside { wi, wo, density, .. }) = inside else { return Some(0.0) };
+        let Some(Inside { wi, wo, density, .. }) = self.inside(wi, wo) else { return Some(0.0) };
         let pdf = match (&self.surface, &self.grating) {
             (Some(surface), _) => surface.pdf(wi, wo, wavelengths_nm),
             (None, grating) => grating.as_ref()?.0.pdf(wi, wo, wavelengths_nm),

@@ -112,7 +112,7 @@ impl Profile {
     ///
     /// # Errors
     /// - [`Error::OutOfRange`]: a period that is not finite and positive, a relief deeper than twice the period.
-    /// - [`Error::Profile`]: no corner or more than 64, corners that are not finite, coincide, or whose x decreases.
+    /// - [`Error::Profile`]: no corner or more than 64, corners that are not finite or that coincide, x that decreases.
     pub fn polygon(period_um: f64, corners: &[[f64; 2]]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         let refuse = |found: String| {
