@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// and stam answer for 380 to 780 nm.
 ///
 /// pdf is the density of `sunbeam sample` per solid angle, with every method. It is null for wavelengths outside the
-/// range of the tables, 360 to 830 nm.
+/// range of the tables, 360 to 830 nm, and for --method exact with --theory rigorous, which has no tables.
 ///
 /// For an array of wavelengths, f is an array and pdf is the mean over the wavelengths, since one direction is sampled
 /// for all of them (hero wavelength, balance heuristic).
@@ -47,7 +47,8 @@ struct Query {
 struct Answer {
     /// `f_r` in 1/sr at each wavelength.
     f: Numbers,
-    /// Mean density per solid angle over the wavelengths; `None` for a wavelength outside the tables' range.
+    /// Mean density per solid angle over the wavelengths; `None` for a wavelength outside the tables' range, and for a
+    /// grating that is solved for each query.
     pdf: Option<f64>,
 }
 
