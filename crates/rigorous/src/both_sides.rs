@@ -23,10 +23,10 @@ pub struct BothSides {
 
 /// All propagating orders on both sides of a dielectric of index `eta`, for light of a wavelength (nm) from `wi`.
 ///
-/// `wi` is a unit vector away from the relief, towards the light. Where its z < 0, light comes from below, and `wi` is a
-/// direction within the medium. Order m satisfies `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the refractive
-/// index n of the order's medium and n' of the medium of the incident light. Balance and reciprocity are checked as by
-/// [`solve_orders`](crate::solve_orders).
+/// `wi` is a unit vector away from the relief, towards the light. Where its z is negative, light comes from below, and
+/// `wi` is a direction within the medium. Order m satisfies `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the
+/// refractive index n of the order's medium and n' of the medium of the incident light. Balance and reciprocity are
+/// checked as by [`solve_orders`](crate::solve_orders).
 ///
 /// ```
 /// use sunbeam_rigorous::{Profile, solve_both_sides};

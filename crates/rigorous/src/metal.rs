@@ -10,8 +10,8 @@
 //!
 //! The series is short because a field in the metal reaches few periods: W_p is damped by e^{−Im κm·|p|d}. Only the N
 //! images nearest to the target are kept, N being odd. W is tabulated at the N phases l/N, l from 0 to N − 1. A Fourier
-//! sum over W(l/N) gives the W_p, so that `W(b) = Σ_l w_l W(l/N)` with `w_l = 1/N Σ_p e^{2πi(b − l/N)p}`
-//! over the N nearest images p.
+//! sum over W(l/N) gives the W_p, so that `W(b) = Σ_l w_l W(l/N)` with `w_l = 1/N Σ_p e^{2πi(b − l/N)p}` over the N
+//! nearest images p.
 
 use crate::discretisation::Discretisation;
 use crate::error::positive;

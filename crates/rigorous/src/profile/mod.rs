@@ -202,7 +202,7 @@ impl Profile {
     /// Points along the curve, in order, dense enough to measure its length and height.
     fn outline(&self) -> Vec<Point> {
         /// Equal steps along the period of a smooth profile, or along each edge. The relative error of the length falls
-        /// with the square of this number.
+        /// as its inverse square.
         const STEPS: usize = 256;
         match &self.shape {
             Shape::Smooth(harmonics) => (0..=STEPS)
