@@ -1,10 +1,15 @@
+// C interface of sunbeam: the diffraction BSDF of a measured relief, evaluated and sampled in batches of directions.
+//
+// A surface is created from parameters in JSON, or from an array of heights, and then used by any number of threads.
+// docs/plugin.md describes the parameters, docs/tour-c.md has complete programs.
+
 #ifndef SUNBEAM_H
 #define SUNBEAM_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-// Major version of this header; `sunbeam_version` returns that of the library at run time.
+// Major version of this header. `sunbeam_version` returns the version of the library at run time.
 #define SUNBEAM_VERSION_MAJOR 0
 
 // Minor version of this header.

@@ -13,7 +13,7 @@ use super::status::{CallError, Status, call};
 use sunbeam::scattering::{Vec3, unit_vector};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Largest number of wavelengths of an item. Bounds the memory that a wrong count can allocate.
+/// Largest number of wavelengths of an item. It limits the memory that a wrong count can allocate.
 const WAVELENGTHS_MAX: usize = 4096;
 
 /// Bad items of a batch: their number, and the index and error of the first.
@@ -114,7 +114,8 @@ impl Queries {
 }
 
 impl SurfaceHandle {
-    /// Evaluates a batch. `f` receives `f_r` at each wavelength, `pdf` the mean density over the wavelengths.
+    /// Evaluates a batch. `f` receives `f_r` at each wavelength, `pdf` the mean density over the wavelengths; `None`
+    /// where the caller does not need one of them.
     fn eval(&self, mut queries: Queries, f: Option<Output>, pdf: Option<Output>) -> Result<(), CallError> {
         let mut bad_items = BadItems::default();
         for i in 0..queries.count {
@@ -161,6 +162,7 @@ impl SurfaceHandle {
         let Some(wo) = self.surface.sample_direction(wi, wavelengths_nm, u) else { return Ok(None) };
         let pdf = self.surface.eval_pdf(wi, wo, wavelengths_nm, |k, f| weights[k] = f * wo[2].abs());
         weights.iter_mut().for_each(|weight| *weight /= pdf);
+        // With a density of 0 there is no sample, and the weights are not used.
         Ok((pdf > 0.0).then_some((wo, pdf)))
     }
 }

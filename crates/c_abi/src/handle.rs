@@ -16,7 +16,7 @@ const HEIGHT_BYTES: f64 = 24.0;
 
 /// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.
 pub struct SurfaceHandle {
-    /// Evaluator of the BSDF: tables and refractive index.
+    /// Evaluator of the BSDF, with its tables and refractive index.
     pub(super) surface: BuiltSurface,
     /// Parameters as given.
     config: SurfaceConfig,
@@ -36,7 +36,8 @@ struct FileDescription {
 }
 
 impl FileDescription {
-    /// Reads the file of a configuration, which the build of the surface reads once more. `None` for a preset.
+    /// Describes the file of a configuration; `None` for a preset. It reads the file, which the build of the surface
+    /// reads a second time.
     fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
         if config.filename.is_none() {
             return Ok(None);
@@ -55,6 +56,7 @@ struct Description<'a> {
     config: &'a SurfaceConfig,
     /// Origin of the tables: the cache or a build.
     origin: &'a Origin,
+    /// Interpretation of the height-field file; absent for presets and arrays.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a FileDescription>,
     /// Build time, memory and measured error; its keys are keys of this object.
@@ -132,7 +134,7 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
             (result, utf8("config_json", config_json)?, Input::new("heights_um", heights_um, nx, row_count)?)
         };
         let config = SurfaceConfig::from_json_for_array(json).map_err(BuildError::from)?;
-        let heights = copied(&rows, nx, ny, config.build_limit)?;
+        let heights = copy_heights(&rows, nx, ny, config.build_limit)?;
         let fill = config.fill.unwrap_or_default();
         let field = HeightField::with_holes(heights, pixel_x_um, pixel_y_um, fill).map_err(BuildError::from)?;
         let (surface, origin) = config.build_of(&field, &Cache::from_env().map_err(BuildError::from)?)?;
@@ -145,7 +147,7 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
 ///
 /// # Errors
 /// More heights than `build_limit` (a factor on [`LIMIT_BYTES`]) allows, or more than fit memory.
-fn copied(rows: &Input, nx: usize, ny: usize, build_limit: f64) -> Result<Array2<f64>, CallError> {
+fn copy_heights(rows: &Input, nx: usize, ny: usize, build_limit: f64) -> Result<Array2<f64>, CallError> {
     if nx == 0 || ny == 0 {
         return Ok(Array2::zeros((0, 0)));
     }
@@ -161,7 +163,7 @@ fn copied(rows: &Input, nx: usize, ny: usize, build_limit: f64) -> Result<Array2
         return Err(too_many(format!("such that nx * ny heights fit memory, with `ny` {ny}")));
     }
     heights.extend((0..ny).flat_map(|iy| (0..nx).map(move |ix| f64::from(rows.at(iy, ix)))));
-    // The shape has as many heights as were copied, so that it is accepted.
+    // The number of heights fits the shape, so the error does not occur.
     Array2::from_shape_vec((ny, nx), heights).map_err(|error| sunbeam_guard::Panic(error.to_string()).into())
 }
 

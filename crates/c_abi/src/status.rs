@@ -89,7 +89,7 @@ pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();
     text.retain(|byte| *byte != 0);
-    // The text has no NUL, so `CString::new` succeeds.
+    // Without NULs, `CString::new` succeeds.
     let text = CString::new(text).unwrap_or_default();
     // `try_with` fails only while the thread ends. Nobody can read the message then.
     let _ = MESSAGE.try_with(|message| message.replace(text));

@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, c_char};
 
-/// Major version of this header; `sunbeam_version` returns that of the library at run time.
+/// Major version of this header. `sunbeam_version` returns the version of the library at run time.
 pub const SUNBEAM_VERSION_MAJOR: u32 = 0;
 /// Minor version of this header.
 pub const SUNBEAM_VERSION_MINOR: u32 = 1;

@@ -31,6 +31,7 @@ pub(crate) struct AdapterArgs {
     adapter: Option<AdapterChoice>,
 }
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report {
     adapter: String,
@@ -48,6 +49,7 @@ struct Report {
     lost_device: String,
 }
 
+/// A shader and the time of its compilation.
 #[derive(Serialize)]
 struct CompiledShader {
     name: String,

@@ -73,6 +73,7 @@ pub(crate) struct BenchArgs {
     surface: SurfaceArgs,
 }
 
+/// The JSON of `--what methods`.
 #[derive(Serialize)]
 struct MethodsReport {
     what: Subject,
@@ -91,9 +92,11 @@ struct MethodsReport {
     seconds: f64,
 }
 
+/// The adapter of the GPU times.
 #[derive(Serialize)]
 struct AdapterReport {
     name: String,
+    /// Whether the adapter renders in software, on the CPU.
     software: bool,
 }
 
@@ -105,6 +108,7 @@ struct Named<T> {
     figures: T,
 }
 
+/// The JSON of `--what stability`.
 #[derive(Serialize)]
 struct StabilityReport {
     what: Subject,
@@ -116,6 +120,7 @@ struct StabilityReport {
     seconds: f64,
 }
 
+/// The JSON of `--what sampler`.
 #[derive(Serialize)]
 struct SamplerReport {
     what: Subject,
@@ -127,6 +132,7 @@ struct SamplerReport {
     seconds: f64,
 }
 
+/// Data size and statistics of one surface's sampler.
 #[derive(Serialize)]
 struct SamplerFigures {
     /// Size of the sampler's data in bytes, without the table of the power spectrum.
@@ -144,6 +150,7 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
     }
 }
 
+/// Runs `--what methods`: measures the methods on each surface, draws the plot and writes the report.
 fn bench_methods(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     args.surface.refuse_bench_choices()?;
@@ -179,6 +186,7 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
     write_json(&args.json, &report)
 }
 
+/// Runs `--what stability`, whose surfaces are fixed.
 fn bench_stability(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     if args.surface.config()? != SurfaceConfig::default() || args.plot.is_some() || args.cpu_only {
@@ -190,6 +198,7 @@ fn bench_stability(args: &BenchArgs) -> Outcome {
     write_json(&args.json, &StabilityReport { what: args.what, quick: args.quick, effort, figures, seconds })
 }
 
+/// Runs `--what sampler` on each surface.
 fn bench_sampler(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     if args.plot.is_some() || args.cpu_only {

@@ -5,7 +5,7 @@ use super::encode;
 use super::method_args::{Method, MethodArgs, Quantity};
 use super::output::{Output, output};
 use super::realtime::{self, Realtime};
-use super::reflector::{Reflector, single};
+use super::reflector::{Purpose, Reflector, single};
 use super::surface_args::{SurfaceArgs, no_effect_with_gems};
 use super::{Outcome, print_json};
 use serde::Serialize;
@@ -19,10 +19,10 @@ use sunbeam_realtime::{AdapterChoice, Query};
 /// Accepted numbers of pixels along a side of the map. The largest map takes 6.5 GB, 24 bytes a pixel: 12 for the
 /// colour, and up to 12 for the encoded EXR, or afterwards for the automatic exposure.
 const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
-/// Largest number of directions that are on the way to the GPU at once, 50 MB. It is a multiple of the shader's batch,
-/// so that it changes nothing else.
+/// Largest number of directions in one call of the GPU; they take 50 MB. It is a multiple of the shader's batch, so the
+/// results do not depend on it.
 const DIRECTIONS_MAX: usize = 1 << 20;
-/// Direction of the pixels outside the disc: any direction below the surface, where the reflectance is 0.
+/// Direction of the pixels outside the disc. Any direction below the surface would do: the reflectance there is 0.
 const OUTSIDE: [f32; 3] = [0.0, 0.0, -1.0];
 
 /// Write a colour map of the reflectance over the outgoing hemisphere
@@ -96,6 +96,7 @@ struct GpuReport {
     gpu_ms: f64,
 }
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report<'a> {
     output: &'a Output,
@@ -197,7 +198,7 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let method = args.method.method();
     let options = args.method.options(Quantity::Colour)?;
     let spectrum = SpectralToRgb::visible(options.lambda_step_nm)?;
-    let reflector = Reflector::new(&args.surface, method, &options, false)?;
+    let reflector = Reflector::new(&args.surface, method, &options, Purpose::Map)?;
     let wi = args.wi();
     let start = Instant::now();
     let colour = |wo| reflector.eval_rgb(wi, wo, &spectrum).map(|value| value as f32);

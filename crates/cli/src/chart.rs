@@ -169,19 +169,19 @@ impl Chart {
         let legend = self.legend_box(corner);
         let (width, height) = self.area;
         let mut chart = Group::new().set("transform", format!("translate({LEFT} {TOP})"));
-        chart.append(label(&self.title, (0.5 * width, -12.0)).set("font-size", 18));
+        chart.append(text_at(&self.title, (0.5 * width, -12.0)).set("font-size", 18));
         for (value, text) in self.x.ticks() {
             let x = self.pixel((value, self.y.first)).0;
             chart.append(grid_line((x, 0.0), (x, height + 5.0)));
-            chart.append(label(&text, (x, height + 18.0)));
+            chart.append(text_at(&text, (x, height + 18.0)));
         }
         for (value, text) in self.y.ticks() {
             let y = self.pixel((self.x.first, value)).1;
             chart.append(grid_line((-5.0, y), (width, y)));
-            chart.append(label(&text, (-9.0, y + 4.0)).set("text-anchor", "end"));
+            chart.append(text_at(&text, (-9.0, y + 4.0)).set("text-anchor", "end"));
         }
-        chart.append(label(self.x.label, (0.5 * width, height + 38.0)));
-        let y_label = label(self.y.label, (0.0, 0.0));
+        chart.append(text_at(self.x.label, (0.5 * width, height + 38.0)));
+        let y_label = text_at(self.y.label, (0.0, 0.0));
         chart.append(y_label.set("transform", format!("translate(-52 {}) rotate(-90)", 0.5 * height)));
         let frame = Rectangle::new().set("width", width).set("height", height).set("fill", "none");
         let clipped = SVG::new().set("width", width).set("height", height);
@@ -203,7 +203,7 @@ impl Chart {
         for (i, (symbol, text)) in lines.into_iter().enumerate() {
             let middle = 4.0 + LEGEND_LINE * (i as f64 + 0.5);
             legend.append(symbol.set("transform", format!("translate(18 {middle})")));
-            legend.append(label(&text, (34.0, middle + 4.0)).set("text-anchor", "start"));
+            legend.append(text_at(&text, (34.0, middle + 4.0)).set("text-anchor", "start"));
         }
         legend
     }
@@ -230,7 +230,7 @@ fn disc((x, y): (f64, f64), radius: f64) -> Circle {
 }
 
 /// A text whose baseline has its middle at a position; [`drawing`] sets the anchor.
-fn label(text: &str, (x, y): (f64, f64)) -> Text {
+fn text_at(text: &str, (x, y): (f64, f64)) -> Text {
     Text::new(text).set("x", x).set("y", y)
 }
 

@@ -33,6 +33,7 @@ pub(crate) struct CompareArgs {
     mask: Option<PathBuf>,
 }
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report<'a> {
     a: &'a PathBuf,

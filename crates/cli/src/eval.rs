@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::method_args::{MethodArgs, Quantity};
 use super::query::{Numbers, direction, parse};
-use super::reflector::Reflector;
+use super::reflector::{Purpose, Reflector};
 use super::service::serve;
 use super::surface_args::SurfaceArgs;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// and stam answer for 380 to 780 nm.
 ///
 /// pdf is the density of `sunbeam sample` per solid angle, with every method. It is null for wavelengths outside the
-/// range of the tables, 360 to 830 nm.
+/// range of the tables, 360 to 830 nm, and for --method exact with --theory rigorous, which has no tables.
 ///
 /// For an array of wavelengths, f is an array and pdf is the mean over the wavelengths, since one direction is sampled
 /// for all of them (hero wavelength, balance heuristic).
@@ -47,14 +47,15 @@ struct Query {
 struct Answer {
     /// `f_r` in 1/sr at each wavelength.
     f: Numbers,
-    /// Mean density per solid angle over the wavelengths; `None` for a wavelength outside the tables' range.
+    /// Mean density per solid angle over the wavelengths; `None` for a wavelength outside the tables' range, and for a
+    /// grating that is solved for each query.
     pdf: Option<f64>,
 }
 
 /// Runs `sunbeam eval`.
 pub(crate) fn run(args: &EvalArgs) -> Outcome {
     let options = args.method.options(Quantity::Spectrum)?;
-    let reflector = Reflector::new(&args.surface, args.method.method(), &options, true)?;
+    let reflector = Reflector::new(&args.surface, args.method.method(), &options, Purpose::Service)?;
     serve(&reflector, |line| answer(&reflector, line))
 }
 

@@ -1,4 +1,6 @@
-//! `sunbeam evaluate`: the check of a method in Single 2014, brightest angles against the grating equation.
+//! `sunbeam evaluate`: a check of a method, in which the brightest angles are compared with the grating equation.
+//!
+//! The check is that of Single 2014 (M. Single, *An Interactive Shader for Natural Diffraction Gratings*, Bern).
 //!
 //! Symbols:
 //!
@@ -14,7 +16,7 @@ use super::arguments::{VISIBLE_NM, out_of_range};
 use super::encode;
 use super::method_args::{Method, MethodArgs, Quantity};
 use super::output::{Output, output};
-use super::reflector::Reflector;
+use super::reflector::{Purpose, Reflector};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use ndarray::Array2;
@@ -166,13 +168,14 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     if (wavelengths_nm.len() * angles_deg.len()) as f64 > VALUES_MAX {
         return Err("there are more than 1e8 pairs of an angle and a wavelength: use larger steps".into());
     }
+    // By Maxwell's equations nothing is reflected between equal indices. The scalar theory has S without the interface.
     let has_no_interface = config.index_inside().is_some_and(|index| index == ComplexIndex { eta: 1.0, k: 0.0 });
     if config.theory == Theory::Rigorous && has_no_interface {
         let eta = config.eta.unwrap_or(1.0);
         let reason = "the index of the medium above the relief, and nothing is reflected";
         return Err(format!("parameter \"eta\" is {eta}, {reason}: --theory scalar or another index would do").into());
     }
-    let reflector = Reflector::new(&args.surface, args.method.method(), &options, false)?;
+    let reflector = Reflector::new(&args.surface, args.method.method(), &options, Purpose::Map)?;
     let values = args.values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
     if let Some(dark_row) = values.iter().position(|row| row.iter().all(|value| *value == 0.0)) {
         let nm = wavelengths_nm[dark_row];
@@ -230,7 +233,7 @@ impl EvaluateArgs {
 
     /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. The tile has `pixels_x` pixels along x and the length `tile_um`.
     ///
-    /// The rows of nmm are 0 except at the angles nearest to its orders.
+    /// The method nmm has values only at its orders: its rows are 0 except at the angles nearest to them.
     fn values(
         &self,
         reflector: &Reflector,

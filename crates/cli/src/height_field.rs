@@ -66,7 +66,7 @@ fn term_numbers() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=TERMS_MAX as u64)
 }
 
-/// A rectangle in µm; (x, y) is its lower left corner, relative to that of the field.
+/// A rectangle in µm; (x, y) is its lower left corner, relative to the lower left corner of the field.
 #[derive(Clone, Copy)]
 struct Rectangle {
     x_um: f64,
@@ -86,6 +86,7 @@ impl Rectangle {
     }
 }
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report<'a> {
     /// Channel that was read; `None` for formats with a single one.

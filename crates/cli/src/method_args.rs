@@ -13,7 +13,7 @@ pub enum Method {
     Exact,
     /// The spectral tables; on the GPU, the colour table.
     Table,
-    /// A method of colours in single precision: one of the published ones, or the colour table.
+    /// A method that computes colours in single precision: a published one, or the colour table.
     Realtime(MethodKind),
 }
 
@@ -94,7 +94,7 @@ pub struct MethodArgs {
     weighted: Option<bool>,
     /// Number of repeats of the tile of pq: one number, or two as in 26,1 for x and y [default: the numbers that give
     /// peaks as bright as with the coherence window]
-    #[arg(long, value_name = "P[,Q]", value_parser = repeats)]
+    #[arg(long, value_name = "P[,Q]", value_parser = parse_repeats)]
     repeats: Option<Repeats>,
     /// Spacing of stam along x in µm [default: the dominant period along x]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
@@ -107,7 +107,7 @@ pub struct MethodArgs {
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     gems_sharpness: Option<f64>,
     /// Linear sRGB of the highlight of --stam-form gems, each channel 0 to 100 [default: 1,0.7,0.3]
-    #[arg(long, value_name = "R,G,B", value_parser = highlight, allow_hyphen_values = true)]
+    #[arg(long, value_name = "R,G,B", value_parser = parse_highlight, allow_hyphen_values = true)]
     gems_highlight: Option<[f64; 3]>,
     /// Factor on the samples of the colour table along each axis, 0.25 to 4 [default: 1]
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
@@ -204,7 +204,7 @@ impl MethodArgs {
 }
 
 /// Parses `P` or `P,Q`, two whole numbers.
-fn repeats(text: &str) -> Result<Repeats, String> {
+fn parse_repeats(text: &str) -> Result<Repeats, String> {
     let number = |part: &str| part.trim().parse().map_err(|_| format!("{part:?} is not a whole number"));
     match text.split_once(',') {
         None => number(text).map(Repeats::Both),
@@ -213,7 +213,7 @@ fn repeats(text: &str) -> Result<Repeats, String> {
 }
 
 /// Parses `R,G,B`, three numbers.
-fn highlight(text: &str) -> Result<[f64; 3], String> {
+fn parse_highlight(text: &str) -> Result<[f64; 3], String> {
     let numbers = text.split(',').map(|part| part.trim().parse()).collect::<Result<Vec<f64>, _>>();
     numbers.ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| format!("{text:?} is not three numbers"))
 }
@@ -224,10 +224,10 @@ mod tests {
 
     #[test]
     fn repeats_parse_one_number_or_two() {
-        assert_eq!(repeats("26"), Ok(Repeats::Both(26)));
-        assert_eq!(repeats("26, 1"), Ok(Repeats::Each([26, 1])));
+        assert_eq!(parse_repeats("26"), Ok(Repeats::Both(26)));
+        assert_eq!(parse_repeats("26, 1"), Ok(Repeats::Each([26, 1])));
         for wrong in ["", "x", "1,", "1,2,3", "-1", "1.5"] {
-            assert!(repeats(wrong).unwrap_err().contains("whole number"), "{wrong}");
+            assert!(parse_repeats(wrong).unwrap_err().contains("whole number"), "{wrong}");
         }
     }
 }

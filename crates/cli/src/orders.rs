@@ -36,10 +36,10 @@ const POINTS_MAX: usize = 2000;
 /// --theory rigorous solves Maxwell's equations. --theory scalar, the default, is the phase screen, which has the mean
 /// only and does not conserve energy.
 ///
-/// With --transmission film or interface the orders below the relief are listed, too: those of an interface with their
-/// directions within the medium, those of a film behind its flat side. A trapped order stays within the film, and its
-/// direction is the one there. Both theories have te and tm then; the scalar one where light arrives across the
-/// grooves.
+/// With --transmission film or interface the orders below the relief are listed, too. Orders below an interface have
+/// their directions within the medium, orders below a film those behind its flat side. A trapped order stays within the
+/// film and has its direction there. Both theories have te and tm then, the scalar theory only where light arrives
+/// across the grooves.
 ///
 /// Prints a table. --json adds the Jones matrices and the errors of energy balance and reciprocity. A Jones matrix has
 /// real and imaginary parts; its rows are the outgoing states without Hy and without Ey, its columns the incident ones.
@@ -229,18 +229,20 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
         Transmission::Film => ("side", "left inside the film"),
         Transmission::Interface => ("side", ""),
     };
-    let line = |side: &str| if side_title.is_empty() { String::new() } else { format!("{side:>8} ") };
-    let side = line(side_title);
+    // The column of the side, empty for surfaces that transmit nothing.
+    let side_column = |side: &str| if side_title.is_empty() { String::new() } else { format!("{side:>8} ") };
+    let side = side_column(side_title);
     writeln!(out, "{side}{:>5} {:>9} {:>9} {:>9} {:>9} {:>9}", "order", "theta", "phi", "te %", "tm %", "mean %")?;
     for order in &solved.orders {
         let [te, tm] = [order.te, order.tm].map(percent);
-        let (side, mean) = (line(order.side.name()), percent(Some(order.mean)));
+        let (side, mean) = (side_column(order.side.name()), percent(Some(order.mean)));
         let (number, theta, phi) = (order.order, order.theta_deg, order.phi_deg);
         writeln!(out, "{side}{number:>5} {theta:>8.3}° {phi:>8.3}° {te:>9} {tm:>9} {mean:>9}")?;
     }
     if let Some([te, tm]) = solved.absorbed.filter(|_| !rest.is_empty()) {
         let [te, tm, mean] = [te, tm, 0.5 * (te + tm)].map(|fraction| percent(Some(fraction)));
-        writeln!(out, "{rest:>0$} {te:>9} {tm:>9} {mean:>9}", 25 + line("").len())?;
+        // The title ends where the column phi ends, 25 characters after the column of the side.
+        writeln!(out, "{rest:>0$} {te:>9} {tm:>9} {mean:>9}", 25 + side_column("").len())?;
     }
     Ok(())
 }

@@ -72,8 +72,8 @@ impl OutputParser {
         Self { accepts_stdout: true, ..self }
     }
 
-    /// Refuses a path with a wrong extension and one that cannot be written. `command`, to which the argument belongs,
-    /// may have a better argument for the file.
+    /// Refuses a path with a wrong extension and one that cannot be written. For a wrong extension, the message names
+    /// another argument of `command` that takes the file ([`advice`]).
     fn check(&self, path: &Path, command: &Command) -> Result<(), String> {
         if self.accepts_stdout && path == Path::new(STDOUT) {
             return Ok(());

@@ -77,7 +77,7 @@ fn without_line_number(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }
 
-/// Normalises a direction. `name` is that of its field.
+/// Normalises a direction. `name` is the name of its field, for messages.
 ///
 /// # Errors
 /// A number of components other than three, or a length that is not 1 to 1e-3.
@@ -85,7 +85,7 @@ pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> 
     unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
 
-/// Three random numbers in [0, 1). `name` is that of their field.
+/// Three random numbers in [0, 1). `name` is the name of their field, for messages.
 ///
 /// # Errors
 /// Another number of numbers, or one outside the interval.
@@ -97,7 +97,7 @@ pub(crate) fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], Stri
     }
 }
 
-/// The components as an array of three. `name` is that of their field.
+/// The components as an array of three. `name` is the name of their field, for messages.
 fn triple(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
     components.try_into().map_err(|_| format!("{name:?} has {} components; it must have 3", components.len()))
 }

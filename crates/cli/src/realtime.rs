@@ -13,7 +13,7 @@ use sunbeam::methods::{MethodKind, MethodOptions};
 use sunbeam::scattering::{ComplexIndex, Options, SpectralIndex};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 
-/// Opens the adapter of the argument `--adapter`; without one, that of the variable `SUNBEAM_ADAPTER`, else any.
+/// Opens the adapter that the argument `--adapter` chooses, else the variable `SUNBEAM_ADAPTER`, else any adapter.
 ///
 /// # Errors
 /// No such adapter, or a wrong value of the variable.

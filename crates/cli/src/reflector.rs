@@ -1,8 +1,13 @@
 //! A surface that is evaluated by one of the methods, on the CPU.
 //!
-//! Symbols, as in docs/model.md: f_r = R·O·M·S/λ² is the reflectance in 1/sr, with the Fresnel factor R, the obliquity
-//! factor O, the shadowing factor M, and the power spectral density S of the relief's phase screen. The small-slope
-//! factor takes the place of R·O.
+//! Symbols, as in docs/model.md:
+//!
+//! - f_r = R·O·M·S/λ²: the reflectance in 1/sr;
+//! - R: the Fresnel factor;
+//! - O: the obliquity factor; the small-slope factor replaces R·O;
+//! - M: the shadowing factor;
+//! - S: the power spectral density of the relief's phase screen in µm²;
+//! - λ: the wavelength in µm.
 
 use super::arguments::VISIBLE_NM;
 use super::method_args::Method;
@@ -27,13 +32,23 @@ const CONCURRENT_PIXELS_MAX: usize = 1 << 16;
 /// The tables of a grating by Maxwell's equations, as the cache returns them.
 type CachedGrating = Arc<(GratingSurface, Origin)>;
 
+/// The use that a command makes of a [`Reflector`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Answers to single queries, with sampling densities and samples. Only tables have a sampler, so they are built
+    /// besides the data of methods without one.
+    Service,
+    /// Reflectances of very many pairs of directions.
+    Map,
+}
+
 /// The evaluator of a method.
 enum Evaluator {
     /// The direct sum over the relief.
     Exact(Box<Exact>),
     /// The spectral tables.
     Table(Arc<Surface>),
-    /// A method of colours in single precision.
+    /// A method that computes colours in single precision.
     Realtime(Box<dyn methods::Method>),
     /// The tables of a grating by Maxwell's equations.
     Grating(CachedGrating),
@@ -61,10 +76,7 @@ pub(crate) struct Reflector {
 }
 
 impl Reflector {
-    /// Builds the data of the method.
-    ///
-    /// `needs_sampler` is true for the services, which answer query by query. Only tables have a sampler, so they are
-    /// built for it besides the data of methods without one. The exact method takes its albedo from the tables.
+    /// Builds the data of the method. The exact method takes its albedo from the tables, so they are built for it, too.
     ///
     /// # Errors
     /// Arguments of the surface that are wrong or contradict the method, or data that cannot be built.
@@ -72,20 +84,20 @@ impl Reflector {
         args: &SurfaceArgs,
         method: Method,
         method_options: &MethodOptions,
-        needs_sampler: bool,
+        purpose: Purpose,
     ) -> Result<Self, Box<dyn Error>> {
         let config = match method {
             Method::Exact | Method::Table => args.config()?,
             Method::Realtime(kind) => args.realtime_config(kind, method_options)?,
         };
-        if !needs_sampler {
+        if purpose == Purpose::Map {
             config.refuse_transmission("maps and peaks")?;
         }
         let (options, cover) = (config.options(), config.cover());
         let index = config.index_inside();
         let cache = args.cache()?;
         if config.theory == Theory::Rigorous {
-            return Self::rigorous(&config, method, method_options, &cache, needs_sampler);
+            return Self::rigorous(&config, method, method_options, &cache, purpose);
         }
         let field = config.height_field_inside()?;
         let build_surface = || {
@@ -104,11 +116,11 @@ impl Reflector {
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
             Method::Realtime(kind) => {
-                let index = config.index().map(SpectralIndex::Constant);
+                let material = config.index().map(SpectralIndex::Constant);
                 let method = with_bar(BUILDING, |progress| {
-                    config.build_method(kind, method_options, index.as_ref(), &cache, progress)
+                    config.build_method(kind, method_options, material.as_ref(), &cache, progress)
                 })?;
-                (Evaluator::Realtime(method), needs_sampler.then(build_surface).transpose()?)
+                (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_surface).transpose()?)
             }
         };
         let is_concurrent = method != Method::Exact || nx * ny <= CONCURRENT_PIXELS_MAX;
@@ -117,20 +129,21 @@ impl Reflector {
 
     /// [`Reflector::new`] for a grating by Maxwell's equations.
     ///
-    /// Only the services (`needs_sampler`) may solve each query anew; other commands have too many queries. Then there
-    /// is no sampler either.
+    /// Only services may solve each query anew (`--method exact`), and then have no sampler. Maps have too many
+    /// queries.
     fn rigorous(
         config: &SurfaceConfig,
         method: Method,
         method_options: &MethodOptions,
         cache: &Cache,
-        needs_sampler: bool,
+        purpose: Purpose,
     ) -> Result<Self, Box<dyn Error>> {
-        let index = config.index().map(SpectralIndex::Constant);
+        // Index of the material in air; `index_inside` is relative to the cover's.
+        let material = config.index().map(SpectralIndex::Constant);
         let build_tables =
-            || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
+            || with_bar(BUILDING, |progress| config.build_shared_grating(material.as_ref(), cache, progress));
         let (evaluator, grating) = match method {
-            Method::Exact if needs_sampler => {
+            Method::Exact if purpose == Purpose::Service => {
                 let relative = config.index_inside().map(SpectralIndex::Constant);
                 let (profile, coherence_um) = (config.profile_inside()?, config.grating_coherence_um());
                 let exact = match config.body() {
@@ -149,9 +162,9 @@ impl Reflector {
             }
             Method::Realtime(kind) => {
                 let method = with_bar(BUILDING, |progress| {
-                    config.build_method(kind, method_options, index.as_ref(), cache, progress)
+                    config.build_method(kind, method_options, material.as_ref(), cache, progress)
                 })?;
-                (Evaluator::Realtime(method), needs_sampler.then(build_tables).transpose()?)
+                (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_tables).transpose()?)
             }
         };
         let (options, index, cover) = (config.options(), config.index_inside(), config.cover());
@@ -165,19 +178,15 @@ impl Reflector {
     pub(crate) fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
         match &self.evaluator {
             Evaluator::ExactGrating(exact) => {
-                let inside = match self.options.body {
-                    Some(_) => Some(Inside::bare(wi, wo)),
-                    None => Inside::new(self.cover, wi, wo),
-                };
-                let Some(Inside { wi, wo, factor, .. }) = inside else { return Ok(0.0) };
+                let Some(Inside { wi, wo, factor, .. }) = self.inside(wi, wo) else { return Ok(0.0) };
                 exact.eval(wi, wo, wavelength_nm).map(|f| factor * f).map_err(|error| error.to_string())
             }
             _ => Ok(self.eval(wi, wo, wavelength_nm)),
         }
     }
 
-    /// `f_r` in 1/sr; zero unless both directions are above the surface. A grating that is solved for each query needs
-    /// [`Reflector::try_eval`]: it is zero here.
+    /// `f_r` in 1/sr; zero unless both directions are above the surface, or the surface transmits. A grating that is
+    /// solved for each query needs [`Reflector::try_eval`]: it is zero here.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if self.options.body.is_some() {
             return self.relief(wi, wo, wavelength_nm);
@@ -191,8 +200,8 @@ impl Reflector {
         factor * reflectance
     }
 
-    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. It is
-    /// known where `R` is 0, too, at an interface between equal indices.
+    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. At an
+    /// interface between equal indices `R` and `f_r` are 0, but this value is not.
     ///
     /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate.
     pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
@@ -204,9 +213,11 @@ impl Reflector {
         self.relief(wi, wo, wavelength_nm) / self.options.angular_factor(&pair)
     }
 
-    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, or the whole scattering function of a surface that transmits,
-    /// divided by the albedo where energy is conserved. Zero unless both directions are above the surface, and for
-    /// gratings by Maxwell's equations, which have `f_r` alone.
+    /// `O·M·S/λ²` in 1/sr of a pair inside the cover, divided by the albedo where energy is conserved. Zero unless both
+    /// directions are above the surface.
+    ///
+    /// For a surface that transmits it is the whole scattering function. Tables of a grating that does not transmit
+    /// have `f_r` alone, and callers evaluate them directly. A grating that is solved for each query gives zero.
     fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         match &self.evaluator {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
@@ -222,8 +233,8 @@ impl Reflector {
         }
     }
 
-    /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods of
-    /// colours have their own wavelengths.
+    /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods that
+    /// compute colours choose their own wavelengths.
     pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, to_rgb: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
@@ -233,6 +244,15 @@ impl Reflector {
             AnswerKind::Reflectance | AnswerKind::Film { .. } => factor,
         };
         method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
+    }
+
+    /// The directions inside the cover, with the factors of the cover; `None` unless both directions are above the
+    /// surface, or the surface transmits. A surface that transmits has no cover.
+    fn inside(&self, wi: Vec3, wo: Vec3) -> Option<Inside> {
+        match self.options.body {
+            Some(_) => Some(Inside::bare(wi, wo)),
+            None => Inside::new(self.cover, wi, wo),
+        }
     }
 
     /// The Fresnel factor R, or the small-slope factor.
@@ -267,11 +287,7 @@ impl Reflector {
         if !wavelengths_nm.iter().all(tabulated) {
             return None;
         }
-        let inside = match self.options.body {
-            Some(_) => Some(Inside::bare(wi, wo)),
-            None => Inside::new(self.cover, wi, wo),
-        };
-        let Some(Inside { wi, wo, density, .. }) = inside else { return Some(0.0) };
+        let Some(Inside { wi, wo, density, .. }) = self.inside(wi, wo) else { return Some(0.0) };
         let pdf = match (&self.surface, &self.grating) {
             (Some(surface), _) => surface.pdf(wi, wo, wavelengths_nm),
             (None, grating) => grating.as_ref()?.0.pdf(wi, wo, wavelengths_nm),
@@ -287,9 +303,11 @@ impl Reflector {
             None => self.grating.as_ref()?.0.sample(wi, wavelengths_nm, u),
         };
         let Some(cover) = self.cover else { return draw(wi) };
+        // The outgoing direction is not known yet; only `wi` inside the cover is needed, `None` below the surface.
         let drawn = draw(Inside::new(self.cover, wi, wi)?.wi)?;
         let wo = cover.outside(drawn.wo)?;
         let Inside { factor, density, .. } = Inside::new(self.cover, wi, wo)?;
+        // The weight f_r·cosθo/pdf, with each of its three factors converted from inside the cover to outside.
         let weight = drawn.weight * factor * wo[2] / (density * drawn.wo[2]);
         Some(Sample { wo, pdf: density * drawn.pdf, weight })
     }

@@ -62,6 +62,7 @@ pub(crate) struct RenderArgs {
 /// Number of components of a pixel in the file of `--pairs`.
 const PAIR_COMPONENTS: usize = 8;
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report<'a> {
     output: &'a Output,

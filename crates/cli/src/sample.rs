@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::method_args::Method;
 use super::query::{Numbers, direction, parse, unit_cube};
-use super::reflector::Reflector;
+use super::reflector::{Purpose, Reflector};
 use super::service::serve;
 use super::surface_args::SurfaceArgs;
 use serde::{Deserialize, Serialize};
@@ -52,7 +52,7 @@ struct Answer {
 
 /// Runs `sunbeam sample`.
 pub(crate) fn run(args: &SampleArgs) -> Outcome {
-    let reflector = Reflector::new(&args.surface, Method::Table, &MethodOptions::default(), true)?;
+    let reflector = Reflector::new(&args.surface, Method::Table, &MethodOptions::default(), Purpose::Service)?;
     serve(&reflector, |line| answer(&reflector, line))
 }
 

@@ -28,6 +28,7 @@ pub(crate) struct SnakeArgs {
     pigment_scale: f64,
 }
 
+/// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report<'a> {
     output: &'a Output,

@@ -137,6 +137,7 @@ impl SurfaceArgs {
             obliquity: self.obliquity.unwrap_or(default.obliquity),
             conserve_energy: self.conserve_energy,
             shadowing: self.shadowing.unwrap_or(default.shadowing),
+            // Only renderers set sizes, for textures.
             sizes: None,
             eta: self.eta,
             k: self.k,
@@ -149,7 +150,7 @@ impl SurfaceArgs {
         Ok(config)
     }
 
-    /// The cache of tables: that of the environment, or an inactive one with `--no-cache`.
+    /// The cache of tables that environment variables configure, or an inactive one with `--no-cache`.
     ///
     /// # Errors
     /// An environment variable with a wrong value.
@@ -157,11 +158,11 @@ impl SurfaceArgs {
         if self.no_cache { Ok(Cache::off()) } else { Cache::from_env() }
     }
 
-    /// The validated configuration for a method of colours.
+    /// The validated configuration for a method that computes colours.
     ///
     /// The published methods assume a phase screen and one fixed coherence window over a periodic tile, and do not
-    /// conserve energy. These are their defaults, and other values are refused. The colour table has both theories,
-    /// models and tilings, and conserves energy on request.
+    /// conserve energy. The arguments have these values by default, and others are refused. The colour table has both
+    /// theories, models and tilings, and conserves energy on request.
     ///
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.
@@ -169,7 +170,7 @@ impl SurfaceArgs {
         let is_patch_only = kind.is_patch_only();
         let conserves_energy = self.conserve_energy == Some(true);
         let is_rigorous = self.theory == Some(Theory::Rigorous);
-        // Whether the contradiction holds, its reason, the flag, and the flag's only value.
+        // For each contradiction: whether it holds, its reason, the flag, and the only accepted value of the flag.
         let contradictions = [
             (is_patch_only && is_rigorous, "assumes a phase screen", "--theory", "scalar"),
             (

@@ -72,7 +72,7 @@ impl Term {
     fn greys(&self) -> Vec<u8> {
         let largest = self.magnitudes.iter().fold(0.0, |largest: f64, &magnitude| largest.max(magnitude));
         let grey = |&magnitude: &f64| {
-            // The logarithm of 0 is −∞, which is black.
+            // The logarithm of 0 is −∞, which is black. So is the NaN of a flat relief: `max` returns 0 for it.
             let lightness = 1.0 + (magnitude / largest).log10() / DECADES;
             (255.0 * lightness.max(0.0)).round() as u8
         };

@@ -33,7 +33,7 @@ const COUPLING_MIN: f64 = 1e-12;
 /// let profile = Profile::sinusoid(1.1, 0.1)?;
 /// let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 3 })?;
 /// let air = mesh.air(1.5, 0.2)?;
-/// // One set of matrices serves several wavelengths.
+/// // One set of matrices is enough for several wavelengths.
 /// for (wavelength_nm, eta, k) in [(550.0, 0.06, 3.59), (633.0, 0.06, 4.28)] {
 ///     let amplitudes = air.solve(&Medium::index(eta, k)?, wavelength_nm)?;
 ///     assert!(amplitudes.balance_error() < 1e-3);
@@ -41,7 +41,7 @@ const COUPLING_MIN: f64 = 1e-12;
 /// # Ok::<(), sunbeam_rigorous::Error>(())
 /// ```
 pub struct Air<'a> {
-    /// Nodes of the profile.
+    /// The profile with its nodes.
     mesh: &'a Discretisation,
     /// κ² in (rad/µm)²; negative where no order propagates in the air.
     kappa_squared: f64,
@@ -78,7 +78,7 @@ impl<'a> Air<'a> {
         Self::at(mesh, kappa * kappa, t, b)
     }
 
-    /// [`Air::new`] at κ² in (rad/µm)², which is negative for light in the lower medium that air reflects totally.
+    /// [`Air::new`] at κ² in (rad/µm)², which is negative for light from the lower medium that is totally reflected.
     ///
     /// # Errors
     /// Special functions that overflow.
@@ -87,7 +87,7 @@ impl<'a> Air<'a> {
         if t > 0.0 { Self::new(mesh, t, b) } else { Self::at(mesh, kappa_squared, 0.0, b) }
     }
 
-    /// Computes all matrices. t belongs to κ², or is zero where it is negative.
+    /// Computes all matrices. t is κd/2π, or zero where κ² is not positive.
     fn at(mesh: &'a Discretisation, kappa_squared: f64, t: f64, b: f64) -> Result<Self, Error> {
         let period = mesh.profile().period_um();
         let waves = Waves::propagating(period, t, b);
@@ -100,8 +100,8 @@ impl<'a> Air<'a> {
         let single_derivative = product(&layers.single, &derivative);
         let (n, count, step) = (nodes.len(), alpha.len(), nodes.step());
         let incident = from_fn(n, count, |i, m| Complex64::cis(alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]));
-        // Above the relief, the Green's function of a source at (x, z) has in order m the amplitude i/(2dβm) ·
-        // e^{−iαm·x − iβm·z}. `green` is this amplitude over i, times the quadrature step.
+        // Above the relief, order m of the Green's function of a source at (x, z) has the amplitude
+        // i/(2dβm)·e^{−iαm·x − iβm·z}. `green` is this amplitude, divided by i and multiplied by the quadrature step.
         let green = |m: usize, i: usize| {
             Complex64::cis(-alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
         };
@@ -176,10 +176,11 @@ impl<'a> Air<'a> {
             return k * k - self.kappa_squared;
         }
         let kappa = TAU * self.t / self.mesh.profile().period_um();
+        // The product keeps the digits that a difference of squares would lose near ky = 0.
         (k - kappa) * (k + kappa)
     }
 
-    /// Nodes of the profile.
+    /// The profile with its nodes.
     pub(crate) fn mesh(&self) -> &'a Discretisation {
         self.mesh
     }
@@ -236,9 +237,10 @@ impl<'a> Air<'a> {
 
     /// Ey and Hy on the curve, each as a matrix node × incident wave.
     ///
-    /// `response` eliminates the fluxes from the system, which has only the fields as unknowns. `right` has the right
-    /// sides of the equation of Ey for waves in the state Ey, and of the equation of Hy for waves in the state Hy: node
-    /// × wave. Columns of the result are the waves of the first kind, then those of the second.
+    /// `response` eliminates the fluxes, so the unknowns are the fields. `right[0]` holds right-hand sides of the
+    /// equation of Ey, for incident waves in the state Ey; `right[1]` those of the equation of Hy, for incident waves
+    /// in the state Hy. Both are node × wave. Columns of both results are the waves of `right[0]`, then those of
+    /// `right[1]`.
     ///
     /// # Errors
     /// Fields that are not finite.
@@ -258,7 +260,7 @@ impl<'a> Air<'a> {
         Ok([join_columns(&e, &zero(&h)), join_columns(&zero(&e), &h)])
     }
 
-    /// Fluxes of Ey and Hy in the air, from the fields and the fluxes in the lower medium.
+    /// Fluxes of Ey and Hy in the air from the fields, and from their fluxes `below`, in the lower medium.
     pub(crate) fn fluxes(&self, continuity: &Continuity, fields: &[Matrix; 2], below: &[Matrix; 2]) -> [Matrix; 2] {
         let flux = |own: usize, sign: f64| {
             let mut flux = &below[own] * continuity.weights[own];
@@ -285,7 +287,7 @@ impl<'a> Air<'a> {
         &self.single
     }
 
-    /// `½ − K + weight·S W`: the system of one component without coupling.
+    /// `½ − K + weight·S W`, the system of Ey or Hy without coupling. `single_response` is S W.
     fn uncoupled(&self, single_response: &Matrix, weight: Complex64) -> Matrix {
         let n = self.mesh.nodes();
         from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * single_response[(i, j)])
@@ -310,14 +312,14 @@ impl<'a> Air<'a> {
                 system[(n + i, j)] = cross;
             }
         }
-        let [of_e, of_h] = right.map(Matrix::ncols);
-        let right = from_fn(2 * n, of_e + of_h, |i, column| match (i < n, column < of_e) {
+        let [count_e, count_h] = right.map(Matrix::ncols);
+        let joint_right = from_fn(2 * n, count_e + count_h, |i, column| match (i < n, column < count_e) {
             (true, true) => right[0][(i, column)],
-            (false, false) => right[1][(i - n, column - of_e)],
+            (false, false) => right[1][(i - n, column - count_e)],
             _ => Complex64::ZERO,
         });
-        let fields = solve(&system, &right, "the coupled fields")?;
-        Ok([0, n].map(|first| from_fn(n, of_e + of_h, |i, j| fields[(first + i, j)])))
+        let fields = solve(&system, &joint_right, "the coupled fields")?;
+        Ok([0, n].map(|first| from_fn(n, count_e + count_h, |i, j| fields[(first + i, j)])))
     }
 
     /// `−Im ∫ u* ∂νu ds` over one period, for the incident wave `column`: the power of one component that crosses into
@@ -331,8 +333,9 @@ impl<'a> Air<'a> {
 /// Continuity of the tangential fields: ∂νu in the air from the fields on the curve, `∂νEy = weights[0]·W Ey −
 /// coupling·∂sHy` and `∂νHy = weights[1]·W Hy + coupling·∂sEy` (`lib.rs`).
 pub(crate) struct Continuity {
-    /// Factors of the fluxes in the lower medium, of Ey and of Hy.
+    /// Factors of the fluxes in the lower medium, of Ey and of Hy: κ²n²/κm² and κ²/κm².
     pub(crate) weights: [Complex64; 2],
+    /// `κ²(ky/k)Δ = (ky/k)(1 − κ²/κm²)`.
     coupling: Complex64,
 }
 

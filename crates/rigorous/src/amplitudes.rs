@@ -29,7 +29,7 @@ pub type Jones = [[Complex64; 2]; 2];
 pub struct Amplitudes {
     /// Propagating orders.
     waves: Waves,
-    /// Jones matrices at `out · count + in`, with the positions of both orders in `waves` and `count` its length.
+    /// Jones matrices at index `out · count + in`: `out` and `in` are positions in `waves`, which has `count` orders.
     jones: Vec<Jones>,
     /// Fractions of the incident power that cross into the lower medium: `[incident order][incident state]`.
     absorbed: Vec<[f64; 2]>,
@@ -79,8 +79,8 @@ impl Amplitudes {
         0.5 * self.jones(out, from).iter().flatten().map(Complex64::norm_sqr).sum::<f64>()
     }
 
-    /// Fractions that cross into the lower medium of light incident in order `from`, in the states Ey and Hy: absorbed
-    /// by a metal, transmitted into a dielectric. Zero where the order does not propagate.
+    /// Fractions of the incident power that cross into the lower medium, for light incident in order `from` in the
+    /// states Ey and Hy: absorbed by a metal, transmitted into a dielectric. Zero where the order does not propagate.
     ///
     /// They come from integrals of the fields on the curve, not from the amplitudes of the orders. This makes
     /// [`Amplitudes::balance_error`] a check.

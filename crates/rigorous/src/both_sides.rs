@@ -23,10 +23,10 @@ pub struct BothSides {
 
 /// All propagating orders on both sides of a dielectric of index `eta`, for light of a wavelength (nm) from `wi`.
 ///
-/// `wi` is a unit vector away from the relief, towards the light. Below the relief, z < 0, it lies within the medium.
-/// An order's index m counts from the light: `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the index n of the
-/// order's medium and n' of the light's. Balance and reciprocity are checked as by
-/// [`solve_orders`](crate::solve_orders).
+/// `wi` is a unit vector away from the relief, towards the light. Where its z is negative, light comes from below, and
+/// `wi` is a direction within the medium. Order m satisfies `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the
+/// refractive index n of the order's medium and n' of the medium of the incident light. Balance and reciprocity are
+/// checked as by [`solve_orders`](crate::solve_orders).
 ///
 /// ```
 /// use sunbeam_rigorous::{Profile, solve_both_sides};
@@ -39,7 +39,8 @@ pub struct BothSides {
 /// ```
 ///
 /// # Errors
-/// An index below 1, and those of [`solve_orders`](crate::solve_orders); light from below is refused at the horizon.
+/// An index below 1, and the errors of [`solve_orders`](crate::solve_orders), except that light is refused only at the
+/// horizon, not below it.
 pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f64; 3]) -> Result<BothSides, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     check_length(wi)?;
@@ -52,14 +53,16 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     }
     let medium = Medium::index(eta, 0.0)?;
     let side = if wi[2] > 0.0 { Side::Above } else { Side::Below };
-    // Index of the light's medium.
-    let from = if side == Side::Above { 1.0 } else { eta };
+    // Refractive index of the medium of the incident light.
+    let eta_in = if side == Side::Above { 1.0 } else { eta };
     let period = profile.period_um();
-    let b = -wi[0] * from * k * period / TAU;
-    // κ² of the light's medium, from x and z, which keeps its digits for light along the grooves.
-    let own_squared = (from * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
-    let kappa_squared = if side == Side::Above { own_squared } else { own_squared - (eta * eta - 1.0) * k * k };
-    check_size(profile, &medium, wavelength_nm, (wi[1] * from).abs().min(1.0))?;
+    let b = -wi[0] * eta_in * k * period / TAU;
+    // Squared wave number in the xz plane: κ² for light from above, κm² from below. Computed from x and z, it keeps its
+    // digits for light along the grooves.
+    let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
+    let kappa_squared =
+        if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
+    check_size(profile, &medium, wavelength_nm, (wi[1] * eta_in).abs().min(1.0))?;
     let mut resolution = Resolution::new(profile, &medium, wavelength_nm)?;
     loop {
         let mesh = Discretisation::new(profile, resolution)?;
@@ -68,7 +71,8 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
         let (balance_error, reciprocity_error) = (forward.balance_error(), forward.reciprocity_error(&reversed));
         if balance_error <= TOLERANCE && reciprocity_error <= TOLERANCE {
             let incident = Channel { side, order: 0 };
-            let orders = |side: Side, index: f64| orders_on(&forward, side, incident, index * k, wi[1] * from / index);
+            // ky is common to all orders, so the direction's y in a medium of index `n` is scaled by `eta_in / n`.
+            let orders = |side: Side, n: f64| orders_on(&forward, side, incident, n * k, wi[1] * eta_in / n);
             let (above, below) = (orders(Side::Above, 1.0), orders(Side::Below, eta));
             return Ok(BothSides { above, below, nodes: mesh.nodes(), balance_error, reciprocity_error });
         }
@@ -84,15 +88,16 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     }
 }
 
-/// Orders on one side, whose waves have the wave number `own` (rad/µm) and directions with y = −`wi_y`.
-fn orders_on(scattering: &Scattering, side: Side, incident: Channel, own: f64, wi_y: f64) -> Vec<Order> {
+/// Lists the orders on one side, for light in the channel `incident`. `wave_number` is that of the side's medium
+/// (rad/µm); the orders' directions there have y = −`wi_y`.
+fn orders_on(scattering: &Scattering, side: Side, incident: Channel, wave_number: f64, wi_y: f64) -> Vec<Order> {
     let waves = scattering.alpha_per_um(side).iter().zip(scattering.beta_per_um(side));
     let orders = scattering.orders(side).iter().zip(waves);
     orders
         .map(|(&index, (alpha, beta))| {
             let jones = flipped(scattering.jones(Channel { side, order: index }, incident), wi_y);
-            let z = if side == Side::Above { beta / own } else { -beta / own };
-            Order { index, direction: [alpha / own, -wi_y, z], jones }
+            let z = if side == Side::Above { beta / wave_number } else { -beta / wave_number };
+            Order { index, direction: [alpha / wave_number, -wi_y, z], jones }
         })
         .collect()
 }

@@ -33,8 +33,8 @@ const NODES_PER_WAVE_SMOOTH: f64 = 9.0;
 /// Nodes for each wavelength along a curve with corners. It is larger than for smooth curves, because grading towards
 /// the corners widens steps in the middle of an edge.
 const NODES_PER_WAVE_EDGES: f64 = 13.0;
-/// Fewest nodes on one period for each wavelength 2π/κ that [`Discretisation::air`] accepts. The sampling theorem
-/// requires two.
+/// Fewest nodes on one period for each wavelength, 2π/κ in [`Discretisation::air`] and 2π/κm in
+/// [`Discretisation::air_above`]. The sampling theorem requires two.
 const NODES_PER_WAVE_MIN: f64 = 3.0;
 /// Smallest oversampling above an absorbing medium or for a profile with corners: the smallest odd number above 1.
 const OVERSAMPLING_MIN: usize = 3;
@@ -46,7 +46,7 @@ const STEP_SKIN_DEPTHS_MAX: f64 = 0.9;
 /// Number of nodes on one period of the curve, for the air and for the lower medium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
-    /// Coarse nodes on one period, 24 to 2048. A profile with many edges gets a few more.
+    /// Coarse nodes on one period, 24 to 2048. A profile with edges gets a few more or less, by rounding on each edge.
     pub nodes: usize,
     /// Fine nodes for each coarse node, for the integrals of the lower medium: odd, 1 to 15.
     pub oversampling: usize,
@@ -83,7 +83,8 @@ impl Resolution {
             }
             Shape::Edges(edges) => (NODES_DEFAULT.max(NODES_PER_EDGE * edges.len()), NODES_PER_WAVE_EDGES),
         };
-        // Kress' weights need an even number of nodes. The bound of 1e9 keeps the rounding within an integer's range.
+        // A multiple of 4 is even, as Kress' weights require. The bound of 1e9 keeps the rounding within an integer's
+        // range.
         let nodes = least.max((per_wave * waves).min(1e9) as usize).next_multiple_of(4);
         if nodes > NODES_MAX || *medium == Medium::Perfect {
             return Ok(Self { nodes, oversampling: 1 });
@@ -165,7 +166,7 @@ impl Discretisation {
         self.resolution
     }
 
-    /// Coarse nodes on one period: those of the resolution, or a few more.
+    /// Coarse nodes on one period: `nodes` of the resolution, up to rounding on each edge.
     pub fn nodes(&self) -> usize {
         self.coarse.len()
     }
@@ -175,10 +176,7 @@ impl Discretisation {
     /// # Errors
     /// t not above 0 or above a third of the nodes, b not finite, or special functions that overflow.
     pub fn air(&self, t: f64, b: f64) -> Result<Air<'_>, Error> {
-        positive("t", t)?;
-        if t > self.nodes() as f64 / NODES_PER_WAVE_MIN {
-            return Err(Error::OutOfRange { quantity: "t", found: t, accepted: "up to a third of the nodes" });
-        }
+        self.check_resolved("t", t)?;
         Air::new(self, t, finite("b", b)?)
     }
 
@@ -189,15 +187,24 @@ impl Discretisation {
     /// tm, `eta` or the wavelength not above 0, tm above a third of the nodes, b not finite, or special functions that
     /// overflow.
     pub fn air_above(&self, tm: f64, b: f64, eta: f64, wavelength_nm: f64) -> Result<Air<'_>, Error> {
-        positive("tm", tm)?;
-        if tm > self.nodes() as f64 / NODES_PER_WAVE_MIN {
-            return Err(Error::OutOfRange { quantity: "tm", found: tm, accepted: "up to a third of the nodes" });
-        }
+        self.check_resolved("tm", tm)?;
         let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
         let kappa_m = TAU * tm / self.profile.period_um();
         // κ² = κm² − (n² − 1)k².
         let kappa_squared = kappa_m * kappa_m - (positive("eta", eta)?.powi(2) - 1.0) * k * k;
         Air::at_kappa_squared(self, kappa_squared, finite("b", b)?)
+    }
+
+    /// Refuses a period of `waves` wavelengths, not above 0 or too many for the nodes. `quantity` names the number in
+    /// the error.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`].
+    fn check_resolved(&self, quantity: &'static str, waves: f64) -> Result<(), Error> {
+        if positive(quantity, waves)? > self.nodes() as f64 / NODES_PER_WAVE_MIN {
+            return Err(Error::OutOfRange { quantity, found: waves, accepted: "up to a third of the nodes" });
+        }
+        Ok(())
     }
 
     /// Matrix D of the derivative with respect to the nodes' parameter τ, for functions with Bloch phase `bloch`

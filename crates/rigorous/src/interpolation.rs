@@ -14,8 +14,8 @@ const REACH: usize = 8;
 /// Coarse nodes that a value is interpolated from.
 const WIDTH: usize = 2 * REACH + 1;
 
-/// Lagrange interpolation from coarse nodes to `factor` fine nodes around each, an odd number. The middle fine node
-/// coincides with the coarse one.
+/// Lagrange interpolation from coarse nodes to fine nodes. Each coarse node is the middle one of `factor` fine nodes,
+/// an odd number.
 pub(crate) struct Interpolation {
     /// Number of coarse nodes on one period, at least [`WIDTH`].
     nodes: usize,
@@ -25,7 +25,8 @@ pub(crate) struct Interpolation {
 }
 
 impl Interpolation {
-    /// Computes the weights of the Lagrange polynomials at the `factor` fine nodes around a coarse node.
+    /// Computes the weights for `nodes` coarse nodes on one period and `factor` fine nodes around each: the Lagrange
+    /// polynomials at the fine nodes.
     pub(crate) fn new(nodes: usize, factor: usize) -> Self {
         let weights = (0..factor)
             .map(|i| {

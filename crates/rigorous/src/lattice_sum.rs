@@ -43,7 +43,7 @@ const TERMS_MAX: usize = 400;
 const MARGIN: f64 = 1.0001;
 /// Smallest half height of the box in periods, so that the box of a flat relief is not empty.
 pub(crate) const HALF_HEIGHT_MIN: f64 = 1e-3;
-/// Smallest accepted |γ|/|k|; smaller ones are replaced by it, so that the pole at γ = 0 stays finite.
+/// Smallest |γ|/|k|. It replaces smaller values, so that terms stay finite near the pole at γ = 0.
 const DECAY_MIN: f64 = 1e-8;
 /// Magnitude at which the series of [`Ewald::weights`] ends, below the rounding of its first term, 1.
 const WEIGHT_MIN: f64 = 1e-18;
@@ -114,8 +114,8 @@ impl LatticeSum {
     /// Arranges the coefficients `series[n][m]` of F in T_n(x/half_x)·T_2m(z/half_z), and derives those of ∂F/∂x.
     fn from_series(half_x: f64, half_z: f64, series: &[Vec<Complex64>]) -> Self {
         let (terms_x, terms_z) = (series.len(), series[0].len());
-        // From T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀, the derivative of Σ a_n T_n has the coefficients
-        // b_n = b_{n+2} + 2(n + 1)a_{n+1}, with half of b₀.
+        // T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀. The derivative of Σ c_n T_n therefore has the coefficients
+        // c'_n = c'_{n+2} + 2(n + 1)c_{n+1}, with half of c'₀.
         let mut along_x = vec![vec![Complex64::ZERO; terms_z]; terms_x];
         for n in (0..terms_x - 1).rev() {
             for m in 0..terms_z {
@@ -166,8 +166,8 @@ impl LatticeSum {
     }
 }
 
-/// Derivatives with respect to z of the even polynomials: point × m. `in_z` holds all polynomials of z/half (point ×
-/// degree).
+/// Derivatives with respect to z of the even polynomials T_2m(z/half), point × m, in 1/µm. `in_z` holds T_n(z/half) for
+/// all degrees n: point × n.
 fn slopes_of_even(in_z: &Array2<f64>, half: f64) -> Array2<f64> {
     let mut slopes = Array2::zeros((in_z.nrows(), in_z.ncols() / 2).f());
     let mut odd_sum = Array1::<f64>::zeros(in_z.nrows());
@@ -202,7 +202,8 @@ fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
 
 /// Chebyshev coefficients `[n][m]` of T_n·T_2m from `values[ix][iz]`, with z at the positive nodes only.
 fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
-    // F is even in z: values at the negative nodes equal those at the positive ones, and odd coefficients vanish.
+    // F is even in z: values at the negative nodes are those at the positive ones in reverse, and odd coefficients
+    // vanish.
     let in_z: Vec<Vec<Complex64>> = values
         .iter()
         .map(|row| {
@@ -220,7 +221,9 @@ fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
     series
 }
 
-/// Magnitudes of the last two coefficients in x, and of the last in z, relative to the largest coefficient.
+/// Largest magnitudes of the last two coefficients in x, and of the last one in z, relative to the largest coefficient.
+///
+/// Two are needed in x, because every other one vanishes where F is even or odd in x.
 fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
     let largest = |values: &mut dyn Iterator<Item = &Complex64>| values.map(|c| c.norm()).fold(0.0, f64::max);
     let all = largest(&mut series.iter().flatten()).max(f64::MIN_POSITIVE);
@@ -335,8 +338,8 @@ impl Ewald {
 
 /// γ = √(α² − k²) of an order: with a positive real part, or −iβ (β > 0) for an order that propagates undamped.
 ///
-/// Near zero, the cut-off of the order, where the sum has a pole, it is replaced by that of a propagating order with
-/// |γ| = [`DECAY_MIN`]·|k|.
+/// At the cut-off of the order, γ = 0, the sum has a pole. Where |γ| is below [`DECAY_MIN`]·|k|, the result is γ of a
+/// propagating order with |γ| equal to this bound.
 fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
     let square = alpha * alpha - wave_number * wave_number;
     let root = square.sqrt();

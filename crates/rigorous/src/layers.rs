@@ -12,8 +12,8 @@
 //! before the next image is near. The kernels of other images are smooth: either they decay within a few periods and
 //! are summed one by one, or all are summed by `lattice_sum.rs`.
 //!
-//! In this file, k is the medium's wave number in rad/µm, `decay` is Im k in 1/µm, b (`bloch`) is the Bloch phase in
-//! turns, and d is the period in µm.
+//! In this file, k is the wave number of the medium in rad/µm, and `decay` is Im k in 1/µm. The Bloch phase b (`bloch`)
+//! is in turns, the period d in µm.
 
 use crate::Error;
 use crate::lattice_sum::{HALF_HEIGHT_MIN, LatticeSum};
@@ -30,8 +30,8 @@ const IMAGES_MAX: f64 = 4.0;
 /// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. The second is below ½,
 /// where the next image is equally near.
 const WINDOW: [f64; 2] = [0.3, 0.48];
-/// Upper bounds on the two distances of the window, as exponents of decay. The weights multiply Bessel functions, which
-/// grow as e^{Im k·r} and would magnify rounding at larger distances.
+/// Upper bounds on the two distances r of the window, as Im k·r. The weights multiply Bessel functions, which grow as
+/// e^{Im k·r} and would magnify rounding at larger distances.
 const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
 /// Upper bound on the start of the tables of Hankel functions, in periods, for widely spaced nodes: [`LatticeSum::new`]
 /// reads the tables at distances down to about 1e-4 periods.
@@ -58,6 +58,7 @@ pub(crate) enum Images {
 impl Images {
     /// The summation needed at an imaginary part of the wave number (`decay`, 1/µm) and a period (µm).
     pub(crate) fn needed(decay: f64, period: f64) -> Self {
+        // The first image left out, number count + 1, is at least count + ½ periods away.
         let count = (DECAYED / (decay * period) - 0.5).ceil();
         if count <= IMAGES_MAX { Self::Near(count.max(1.0) as i32) } else { Self::All }
     }
@@ -80,11 +81,12 @@ pub(crate) fn layer_matrices(
     let images = Images::needed(wave_number.im, d);
     let window = window_range(wave_number.im, d);
     let height = nodes.height();
-    // The nearest image is at most half a period away along x.
+    // Images summed one by one on either side of the nearest one.
     let count = match images {
         Images::Near(count) => count,
         Images::All => 0,
     };
+    // The nearest image is at most half a period away along x.
     let reach = (f64::from(count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(TABLE_START_MAX * d);
     let most = TABLE_MARGIN * reach.hypot(height.max(HALF_HEIGHT_MIN * d));

@@ -35,7 +35,7 @@
 //! | βm = √(κ² − αm²) | wave number of order m along z; real where the order propagates, \|b + m\| < t |
 //! | curve | cross-section of the relief in the xz plane |
 //! | u | a field on the curve: Ey or Hy |
-//! | ∂νu, ∂su | derivatives of u along the normal ν, which points into the air, and along the curve |
+//! | ∂νu, ∂su | derivatives of u along the normal ν, which points into the air, and along the curve towards rising τ |
 //! | S, K | single and double layer potential of the Green's function G, with (∇² + κ²)G = −δ (`layers.rs`) |
 //! | W | response of the lower medium: the matrix from u to ∂νu (`metal.rs`) |
 //! | τ | parameter of the curve, 0 to 2π over one period |
@@ -48,17 +48,19 @@
 //! - in the air, `u/2 − K u + S ∂νu` = incident wave, with S and K for κ;
 //! - in the lower medium, `∂νu = W u` with `W = S⁻¹(½ + K)`, with S and K for κm.
 //!
-//! Here ∂νu is that of the medium in question. Continuity of the tangential fields gives ∂νu in the air from the fields
-//! on the curve. It couples Ey and Hy where ky ≠ 0, with Δ = 1/κ² − 1/κm²:
+//! Each ∂νu is taken on the side of its own medium; u is continuous. Continuity of the other tangential components, Ex
+//! and Hx on a flat surface, gives ∂νu in the air from the fields on the curve. It couples Ey and Hy where ky ≠ 0, with
+//! Δ = 1/κ² − 1/κm²:
 //!
 //! - `∂νEy = κ²[(n²/κm²) W Ey − (ky/k) Δ ∂sHy]`,
 //! - `∂νHy = κ²[(1/κm²) W Hy + (ky/k) Δ ∂sEy]`.
 //!
-//! Light that arrives in the lower medium, with the field u₀, adds `∂νu₀ − W u₀` to `W u`.
+//! For light that is incident from the lower medium with the field u₀, `W u` is replaced by `W u + ∂νu₀ − W u₀`.
 //!
 //! Unknowns are Ey and Hy at the nodes of one period of the curve. One linear system is solved for all incident orders
 //! at once. The integral equations are those of Kress, *Linear Integral Equations*, and Popov (ed.), *Gratings: Theory
-//! and Numeric Applications*, ch. 12. The elimination of the lower medium by W and the coupling's form are our own.
+//! and Numeric Applications*, ch. 12. The elimination of the lower medium by W and the form of the coupling are not
+//! taken from them.
 //!
 //! # Types
 //!

@@ -14,21 +14,22 @@ use std::f64::consts::TAU;
 
 /// Largest period in wavelengths of a medium.
 ///
-/// A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t = 150), so 400 terms serve up to t =
-/// 109.8. The margin is for tables over directions, whose t exceeds that of every direction by up to one.
+/// A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t = 150), so 400 terms suffice up to
+/// t = 109.8. The margin is for tables over directions: they extend beyond the horizon, to a t up to one larger than
+/// any direction has.
 pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
 /// Largest height of a relief in wavelengths of a medium.
 ///
-/// 400 terms serve at least 64 wavelengths, measured at a period of half the height. This is the worst case, since
-/// deeper reliefs are refused. The margin of two wavelengths allows for cases that were not measured.
+/// 400 terms suffice for at least 64 wavelengths, measured at a period of half the height. This is the worst case,
+/// since deeper reliefs are refused. The margin of two wavelengths allows for cases that were not measured.
 pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 
 /// Checks that a profile above a medium can be solved at a wavelength (nm), and returns the estimated cost. Nothing is
 /// solved.
 ///
-/// `along` is the magnitude of the component along the grooves of the light's direction, 0 to 1. Smaller values are
-/// stricter, so 0 covers every direction.
+/// `along` is |ky|/k, 0 to 1: for light in air, the magnitude of the direction's component along the grooves. Smaller
+/// values are stricter, so 0 covers every direction.
 ///
 /// ```
 /// use sunbeam_rigorous::{Medium, Profile, check_size};
@@ -44,11 +45,11 @@ pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along: f64) -> Result<Estimate, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     // Name and permittivity of each medium that waves enter.
-    let below = match *medium {
-        Medium::Perfect => None,
-        Medium::Index(index) => Some(("the medium below", index * index)),
-    };
-    for (medium_name, epsilon) in [Some(("air", Complex64::ONE)), below].into_iter().flatten() {
+    let mut media = vec![("air", Complex64::ONE)];
+    if let Medium::Index(index) = *medium {
+        media.push(("the medium below", index * index));
+    }
+    for (medium_name, epsilon) in media {
         // κ or κm, with ky = k·along.
         let wave_number = k * outgoing(epsilon - along * along);
         if matches!(Images::needed(wave_number.im, profile.period_um()), Images::Near(_)) {

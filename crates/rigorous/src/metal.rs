@@ -9,8 +9,9 @@
 //! `W(b) = Σ_p W_p e^{2πibp}`, with W_p the coupling of a target to image p of a source.
 //!
 //! The series is short because a field in the metal reaches few periods: W_p is damped by e^{−Im κm·|p|d}. Only the N
-//! images nearest to the target are kept, N being odd. Their sums at the N tabulated phases l/N determine the W_p, and
-//! so `W(b) = Σ_l w_l W(l/N)` with `w_l = 1/N Σ_p e^{2πi(b − l/N)p}` over the N nearest images p.
+//! images nearest to the target are kept, N being odd. W is tabulated at the N phases l/N, l from 0 to N − 1. A Fourier
+//! sum over W(l/N) gives the W_p, so that `W(b) = Σ_l w_l W(l/N)` with `w_l = 1/N Σ_p e^{2πi(b − l/N)p}` over the N
+//! nearest images p.
 
 use crate::discretisation::Discretisation;
 use crate::error::positive;
@@ -27,8 +28,9 @@ const TOLERANCE: f64 = 1e-4;
 
 /// Range of ky²/k² that a table covers.
 ///
-/// Directions of light have 0 to 1. Negative values belong to cells of a table over directions that extend beyond the
-/// horizon (`src/grating` of the main crate).
+/// Directions of light have 0 to 1. Negative values, where κ exceeds k, belong to tables over directions that extend
+/// beyond the horizon (`src/grating` of the main crate). With a lower minimum a table needs more nodes of ky²; with a
+/// higher one more points are solved without the table.
 pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
 /// Most tabulated Bloch phases. A medium that needs more is solved directly; larger values take more memory and time.
@@ -72,7 +74,7 @@ pub(crate) fn response(mesh: &Discretisation, kappa_m_squared: Complex64, bloch:
 /// # Ok::<(), sunbeam_rigorous::Error>(())
 /// ```
 pub struct MetalTable<'a> {
-    /// Nodes of the profile.
+    /// The profile with its nodes.
     mesh: &'a Discretisation,
     /// Refractive index of the metal.
     index: Complex64,
@@ -104,15 +106,16 @@ impl<'a> MetalTable<'a> {
         // Interpolation at n nodes converges as ρ^−n, with ρ the sum of semi-axes of the Bernstein ellipse through the
         // singularity of W at κm² = 0. The range of ky² is mapped to [−1, 1].
         let singularity = kappa_m_squared(middle) / half;
-        let rho = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
-        let rho = rho.max(1.0 / rho);
+        let rho_or_reciprocal = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
+        // The two signs of the square root give ρ and 1/ρ.
+        let rho = rho_or_reciprocal.max(1.0 / rho_or_reciprocal);
         let ky_nodes = (-TOLERANCE.ln() / rho.ln()).ceil();
         // Images on either side of the nearest one, beyond which fields have decayed below the tolerance.
-        let slowest = outgoing(kappa_m_squared(low)).im.min(outgoing(kappa_m_squared(high)).im);
+        let slowest_decay = outgoing(kappa_m_squared(low)).im.min(outgoing(kappa_m_squared(high)).im);
         let period = mesh.profile().period_um();
-        let images = (-TOLERANCE.ln() / (slowest * period) - 0.5).ceil().max(0.0);
+        let images = (-TOLERANCE.ln() / (slowest_decay * period) - 0.5).ceil().max(0.0);
         let phases = 2.0 * images + 1.0;
-        let needs_lattice_sum = matches!(Images::needed(slowest, period), Images::All);
+        let needs_lattice_sum = matches!(Images::needed(slowest_decay, period), Images::All);
         if needs_lattice_sum || phases > PHASES_MAX || !(1.0..=KY_NODES_MAX).contains(&ky_nodes) {
             return Ok(None);
         }

@@ -1,9 +1,10 @@
 //! Nodes on one period of the curve: positions, derivatives, distances and quadrature weights of Nyström's method.
 //!
-//! The curve r(τ) has a parameter τ in [0, 2π), with nodes at `τ_i = 2π(i + ½)/n`. *Speed* is |dr/dτ|, so that the arc
-//! element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`. Positions are (x, z) in µm; the normal ν
-//! points into the air above. The Green's function is singular as ln|τ − τ'|, which the trapezium rule does not
-//! integrate: Kress' weights (`log_weights`) replace its weights for the logarithmic part of a kernel (`layers.rs`).
+//! The curve r(τ), the relief's cross-section, has a parameter τ in [0, 2π), with nodes at `τ_i = 2π(i + ½)/n`. *Speed*
+//! is |dr/dτ|, so that the arc element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`. Positions are
+//! (x, z) in µm; the normal ν points into the air above. The Green's function is singular as ln|τ − τ'|, which the
+//! trapezium rule does not integrate. For the logarithmic part of a kernel (`layers.rs`), Kress' weights
+//! (`log_weights`) replace those of the trapezium rule.
 //!
 //! The relief repeats with the period. The *nearest image* of a source node is its copy, moved by −1, 0 or 1 periods,
 //! that lies nearest to the target node.
@@ -26,8 +27,8 @@ const EDGE_NODES_MIN: usize = 8;
 /// also needs nodes for the singularities at its corners.
 const EQUAL_FRACTION: f64 = 0.4;
 
-/// Largest distance along x, in periods, between two nodes whose difference is computed from a common corner. From ½ on
-/// another image of the corner may be nearer.
+/// Largest distance along x, in periods, between two nodes whose difference is computed from a common corner. At ½ and
+/// above, another image of the source would be nearer.
 const COMMON_CORNER_DISTANCE_MAX: f64 = 0.25;
 
 /// Position of a node relative to the two corners of its edge.
@@ -37,7 +38,7 @@ struct OnEdge {
     edge: usize,
     /// Whether the edge is a straight line.
     straight: bool,
-    /// (x, z) of the node minus that of the edge's first corner and minus that of its last, in µm.
+    /// (x, z) of the node minus (x, z) of a corner, in µm: for the first corner of the edge, then for its last.
     offsets: [[f64; 2]; 2],
     /// Index in `offsets` of the corner that is nearer by the edge's parameter.
     nearer: usize,
@@ -80,8 +81,8 @@ pub(crate) struct Nodes {
     pub(crate) normal: Vec<[f64; 2]>,
     /// Curvature `ν·r''/|r'|²` in 1/µm; negative where the relief is convex.
     pub(crate) curvature: Vec<f64>,
-    /// Kress' weights for the logarithm `ln(4 sin²((τ − τ')/2))` at nodes k steps apart, minus those of the trapezium
-    /// rule (which are 0 at k = 0).
+    /// Element k: Kress' weight for the logarithm `ln(4 sin²((τ − τ')/2))` at nodes k steps apart, minus the trapezium
+    /// rule's, which is taken as 0 at k = 0.
     pub(crate) log_weights: Vec<f64>,
     /// Position of each node on its edge; empty for a smooth profile.
     on_edge: Vec<OnEdge>,
@@ -119,7 +120,7 @@ impl Nodes {
         };
         match &profile.shape {
             Shape::Smooth(harmonics) => {
-                // τ is the phase 2πx/d.
+                // τ is the phase 2πx/d, and the parameter u of `push`.
                 for i in 0..count {
                     let phase = TAU * (i as f64 + 0.5) / count as f64;
                     let [z, dz, ddz] = smooth_height(harmonics, phase);
@@ -197,7 +198,8 @@ impl Nodes {
 
     /// Vector from the nearest image of node `source` to node `target`.
     ///
-    /// It is the difference of positions, or of offsets to a corner that is the nearer one of both nodes.
+    /// It is computed from positions. Where both nodes are nearest to the same corner, it is computed from their
+    /// offsets to this corner.
     pub(crate) fn separation(&self, target: usize, source: usize) -> Separation {
         let (mut x, mut z) = (self.x[target] - self.x[source], self.z[target] - self.z[source]);
         let half_period = 0.5 * self.period;
@@ -207,7 +209,8 @@ impl Nodes {
         if let (Some(on_target), Some(on_source)) = (self.on_edge.get(target), self.on_edge.get(source)) {
             let [a, b] = [on_target, on_source].map(|on| on.nearer_corner(self.edge_count));
             let [dx, dz] = [0, 1].map(|j| a.offset[j] - b.offset[j]);
-            // Offsets from a common corner keep the digits that positions lose.
+            // Offsets from a common corner keep the digits that positions lose. The source is moved by the periods
+            // between its own image of the corner and the target's.
             if a.index == b.index && dx.abs() < COMMON_CORNER_DISTANCE_MAX * self.period {
                 (x, z, periods) = (dx, dz, a.period - b.period);
             }
@@ -221,30 +224,32 @@ impl Nodes {
     /// Correction of the diagonal of K at a node `target`, for the edge across its nearer corner; 0 for a smooth
     /// profile.
     ///
-    /// For a target next to a corner, the kernel `ν'·(r − r')/(2π|r − r'|²)` on the next edge varies over the target's
-    /// own distance from the corner, which no grading resolves. For a constant field its integral is known: the angle
-    /// that the edge subtends at the target, in turns. The correction is the angle minus the quadrature.
+    /// At short distances the kernel of K is `ν'·(r − r')/(2π|r − r'|²)`. For a target r next to a corner, the kernel
+    /// on the neighbouring edge varies over the target's distance from the corner, which no grading resolves. For a
+    /// constant field the integral is known: the angle that the edge subtends at the target, in turns. The correction
+    /// is this angle minus the quadrature.
     pub(crate) fn corner_defect(&self, target: usize) -> f64 {
         let Some(own) = self.on_edge.get(target) else { return 0.0 };
-        // The next edge comes after this one where this one ends at the corner, else before.
+        // The neighbouring edge follows the target's edge if the corner is the end of the target's edge, else precedes
+        // it.
         let is_after = own.nearer == 1;
         let steps = if is_after { 1 } else { self.edge_count - 1 };
-        let next = (own.edge + steps) % self.edge_count;
-        // Index of the corner in `offsets` of the next edge.
+        let neighbour = (own.edge + steps) % self.edge_count;
+        // Index of the corner in `offsets` of the neighbouring edge.
         let corner = usize::from(!is_after);
         // All vectors below have their origin at the corner.
         let node = own.offsets[own.nearer];
         // 2π times the quadrature.
         let mut sum = 0.0;
         let mut far_end = [0.0; 2];
-        for (source, on) in self.on_edge.iter().enumerate().filter(|(_, on)| on.edge == next) {
+        for (source, on) in self.on_edge.iter().enumerate().filter(|(_, on)| on.edge == neighbour) {
             let [dx, dz] = [0, 1].map(|j| on.offsets[corner][j] - node[j]);
             let [nx, nz] = self.normal[source];
             sum -= (nx * dx + nz * dz) / (dx * dx + dz * dz) * self.speed[source] * self.step();
             // Every source gives the same vector, up to rounding.
             far_end = [0, 1].map(|j| on.offsets[corner][j] - on.offsets[1 - corner][j]);
         }
-        // Directions from the target to both ends of the next edge, in the order along the curve.
+        // Directions from the target to both ends of the neighbouring edge, in the order along the curve.
         let to_far_end = [0, 1].map(|j| far_end[j] - node[j]);
         let to_corner = node.map(|c| -c);
         let (first, last) = if is_after { (to_corner, to_far_end) } else { (to_far_end, to_corner) };
@@ -253,7 +258,8 @@ impl Nodes {
     }
 }
 
-/// Number of nodes of each edge: `count` in total, an even number, or a few more. A smooth profile has one count.
+/// Number of nodes of each edge; one number for a smooth profile. The sum is even. It differs from `count` by the
+/// rounding of each number and by [`EDGE_NODES_MIN`].
 pub(crate) fn distribute_nodes(profile: &Profile, count: usize) -> Vec<usize> {
     let Shape::Edges(edges) = &profile.shape else { return vec![count.next_multiple_of(2)] };
     let chords: Vec<f64> = edges.iter().map(Edge::chord).collect();
@@ -302,8 +308,7 @@ fn graded(i: usize, n: usize) -> Graded {
     Graded { from_start: ap / (ap + bp), from_end: bp / (ap + bp), rate }
 }
 
-/// Weights for the logarithm at nodes k steps apart, k from 0 to n − 1, minus those of the trapezium rule (Kress,
-/// *Linear Integral Equations*, eq. 12.19).
+/// [`Nodes::log_weights`] for n nodes, n elements (Kress, *Linear Integral Equations*, eq. 12.19).
 ///
 /// With h = n/2 (n even) they are `−(2π/h) Σ_{m=1}^{h−1} cos(2πmk/n)/m − (π/h²)(−1)^k`, minus
 /// `(2π/n)·ln(4 sin²(πk/n))` for k > 0.

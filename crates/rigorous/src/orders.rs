@@ -18,7 +18,8 @@ const LENGTH_TOLERANCE: f64 = 1e-6;
 /// Time for each element of the matrices S and K (`layers.rs`), in seconds; measured on one core.
 const SECONDS_PER_ELEMENT: f64 = 1.5e-6;
 
-/// Time of factorisations and matrix products over the cube of the nodes, in seconds; measured on one core.
+/// Time of factorisations and matrix products divided by the cube of the number of nodes, in seconds; measured on one
+/// core.
 const SECONDS_PER_CUBED_NODES: f64 = 5e-9;
 
 /// One propagating order.
@@ -34,14 +35,14 @@ pub struct Order {
 }
 
 impl Order {
-    /// Efficiency for incident light whose magnetic field has no component along the grooves. For incidence across the
-    /// grooves this is TE.
+    /// Efficiency for incident light whose magnetic field has no component along the grooves. It is the efficiency in
+    /// TE polarisation where the plane of incidence is perpendicular to the grooves.
     pub fn te(&self) -> f64 {
         self.jones[0][0].norm_sqr() + self.jones[1][0].norm_sqr()
     }
 
-    /// Efficiency for incident light whose electric field has no component along the grooves. For incidence across the
-    /// grooves this is TM.
+    /// Efficiency for incident light whose electric field has no component along the grooves. It is the efficiency in
+    /// TM polarisation where the plane of incidence is perpendicular to the grooves.
     pub fn tm(&self) -> f64 {
         self.jones[0][1].norm_sqr() + self.jones[1][1].norm_sqr()
     }
@@ -57,8 +58,8 @@ impl Order {
 pub struct Orders {
     /// Orders by ascending index.
     pub orders: Vec<Order>,
-    /// Fractions that cross into the lower medium of light in the states of [`Order::te`] and [`Order::tm`]: absorbed
-    /// by a metal, transmitted into a dielectric.
+    /// Fractions of the incident power that cross into the lower medium, for light in the states of [`Order::te`] and
+    /// of [`Order::tm`]: absorbed by a metal, transmitted into a dielectric.
     pub absorbed: [f64; 2],
     /// Nodes on one period with which the checks passed.
     pub nodes: usize,
@@ -73,7 +74,7 @@ pub struct Orders {
 pub struct Estimate {
     /// Nodes on one period at the first attempt.
     pub nodes: usize,
-    /// Time of a single (t, b) on one core in seconds, within a factor of about two.
+    /// Time of one solution, at a single direction, on one core in seconds; accurate within a factor of about two.
     pub seconds: f64,
 }
 
@@ -104,9 +105,11 @@ impl Estimate {
 /// reciprocity are checked to 5e-4. Where a check fails, the problem is solved again with twice the nodes.
 ///
 /// # Errors
-/// A direction at or below the horizon or not of unit length, a wavelength that is not finite and positive, a problem
-/// that is too large, fields that are not finite, or a check that fails with the largest number of nodes (at most
-/// 2048).
+/// - [`Error::OutOfRange`]: a direction at or below the horizon or not of unit length, a wavelength that is not finite
+///   and positive.
+/// - [`Error::TooManyWaves`], [`Error::TooLarge`]: a problem that is too large.
+/// - [`Error::NotFinite`]: fields that are not finite.
+/// - [`Error::Unresolved`]: a check that fails with the largest number of nodes, at most 2048.
 pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: [f64; 3]) -> Result<Orders, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     check_length(wi)?;
@@ -121,6 +124,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     let mut resolution = Resolution::new(profile, medium, wavelength_nm)?;
     loop {
         let mesh = Discretisation::new(profile, resolution)?;
+        // Reciprocity relates the amplitudes at b to those at −b.
         let forward = mesh.air(t, b)?.solve(medium, wavelength_nm)?;
         let reversed = mesh.air(t, -b)?.solve(medium, wavelength_nm)?;
         let (balance_error, reciprocity_error) = (forward.balance_error(), forward.reciprocity_error(&reversed));
@@ -141,7 +145,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     }
 }
 
-/// Orders for light incident in order 0 with the wave number ky = −k·`wi_y` along y; k in rad/µm.
+/// Lists the orders for light incident in order 0 with the wave number ky = −k·`wi_y` along y; k in rad/µm.
 ///
 /// `amplitudes` were solved for ky = k·|`wi_y`|. For a negative ky the Jones matrices follow by reflection.
 fn orders_of(amplitudes: &Amplitudes, k: f64, wi_y: f64) -> Vec<Order> {
@@ -166,9 +170,11 @@ pub(crate) fn check_length(wi: [f64; 3]) -> Result<(), Error> {
     Err(Error::OutOfRange { quantity: "length of wi", found: length, accepted: "1" })
 }
 
-/// The Jones matrix for light from a direction with this y, from that for ky ≥ 0.
+/// Jones matrix for light from a direction with the y component `wi_y`, given the Jones matrix for the same |ky| and
+/// ky ≥ 0.
 ///
-/// Reflection y → −y reverses the sign of Ey but not of Hy, so the elements between both change their signs.
+/// Light from `wi_y` > 0 has ky < 0. Reflection y → −y reverses the sign of Ey but not of Hy, so the two elements that
+/// mix Ey and Hy change their signs.
 pub(crate) fn flipped([[ee, eh], [he, hh]]: Jones, wi_y: f64) -> Jones {
     if wi_y > 0.0 { [[ee, -eh], [-he, hh]] } else { [[ee, eh], [he, hh]] }
 }

@@ -32,11 +32,11 @@ const OTHER_COLOUR: &str = "#8c564b";
 /// An entry is a disc, hollow where its model is a patch. A ring marks a method's default parameters. A grey line joins
 /// the entries on the Pareto front of the two drawn quantities ([`front_points`]).
 pub(super) fn svg(surfaces: &[(&str, &[Entry])]) -> String {
-    drawing(surfaces.iter().map(|(name, entries)| chart(name, entries)).collect(), SIZE, COLUMNS)
+    drawing(surfaces.iter().map(|(name, entries)| surface_chart(name, entries)).collect(), SIZE, COLUMNS)
 }
 
 /// The chart of one surface.
-fn chart(name: &str, entries: &[Entry]) -> Group {
+fn surface_chart(name: &str, entries: &[Entry]) -> Group {
     let times = entries.iter().map(|entry| entry.cpu.microseconds);
     let (least, most) = times.fold((f64::INFINITY, 0.0f64), |(least, most), time| (least.min(time), most.max(time)));
     // The factors leave margins, so that no disc is cut off at the edge.

@@ -17,13 +17,14 @@ const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 /// Range of the wavelengths in nm for which the sampler draws directions. Beyond it wavelengths hardly contribute to a
 /// colour.
 const SAMPLED_NM: [f64; 2] = [400.0, 700.0];
-/// Smallest cosine of an outgoing direction with the normal, that of 89.9°. The stability benchmark has directions
-/// nearer to the horizon.
+/// Smallest cosine of an outgoing direction with the normal, about that of 89.9°. The stability benchmark covers
+/// directions nearer to the horizon.
 const COSINE_MIN: f64 = 1.7e-3;
-/// Number of draws after which sampling gives up. Few samples lie below the horizon.
+/// Number of draws after which sampling gives up, a safeguard: few samples lie below the horizon.
 const DRAWS_MAX: usize = 1000;
 
-/// A pair of directions. Components are rounded to single precision, so that every method gets the same ones.
+/// A pair of directions. Components are rounded to single precision, so that methods in single and in double precision
+/// get equal directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DirectionPair {
     /// Unit vector towards the light.
@@ -46,10 +47,10 @@ impl DirectionPair {
     }
 }
 
-/// `count` pairs, whose incident directions cycle through [`INCIDENT_DEG`]. They are equal in every run.
+/// `count` pairs, whose incident directions cycle through [`INCIDENT_DEG`]. The pairs are equal in every run.
 ///
-/// Half of the outgoing directions are uniform over the hemisphere, half are drawn by the sampler of `surface`. The
-/// orders of a grating cover so little of the hemisphere that nearly all uniform directions are black.
+/// In every other cycle the outgoing directions are uniform over the hemisphere, in the others the sampler of `surface`
+/// draws them. The orders of a grating cover so little of the hemisphere that nearly all uniform directions are black.
 pub(crate) fn direction_pairs(surface: &Surface, count: usize) -> Vec<DirectionPair> {
     let mut random = Random::new(1);
     (0..count)

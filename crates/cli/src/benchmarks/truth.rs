@@ -18,12 +18,12 @@
 //! - patch: S = 4πs²·|Σ g·c_j|²;
 //! - ensemble: S = 4πs²·Σ g²·|c_j|².
 //!
-//! A transform of the tile for each λ and pair would take too long. c_j is a mean of exp(iκh), and |c_j|² a mean of
-//! exp(iκ(h − h′)) with |h − h′| ≤ 2H, so both are smooth functions of κ. The transform is computed at Chebyshev nodes
-//! of κ ∈ [0, κ_max] only. c_j and |c_j|² are interpolated by the polynomial through the nodes.
+//! A transform of the tile for each λ and pair would take too long. Both c_j and |c_j|² are smooth functions of κ: c_j
+//! is a mean of exp(iκh), and |c_j|² is a mean of exp(iκ(h − h′)) with |h − h′| ≤ 2H. The transform is computed at
+//! Chebyshev nodes of κ ∈ [0, κ_max] only. c_j and |c_j|² are interpolated by the polynomial through the nodes.
 //!
-//! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`], and [`Truth::check`]
-//! compares with [`Exact`] itself.
+//! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`]. [`Truth::check`]
+//! compares values with the direct sum ([`Exact`]).
 
 use crate::arguments::VISIBLE_NM;
 use num_complex::Complex64;
@@ -58,12 +58,12 @@ pub(crate) struct Truth {
     coherence_length_um: f64,
 }
 
-/// The deviation of [`Truth`] from [`Exact`].
+/// The deviation of [`Truth`] from the direct sum [`Exact`].
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct TruthCheck {
     /// Number of values compared, for each model.
     pub(crate) compared: usize,
-    /// Largest deviation, relative to the largest of both models' values and the density floor.
+    /// Largest deviation of S, relative to the largest of both models' values and [`DENSITY_FLOOR_UM2`].
     pub(crate) largest: f64,
 }
 
@@ -230,6 +230,7 @@ fn lagrange(node_angle: f64, x: f64, nodes: usize) -> f64 {
     let n = nodes as f64;
     let dirichlet = |phi: f64| {
         let sin_half = (0.5 * phi).sin();
+        // The limit at multiples of 2π is 2N − 1.
         if sin_half.abs() < 1e-9 { 2.0 * n - 1.0 } else { ((n - 0.5) * phi).sin() / sin_half }
     };
     let theta = x.acos();

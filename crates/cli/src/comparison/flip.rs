@@ -14,10 +14,10 @@ pub(super) fn map(shown: &DisplayPair) -> Vec<f32> {
     nv_flip::flip(a, b, DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
 
-/// The map in the false colours "magma", as 8-bit sRGB by rows from the top. `size` is its width and height.
-pub(super) fn coloured(size: (usize, usize), map: &[f32]) -> Vec<u8> {
+/// The map `errors` in the false colours "magma", as 8-bit sRGB by rows from the top. `size` is its width and height.
+pub(super) fn coloured(size: (usize, usize), errors: &[f32]) -> Vec<u8> {
     let (width, height) = size_in_32_bits(size);
-    FlipImageFloat::with_data(width, height, map).apply_color_lut(&magma_lut()).to_vec()
+    FlipImageFloat::with_data(width, height, errors).apply_color_lut(&magma_lut()).to_vec()
 }
 
 /// Width and height in 32 bits, into which the largest [`super::Picture`] fits.

@@ -76,7 +76,8 @@ impl Mask {
         let length = reader.output_buffer_size().ok_or_else(|| unreadable("it is too large".to_owned()))?;
         let mut bytes = vec![0; length];
         let info = reader.next_frame(&mut bytes).map_err(|error| unreadable(error.to_string()))?;
-        // Samples of a pixel, and how many of them are colours; alpha comes last.
+        // Samples of a pixel, and how many of them are colours; alpha comes last. The expansion leaves no indexed
+        // colours.
         let (samples, colours) = match info.color_type {
             png::ColorType::Grayscale | png::ColorType::Indexed => (1, 1),
             png::ColorType::GrayscaleAlpha => (2, 1),

@@ -35,6 +35,7 @@ fn rigorous(
         None => Order::with_jones(Side::Trapped, order),
     });
     let orders: Vec<Order> = above.chain(below).collect();
+    // Fraction of the light in one state that no order carries.
     let left = |fraction: fn(&Order) -> Option<f64>| (1.0 - orders.iter().filter_map(fraction).sum::<f64>()).max(0.0);
     Ok(SolvedOrders {
         theory: Theory::Rigorous.name(),
@@ -50,7 +51,8 @@ fn rigorous(
 
 /// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#bodies-that-transmit.
 ///
-/// TE and TM are known where light arrives across the grooves: there they are the outgoing states s and p.
+/// TE and TM are known where the plane of incidence is perpendicular to the grooves: there they are the states s and p
+/// of incident and outgoing light, and light keeps its state.
 fn scalar(
     config: &SurfaceConfig,
     body: TransparentBody,
@@ -62,8 +64,10 @@ fn scalar(
     let field = config.height_field()?;
     let transform = OrderTransform::new(&field);
     let (period_um, wavelength_um) = (field.extent_um().0, wavelength_nm * 1e-3);
+    // The grating equation, with directions times the index of their medium: wi.x + wo.x = m·step, wi.y + wo.y = 0.
     let step = wavelength_um / period_um;
     let bins = transform.size().0 as i32;
+    // The body for trapped orders, which do not pass the flat side of a film.
     let inside = TransparentBody { is_film: false, ..body };
     let mut orders = Vec::new();
     for is_below in [false, true] {
@@ -78,6 +82,7 @@ fn scalar(
             if tangential_squared >= index * index || !is_resolved {
                 continue;
             }
+            // The side of the order, the body that it passes, and the index of the medium of its direction.
             let (side, body, index) = match (is_below, body.is_film) {
                 (false, _) => (Side::Above, body, 1.0),
                 (true, true) if tangential_squared < 1.0 => (Side::Below, body, 1.0),
@@ -87,13 +92,16 @@ fn scalar(
             let z = (index * index - tangential_squared).sqrt();
             let wo = [x, y, if is_below { -z } else { z }].map(|component| component / index);
             let pair = BodyOrder::new(body, wi, wo);
-            // The first row of the transform has the orders along x, negative ones in its upper half.
+            // Order m of the pair's scattering vector, or −m where the pair reverses this vector so that it points up.
             let bin = (pair.tangential[0] / step).round() as i32;
+            // The first row of the transform has the orders along x, negative ones in its upper half.
             let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[bin.rem_euclid(bins) as usize];
             let power = amplitude.norm_sqr();
+            // Outgoing state first. For a direction along the normal the names s and p are arbitrary, so powers are
+            // summed over them. The states of the direction farther from the normal are TE and TM.
             let [ss, sp, ps, pp] = pair.powers;
-            let by_state = (wi[1] == 0.0).then_some([(ss + sp) * power, (ps + pp) * power]);
-            let [te, tm] = [0, 1].map(|state| by_state.map(|powers| powers[state]));
+            let [te, tm] = if x.abs() > wi[0].abs() { [ss + sp, ps + pp] } else { [ss + ps, sp + pp] };
+            let [te, tm] = [te, tm].map(|factor| (wi[1] == 0.0).then_some(factor * power));
             orders.push(Order { te, tm, ..Order::with_mean(side, m, wo, pair.unpolarised() * power) });
         }
     }

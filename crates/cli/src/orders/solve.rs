@@ -80,9 +80,10 @@ pub(super) struct Order {
     pub(super) phi_deg: f64,
     /// Unit vector in which the order leaves.
     pub(super) direction: Vec3,
-    /// Efficiency for TE light, whose magnetic field has no component along the grooves; `None` by the scalar theory.
+    /// Efficiency for TE light, whose magnetic field has no component along the grooves. By the scalar theory it is
+    /// known only for bodies that transmit, with the plane of incidence perpendicular to the grooves, else `None`.
     pub(super) te: Option<f64>,
-    /// Efficiency for TM light, whose electric field has no component along the grooves; `None` by the scalar theory.
+    /// Efficiency for TM light, whose electric field has no component along the grooves; `None` as in `te`.
     pub(super) tm: Option<f64>,
     /// Efficiency for unpolarised light.
     pub(super) mean: f64,
@@ -109,7 +110,7 @@ impl SolvedOrders {
     pub(super) fn check(config: &SurfaceConfig, incidence: &Incidence) -> Result<(), BuildError> {
         if config.theory == Theory::Rigorous {
             let cosine_along_grooves = incidence.wi()[1].abs();
-            check_size(&config.profile()?, &medium(config)?, incidence.wavelength_nm, cosine_along_grooves)
+            check_size(&config.profile()?, &medium_below(config)?, incidence.wavelength_nm, cosine_along_grooves)
                 .map_err(GratingError::from)?;
         }
         Ok(())
@@ -117,7 +118,7 @@ impl SolvedOrders {
 
     /// The orders by Maxwell's equations.
     fn rigorous(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
-        let (profile, medium) = (config.profile()?, medium(config)?);
+        let (profile, medium) = (config.profile()?, medium_below(config)?);
         let solved = solve_orders(&profile, &medium, wavelength_nm, wi).map_err(GratingError::from)?;
         Ok(Self {
             theory: Theory::Rigorous.name(),
@@ -174,7 +175,7 @@ impl SolvedOrders {
 }
 
 /// The medium below the relief; without a refractive index a perfect conductor.
-fn medium(config: &SurfaceConfig) -> Result<Medium, GratingError> {
+fn medium_below(config: &SurfaceConfig) -> Result<Medium, GratingError> {
     let Some(index) = config.index() else { return Ok(Medium::Perfect) };
     Ok(Medium::index(index.eta, index.k)?)
 }

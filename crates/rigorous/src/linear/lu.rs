@@ -108,11 +108,11 @@ fn solve_lower(l: &View<'_>, right: ViewMut<'_>) {
         });
     }
     let half = n / 2;
-    let [[above, _], [beside, below]] = l.quadrants(half);
+    let [[corner, _], [below, rest]] = l.quadrants(half);
     let (mut upper, mut lower) = right.split_at(Axis(0), half);
-    solve_lower(&above, upper.reborrow());
-    lower.add_product(-1.0, &beside, &upper.view());
-    solve_lower(&below, lower);
+    solve_lower(&corner, upper.reborrow());
+    lower.add_product(-1.0, &below, &upper.view());
+    solve_lower(&rest, lower);
 }
 
 /// Solves `U·x = right` in place, with U on and above the diagonal of the square matrix `u`.
@@ -130,11 +130,11 @@ fn solve_upper(u: &View<'_>, right: ViewMut<'_>) {
         });
     }
     let half = n / 2;
-    let [[above, beside], [_, below]] = u.quadrants(half);
+    let [[corner, beside], [_, rest]] = u.quadrants(half);
     let (mut upper, mut lower) = right.split_at(Axis(0), half);
-    solve_upper(&below, lower.reborrow());
+    solve_upper(&rest, lower.reborrow());
     upper.add_product(-1.0, &beside, &lower.view());
-    solve_upper(&above, upper);
+    solve_upper(&corner, upper);
 }
 
 /// Solves a triangular system of at most [`BLOCK`] rows in place. `solve_column(columns, x)` gets the triangle,

@@ -32,10 +32,12 @@ impl Planes<Array2<f64>> {
         Zip::from(&self.re).and(&self.im).map_collect(|&re, &im| Complex64::new(re, im))
     }
 
+    /// Read-only view of all elements.
     pub(super) fn view(&self) -> View<'_> {
         Planes { re: self.re.view(), im: self.im.view() }
     }
 
+    /// Writable view of all elements.
     pub(super) fn view_mut(&mut self) -> ViewMut<'_> {
         Planes { re: self.re.view_mut(), im: self.im.view_mut() }
     }
@@ -54,8 +56,11 @@ impl<'a> View<'a> {
             let (upper, lower) = plane.split_at(Axis(0), index);
             [upper, lower].map(|half| <[_; 2]>::from(half.split_at(Axis(1), index)))
         };
-        let ([[a, b], [c, d]], [[e, f], [g, h]]) = (cut(self.re), cut(self.im));
-        [[Self { re: a, im: e }, Self { re: b, im: f }], [Self { re: c, im: g }, Self { re: d, im: h }]]
+        let ([re_upper, re_lower], [im_upper, im_lower]) = (cut(self.re), cut(self.im));
+        let join = |[re_left, re_right]: [ArrayView2<'a, f64>; 2], [im_left, im_right]: [ArrayView2<'a, f64>; 2]| {
+            [Self { re: re_left, im: im_left }, Self { re: re_right, im: im_right }]
+        };
+        [join(re_upper, im_upper), join(re_lower, im_lower)]
     }
 }
 
@@ -73,6 +78,7 @@ impl<D: Dimension> ViewMut<'_, D> {
 }
 
 impl ViewMut<'_> {
+    /// Read-only view of the same elements.
     pub(super) fn view(&self) -> View<'_> {
         Planes { re: self.re.view(), im: self.im.view() }
     }

@@ -109,7 +109,7 @@ impl Spline {
         Self { heights: heights.to_vec(), seconds }
     }
 
-    /// Height at u, and its first and second derivative with respect to u.
+    /// Height at u, and its first and second derivative with respect to u, all in µm.
     fn at(&self, u: f64) -> [f64; 3] {
         let n = self.heights.len();
         let step = 1.0 / n as f64;

@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 /// z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period. A wall among samples counts as one corner but adds an edge, so there are at most 128
-/// edges. With 16 nodes for each (`discretisation.rs`) they take all of the 2048 nodes.
+/// Most corners in one period. A wall found among sampled heights counts as one corner but is an edge itself, so there
+/// are at most 128 edges. With 16 nodes for each (`discretisation.rs`) they take all of the 2048 nodes.
 const CORNERS_MAX: usize = 64;
 
 /// Smallest distance between neighbouring corners, in periods. At smaller ones rounding determines the edge's
@@ -107,12 +107,12 @@ impl Profile {
     /// Straight edges through `corners` (x, z) in µm. A last edge leads to the first corner moved by one period, unless
     /// the last corner lies there.
     ///
-    /// x must not decrease from one corner to the next, nor exceed that of the first corner by more than the period.
-    /// The relief is thus a height function except for vertical walls.
+    /// x must not decrease from one corner to the next, nor exceed the x of the first corner by more than the period.
+    /// The height is therefore a function of x, except at vertical walls.
     ///
     /// # Errors
-    /// A period that is not finite and positive, no corner or more than 64, corners that are not finite, that coincide
-    /// or whose x decreases, or a relief deeper than twice the period.
+    /// - [`Error::OutOfRange`]: a period that is not finite and positive, a relief deeper than twice the period.
+    /// - [`Error::Profile`]: no corner or more than 64, corners that are not finite or that coincide, x that decreases.
     pub fn polygon(period_um: f64, corners: &[[f64; 2]]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         let refuse = |found: String| {
@@ -142,20 +142,21 @@ impl Profile {
 
     /// The relief through sampled heights (µm) at the centres of at least 8 equal intervals of one period.
     ///
-    /// Walls and corners are found in the heights:
+    /// Corners of two kinds, walls and kinks, are found in the heights:
     ///
-    /// - A *vertical wall* is a single step between neighbouring samples that is steeper than 60°, and whose angle
-    ///   differs by more than 20° from those of the steps on either side. The wall stands halfway between both samples.
-    /// - A *corner* is a sample where the slope's angle turns by more than 20°, and by more than four times as much as
-    ///   at the samples two places before and after. A bend that the sampling resolves is therefore no corner.
-    /// - Between walls and corners the relief is a straight edge if the heights deviate from it by at most a thousandth
-    ///   of the relief's height, else a cubic spline.
-    /// - Without walls and corners the relief is the Fourier series of the heights, truncated where the coefficients
-    ///   left out sum to less than 1e-4 of the largest one.
+    /// - A *vertical wall* is a single step between neighbouring samples that is steeper than 60°. Its angle differs by
+    ///   more than 20° from the angles of the steps on either side. The wall stands halfway between both samples.
+    /// - A *kink* is a sample where the slope's angle turns by more than 20°. The turn is also more than four times the
+    ///   turns at the samples two places before and after, so a bend that the sampling resolves is no kink.
+    /// - Between corners the relief is a straight edge, or a cubic spline where the heights deviate from a straight
+    ///   edge by more than a thousandth of the relief's height.
+    /// - Without corners the relief is the Fourier series of the heights. Its last coefficients are left out as long as
+    ///   their magnitudes sum to at most 1e-4 of the largest one.
     ///
     /// # Errors
-    /// A period that is not finite and positive, fewer than 8 heights, heights that are not finite, more than 64 walls
-    /// and corners, or a relief deeper than twice the period.
+    /// - [`Error::OutOfRange`]: a period that is not finite and positive, heights that are not finite, a relief deeper
+    ///   than twice the period.
+    /// - [`Error::Profile`]: fewer than 8 heights, more than 64 corners.
     pub fn samples(period_um: f64, heights_um: &[f64]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         for &height in heights_um {
@@ -200,8 +201,8 @@ impl Profile {
 
     /// Points along the curve, in order, dense enough to measure its length and height.
     fn outline(&self) -> Vec<Point> {
-        /// Equal steps along the period of a smooth profile, or along each edge. The polygon's relative error of length
-        /// falls with its square.
+        /// Equal steps along the period of a smooth profile, or along each edge. The relative error of the length falls
+        /// as its inverse square.
         const STEPS: usize = 256;
         match &self.shape {
             Shape::Smooth(harmonics) => (0..=STEPS)

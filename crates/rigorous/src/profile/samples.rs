@@ -56,7 +56,8 @@ impl Corner {
         }
     }
 
-    /// Last sample of the edge that ends at this corner.
+    /// Last sample of the edge that ends at this corner. An edge that ends at the first wall of the period ends in the
+    /// next period, so i ≥ 1.
     fn last_sample(self) -> usize {
         match self {
             Self::Wall(i) => i - 1,
@@ -177,8 +178,8 @@ fn resampled(piece: &[f64], from: f64, to: f64) -> Vec<f64> {
     (0..n).map(|i| extrapolated(piece, from + (to - from) * (i as f64 + 0.5) / n as f64 - 0.5)).collect()
 }
 
-/// Coefficients of [`Shape::Smooth`] from heights at (i + ½)/n of the period. Frequencies from half the sampling rate
-/// on are left out, then the highest ones by [`TRUNCATION_MAX`].
+/// Coefficients of [`Shape::Smooth`] in µm from heights (µm) at (i + ½)/n of the period. Harmonics at or above half the
+/// sampling rate are left out, then the highest harmonics as far as [`TRUNCATION_MAX`] allows.
 fn fourier_coefficients(heights: &[f64]) -> Vec<Complex64> {
     let n = heights.len();
     let half = n.div_ceil(2);
@@ -187,7 +188,7 @@ fn fourier_coefficients(heights: &[f64]) -> Vec<Complex64> {
             let sum: Complex64 = heights
                 .iter()
                 .enumerate()
-                // The phase 2πm(i + ½)/n, reduced in integers.
+                // The phase 2πm(i + ½)/n, reduced modulo 2π in integers.
                 .map(|(i, z)| z * Complex64::cis(-TAU * ((m * (2 * i + 1)) % (2 * n)) as f64 / (2 * n) as f64))
                 .sum();
             let factor = if m == 0 { 1.0 } else { 2.0 };

@@ -23,6 +23,7 @@ pub(crate) fn expint_1(x: f64) -> f64 {
     // Lentz' method for e^{−x}/(x+1 − 1/(x+3 − 4/(x+5 − …))). a and b are the partial numerators and denominators; c
     // and d are ratios of consecutive numerators and denominators of the convergents.
     let mut b = x + 1.0;
+    // c starts near infinity, so that a/c vanishes in the first step.
     let mut c = f64::MAX;
     let mut d = 1.0 / b;
     let mut value = d;

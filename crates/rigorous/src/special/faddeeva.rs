@@ -9,9 +9,9 @@ const N: usize = 11;
 
 /// `w(z) = e^{−z²} erfc(−iz)` for every complex z, to about 1e-14 of the larger of 1 and |w|.
 ///
-/// In the first quadrant it is the trapezium or midpoint rule for `(2iz/π)∫₀^∞ e^{−t²}/(z² − t²) dt`, corrected by the
-/// residue of the pole at t = z (Al Azah & Chandler-Wilde, SIAM J. Numer. Anal. 59, 2021). The other quadrants follow
-/// by symmetry.
+/// In the first quadrant the trapezium or midpoint rule integrates `(2iz/π)∫₀^∞ e^{−t²}/(z² − t²) dt`. The residue of
+/// the pole at t = z corrects the sum (Al Azah & Chandler-Wilde, SIAM J. Numer. Anal. 59, 2021). The other quadrants
+/// follow from w(−z) = 2e^{−z²} − w(z) and w(−z*) = w(z)*.
 pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if z.im < 0.0 {
         return 2.0 * (-z * z).exp() - faddeeva(-z);

@@ -1,7 +1,7 @@
 //! Hankel and Bessel functions of kr for one wave number k, tabulated over the distance r as Chebyshev series.
 //!
-//! - Hankel: one series for each *panel* r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. The series is
-//!   that of `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
+//! - Hankel: one series for each *panel* r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. It expands
+//!   `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
 //! - Bessel: one series over r ∈ [0, R], in the variable x = 2(r/R)² − 1, since J₀(z) and J₁(z)/z are even in z.
 //!
 //! Distances are in µm, wave numbers in rad/µm. Every series is for a pair of functions, of the orders 0 and 1.
@@ -15,7 +15,7 @@ use num_complex::Complex64;
 /// therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Number of Chebyshev terms of the Bessel functions minus their largest argument |kR|. It leaves a relative error of
+/// Number of Chebyshev terms of the Bessel functions beyond their largest argument |kR|. It leaves a relative error of
 /// 1e-12 (`RELATIVE` of the tests).
 const BESSEL_TERMS: usize = 14;
 
@@ -85,9 +85,9 @@ fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
         let h = hankel1_seq(0.0, z, 2, Scaling::Exponential).map_err(|_| OVERFLOW)?.values;
         values.push([h[0], h[1]]);
     }
-    let mut panel = [[Complex64::ZERO; 2]; PANEL_TERMS];
-    panel.copy_from_slice(&pair_coefficients(&values));
-    Ok(Panel(panel))
+    let mut coefficients = [[Complex64::ZERO; 2]; PANEL_TERMS];
+    coefficients.copy_from_slice(&pair_coefficients(&values));
+    Ok(Panel(coefficients))
 }
 
 /// Chebyshev coefficients of a pair of functions from their values at the nodes.

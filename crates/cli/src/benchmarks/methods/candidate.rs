@@ -9,7 +9,7 @@ use sunbeam::lobe::Surface;
 use sunbeam::methods::Method;
 use sunbeam::table::Model;
 
-/// Name in the report of the method `table`, which looks up colours in a colour table (docs/tables.md).
+/// Name in the report of the library's method `table`, which looks up colours in a colour table (docs/tables.md).
 pub(super) const COLOUR_TABLE: &str = "colour-table";
 /// Name in the report of the method that looks up the spectral tables at each wavelength and sums to a colour.
 pub(super) const SPECTRAL_TABLE: &str = "spectral-table";
@@ -27,7 +27,8 @@ pub(super) struct Candidate {
 
 /// The evaluator behind a candidate.
 pub(super) enum Evaluator {
-    /// A method of colours, in single precision. It answers with the relief's part of `f_r`, without `O·M`.
+    /// A method that computes colours, in single precision. It answers with the relief's part of `f_r`, without the
+    /// obliquity and shadowing factor `O·M`.
     Colour(Box<dyn Method>),
     /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour. Their answers include
     /// `O·M`.
@@ -35,8 +36,8 @@ pub(super) enum Evaluator {
 }
 
 impl Candidate {
-    /// Whether a colour takes the same work with both candidates. This holds for two colour tables of equal size: a
-    /// look-up does not depend on the data.
+    /// Whether a colour takes the same work with both candidates: a candidate and itself, or two colour tables of equal
+    /// size, since the work of a look-up does not depend on the data.
     pub(super) fn costs_like(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
             || self.method == COLOUR_TABLE && other.method == COLOUR_TABLE && self.bytes == other.bytes

@@ -7,8 +7,9 @@
 //! - the *neighbourhood*, the number of orders summed along each axis;
 //! - the tolerance, a relative error, from which the library derives the terms and the neighbourhood unless given.
 //!
-//! Each method is measured with the library's defaults, with the parameters of Single 2014, and with cheaper or finer
-//! ones.
+//! The published methods FLSS, NMM, PQ and Stam's (docs/realtime.md) are measured with the library's defaults, with the
+//! parameters of Single 2014, and with cheaper or finer ones. Single 2014 is M. Single's thesis, *An Interactive Shader
+//! for Natural Diffraction Gratings* (Bern).
 
 use super::candidate::{COLOUR_TABLE, Candidate, Evaluator, SPECTRAL_TABLE};
 use crate::benchmarks::BenchError;
@@ -60,6 +61,7 @@ pub(super) fn build_all(
 struct Parameters {
     /// Tolerance; `None` for the surface's.
     tolerance: Option<f64>,
+    /// All other parameters.
     options: MethodOptions,
 }
 
@@ -74,7 +76,8 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Adds a published method. `counts` are the terms and orders that it sums, which the report shows.
+    /// Adds a published method with the parameters that it uses. `counts` are the terms and orders that it sums: they
+    /// replace options that are `None` in the report.
     fn push<M: Method + 'static>(
         &mut self,
         kind: MethodKind,
@@ -91,8 +94,8 @@ impl Builder<'_> {
             ("series", json!(options.series)),
             ("weighted", json!(options.weighted)),
         ];
-        let read = all.into_iter().filter(|(name, _)| kind.options().contains(name));
-        let mut reported: Map<String, Value> = read.map(|(name, value)| (name.to_owned(), value)).collect();
+        let used = all.into_iter().filter(|(name, _)| kind.options().contains(name));
+        let mut reported: Map<String, Value> = used.map(|(name, value)| (name.to_owned(), value)).collect();
         if let Some(tolerance) = tolerance {
             reported.insert("tolerance".into(), json!(tolerance));
         }
@@ -149,7 +152,7 @@ impl Builder<'_> {
             let options = MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() };
             self.flss_steps(&with(options), &[5.0, 25.0])?;
         }
-        // Shader and Rust code sum eight terms at a time, so other numbers of terms save no time.
+        // Shader and Rust code sum eight terms at a time, so only multiples of eight differ in time.
         for terms in [16, 8].into_iter().filter(|n| *n < default_counts.terms) {
             self.flss_steps(&with(MethodOptions { terms: Some(terms), ..default.clone() }), &[5.0, 10.0])?;
         }

@@ -21,7 +21,7 @@ const DARK: f64 = 1e-4;
 /// Fraction of the lit directions that the exposure clips. With larger values most orders would be white, with smaller
 /// ones most would be dark.
 const CLIPPED: f64 = 0.1;
-/// ΔE₂₀₀₀ that counts for a colour with a NaN: the difference of white and black.
+/// ΔE₂₀₀₀ assigned to a colour with a NaN: the difference of white and black.
 const DELTA_E_OF_NAN: f64 = 100.0;
 
 /// Errors over all pairs of directions.
@@ -80,7 +80,7 @@ impl<'a> References<'a> {
             let exposures = (0..INCIDENT_DEG.len())
                 .map(|incident_index| {
                     let of_incidence = pairs.iter().zip(&rgb).filter(|(pair, _)| pair.incident_index == incident_index);
-                    exposure(of_incidence.map(|(_, rgb)| largest_channel(rgb)).collect())
+                    clipping_exposure(of_incidence.map(|(_, rgb)| largest_channel(rgb)).collect())
                 })
                 .collect();
             Reference { spectra, rgb, exposures }
@@ -143,7 +143,7 @@ fn relative_rmse(found: &[f64], reference: &[f64]) -> f64 {
 
 /// The factor that takes the smallest of the largest tenth ([`CLIPPED`]) of the lit values to 1. It is 1 where no
 /// value is lit.
-fn exposure(values: Vec<f64>) -> f64 {
+fn clipping_exposure(values: Vec<f64>) -> f64 {
     let peak = values.iter().fold(0.0f64, |peak, value| peak.max(*value));
     let mut lit: Vec<f64> = values.into_iter().filter(|v| *v > DARK * peak).collect();
     lit.sort_by(f64::total_cmp);
@@ -157,8 +157,8 @@ mod tests {
     #[test]
     fn a_tenth_of_the_lit_values_clips() {
         let values: Vec<f64> = (1..=100).map(f64::from).chain([0.0; 50]).collect();
-        assert_eq!(exposure(values), 1.0 / 91.0);
-        assert_eq!(exposure(vec![0.0; 3]), 1.0);
+        assert_eq!(clipping_exposure(values), 1.0 / 91.0);
+        assert_eq!(clipping_exposure(vec![0.0; 3]), 1.0);
     }
 
     #[test]

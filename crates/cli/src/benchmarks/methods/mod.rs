@@ -5,8 +5,8 @@
 //! the reference spectra ([`Truth`]) follow. The published methods are compared with the reference of the patch model
 //! (one fixed coherence window), tables with the reference of their own model.
 //!
-//! All candidates of a surface are in memory at once and timed in turn, so that other load of the machine falls on all
-//! of them.
+//! All candidates of a surface are in memory at once. Each repetition times all of them one after another, so that
+//! other processes on the machine slow them down alike.
 
 mod candidate;
 mod candidates;
@@ -32,8 +32,8 @@ use sunbeam_realtime::Gpu;
 /// Largest accepted deviation of [`Truth`] from the oracle, on the scale of [`TruthCheck::largest`]. Rounding of
 /// double-precision sums causes less.
 const ORACLE_LIMIT: f64 = 1e-9;
-/// Number of values at which [`Truth`] is compared with the oracle. More would take long, since each is a sum over the
-/// tile.
+/// Number of values at which [`Truth`] is compared with the oracle. Each is a sum over the tile, so larger numbers take
+/// long.
 const ORACLE_CHECKS: usize = 12;
 /// Shortest wavelength of the methods in µm, at which κH is largest.
 const SHORTEST_UM: f64 = 0.38;
@@ -125,8 +125,9 @@ pub(crate) struct Entry {
 
 /// Measures every candidate on `field`, a periodic tile.
 ///
-/// Coherence length, tolerance, obliquity and shadowing are those of `options`; energy conservation is off. `progress`
-/// receives the name of each stage when it begins. Without a GPU there are no GPU times.
+/// Each candidate has its own model. The other options are those of `options`, except that the tiling is periodic and
+/// energy conservation is off. `progress` receives the name of each stage when it begins. Without a GPU there are no
+/// GPU times.
 ///
 /// # Errors
 /// A method that cannot be built or that the GPU refuses, or reference spectra that deviate from the oracle.

@@ -77,12 +77,12 @@ pub(super) fn times(
         };
         let shader = TimedShader::new(gpu, &**method, &optics, &queries, effort)?;
         let baseline = first_shader.as_ref().unwrap_or(&shader);
-        let (mut times, mut baseline_times) = (Vec::new(), Vec::new());
+        let (mut times_us, mut baseline_us) = (Vec::new(), Vec::new());
         for _ in 0..effort.repetitions {
-            baseline_times.push(baseline.microseconds(gpu)?);
-            times.push(shader.microseconds(gpu)?);
+            baseline_us.push(baseline.microseconds(gpu)?);
+            times_us.push(shader.microseconds(gpu)?);
         }
-        timings.push(Some(Timing::new(&times, &baseline_times)));
+        timings.push(Some(Timing::new(&times_us, &baseline_us)));
         first_shader.get_or_insert(shader);
     }
     Ok(timings)

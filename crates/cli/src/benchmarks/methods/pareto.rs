@@ -30,8 +30,8 @@ impl<const ERRORS: usize> Cost<ERRORS> {
         !rivals.into_iter().any(|rival| rival.beats(self))
     }
 
-    /// Whether no error is larger than the other's, and this entry is faster, or no slower with one error better.
-    /// "Faster" and "better" mean smaller by more than [`MARGIN`].
+    /// Whether this entry beats the other: none of its errors is larger, and it is either faster, or no slower and
+    /// better in one error. "Faster" and "better" mean smaller by more than [`MARGIN`].
     fn beats(&self, other: &Self) -> bool {
         let is_clearly_less = |a: f64, b: f64| a < (1.0 - MARGIN) * b;
         let error_pairs = || self.errors.into_iter().zip(other.errors);

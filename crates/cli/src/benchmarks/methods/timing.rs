@@ -65,7 +65,8 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
     // Times in µs, `[repetition][candidate]`.
     let repetitions_us: Vec<Vec<f64>> = (0..effort.repetitions)
         .map(|_| {
-            let time = |(candidate, count): (&Candidate, &usize)| microseconds(candidate, &pairs[..*count], effort);
+            let time =
+                |(candidate, count): (&Candidate, &usize)| mean_microseconds(candidate, &pairs[..*count], effort);
             candidates.iter().zip(&counts).map(time).collect()
         })
         .collect();
@@ -88,7 +89,7 @@ fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effor
 }
 
 /// Time per colour in µs: the mean over as many passes through `pairs` as [`TIMED_FRACTION`] needs, at least one.
-fn microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> f64 {
+fn mean_microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> f64 {
     // An untimed pass fills the processor's caches, which hold the data of the previous candidate.
     seconds(candidate, pairs);
     let (mut spent, mut passes) = (0.0, 0);

@@ -36,16 +36,16 @@ pub const KAPPA_H: [f64; 14] = [1.0, 2.0, 4.0, 7.0, 10.0, 13.56, 17.0, 20.0, 25.
 const REMAINDER: f64 = 1e-8;
 /// Tolerance of the tables and of the method FLSS.
 const TOLERANCE: f64 = 1e-3;
-/// Smallest w of the queries of FLSS. Both directions are then within 1.2° of the horizon.
+/// Smallest w of the queries of FLSS. Both directions are then at most 1.2° above the horizon.
 const W_MIN: f64 = 0.02;
 /// Largest distance from an order, in orders, of a query near one.
 const NEAR_ORDER: f64 = 0.1;
 
 /// Errors at one κH.
 ///
-/// The error of a series is the largest of any order's amplitude; the squared amplitudes of all orders sum to 1. It is
-/// infinite after an overflow, which is `null` in JSON. Errors of S are relative to the scale of a table's tolerance
-/// (`error_scale`).
+/// The error of a series is the largest absolute error of any order's amplitude; the squared amplitudes of all orders
+/// sum to 1. It is infinite after an overflow, which is `null` in JSON. Errors of S are relative to the scale of a
+/// table's tolerance (`error_scale`).
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DeepPoint {
     /// κH.

@@ -141,7 +141,7 @@ fn measure(
 /// the mirror direction, the incident direction, the incident direction turned by 90° about the normal, the normal, and
 /// two near the horizon.
 ///
-/// The other queries have random azimuths and wavelengths. Their outgoing directions are, in turn, uniform over the
+/// The other queries have random azimuths and wavelengths. Their outgoing directions are alternately uniform over the
 /// hemisphere and drawn by the sampler. The normal replaces a sample below the horizon.
 fn queries_at(theta_deg: f64, surface: &Surface, count: usize, random: &mut Random) -> Vec<Query> {
     let mut queries = Vec::new();

@@ -44,7 +44,7 @@ const OFFSET_UM: f64 = 1000.0;
 /// Counts and extremes over all queries. Some keys of the JSON say "asked" for queries.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct RandomQueries {
-    /// Queries, each of reflectance, density and a sample, with the directions in both orders.
+    /// Queries: for each, a sample is drawn, and reflectance and sampling density are evaluated in both directions.
     #[serde(rename = "asked")]
     pub queries: u64,
     /// Queries that the published methods answered as well.
@@ -130,7 +130,7 @@ struct SurfaceInput {
     options: Options,
 }
 
-/// A random relief with random options: rough, a step, a sinusoid, rough and shallow, or a plane.
+/// A random relief with random options: rough, a step, a sinusoid, rough and at most 0.5 µm deep, or a plane.
 fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let mut log_uniform = |low: f64, high: f64| (random.between(low.ln(), high.ln())).exp();
     // κ = 4π/λ, and H is half the height.
@@ -138,6 +138,7 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let height_um = log_uniform(HEIGHT_MIN_UM, height_max_um);
     let (coherence_length_um, tolerance) = (log_uniform(1.0, 1e4), log_uniform(1e-4, 1e-2));
     let pixel_um = (log_uniform(0.05, 0.6), log_uniform(0.05, 0.6));
+    // 1 to 24 pixels along each axis.
     let mut side = || 1 + (random.unit() * 24.0) as usize;
     let pixels = (side(), side());
     let field = match (random.unit() * 5.0) as u32 {
