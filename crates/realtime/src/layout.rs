@@ -132,7 +132,7 @@ pub(super) struct FrameUniform {
     pub forward: [f32; 3],
     pub height: u32,
     pub right: [f32; 3],
-    pub mix: f32,
+    pub share: f32,
     pub down: [f32; 3],
     pub pigment_scale: f32,
     pub to_sun: [f32; 3],
@@ -141,8 +141,8 @@ pub(super) struct FrameUniform {
     pub rotation: [f32; 2],
     pub soil: [f32; 3],
     pub weight: f32,
-    pub first: u32,
-    pub ground: u32,
+    pub is_first: u32,
+    pub has_ground: u32,
     pub film_eta: f32,
     pub padding: u32,
 }
@@ -212,8 +212,8 @@ mod tests {
                 &locate,
                 "Frame",
                 fields!(
-                    FrameUniform: origin, width, forward, height, right, mix, down, pigment_scale, to_sun, blend,
-                    subpixel, rotation, soil, weight, first, ground, film_eta
+                    FrameUniform: origin, width, forward, height, right, share, down, pigment_scale, to_sun, blend,
+                    subpixel, rotation, soil, weight, is_first, has_ground, film_eta
                 ),
             ),
         ] {
