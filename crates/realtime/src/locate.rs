@@ -1,5 +1,5 @@
-//! The locate stage on the processor's side: pipelines, bindings and submissions of `locate.wgsl`, which explains the
-//! lists of pixels `skin`, `bare`, `rest` and `chosen`.
+//! Pipelines, bindings and submissions of the locate stage. `locate.wgsl` explains the passes and the lists `skin`,
+//! `bare`, `rest` and `chosen`.
 //!
 //! The lengths of the lists are read back after each submission, because they size the next dispatches.
 
