@@ -38,7 +38,7 @@ use super::SnakeOptions;
 const OUTLINE: f64 = 1.4;
 /// Width of the wall at the tip, in units of the gauge; chosen by eye.
 ///
-/// Wider walls have triangles that are alternately lit and in shadow under a low sun. Narrower, steeper walls turn away
+/// The triangles of wider walls are alternately lit and in shadow under a low sun. Narrower, steeper walls deviate more
 /// from their shading normals, which are those of the scales above and below.
 const WALL_WIDTH_MAX: f64 = 0.012;
 /// Number of rows of random traits beyond each side of the sheet. Meshes depend on this number: it determines which
@@ -56,16 +56,18 @@ pub(super) fn gauge(along: f64, across: f64) -> f64 {
     (along.powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
 }
 
-/// Width w of the wall in units of the gauge, at a fraction `t` of the way from the flank (0) to the tip (1). It grows
-/// fastest at the flank, like the height of the free edge over its foot.
+/// Width w of the wall in units of the gauge, at a fraction `t` of the way from the flank (0) to the tip (1). The width
+/// grows fastest at the flank, as the height of the free edge over its foot does.
 fn wall_width(t: f64) -> f64 {
     WALL_WIDTH_MAX * (1.0 - (1.0 - t).powi(3))
 }
 
-/// A half of a scale: towards smaller j (left) or larger j (right).
+/// A half of a scale.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Side {
+    /// Towards smaller j.
     Left,
+    /// Towards larger j.
     Right,
 }
 
@@ -85,9 +87,10 @@ pub(super) struct Traits {
 }
 
 impl Traits {
-    /// Random traits; `variation` in [0, 1] is their relative spread. Meshes depend on the order of the random numbers.
+    /// Random traits. Each deviates from its mean by at most `variation`, in [0, 1], times the number below. Meshes
+    /// depend on the order of the random numbers.
     fn random(random: &mut impl Rng, variation: f64) -> Self {
-        let mut vary = |amount: f64| variation * amount * random.random_range(-1.0..1.0);
+        let mut vary = |largest: f64| variation * largest * random.random_range(-1.0..1.0);
         Self {
             height: 1.0 + vary(0.35),
             keel: 1.0 + vary(0.5),
@@ -113,7 +116,7 @@ impl Local {
         gauge(self.along, self.across)
     }
 
-    /// Whether the gauge is at most 1. Most points are decided without computing powers.
+    /// Whether the gauge is at most 1. For most points the answer follows without computing powers.
     fn is_within(self) -> bool {
         let (along, across) = (self.along, self.across.abs());
         if along > 1.0 || across > 1.0 {
@@ -137,7 +140,7 @@ impl Local {
 struct Corners {
     tip: DVec2,
     flanks: [DVec2; 2],
-    /// Signed areas of the parallelograms of tip and flank: negative on the left.
+    /// Signed area of the parallelogram of `tip` and each flank vector: negative on the left.
     areas: [f64; 2],
 }
 

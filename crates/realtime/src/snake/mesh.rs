@@ -151,7 +151,8 @@ impl Builder {
     fn add_walls(&mut self, (i, j): (i64, i64)) {
         let n = self.cells;
         for t in 0..n {
-            // Pairs of a vertex of the free edge and a vertex of its foot, ordered so that the strips face outwards.
+            // Pairs of a vertex of the free edge and a vertex of its foot on the scale below. On the right the foot
+            // comes first, so that both strips face outwards.
             let left = |t: usize| [self.vertex((i, j), n, t), self.vertex((i + 1, j - 1), 0, t)];
             let right = |t: usize| [self.vertex((i + 1, j + 1), t, 0), self.vertex((i, j), t, n)];
             for [near, far] in [[left(t), left(t + 1)], [right(t), right(t + 1)]] {
