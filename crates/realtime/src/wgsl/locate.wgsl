@@ -44,7 +44,8 @@ struct Lists {
 // Indices of the queries that need an answer.
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> lists: Lists;
-// Radiance of each pixel summed over the samples so far, and the sum of their weights, rows from the top.
+// Weighted sum of the radiance over the samples of each pixel so far (rgb), and the sum of their weights (a); rows from
+// the top.
 @group(0) @binding(8) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(9) var<uniform> sunlight: Sunlight;
 // Depths of the sun's map (sunlight.wgsl), rows from the top: 1 at the side of the map's box that faces the sun, 0
@@ -244,8 +245,8 @@ fn locate_pixel_count() -> u32 {
     return frame.width * frame.height;
 }
 
-// Radiance of sunlit ground, times the weight of the sample; 0 for other queries. resolve.wgsl adds the radiance of the
-// skin. A diffuse ground with the reflectance `soil` has the radiance soil·cosθi, since the sun's irradiance is π.
+// Radiance of sunlit ground, times the weight of the sample; 0 for other queries. A diffuse ground with the reflectance
+// `soil` has the radiance soil·cosθi, since the sun's irradiance is π. resolve.wgsl adds the radiance of the skin.
 fn locate_ground_radiance(query: Query) -> vec3<f32> {
     let is_lit_ground = query.kind == QUERY_GROUND && query.lit != 0u;
     return select(vec3<f32>(0.0), query.sun * frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
@@ -270,9 +271,9 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
     return sheet_passed(frame.origin, ray, distance(ground.p, frame.origin)) * locate_ground_radiance(ground.query);
 }
 
-// Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the map. It is hidden where the ray meets nothing,
-// and where an opaque surface faces away from the sun or the viewer. Points behind a film are undecided, because a film
-// lets light pass.
+// Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the map. The sun is hidden where the pixel's ray
+// meets nothing, where an opaque surface faces away from the sun or the viewer, and where a surface is parallel to a
+// direction. Behind a film it is undecided, because a film lets light pass.
 fn locate_visibility(found: Located) -> u32 {
     let query = found.query;
     let is_film = query.kind == QUERY_SKIN && locate_is_film();

@@ -4,7 +4,8 @@
 // resolve.wgsl turns the reflectance into the pixel's radiance, with the pigment at the texture coordinates.
 //
 // The grating's frame is the shading frame, rotated about the normal (+z) by the angle of `frame.rotation`
-// (frame.wgsl). Directions of a film may have a z of either sign. Otherwise only points with positive z are lit.
+// (frame.wgsl). Directions at a film may have a z of either sign. Other surfaces are lit only where both z are
+// positive.
 
 // Value of `Query.kind`: the ray of the pixel meets no surface.
 const QUERY_NOTHING: u32 = 0u;
@@ -15,7 +16,7 @@ const QUERY_SKIN: u32 = 2u;
 
 // A visible surface point.
 struct Query {
-    // Unit vector towards the light in the grating's frame; in the scene's frame for QUERY_GROUND.
+    // Unit vector towards the light, in the grating's frame; in the scene's frame for QUERY_GROUND.
     wi: vec3<f32>,
     // Kind of surface at the point: QUERY_NOTHING, QUERY_GROUND or QUERY_SKIN.
     kind: u32,

@@ -14,7 +14,8 @@
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
 // f_r of each query, linear sRGB in 1/sr (shade.wgsl); the fourth component is not read.
 @group(0) @binding(3) var<storage, read> reflectances: array<vec4<f32>>;
-// Radiance of each pixel summed over the samples so far, and the sum of their weights, rows from the top.
+// Weighted sum of the radiance over the samples of each pixel so far (rgb), and the sum of their weights (a); rows from
+// the top.
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> pigment: Pigment;
 // Indices of the answered queries.
@@ -38,7 +39,7 @@ const RESOLVE_SUN_IRRADIANCE: f32 = RESOLVE_PI;
 // Linear values of encoded sRGB values in [0, 1] (IEC 61966-2-1); counterpart of `srgb_decode` in src/colour/srgb.rs.
 // Some adapters would decode an sRGB texture to eight bits only, so the texture is a buffer.
 //
-// With x = (encoded + 0.055)/1.055, the power x^2.4 is x² times x^0.4, and x^0.4 is a fitted polynomial in √x with an
+// With x = (encoded + 0.055)/1.055, the result is x^2.4 = x²·x^0.4. A fitted polynomial in √x replaces x^0.4 with an
 // error of at most 1e-6. The error of `pow` may be similar, and software adapters compute `pow` more slowly.
 fn srgb_decode(encoded: vec3<f32>) -> vec3<f32> {
     let x = (encoded + 0.055) * (1.0 / 1.055);
@@ -54,7 +55,7 @@ fn srgb_decode(encoded: vec3<f32>) -> vec3<f32> {
     return select(x * x * sum, encoded * (1.0 / 12.92), encoded <= vec3<f32>(0.04045));
 }
 
-// Linear reflectance of the texel at a column and row.
+// Linear reflectance of the texel at a column (x) and row (y).
 fn resolve_texel(texel: vec2<i32>) -> vec3<f32> {
     return srgb_decode(unpack4x8unorm(pigment.texels[u32(texel.y) * pigment.size.x + u32(texel.x)]).rgb);
 }
