@@ -134,7 +134,7 @@ impl Shader {
             part_count: AtomicU32::new(1),
             stop: Arc::default(),
         };
-        // Drivers finish compiling at the first use. Its time says nothing about the method, so the plan is restored.
+        // Drivers finish compiling at the first use, so its time says nothing about the method. The plan is restored.
         shader.evaluate_async(gpu, &[Query::default()]).await?;
         shader.planned_queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)

@@ -278,6 +278,7 @@ impl Lattice {
             .find(covers)
             // Rounding may leave a gap, which the nearest scale closes.
             .or_else(|| nearby().min_by(|a, b| gauge_in(a).total_cmp(&gauge_in(b))))
+            // Never used: there is always a scale nearby.
             .unwrap_or((first_i, middle_j))
     }
 }

@@ -87,7 +87,8 @@ struct Builder {
     /// Number n of cells along each side of a scale.
     cells: usize,
     mesh: SnakeMesh,
-    /// Vertex of each node that has been added. Three scales share it.
+    /// Vertex of each node that has been added. Three scales share it; the tip of the fourth scale lies above the node
+    /// and has a vertex of its own.
     nodes: HashMap<(i64, i64), u32>,
     /// Vertices of each scale, at the index `x · (n + 1) + y`; `None` beyond the sheet.
     scales: HashMap<(i64, i64), Vec<Option<u32>>>,

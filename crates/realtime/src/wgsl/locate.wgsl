@@ -53,7 +53,7 @@ struct Lists {
 @group(0) @binding(10) var<storage, read> sun_depths: array<f32>;
 
 // Half the side of the square ground in cm, as in the Mitsuba scene.
-const LOCATE_GROUND_HALF_SIDE: f32 = 200.0;
+const LOCATE_GROUND_HALF_SIDE_CM: f32 = 200.0;
 // Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision.
 const LOCATE_EPSILON: f32 = 8.940697e-5;
 // Largest height above the plane of a surface point, in widths of a texel, at which a depth counts as the surface
@@ -205,7 +205,7 @@ fn locate_ground(ray: vec3<f32>, farthest: f32) -> Located {
     let distance = -frame.origin.z / ray.z;
     let p = frame.origin + distance * ray;
     let meets_plane = frame.has_ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
-    if meets_plane && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND_HALF_SIDE)) && distance < farthest {
+    if meets_plane && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND_HALF_SIDE_CM)) && distance < farthest {
         found.query.wi = frame.to_sun;
         found.query.wo = -ray;
         found.query.kind = QUERY_GROUND;

@@ -32,7 +32,7 @@ fn pair_is_finite(v: vec3<f32>) -> bool {
 }
 
 // The pair of two unit vectors.
-fn pair_of(wi: vec3<f32>, wo: vec3<f32>) -> Pair {
+fn pair_new(wi: vec3<f32>, wo: vec3<f32>) -> Pair {
     let valid = pair_is_finite(wi) && pair_is_finite(wo) && wi.z > 0.0 && wo.z > 0.0;
     let cos_i = max(wi.z, PAIR_COSINE_MIN);
     let cos_o = max(wo.z, PAIR_COSINE_MIN);

@@ -47,7 +47,7 @@ fn has_answer(query: Query) -> bool {
     if optics.answers == OPTICS_ANSWERS_FILM {
         return pair_is_finite(query.wi) && pair_is_finite(query.wo) && query.wi.z != 0.0 && query.wo.z != 0.0;
     }
-    return pair_of(query.wi, query.wo).valid;
+    return pair_new(query.wi, query.wo).valid;
 }
 
 // Answers one query of the range and adds the answer to the sum over the parts.
@@ -64,7 +64,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         answer_parts = range.parts;
         let wi = optics_inside(optics, query.wi);
         let wo = optics_inside(optics, query.wo);
-        let factor = optics_cover_factor(optics, query.wi, query.wo) * optics_factor(optics, pair_of(wi, wo));
+        let factor = optics_cover_factor(optics, query.wi, query.wo) * optics_factor(optics, pair_new(wi, wo));
         reflectance = factor * answer_rgb(wi, wo);
         if loops_are_cut_short() {
             atomicAdd(&cut_short, 1u);
