@@ -3,7 +3,7 @@
 //! # Lattice
 //! Coordinates (i, j) are in *half scales*: i along the body towards the tail, j around it in the direction of v. If
 //! i + j is even, the point is the centre of a scale; "scale (i, j)" is the scale with this centre. If i + j is odd,
-//! the point is a *node*. At a node four scales meet: the tip of the scale towards the head lies between the flanks of
+//! the point is a *node*. At a node four scales meet. The tip of the scale towards the head lies between the flanks of
 //! its two neighbours, over the root of the scale towards the tail.
 //!
 //! ```text
@@ -22,8 +22,10 @@
 //! the tip, above the scales behind. A *wall*, a narrow steep strip, leads from a free edge down to its *foot* on those
 //! scales.
 //!
-//! A scale has coordinates of its own, [`Local`]: with the vectors from the centre to the tip node and to the flank
-//! node on the point's side, `point = centre + along · tip + |across| · flank`, where `across` is negative on the left.
+//! A scale has coordinates of its own, `along` and `across` ([`Local`]). With the vectors from the centre to the tip
+//! node and to the flank node on the point's side, `point = centre + along · tip + |across| · flank`. On the left,
+//! `across` is negative.
+//!
 //! The *gauge* of a point is `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`], and `|across|` for `along` ≤ 0. It is
 //! 1 on the foot of a free edge and grows outward. The free edge has the gauge `1 − w`, where w is the width of the
 //! wall.
@@ -182,7 +184,7 @@ impl Lattice {
         DVec2::new(self.rows_along as f64, self.rows_around as f64)
     }
 
-    /// The traits of scale (i, j). Scales beyond j = 0 and j = `rows_around` are mirror images of those inside, and the
+    /// The traits of scale (i, j). Scales beyond j = 0 and j = `rows_around` are mirror images of those inside. The
     /// tips of scales on these lines do not lean, so that the sheet has straight sides.
     pub(super) fn traits(&self, (i, j): (i64, i64)) -> Traits {
         let inside_j = if j < 0 { -j } else { j.min(2 * self.rows_around - j) };

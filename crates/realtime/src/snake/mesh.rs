@@ -1,8 +1,8 @@
 //! The triangle mesh of the snake.
 //!
-//! Each scale (i, j) of the lattice (lattice.rs) is a grid of n × n cells over its visible part (patch.rs), displaced
-//! from the smooth body (body.rs) by the height of the scale (scales.rs). Grid coordinates x and y are 0 to n: (0, 0)
-//! is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
+//! Each scale (i, j) of the lattice (lattice.rs) is a grid of n × n cells over its visible part (patch.rs). The height
+//! of the scale (scales.rs) displaces the grid from the smooth body (body.rs). Grid coordinates x and y are 0 to n:
+//! (0, 0) is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
 //!
 //! Scales share vertices only at the nodes of the lattice. Elsewhere a wall of triangles connects the free edge of a
 //! scale with the scales below it.

@@ -57,7 +57,7 @@ const LOCATE_GROUND_HALF_SIDE_CM: f32 = 200.0;
 // Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision.
 const LOCATE_EPSILON: f32 = 8.940697e-5;
 // Largest height above the plane of a surface point, in widths of a texel, at which a depth counts as the surface
-// itself: a curved surface leaves its tangent plane by less within a texel. Larger values overlook near occluders;
+// itself. A curved surface leaves its tangent plane by less within a texel. Larger values overlook near occluders;
 // smaller ones need more rays.
 const LOCATE_SURFACE_MAX: f32 = 0.5;
 // Smallest height above the plane, in widths of a texel, at which a depth counts as an occluder that shadows the whole

@@ -1,8 +1,8 @@
 // Light that passes films in a straight line; compiled after frame.wgsl, mesh.wgsl and trace.wgsl.
 //
-// A film spreads the light that it transmits over diffraction orders. As an approximation, light that passes a film on
-// its way to the camera or to another surface is not deflected here, and its loss is that of a flat film. Deflection
-// makes no difference where light arrives equally from all directions.
+// A film spreads the light that it transmits over diffraction orders. The functions here approximate light that passes
+// a film on its way to the camera or to another surface: they do not deflect it, and take its loss from a flat film.
+// Deflection makes no difference where light arrives equally from all directions.
 
 // Smallest cosine to divide by, about the rounding error of a single-precision cosine.
 const SHEET_COSINE_MIN: f32 = 1e-7;

@@ -2,11 +2,16 @@
 // (docs/model.md#the-small-slope-factor); counterpart of src/scattering/small_slope.rs. Complex numbers are vectors
 // (re, im).
 //
-// Symbols: c_i = cosθi, c_o = cosθo, w = c_i + c_o; ε = (eta + i k)² the permittivity; φ the azimuth from the
-// tangential direction of the arriving light (−wi) to that of the leaving light (wo). For either direction, with the
-// cosine c, t = √(ε - sin²θ) is the normal component of the transmitted wave vector in units of the outer wave number,
-// and D_s = c + t and D_p = εc + t are the denominators of the Fresnel coefficients. `straight` sums the powers from
-// polarisation s to s and from p to p, `crossed` those from s to p and from p to s. For an interface
+// Symbols; the indices i and o mark the direction:
+//     c         cosθ
+//     w         c_i + c_o
+//     ε         permittivity (eta + i k)²
+//     φ         azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
+//     t         √(ε - sin²θ), normal component of the transmitted wave vector in units of the outer wave number
+//     D_s, D_p  c + t and εc + t, denominators of the Fresnel coefficients
+//     straight  sum of the powers from polarisation s to s and from p to p
+//     crossed   sum of the powers from s to p and from p to s
+// For an interface
 //     Q = 2|ε - 1|² c_i c_o/w² · (straight + crossed)
 //     straight = cos²φ/|D_s,i D_s,o|² + |t_i t_o cosφ - ε sinθi sinθo|²/|D_p,i D_p,o|²
 //     crossed = sin²φ·(|t_i|²/|D_p,i D_s,o|² + |t_o|²/|D_p,o D_s,i|²)
