@@ -36,8 +36,13 @@ impl Shader {
     ///
     /// # Errors
     /// The errors of [`Shader::of_async`].
-    pub fn of(gpu: &Gpu, shader: &MethodShader<'_>, answers: AnswerKind, optics: &Optics) -> Result<Self, GpuError> {
-        block_on(Self::of_async(gpu, shader, answers, optics))
+    pub fn of(
+        gpu: &Gpu,
+        method: &MethodShader<'_>,
+        answer_kind: AnswerKind,
+        optics: &Optics,
+    ) -> Result<Self, GpuError> {
+        block_on(Self::of_async(gpu, method, answer_kind, optics))
     }
 
     /// Blocking [`Shader::evaluate_async`].

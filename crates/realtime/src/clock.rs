@@ -1,15 +1,15 @@
 //! Times of GPU passes.
 //!
 //! With timestamps, the GPU writes its tick counter at the beginning and the end of a pass into a query set. The two
-//! values are resolved into a buffer and copied into a staging buffer, which the processor reads. Without timestamps,
-//! the wall-clock time of the submission is taken.
+//! values are copied into a buffer on the GPU and from there into a staging buffer, which the processor reads. Without
+//! timestamps, the wall-clock time of the submission is measured.
 
 use super::{Gpu, GpuError};
 use web_time::Instant;
 
-/// Measures the time of submissions that have one pass each, one after the other. [`Gpu::has_timestamps`] decides
-/// between the timestamps of the pass and the wall-clock time of the submission.
+/// Measures the time of submissions that have one pass each, one submission after the other.
 pub(super) struct Clock {
+    /// `None` without [`Gpu::has_timestamps`]; then the wall clock is used.
     timestamps: Option<Timestamps>,
 }
 
@@ -64,8 +64,8 @@ impl Clock {
         })
     }
 
-    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does; returns the time in ms. In
-    /// a browser, which does not wait, it is the time of the submission alone.
+    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does. Returns the time in ms. In
+    /// a browser, which does not wait, the time is that of the submission alone.
     pub(crate) async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         Ok(self.run_and_read(gpu, encoder, None).await?.0)
     }

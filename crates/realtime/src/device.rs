@@ -1,7 +1,7 @@
 //! Access to a GPU through wgpu: choice of an adapter, its device and queue, buffers, submissions, and errors.
 //!
 //! wgpu reports two kinds of errors by callbacks only: validation errors and the loss of the device. The callbacks
-//! store them in [`Faults`], and [`Gpu::check`] returns them as values after each step.
+//! store the errors in [`Faults`], and [`Gpu::check`] returns them as values after each step.
 //!
 //! A *submission* is a list of commands that the queue executes in order. A *staging buffer* is memory that both the
 //! GPU and the processor can reach; results are copied into it and then read. On native platforms [`Gpu`] blocks until
@@ -68,8 +68,8 @@ struct Faults {
 /// Callback with the reason for the loss of the device.
 type Listener = Box<dyn FnOnce(&str) + Send>;
 
-/// Size in bytes of a buffer for empty contents: a binding must hold at least one element of the shader's array, and no
-/// array has larger elements.
+/// Size in bytes of a storage buffer without contents. A binding must hold at least one element of the shader's array,
+/// and no array has larger elements.
 const EMPTY_BYTES: u64 = 64;
 
 /// An adapter with its device and queue. No window is needed.
@@ -81,8 +81,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the best accepted adapter: discrete before integrated before virtual before software. The environment
-    /// variable `WGPU_BACKEND` restricts the graphics interfaces.
+    /// Opens the best accepted adapter: discrete GPUs before integrated ones, then virtual ones, then software. The
+    /// environment variable `WGPU_BACKEND` restricts the graphics interfaces.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
@@ -130,9 +130,9 @@ impl Gpu {
         })
     }
 
-    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps if the adapter
-    /// has them. The number of storage buffers is limited to WebGPU's default, so that a program that runs on one
-    /// adapter runs on all.
+    /// The request for a device. It asks for the adapter's own limits, because tables may be large, and for timestamps
+    /// if the adapter has them. The number of storage buffers is limited to WebGPU's default, so that a program that
+    /// runs on one adapter runs on all.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let limits = adapter.limits();
         wgpu::DeviceDescriptor {
@@ -219,7 +219,8 @@ impl Gpu {
         faults.refused.take().map_or(Ok(()), |reason| Err(GpuError::Refused { adapter: self.adapter(), reason }))
     }
 
-    /// Registers a function that is called once with the reason when the device is lost. It replaces an earlier one.
+    /// Registers a function that is called once, with the reason, when the device is lost. It replaces an earlier
+    /// function. After the loss of the device nothing is called.
     pub fn when_lost(&self, listener: impl FnOnce(&str) + Send + 'static) {
         lock(&self.faults).listener = Some(Box::new(listener));
     }
@@ -249,7 +250,7 @@ impl Gpu {
         self.received(receiver).await.map(|_| ())
     }
 
-    /// Does nothing in a browser; see [`Gpu::run`].
+    /// Does nothing: the thread of a browser must not block.
     #[cfg(target_arch = "wasm32")]
     #[allow(clippy::unused_self, clippy::unnecessary_wraps, reason = "the native twin waits and can fail")]
     fn wait(&self, _: wgpu::SubmissionIndex) -> Result<(), GpuError> {
@@ -263,7 +264,7 @@ impl Gpu {
     }
 
     /// Waits for the value that a callback sends; `None` if the callback is dropped without being called. The browser
-    /// calls it when the work submitted before is done.
+    /// calls the callback when the work submitted before is done.
     #[cfg(target_arch = "wasm32")]
     async fn received<T>(&self, receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
         let value = receiver.await.ok();
@@ -271,15 +272,15 @@ impl Gpu {
         Ok(value)
     }
 
-    /// The value that a callback sends, `None` if it sends none. The caller has waited for the work, so the callback is
-    /// called by this poll at the latest.
+    /// The value that a callback sends; `None` if the callback is not called. The caller has waited for the work, so
+    /// the poll here calls the callback if wgpu has not called it before.
     #[cfg(not(target_arch = "wasm32"))]
     async fn received<T>(&self, mut receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
         self.poll(wgpu::PollType::Poll)?;
         Ok(receiver.try_recv().ok().flatten())
     }
 
-    /// Lets wgpu call the callbacks of finished work. `until` is the work to wait for before that, if any.
+    /// Lets wgpu call the callbacks of finished work, after waiting for the work that `until` names.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
         // wgpu panics if the device is lost during a wait. `check` knows the driver's reason.

@@ -58,14 +58,14 @@ pub enum GpuError {
     TooWide {
         /// The texture.
         what: &'static str,
-        /// Its longer side in pixels.
+        /// The side in pixels that exceeds the limit.
         needed: u64,
         /// The adapter's limit in pixels.
         most: u64,
         /// The adapter's name.
         adapter: String,
     },
-    /// A method whose loops the adapter ends too early, even after each answer was divided into the largest number of
+    /// A method whose long loops the adapter ends early, even though each answer is divided into the largest number of
     /// parts (shader.rs).
     #[error("the GPU adapter {adapter} cuts the method's loops short; use fewer terms or a smaller neighbourhood")]
     CutShort {

@@ -1,6 +1,6 @@
-//! Structs that WGSL shaders and Rust share byte by byte. A test at the end compares their offsets with the WGSL.
+//! Structs that WGSL shaders and Rust share byte by byte. A test compares their offsets with those in WGSL.
 //!
-//! The WGSL files document the members. A vec3 is aligned to 16 bytes, so a number follows each vec3 to fill the gap.
+//! The WGSL files document the members. WGSL aligns a `vec3` to 16 bytes, so each is followed by a number in its gap.
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
@@ -10,17 +10,18 @@ use sunbeam::scattering::{ComplexIndex, Cover, Obliquity};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {
-    /// Unit vector towards the light in the grating's frame, above the surface or on either side of a film.
+    /// Unit vector towards the light in the grating's frame, above the surface or on either side of a film. For
+    /// [`Query::GROUND`] both directions are in the scene's frame.
     pub wi: [f32; 3],
     /// [`Query::NOTHING`], [`Query::GROUND`] or [`Query::SKIN`].
     pub kind: u32,
     /// Unit vector towards the viewer in the grating's frame.
     pub wo: [f32; 3],
-    /// 1 where the sun is visible, also through films, else 0.
+    /// 1 where the sun is visible, directly or through films; else 0.
     pub lit: u32,
     /// Texture coordinates of the mesh, for the pigment.
     pub uv: [f32; 2],
-    /// Fraction of the sunlight that arrives at the point: `lit`, and less behind films.
+    /// Fraction of the sunlight that arrives at the point: 0 in shadow, 1 in direct sun, between them behind films.
     pub sun: f32,
     /// Fills the struct to a multiple of 16 bytes.
     pub(super) padding: u32,
@@ -46,11 +47,11 @@ impl Query {
 pub struct Optics {
     /// The refractive index; `None` is a perfect conductor, which reflects all light at every angle.
     pub index: Option<ComplexIndex>,
-    /// The cover; `None` for a bare surface. The method takes directions inside it.
+    /// The cover; `None` for a bare surface. Under a cover the method receives the directions inside the cover.
     pub cover: Option<Cover>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
-    /// V-cavity shadowing and masking.
+    /// Whether the reflectance has the V-cavity factor of shadowing and masking.
     pub shadowing: bool,
 }
 
@@ -76,12 +77,14 @@ impl OpticsUniform {
             eta: index.eta as f32,
             k: index.k as f32,
             reflects_all: u32::from(optics.index.is_none()),
+            // The numbers are the constants `PAIR_OBLIQUITY_*` of pair.wgsl.
             obliquity: match optics.obliquity {
                 Obliquity::Stam => 0,
                 Obliquity::Unit => 1,
                 Obliquity::SmallSlope => 2,
             },
             shadowing: u32::from(optics.shadowing),
+            // The numbers are the constants `OPTICS_ANSWERS_*` of optics.wgsl.
             answers: match answers {
                 AnswerKind::Relief => 0,
                 AnswerKind::Reflectance => 1,
@@ -132,7 +135,7 @@ pub(super) struct FrameUniform {
     pub forward: [f32; 3],
     pub height: u32,
     pub right: [f32; 3],
-    pub mix: f32,
+    pub share: f32,
     pub down: [f32; 3],
     pub pigment_scale: f32,
     pub to_sun: [f32; 3],
@@ -141,8 +144,8 @@ pub(super) struct FrameUniform {
     pub rotation: [f32; 2],
     pub soil: [f32; 3],
     pub weight: f32,
-    pub first: u32,
-    pub ground: u32,
+    pub is_first: u32,
+    pub has_ground: u32,
     pub film_eta: f32,
     pub padding: u32,
 }
@@ -161,8 +164,7 @@ pub(super) struct SunlightUniform {
     pub half_depth: f32,
 }
 
-/// The first three of every four `f32` in the contents of a buffer of `vec4<f32>`: colours without their fourth
-/// component.
+/// Colours in the contents of a buffer of `vec4<f32>`, without the fourth component.
 pub(super) fn colours(contents: &[u8]) -> Vec<[f32; 3]> {
     let colour = |bytes: &[u8]| {
         let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(bytes);
@@ -177,8 +179,8 @@ mod tests {
     use crate::program::{self, tests::validated};
     use std::mem::offset_of;
 
-    /// Members of a WGSL struct with their offsets, and the struct's size.
-    fn reflected(source: &str, name: &str) -> (Vec<(String, u32)>, u32) {
+    /// Name and offset of each member of a WGSL struct, and the struct's size; all in bytes.
+    fn wgsl_layout(source: &str, name: &str) -> (Vec<(String, u32)>, u32) {
         let module = validated(source);
         let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
         let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found else {
@@ -187,8 +189,8 @@ mod tests {
         (members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect(), *span)
     }
 
-    /// Name and offset of each field as the shader has them, then the size of the Rust struct.
-    macro_rules! fields {
+    /// Name and offset of each listed field of a Rust struct, and the struct's size; the counterpart of `wgsl_layout`.
+    macro_rules! rust_layout {
         ($ty:ty: $($field:ident),+) => {
             (vec![$((stringify!($field).to_owned(), offset_of!($ty, $field) as u32)),+], size_of::<$ty>() as u32)
         };
@@ -198,26 +200,30 @@ mod tests {
     fn structs_have_the_layout_of_the_shaders() {
         let (shade, locate) = (program::shade(&program::no_method()), program::locate());
         for (source, name, ours) in [
-            (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv, sun)),
-            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers, cover_eta)),
-            (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
-            (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
+            (&shade, "Query", rust_layout!(Query: wi, kind, wo, lit, uv, sun)),
+            (
+                &shade,
+                "Optics",
+                rust_layout!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers, cover_eta),
+            ),
+            (&shade, "Range", rust_layout!(RangeUniform: first, count, part, parts, two)),
+            (&locate, "Vertex", rust_layout!(Vertex: position, u, normal, v)),
             (
                 &locate,
                 "Sunlight",
-                fields!(SunlightUniform: centre, side, right, half_width, up, half_height, to_sun, half_depth),
+                rust_layout!(SunlightUniform: centre, side, right, half_width, up, half_height, to_sun, half_depth),
             ),
-            (&locate, "Node", fields!(Node: low, triangle, high, next)),
+            (&locate, "Node", rust_layout!(Node: low, triangle, high, next)),
             (
                 &locate,
                 "Frame",
-                fields!(
-                    FrameUniform: origin, width, forward, height, right, mix, down, pigment_scale, to_sun, blend,
-                    subpixel, rotation, soil, weight, first, ground, film_eta
+                rust_layout!(
+                    FrameUniform: origin, width, forward, height, right, share, down, pigment_scale, to_sun, blend,
+                    subpixel, rotation, soil, weight, is_first, has_ground, film_eta
                 ),
             ),
         ] {
-            assert_eq!(reflected(source, name), ours, "{name}");
+            assert_eq!(wgsl_layout(source, name), ours, "{name}");
         }
     }
 }

@@ -5,7 +5,7 @@
 //! methods.
 
 /// Divisor of the sides of the coarsest picture. A larger divisor shows the first picture of a slow method sooner, with
-/// less detail. With 16, it has 1/256 of the pixels.
+/// less detail. The divisor 16 leaves 1/256 of the pixels.
 const COARSEST_DIVISOR: u32 = 16;
 
 /// Resolution of a picture.
@@ -13,7 +13,7 @@ const COARSEST_DIVISOR: u32 = 16;
 pub struct Level {
     /// Divisor of the full picture's sides.
     pub divisor: u32,
-    /// Rays along each side of a pixel.
+    /// Number of rays along each side of a pixel.
     pub supersample: u32,
 }
 
@@ -53,8 +53,8 @@ impl Level {
 
 /// Speed of a method, estimated from the pictures drawn so far.
 ///
-/// The time of a picture is a constant plus a time per ray. The quotient of time and rays is therefore too large, and
-/// the larger the picture, the closer it is to the time per ray.
+/// The time of a picture is a constant plus a time per ray, so time divided by rays overestimates the time per ray. The
+/// larger the picture, the smaller the error.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pace {
     /// `None` before the first picture.
@@ -66,6 +66,7 @@ pub struct Pace {
 struct Estimate {
     /// Number of rays of the picture.
     rays: f64,
+    /// Time of the picture divided by its number of rays.
     ms_per_ray: f64,
 }
 
@@ -73,8 +74,8 @@ impl Pace {
     /// Updates the estimate with a picture of `rays` rays that was drawn in `ms` milliseconds.
     pub fn learn(&mut self, rays: f64, ms: f64) {
         let ms_per_ray = ms / rays;
-        // A smaller picture overestimates the time per ray more. If its quotient is nevertheless smaller, the method
-        // has become faster since.
+        // A smaller picture overestimates the time per ray more, so it usually does not count. A lower estimate from a
+        // smaller picture shows that the method has become faster.
         if self.estimate.is_none_or(|before| rays >= before.rays || ms_per_ray < before.ms_per_ray) {
             self.estimate = Some(Estimate { rays, ms_per_ray });
         }
@@ -89,8 +90,8 @@ impl Pace {
 /// The level to draw after the level `done`: the finest that takes at most `preview_ms` milliseconds by the estimate of
 /// `pace`, and at least one step finer than `done`.
 ///
-/// `done` is `None` before the first picture. The result is `None` after the finest level, which has `size` pixels and
-/// `supersample` rays along each side of a pixel.
+/// `done` is `None` before the first picture. `size` is the width and height in pixels of the finest level, and
+/// `supersample` its number of rays along each side of a pixel. The result is `None` after the finest level.
 pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, pace: &Pace, preview_ms: f64) -> Option<Level> {
     let mut level = match done {
         Some(done) => done.finer(supersample)?,
@@ -145,7 +146,7 @@ mod tests {
             pace.learn(rays, 50.0 + 1e-3 * rays);
         }
         assert!(pace.fits(6e4, PREVIEW_MS) && !pace.fits(1e5, PREVIEW_MS));
-        // A picture as large as the largest one that takes longer.
+        // A picture of the largest size so far counts even if it took longer.
         pace.learn(1e6, 1e5);
         assert!(!pace.fits(6e4, PREVIEW_MS));
     }

@@ -5,13 +5,15 @@
 //! with a pair of directions ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`]
 //! into a [`Target`], with the camera and the sun of a [`View`], in four stages:
 //!
-//! 1. *raster*: the triangle at each pixel. Nothing is interpolated.
-//! 2. *locate*: the point of the triangle on the pixel's ray, the shading frame there, the directions in the frame, and
-//!    the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and a ray
-//!    through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so that pictures
+//! 1. *raster* finds the triangle at each pixel. Nothing is interpolated.
+//! 2. *locate* computes the point of the triangle on the pixel's ray, the shading frame there, the directions in this
+//!    frame, and the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and
+//!    a ray through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so pictures
 //!    agree pixel by pixel.
-//! 3. *shade*: the reflectance by the method, for the lit samples of the mesh only, in submissions of bounded time.
-//! 4. *resolve*: the radiance of these samples with the pigment, added to the mean over the samples of a pixel.
+//! 3. *shade* computes the reflectance by the method, for sunlit samples of the mesh only, in submissions of bounded
+//!    time.
+//! 4. *resolve* computes the radiance of these samples with the pigment, and adds it to the mean over the samples of a
+//!    pixel.
 //!
 //! Supersampling repeats the stages for each sample of a pixel, so the memory does not depend on the number of samples.
 //! Light is direct sunlight only; a film ([`AnswerKind::Film`](sunbeam::methods::AnswerKind::Film)) also shows the
@@ -91,7 +93,7 @@ pub use view::{Blend, Camera, KERATIN, Light, PIGMENT_SCALE, SOIL, View};
 pub unsafe fn give_drivers_a_runtime_folder() {
     const VARIABLE: &str = "XDG_RUNTIME_DIR";
     if cfg!(target_os = "linux") && std::env::var_os(VARIABLE).is_none() {
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller promises that no other thread accesses environment variables.
         unsafe { std::env::set_var(VARIABLE, std::env::temp_dir()) };
     }
 }

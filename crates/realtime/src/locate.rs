@@ -1,5 +1,5 @@
-//! The locate stage on the processor's side: pipelines, bindings and submissions of `locate.wgsl`, which explains the
-//! lists of pixels `skin`, `bare`, `rest` and `chosen`.
+//! Pipelines, bindings and submissions of the locate stage. `locate.wgsl` explains the passes and the lists `skin`,
+//! `bare`, `rest` and `chosen`.
 //!
 //! The lengths of the lists are read back after each submission, because they size the next dispatches.
 
@@ -15,7 +15,7 @@ use bytemuck::Zeroable;
 const RUN: u32 = 32;
 
 /// Accesses of the bindings 0, 1, … of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists,
-/// picture, sunlight, sunlit.
+/// picture, sunlight, sun_depths.
 const GROUP: [Access; 11] = [
     Access::Uniform,
     Access::Read,
@@ -33,13 +33,13 @@ const GROUP: [Access; 11] = [
 /// Turns the triangles of pixels into queries (`locate.wgsl`), in three submissions:
 ///
 /// 1. `sort`: pixels are sorted into the lists `skin` (with a triangle) and `bare` (without one).
-/// 2. `bare` and `found`: the queries of both lists are written. Pixels that need a ray are added to `rest`.
+/// 2. `bare` and `skin`: the queries of both lists are written. Pixels that need a ray are added to `rest`.
 /// 3. `rest` and `choose`: the queries of `rest` are written, and sunlit queries of the mesh are listed in `chosen`.
 pub(super) struct Locate {
     layout: wgpu::BindGroupLayout,
     sort: wgpu::ComputePipeline,
     bare: wgpu::ComputePipeline,
-    found: wgpu::ComputePipeline,
+    skin: wgpu::ComputePipeline,
     rest: wgpu::ComputePipeline,
     choose: wgpu::ComputePipeline,
 }
@@ -51,8 +51,8 @@ impl Locate {
         let layout = pipeline::layout(gpu, &GROUP);
         let entry = |name| pipeline::compute(gpu, &module, name, Some(&[Some(&layout)]));
         let (sort, choose) = (entry("locate_sort")?, entry("locate_choose")?);
-        let (bare, found, rest) = (entry("locate_bare")?, entry("locate_found")?, entry("locate_rest")?);
-        Ok(Self { layout, sort, bare, found, rest, choose })
+        let (bare, skin, rest) = (entry("locate_bare")?, entry("locate_skin")?, entry("locate_rest")?);
+        Ok(Self { layout, sort, bare, skin, rest, choose })
     }
 
     /// The bind group for a scene and a target, in the order of [`GROUP`].
@@ -88,11 +88,11 @@ impl Locate {
         let runs = width.div_ceil(RUN) * height;
         let (sort_ms, ListLengths { skin, bare, .. }) =
             self.submit(gpu, target, bindings, &[(&self.sort, runs)]).await?;
-        let (found_ms, ListLengths { rest, .. }) =
-            self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.found, skin)]).await?;
+        let (skin_ms, ListLengths { rest, .. }) =
+            self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.skin, skin)]).await?;
         let (rest_ms, ListLengths { chosen, .. }) =
             self.submit(gpu, target, bindings, &[(&self.rest, rest), (&self.choose, skin.div_ceil(RUN))]).await?;
-        Ok((sort_ms + found_ms + rest_ms, chosen))
+        Ok((sort_ms + skin_ms + rest_ms, chosen))
     }
 
     /// Submits a compute pass that dispatches each pipeline with its number of invocations; returns the time in ms and

@@ -28,7 +28,7 @@ pub struct Mesh {
     pub positions: Vec<[f32; 3]>,
     /// Shading normals of any length except 0.
     pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates; the grating's x axis is the direction in which the first grows.
+    /// Texture coordinates (u, v). The tangent along growing u is the grating's x axis at rotation 0.
     pub uvs: Vec<[f32; 2]>,
     /// Indices of vertices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -45,10 +45,10 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Largest number of triangles: their corners and the nodes of their tree are counted with 32 bits.
+/// Largest number of triangles. The number of their corners, and of the nodes of their tree, must fit in 32 bits.
 const TRIANGLES_MAX: usize = 1_000_000_000;
 
-/// Accepted names of each property of a vertex in PLY files.
+/// Accepted names in PLY files of each property of a vertex: position, normal and texture coordinates.
 const VERTEX_NAMES: [&[&str]; 8] = [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s"], &["v", "t"]];
 /// Accepted names of a face's list of vertex indices in PLY files.
 const INDICES_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
@@ -72,7 +72,7 @@ impl PropertyAccess for Vertex {
             Property::UShort(value) => f32::from(value),
             Property::Int(value) => value as f32,
             Property::UInt(value) => value as f32,
-            // A list is no number: [`Mesh::check`] refuses it.
+            // [`Mesh::check`] refuses a list in place of a number, because NaN is not finite.
             _ => f32::NAN,
         };
     }
@@ -97,7 +97,7 @@ impl PropertyAccess for Face {
             Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
             Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
             Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
-            // Not a list of integers; a face without corners is refused.
+            // [`parse`] refuses a property that is not a list of integers, because the face has no corners.
             _ => Vec::new(),
         };
     }

@@ -1,8 +1,8 @@
 //! Short forms of wgpu's calls that create pipelines and bind groups.
 //!
 //! A *bind group* ties buffers and textures to the numbers `@binding(0)`, `@binding(1)`, … of one `@group` in WGSL; its
-//! *layout* says how the shader uses each. A *dispatch* starts workgroups of [`WORKGROUP`] invocations. Errors of these
-//! calls are reported by [`Gpu::check`].
+//! *layout* says how the shader uses each. A *dispatch* starts workgroups of [`WORKGROUP`] invocations. [`Gpu::check`]
+//! returns the errors of calls that have no result of their own.
 
 use super::{Gpu, GpuError};
 
@@ -32,9 +32,9 @@ pub(super) const WORKGROUP: u32 = 64;
 /// Largest number of workgroups of a dispatch along one axis on every adapter; WebGPU's default limit.
 pub(super) const WORKGROUPS_MAX: u32 = 65_535;
 
-/// Dispatches at least `count` invocations. The workgroups form a grid of up to [`WORKGROUPS_MAX`] columns, and the
-/// shader ignores the invocations beyond `count`. A `count` of 0 gets one workgroup, too, because drivers finish
-/// compiling at the first dispatch.
+/// Dispatches at least `count` invocations. The workgroups form a grid of up to [`WORKGROUPS_MAX`] columns. The shader
+/// must ignore the invocations beyond `count`. One workgroup is dispatched for a `count` of 0, too, because drivers
+/// finish compiling at the first dispatch.
 pub(super) fn dispatch_over(pass: &mut wgpu::ComputePass<'_>, count: u32) {
     let groups = count.div_ceil(WORKGROUP).max(1);
     let columns = groups.min(WORKGROUPS_MAX);

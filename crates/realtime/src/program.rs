@@ -1,5 +1,5 @@
 //! WGSL programs for the GPU. WGSL has no includes, so a program is the concatenation of the files that it needs. The
-//! first comment of each file explains its purpose.
+//! first comment of each file in the folder wgsl explains the file's purpose.
 
 use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
@@ -9,7 +9,7 @@ use sunbeam::scattering::{Options, TransparentBody};
 use sunbeam::table::{Model, Progress};
 use sunbeam::wgsl;
 
-// Sources of the files in the folder wgsl, without comments.
+// Sources of the files that several programs contain, without comments.
 const PAIR: &str = wgsl!("wgsl/pair.wgsl");
 const FRESNEL: &str = wgsl!("wgsl/fresnel.wgsl");
 const SMALL_SLOPE: &str = wgsl!("wgsl/small_slope.wgsl");
@@ -18,10 +18,9 @@ const QUERY: &str = wgsl!("wgsl/query.wgsl");
 const FRAME: &str = wgsl!("wgsl/frame.wgsl");
 const MESH: &str = wgsl!("wgsl/mesh.wgsl");
 const SUNLIGHT: &str = wgsl!("wgsl/sunlight.wgsl");
+
 /// The program of [`super::TonePass`], which maps radiance to encoded values for a screen.
 pub(super) const TONE: &str = wgsl!("wgsl/tone.wgsl");
-const TRACE: &str = wgsl!("wgsl/trace.wgsl");
-const SHEET: &str = wgsl!("wgsl/sheet.wgsl");
 
 /// The program of [`super::Shader`] for a method.
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
@@ -42,7 +41,8 @@ pub(super) fn shadow() -> String {
 
 /// The program that turns the triangles of pixels into queries.
 pub(super) fn locate() -> String {
-    [FRAME, MESH, TRACE, SHEET, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
+    let (trace, sheet) = (wgsl!("wgsl/trace.wgsl"), wgsl!("wgsl/sheet.wgsl"));
+    [FRAME, MESH, trace, sheet, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
 }
 
 /// The program that turns answered queries into a picture.
@@ -50,7 +50,8 @@ pub(super) fn resolve() -> String {
     [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, wgsl!("wgsl/resolve.wgsl")].join("\n")
 }
 
-/// Name and source of every program of this crate, for tests that pass the programs to other compilers of WGSL.
+/// Name and source of every program of this crate, with each method in its variants. Tests pass the programs to other
+/// compilers of WGSL.
 ///
 /// # Errors
 /// Errors of building the methods.

@@ -25,7 +25,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// Number of targets kept for the next pictures: two for each of two sizes. During a drag, pictures of two sizes
-/// alternate, and one target is shown while another is drawn into.
+/// alternate, and one target is shown while another is drawn into. More targets take more memory.
 const TARGETS_KEPT: usize = 4;
 
 /// The picture to draw, at its full resolution.
@@ -122,7 +122,8 @@ impl Progressive {
         self.start_over();
     }
 
-    /// Replaces the draft and drops the full scene until [`Progressive::set_scene`] gives the draft's full scene.
+    /// Replaces the draft. The full scene belongs to the previous draft and is dropped. Until
+    /// [`Progressive::set_scene`] is called again, all pictures show the draft.
     pub fn set_draft(&mut self, draft: Scene) {
         (self.draft, self.scene) = (Some(Rc::new(draft)), None);
         self.start_over();

@@ -1,4 +1,5 @@
-//! The renderer: runs the four stages of a picture (raster, locate, shade, resolve; lib.rs) for each sample of a pixel.
+//! The renderer: runs the four stages of a picture (raster, locate, shade, resolve; lib.rs). Each run of the stages
+//! draws one sample of every pixel.
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The number of queries that
 //! the locate stage chooses is read back, because it sizes the dispatches of the next two stages.
@@ -13,16 +14,16 @@ use super::view::View;
 use super::{Gpu, GpuError, pipeline, program};
 use bytemuck::Zeroable;
 
-/// Times of the stages of a picture in ms, measured by the GPU or, without [`Gpu::has_timestamps`], by the wall clock.
+/// Times in ms of the stages of a picture, measured by the GPU or, without [`Gpu::has_timestamps`], by the wall clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
-    /// Time of finding the triangle of each pixel, and of the sun's depth map if the sun has moved.
+    /// Drawing the triangle of each pixel, and the sun's depth map if the sun has moved.
     pub raster: f64,
-    /// Time of shading frames, directions and the visibility of the sun.
+    /// Computing shading frames, directions and the visibility of the sun.
     pub locate: f64,
-    /// Time of the method.
+    /// Evaluating the method.
     pub shade: f64,
-    /// Time of the pigment, the radiance, and the sum over the samples of a pixel.
+    /// Adding the radiance of the answered queries to the picture.
     pub resolve: f64,
 }
 
@@ -32,8 +33,8 @@ impl StageTimes {
         self.raster + self.locate + self.shade + self.resolve
     }
 
-    /// The median of each stage over several pictures, the upper one of the two middle values for an even number of
-    /// pictures; 0 without pictures.
+    /// The median of each stage over several pictures. For an even number of pictures it is the upper one of the two
+    /// middle values, and without pictures it is 0.
     pub fn medians(times: &[Self]) -> Self {
         let median = |stage: fn(&Self) -> f64| {
             let mut sorted: Vec<f64> = times.iter().map(stage).collect();
@@ -52,7 +53,7 @@ impl StageTimes {
 /// Time and work of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameReport {
-    /// Times of the stages, summed over the samples of a pixel.
+    /// Times of the stages, summed over all samples.
     pub gpu_ms: StageTimes,
     /// Number of queries that the method answered: sunlit samples of the mesh.
     pub answered: u64,
@@ -60,7 +61,7 @@ pub struct FrameReport {
     pub submissions: u32,
 }
 
-/// Draws a [`Scene`] with a [`Shader`] into a [`Target`]. Each may change from picture to picture.
+/// Draws a [`Scene`] with a [`Shader`] into a [`Target`]. All three may change from picture to picture.
 pub struct Renderer {
     /// Draws the sun's depth map (shadow.wgsl).
     shadow: wgpu::RenderPipeline,
@@ -108,11 +109,11 @@ impl Renderer {
         let bindings = Bindings::new(gpu, self, scene, shader, target);
         let mut report = FrameReport::default();
         let to_sun = view.light.to_sun();
-        if scene.sunlight.begins(gpu, to_sun) {
+        if scene.sunlight.begin_drawing(gpu, to_sun) {
             let map = scene.sunlight.view();
             report.gpu_ms.raster += self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &map).await?;
             scene.sunlight.copy(gpu)?;
-            scene.sunlight.ends(to_sun);
+            scene.sunlight.end_drawing(to_sun);
         }
         for sample in 0..view.samples() {
             let uniform = FrameUniform { film_eta: shader.film_eta(), ..view.uniform(target.size(), sample)? };
@@ -130,20 +131,20 @@ impl Renderer {
         Ok(report)
     }
 
-    /// Draws the triangles into the depth map `depth` and, if given, the texture `colour`; returns the time in ms. The
-    /// depth is cleared to 0, the farthest one, and the texture to 0.
+    /// Draws the triangles into the depth texture `depth` and, if given, their numbers into the texture `triangles`.
+    /// Returns the time in ms. Both textures are cleared to 0, which is the farthest depth and no triangle.
     async fn rasterise(
         &self,
         gpu: &Gpu,
         scene: &Scene,
         pipeline: &wgpu::RenderPipeline,
         bindings: &wgpu::BindGroup,
-        colour: Option<&wgpu::TextureView>,
+        triangles: Option<&wgpu::TextureView>,
         depth: &wgpu::TextureView,
     ) -> Result<f64, GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
-        let colour = colour.map(|view| wgpu::RenderPassColorAttachment {
+        let attachment = triangles.map(|view| wgpu::RenderPassColorAttachment {
             view,
             depth_slice: None,
             resolve_target: None,
@@ -151,7 +152,7 @@ impl Renderer {
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("raster"),
-            color_attachments: colour.map(Some).as_slice(),
+            color_attachments: attachment.map(Some).as_slice(),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: depth,
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
@@ -209,7 +210,7 @@ impl Bindings {
                 &resolve,
                 &[
                     &renderer.frame,
-                    shader.optics(),
+                    shader.optics_uniform(),
                     &target.queries,
                     &target.reflectances,
                     target.picture(),

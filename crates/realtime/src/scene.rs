@@ -23,6 +23,7 @@ pub struct Scene {
     pub(super) nodes: wgpu::Buffer,
     /// The struct `Pigment` (resolve.wgsl).
     pub(super) pigment: wgpu::Buffer,
+    /// The sun's depth map.
     pub(super) sunlight: Sunlight,
     /// Number of corners of all triangles, three for each.
     corners: u32,
@@ -54,7 +55,7 @@ impl Scene {
         Self::with_sunlight(gpu, data, DRAFT_SUNLIGHT_SIDE)
     }
 
-    /// Uploads data, with `sunlight_side` texels along each side of the sun's depth map.
+    /// Uploads data. The sun's depth map has `sunlight_side` texels along each side.
     fn with_sunlight(gpu: &Gpu, data: &SceneData, sunlight_side: u32) -> Result<Self, GpuError> {
         Ok(Self {
             vertices: gpu.storage_of("vertices", data.vertices())?,

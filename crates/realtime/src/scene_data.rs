@@ -1,7 +1,7 @@
 //! A scene as bytes in the layout of the GPU, which another thread or process can prepare.
 //!
-//! The bytes are a [`Header`] and four parts: vertices (`Vertex` in layout.rs), vertex indices of the triangles (three
-//! u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
+//! The bytes are a [`Header`] and four parts without padding: vertices (`Vertex` in layout.rs), vertex indices of the
+//! triangles (three u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
 
 use super::GpuError;
 use super::layout::{Node, Vertex};
@@ -11,8 +11,8 @@ use crate::snake::PigmentTexture;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-/// A mesh, the tree over its triangles and its pigment, in the layout of the GPU, for [`super::Scene::of`]. It is built
-/// without a GPU, so that another thread or process can build it and hand over the bytes.
+/// A mesh, the tree over its triangles, and its pigment, in the layout of the GPU, for [`super::Scene::of`]. No GPU is
+/// needed to build it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneData {
     /// The header and the parts.
@@ -65,13 +65,13 @@ impl SceneData {
             })
             .collect();
         let nodes: Vec<Node> = tree(mesh);
-        let pigment = words(pigment);
-        // In the order of the indices of the parts.
+        let texture = pigment_words(pigment);
+        // The order is that of the indices `VERTICES`, `TRIANGLES`, `NODES`, `PIGMENT`.
         let parts: [&[u8]; PARTS] = [
             bytemuck::cast_slice(&vertices),
             bytemuck::cast_slice(&mesh.triangles),
             bytemuck::cast_slice(&nodes),
-            bytemuck::cast_slice(&pigment),
+            bytemuck::cast_slice(&texture),
         ];
         let mut lengths = [0; PARTS];
         for (length, part) in lengths.iter_mut().zip(parts) {
@@ -94,18 +94,17 @@ impl SceneData {
         Ok(Self { bytes, header })
     }
 
-    /// The scene of bytes from [`SceneData::into_bytes`]. The magic number and the lengths are checked; the contents of
-    /// the parts are not.
+    /// The scene of bytes from [`SceneData::into_bytes`]. The contents of the parts are not checked.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] for bytes that are not a scene.
+    /// [`GpuError::Mesh`] for another magic number, or a length that does not agree with the header.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, GpuError> {
         let refused = || GpuError::Mesh {
             found: format!("{} bytes", bytes.len()),
             accepted: "the number of bytes in its header",
         };
-        let head = bytes.get(..size_of::<Header>()).ok_or_else(refused)?;
-        let header = bytemuck::pod_read_unaligned::<Header>(head);
+        let header_bytes = bytes.get(..size_of::<Header>()).ok_or_else(refused)?;
+        let header = bytemuck::pod_read_unaligned::<Header>(header_bytes);
         let total = size_of::<Header>() as u64 + header.lengths.iter().map(|&length| u64::from(length)).sum::<u64>();
         if header.magic != MAGIC || total != bytes.len() as u64 {
             return Err(refused());
@@ -156,8 +155,9 @@ impl SceneData {
     }
 }
 
-/// The struct `Pigment` of `resolve.wgsl`: width and height, then the sRGB bytes of each texel, red lowest.
-fn words(pigment: &PigmentTexture) -> Vec<u32> {
+/// The struct `Pigment` of `resolve.wgsl`: width and height, then the encoded sRGB of each texel with red in the lowest
+/// byte.
+fn pigment_words(pigment: &PigmentTexture) -> Vec<u32> {
     let size = [pigment.width as u32, pigment.height as u32];
     let texels = pigment.pixels.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
     let mut words: Vec<u32> = size.into_iter().chain(texels).collect();
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn a_single_texel_is_padded_to_the_struct_of_the_shader() {
         let texel = PigmentTexture { width: 1, height: 1, pixels: vec![[1, 2, 3]] };
-        assert_eq!(words(&texel), [1, 1, u32::from_le_bytes([1, 2, 3, 255]), 0]);
+        assert_eq!(pigment_words(&texel), [1, 1, u32::from_le_bytes([1, 2, 3, 255]), 0]);
     }
 
     #[test]

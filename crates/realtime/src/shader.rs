@@ -1,8 +1,7 @@
 //! A method on the GPU: answers arrays of queries in submissions of bounded time.
 //!
 //! `shade.wgsl` computes the reflectance `f_r` of the queries (layout.rs) whose indices are listed in a buffer
-//! `chosen`. A submission processes a range of this list. [`Shader`] keeps two numbers that it adapts from submission
-//! to submission:
+//! `chosen`. A submission processes a range of this list. [`Shader`] adapts two numbers from submission to submission:
 //!
 //! - the number of queries in the range, so that a submission takes about [`SUBMISSION_MS`];
 //! - the number of parts of an answer (src/methods/common.wgsl), which doubles when the adapter ends long loops early.
@@ -19,7 +18,7 @@ use sunbeam::methods::{AnswerKind, Method, MethodShader};
 use sunbeam::scattering::map_direction;
 
 /// Intended time of a submission in ms. Longer submissions waste less time between them. Shorter ones keep a window on
-/// the same GPU from stuttering, and drivers reset a GPU that does not answer for a second or two.
+/// the same GPU from stuttering. Drivers reset a GPU that does not answer for a second or two.
 const SUBMISSION_MS: f64 = 250.0;
 /// Number of queries of the first submission. It is small because the speed of the method is not known yet.
 const FIRST_QUERIES: u32 = 1024;
@@ -43,23 +42,23 @@ const OWN_GROUP: [Access; 6] =
 pub struct Shader {
     pipeline: wgpu::ComputePipeline,
     /// Group 1 of the bindings: the method's uniform and data.
-    method: wgpu::BindGroup,
+    method_bindings: wgpu::BindGroup,
     /// The method's uniform struct.
-    parameters: wgpu::Buffer,
-    /// The uniform struct [`OpticsUniform`].
-    optics: wgpu::Buffer,
-    /// Kind of the method's answers.
-    answers: AnswerKind,
-    /// The uniform struct [`RangeUniform`] of the current submission.
-    range: wgpu::Buffer,
+    method_uniform: wgpu::Buffer,
     /// Bytes of the method's uniform and data.
-    bytes: u64,
+    method_bytes: u64,
+    /// Meaning of the method's answers.
+    answer_kind: AnswerKind,
+    /// The uniform struct [`OpticsUniform`].
+    optics_uniform: wgpu::Buffer,
+    /// The uniform struct [`RangeUniform`] of the current submission.
+    range_uniform: wgpu::Buffer,
     /// Number (u32) of answers of the current submission whose loops the adapter ended early.
     cut_short: wgpu::Buffer,
     /// Number of queries of the next submission, adapted by [`Shader::run`].
-    queries: AtomicU32,
+    planned_queries: AtomicU32,
     /// Number of parts of an answer, adapted by [`Shader::run`].
-    parts: AtomicU32,
+    part_count: AtomicU32,
     /// Flag of [`Shader::stop_when`].
     stop: Arc<AtomicBool>,
 }
@@ -75,10 +74,12 @@ pub struct Answers {
     pub submissions: u32,
 }
 
-/// Time in ms and number of submissions of [`Shader::run`].
+/// Time and number of submissions of [`Shader::run`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Spent {
+    /// Time in ms, as in [`Answers::gpu_ms`].
     pub gpu_ms: f64,
+    /// Number of submissions.
     pub submissions: u32,
 }
 
@@ -98,53 +99,60 @@ impl Shader {
     /// The errors of [`Shader::new_async`].
     pub async fn of_async(
         gpu: &Gpu,
-        shader: &MethodShader<'_>,
-        answers: AnswerKind,
+        method: &MethodShader<'_>,
+        answer_kind: AnswerKind,
         optics: &Optics,
     ) -> Result<Self, GpuError> {
-        let module = pipeline::module(gpu, shader.name, program::shade(shader));
-        let mut accesses = vec![Access::Read; shader.storage.len() + 1];
+        let module = pipeline::module(gpu, method.name, program::shade(method));
+        // The method's uniform has binding 0, its data the bindings from 1 on.
+        let mut accesses = vec![Access::Read; method.storage.len() + 1];
         accesses[0] = Access::Uniform;
         let (own_layout, method_layout) = (pipeline::layout(gpu, &OWN_GROUP), pipeline::layout(gpu, &accesses));
         let layouts = [Some(&own_layout), Some(&method_layout)];
         let pipeline = pipeline::compute(gpu, &module, "shade", Some(&layouts))?;
-        let parameters = gpu.uniform_of(shader.name, &shader.uniform)?;
-        let storage = shader
+        let method_uniform = gpu.uniform_of(method.name, &method.uniform)?;
+        let storage = method
             .storage
             .iter()
             .enumerate()
-            .map(|(i, contents)| gpu.storage_of(&format!("data {i} of method {}", shader.name), contents))
+            .map(|(i, contents)| gpu.storage_of(&format!("data {i} of method {}", method.name), contents))
             .collect::<Result<Vec<_>, _>>()?;
-        let buffers: Vec<&wgpu::Buffer> = std::iter::once(&parameters).chain(&storage).collect();
-        let method = pipeline::bind(gpu, &method_layout, &buffers);
-        let range = gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform::zeroed()))?;
-        let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::new(optics, answers)))?;
-        gpu.check()?;
-        let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
-        let cut_short = gpu.storage("cut_short", size_of::<u32>() as u64)?;
-        let (queries, parts) = (AtomicU32::new(FIRST_QUERIES), AtomicU32::new(1));
-        let stop = Arc::default();
-        let shader =
-            Self { pipeline, method, parameters, optics, answers, range, bytes, cut_short, queries, parts, stop };
-        // Drivers finish compiling at the first use, so the number of queries is not adapted to its time.
+        let buffers: Vec<&wgpu::Buffer> = std::iter::once(&method_uniform).chain(&storage).collect();
+        let method_bindings = pipeline::bind(gpu, &method_layout, &buffers);
+        let method_bytes = buffers.iter().map(|buffer| buffer.size()).sum();
+        let optics_uniform = OpticsUniform::new(optics, answer_kind);
+        let shader = Self {
+            pipeline,
+            method_bindings,
+            method_uniform,
+            method_bytes,
+            answer_kind,
+            optics_uniform: gpu.uniform_of("optics", bytemuck::bytes_of(&optics_uniform))?,
+            range_uniform: gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform::zeroed()))?,
+            cut_short: gpu.storage("cut_short", size_of::<u32>() as u64)?,
+            planned_queries: AtomicU32::new(FIRST_QUERIES),
+            part_count: AtomicU32::new(1),
+            stop: Arc::default(),
+        };
+        // Drivers finish compiling at the first use, so its time says nothing about the method. The plan is restored.
         shader.evaluate_async(gpu, &[Query::default()]).await?;
-        shader.queries.store(FIRST_QUERIES, Relaxed);
+        shader.planned_queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)
     }
 
     /// Bytes of the method's uniform and data on the GPU.
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        self.method_bytes
     }
 
-    /// Whether the method is that of a film, whose directions may lie on either side.
+    /// Whether the surface is a film. Directions of its queries may lie on either side.
     pub fn is_film(&self) -> bool {
-        matches!(self.answers, AnswerKind::Film { .. })
+        matches!(self.answer_kind, AnswerKind::Film { .. })
     }
 
-    /// Index of the film that the method is of; 0 for a surface that only reflects.
+    /// Refractive index of the film; 0 if the surface is none.
     pub(super) fn film_eta(&self) -> f32 {
-        match self.answers {
+        match self.answer_kind {
             AnswerKind::Film { eta } => eta,
             AnswerKind::Relief | AnswerKind::Reflectance => 0.0,
         }
@@ -152,8 +160,8 @@ impl Shader {
 
     /// Changes the optics of later answers.
     pub fn set_optics(&self, gpu: &Gpu, optics: &Optics) {
-        let uniform = OpticsUniform::new(optics, self.answers);
-        gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&uniform));
+        let uniform = OpticsUniform::new(optics, self.answer_kind);
+        gpu.queue().write_buffer(&self.optics_uniform, 0, bytemuck::bytes_of(&uniform));
     }
 
     /// Registers a flag that another thread may set. While it is set, answers and pictures end with
@@ -167,16 +175,16 @@ impl Shader {
     /// # Errors
     /// [`GpuError::Parameter`] for a uniform of another size, [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn set_parameters(&self, gpu: &Gpu, uniform: &[u8]) -> Result<(), GpuError> {
-        if uniform.len() as u64 != self.parameters.size() {
+        if uniform.len() as u64 != self.method_uniform.size() {
             let (found, accepted) = (format!("{} bytes", uniform.len()), "as long as the method's");
             return Err(GpuError::Parameter { parameter: "uniform", found, accepted });
         }
-        gpu.queue().write_buffer(&self.parameters, 0, uniform);
+        gpu.queue().write_buffer(&self.method_uniform, 0, uniform);
         gpu.check()
     }
 
-    /// Answers queries. Only their directions are read. An answer is 0 unless both directions are finite and above the
-    /// surface, or on either side of a film.
+    /// Answers queries, in their order. Only their directions are read. An answer is 0 for directions that are not
+    /// finite, that do not lie above the surface, or that lie in the plane of a film.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], [`GpuError::TooLarge`], and
@@ -184,12 +192,12 @@ impl Shader {
     pub async fn evaluate_async(&self, gpu: &Gpu, queries: &[Query]) -> Result<Answers, GpuError> {
         let mut answers = Answers::default();
         for batch in queries.chunks(BATCH) {
-            let all: Vec<u32> = (0..batch.len() as u32).collect();
-            let queries = gpu.storage_of("queries", bytemuck::cast_slice(batch))?;
-            let chosen = gpu.storage_of("chosen", bytemuck::cast_slice(&all))?;
+            let indices: Vec<u32> = (0..batch.len() as u32).collect();
+            let query_buffer = gpu.storage_of("queries", bytemuck::cast_slice(batch))?;
+            let chosen = gpu.storage_of("chosen", bytemuck::cast_slice(&indices))?;
             let bytes = size_of::<[f32; 4]>() as u64 * batch.len() as u64;
             let reflectances = gpu.storage("reflectances", bytes)?;
-            let bindings = self.bind(gpu, &queries, &chosen, &reflectances);
+            let bindings = self.bind(gpu, &query_buffer, &chosen, &reflectances);
             let spent = self.run(gpu, &bindings, batch.len() as u32).await?;
             answers.gpu_ms += spent.gpu_ms;
             answers.submissions += spent.submissions;
@@ -199,8 +207,9 @@ impl Shader {
         Ok(answers)
     }
 
-    /// Reflectances `f_r` over the hemisphere of `wo` for light from `wi`, linear sRGB in 1/sr. The map has `side`²
-    /// pixels in the layout of [`map_direction`], rows from the top; `None` outside the disc of the hemisphere.
+    /// Reflectances `f_r` over the hemisphere of `wo` for light from `wi`, a unit vector, as linear sRGB in 1/sr. The
+    /// map has `side`² pixels in the layout of [`map_direction`], rows from the top. Pixels outside the disc of the
+    /// hemisphere are `None`.
     ///
     /// # Errors
     /// The errors of [`Shader::evaluate_async`].
@@ -227,12 +236,13 @@ impl Shader {
         reflectances: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
         let layout = self.pipeline.get_bind_group_layout(0);
-        pipeline::bind(gpu, &layout, &[&self.range, &self.optics, queries, chosen, reflectances, &self.cut_short])
+        let buffers = [&self.range_uniform, &self.optics_uniform, queries, chosen, reflectances, &self.cut_short];
+        pipeline::bind(gpu, &layout, &buffers)
     }
 
-    /// The uniform of the optics, which `resolve.wgsl` reads too, to weight the pigment.
-    pub(super) fn optics(&self) -> &wgpu::Buffer {
-        &self.optics
+    /// The uniform struct [`OpticsUniform`], from which `resolve.wgsl` computes the weight of the pigment.
+    pub(super) fn optics_uniform(&self) -> &wgpu::Buffer {
+        &self.optics_uniform
     }
 
     /// Answers the first `total` of the chosen queries, in submissions of about [`SUBMISSION_MS`].
@@ -241,9 +251,9 @@ impl Shader {
         let mut spent = Spent::default();
         let mut first = 0;
         while first < total {
-            let planned = self.queries.load(Relaxed);
+            let planned = self.planned_queries.load(Relaxed);
             let count = planned.min(total - first);
-            let parts = self.parts.load(Relaxed);
+            let parts = self.part_count.load(Relaxed);
             let mut longest_ms = 0.0f64;
             let mut cut_short = false;
             for part in 0..parts {
@@ -265,16 +275,16 @@ impl Shader {
                 if parts >= PARTS_MAX {
                     return Err(GpuError::CutShort { adapter: gpu.adapter() });
                 }
-                self.parts.store(2 * parts, Relaxed);
+                self.part_count.store(2 * parts, Relaxed);
                 continue;
             }
-            self.queries.store(next_queries(planned, count, longest_ms), Relaxed);
+            self.planned_queries.store(next_queries(planned, count, longest_ms), Relaxed);
             first += count;
         }
         Ok(spent)
     }
 
-    /// Computes one part of the answers in a range; returns the time in ms and whether loops were cut short.
+    /// Computes one part of the answers in a range. Returns the time in ms and whether the adapter ended loops early.
     async fn submit(
         &self,
         gpu: &Gpu,
@@ -282,7 +292,7 @@ impl Shader {
         bindings: &wgpu::BindGroup,
         range: &RangeUniform,
     ) -> Result<(f64, bool), GpuError> {
-        gpu.queue().write_buffer(&self.range, 0, bytemuck::bytes_of(range));
+        gpu.queue().write_buffer(&self.range_uniform, 0, bytemuck::bytes_of(range));
         let mut encoder = gpu.encoder();
         encoder.clear_buffer(&self.cut_short, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -291,7 +301,7 @@ impl Shader {
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, bindings, &[]);
-        pass.set_bind_group(1, &self.method, &[]);
+        pass.set_bind_group(1, &self.method_bindings, &[]);
         pass.dispatch_workgroups(range.count.div_ceil(WORKGROUP), 1, 1);
         drop(pass);
         let staging = gpu.staging(self.cut_short.size());
@@ -301,14 +311,15 @@ impl Shader {
     }
 }
 
-/// Number of queries of the next submission. `planned` queries were intended for the last one, `submitted` were left,
-/// and the longest of its parts took `ms` milliseconds.
+/// Number of queries of the next submission. The last one was planned for `planned` queries but had `submitted`, fewer
+/// at the end of a list. The longest of its parts took `ms` milliseconds.
 fn next_queries(planned: u32, submitted: u32, ms: f64) -> u32 {
     let fitting = f64::from(submitted) * SUBMISSION_MS / ms.max(1e-6);
     if submitted < planned && fitting > f64::from(planned) {
         // A submission smaller than planned does not show that more than planned would fit.
         return planned;
     }
+    // A submission is one row of workgroups.
     let most = planned.saturating_mul(GROWTH_MAX).min(WORKGROUP * WORKGROUPS_MAX);
     (fitting as u32).clamp(WORKGROUP, most)
 }
@@ -345,7 +356,7 @@ mod tests {
             let method = build(kind, &field, &surface, &options).unwrap();
             let shader = Shader::new(&gpu, &*method, &Optics::default()).unwrap();
             let whole = shader.evaluate(&gpu, &queries).unwrap();
-            shader.parts.store(7, Relaxed);
+            shader.part_count.store(7, Relaxed);
             let parts = shader.evaluate(&gpu, &queries).unwrap();
             assert_eq!((whole.submissions, parts.submissions), (1, 7), "{kind}");
             assert!(whole.reflectances.as_flattened().iter().any(|value| *value > 0.0), "{kind}");

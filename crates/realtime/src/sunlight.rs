@@ -1,8 +1,9 @@
 //! The sun's depth map: an orthographic depth buffer of the mesh, seen from the sun.
 //!
-//! The map covers a box with one axis towards the sun that contains the mesh's bounding box. shadow.wgsl draws the map,
-//! and locate.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has moved,
-//! by the calls [`Sunlight::begins`], drawing, [`Sunlight::copy`], [`Sunlight::ends`].
+//! The map covers a box that contains the mesh's bounding box and has one axis towards the sun. shadow.wgsl draws the
+//! map, and locate.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has
+//! moved: the renderer calls [`Sunlight::begin_drawing`], draws into [`Sunlight::view`], and calls [`Sunlight::copy`]
+//! and [`Sunlight::end_drawing`].
 
 use super::layout::SunlightUniform;
 use super::target::DEPTH_FORMAT;
@@ -11,11 +12,12 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Approximate width in texels of the empty border around the mesh's box. With a border, the four texels around a
-/// point of the mesh always exist, and a point outside the map is lit. A wider border makes the texels larger.
+/// Approximate width in texels of the empty border around the mesh's box. With a border, the four texels around a point
+/// of the mesh always exist, and the mesh shadows no point outside the map. A wider border makes the texels larger.
 const MARGIN_TEXELS: f64 = 4.0;
-/// Smallest extent of the map's box in cm, for the flat side of a flat mesh: positions are divided by the extents.
-const EXTENT_MIN_CM: f64 = 1e-6;
+/// Smallest half extent of the map's box in cm. Positions are divided by the half extents, and one of them may be 0 for
+/// a flat mesh.
+const HALF_EXTENT_MIN_CM: f64 = 1e-6;
 
 /// The sun's depth map of a mesh.
 pub(super) struct Sunlight {
@@ -31,7 +33,7 @@ pub(super) struct Sunlight {
     low: DVec3,
     /// Upper corner of the mesh's bounding box in cm.
     high: DVec3,
-    /// Direction to the sun that the map was drawn for; `None` while the map is not complete.
+    /// Unit vector to the sun that the map was drawn for; `None` while the map is not complete.
     drawn_for: Mutex<Option<[f64; 3]>>,
 }
 
@@ -60,20 +62,20 @@ impl Sunlight {
         })
     }
 
-    /// Prepares the map for the direction `to_sun`, a unit vector. Returns whether the map must be drawn. If so, the
-    /// caller draws it, copies it and calls [`Sunlight::ends`].
-    pub(crate) fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
+    /// Prepares the map for the direction `to_sun`, a unit vector. Returns whether the map must be drawn; false if it
+    /// has been drawn for this direction.
+    pub(crate) fn begin_drawing(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn_for = self.lock();
         if *drawn_for == Some(to_sun) {
             return false;
         }
         *drawn_for = None;
-        gpu.queue().write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.frame(to_sun.into())));
+        gpu.queue().write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.uniform_for(to_sun.into())));
         true
     }
 
     /// Records that the map is complete for the direction `to_sun`.
-    pub(crate) fn ends(&self, to_sun: [f64; 3]) {
+    pub(crate) fn end_drawing(&self, to_sun: [f64; 3]) {
         *self.lock() = Some(to_sun);
     }
 
@@ -99,14 +101,14 @@ impl Sunlight {
         gpu.run(encoder)
     }
 
-    /// The map's box, whose axes are two arbitrary ones orthogonal to the sun's direction, and this direction. Along
-    /// each axis, half the extent of the mesh's box is the dot product of its half diagonal and the absolute axis.
-    fn frame(&self, to_sun: DVec3) -> SunlightUniform {
+    /// The map's box for the direction `to_sun`, a unit vector; the other two axes are arbitrary. Along an axis, half
+    /// the extent of the mesh's box is the dot product of its half diagonal and the axis with absolute components.
+    fn uniform_for(&self, to_sun: DVec3) -> SunlightUniform {
         let centre = 0.5 * (self.low + self.high);
         let (right, up) = to_sun.any_orthonormal_pair();
         let half_diagonal = 0.5 * (self.high - self.low);
         let scale = 1.0 + 2.0 * MARGIN_TEXELS / f64::from(self.side);
-        let half_extent = |axis: DVec3| (scale * axis.abs().dot(half_diagonal)).max(EXTENT_MIN_CM) as f32;
+        let half_extent = |axis: DVec3| (scale * axis.abs().dot(half_diagonal)).max(HALF_EXTENT_MIN_CM) as f32;
         SunlightUniform {
             centre: centre.as_vec3().to_array(),
             side: self.side as f32,

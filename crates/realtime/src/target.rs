@@ -4,7 +4,8 @@ use super::layout::{self, Query};
 use super::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 
-/// Lengths of the lists of pixels in `locate.wgsl`, the first members of its struct `Lists`.
+/// Lengths of the lists of pixels: the members before `entries` of the struct `Lists` in `locate.wgsl`, which
+/// documents them.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ListLengths {
@@ -19,13 +20,13 @@ impl ListLengths {
     pub(crate) const BYTES: u64 = size_of::<Self>() as u64;
 }
 
-/// Bytes of the entries of the lists for each pixel: a u32 in `skin` or `bare`, and a u32 in `rest`.
+/// Bytes of list entries for each pixel: a u32 in `skin` or `bare`, and a u32 in `rest`.
 const ENTRIES_BYTES_PER_PIXEL: u64 = size_of::<[u32; 2]>() as u64;
 /// Bytes of a colour in `reflectances` and `picture`, a `vec4<f32>`.
 const COLOUR_BYTES: u64 = size_of::<[f32; 4]>() as u64;
 /// Bytes of a [`Query`].
 const QUERY_BYTES: u64 = size_of::<Query>() as u64;
-/// Accepted sides of a picture in pixels. A column or row must fit in 16 bits of an entry of the lists.
+/// Accepted sides of a picture in pixels. A list entry has 16 bits for the column and 16 for the row.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
 /// Format of the rasteriser's triangle numbers.
@@ -85,9 +86,10 @@ impl Target {
         let drawn_into = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let read_by_shaders = wgpu::TextureUsages::TEXTURE_BINDING;
         let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let pixels = u64::from(width) * u64::from(height);
-        let per_pixel =
-            |label: &str, bytes: u64| gpu.storage(&format!("{label} of {width} x {height} pixels"), pixels * bytes);
+        let pixel_count = u64::from(width) * u64::from(height);
+        let per_pixel = |label: &str, bytes: u64| {
+            gpu.storage(&format!("{label} of {width} x {height} pixels"), pixel_count * bytes)
+        };
         let target = Self {
             width,
             height,
@@ -95,7 +97,7 @@ impl Target {
             depth: view(&texture("depth", DEPTH_FORMAT, drawn_into)),
             queries: per_pixel("queries", QUERY_BYTES)?,
             chosen: per_pixel("chosen", size_of::<u32>() as u64)?,
-            lists: gpu.storage("lists", ListLengths::BYTES + pixels * ENTRIES_BYTES_PER_PIXEL)?,
+            lists: gpu.storage("lists", ListLengths::BYTES + pixel_count * ENTRIES_BYTES_PER_PIXEL)?,
             reflectances: per_pixel("reflectances", COLOUR_BYTES)?,
             picture: per_pixel("picture", COLOUR_BYTES)?,
         };
@@ -116,7 +118,8 @@ impl Target {
         (inside(x) && inside(y)).then(|| (pixel(x, self.width), pixel(y, self.height)))
     }
 
-    /// The picture on the GPU: a `vec4<f32>` for each pixel, linear sRGB radiance and alpha 1, rows from the top.
+    /// The picture on the GPU: a `vec4<f32>` for each pixel, rows from the top. Its components are the linear sRGB
+    /// radiance, and 1 as the sum of the weights of all samples.
     pub fn picture(&self) -> &wgpu::Buffer {
         &self.picture
     }
@@ -126,20 +129,20 @@ impl Target {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub async fn read_picture_async(&self, gpu: &Gpu) -> Result<Vec<[f32; 3]>, GpuError> {
-        let contents = gpu.read(&self.picture, self.pixels() * COLOUR_BYTES).await?;
+        let contents = gpu.read(&self.picture, self.pixel_count() * COLOUR_BYTES).await?;
         Ok(layout::colours(&contents))
     }
 
-    /// The query of each pixel's last ray, rows from the top.
+    /// The query of each pixel's last sample, rows from the top.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub async fn read_queries_async(&self, gpu: &Gpu) -> Result<Vec<Query>, GpuError> {
-        let contents = gpu.read(&self.queries, self.pixels() * QUERY_BYTES).await?;
+        let contents = gpu.read(&self.queries, self.pixel_count() * QUERY_BYTES).await?;
         Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
-    /// The query of one pixel's last ray, columns from the left and rows from the top.
+    /// The query of one pixel's last sample; columns count from the left and rows from the top.
     ///
     /// # Errors
     /// [`GpuError::Refused`], also for a pixel outside the picture, [`GpuError::Lost`].
@@ -152,7 +155,7 @@ impl Target {
         Ok(bytemuck::pod_read_unaligned(&gpu.read_staging(&staging).await?))
     }
 
-    fn pixels(&self) -> u64 {
+    fn pixel_count(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
     }
 }

@@ -5,8 +5,12 @@ use super::program;
 /// Tone-maps and encodes pictures of linear radiance for a screen, on the GPU.
 pub struct TonePass {
     pipeline: wgpu::RenderPipeline,
+    /// The uniform struct `Tone` (tone.wgsl).
     uniform: wgpu::Buffer,
 }
+
+/// Size of the uniform in bytes: two numbers and padding, because some adapters require at least 16 bytes.
+const UNIFORM_BYTES: u64 = size_of::<[u32; 4]>() as u64;
 
 impl TonePass {
     /// Compiles the pass for textures of this format. The pass encodes sRGB itself, so the format must not be one whose
@@ -39,16 +43,15 @@ impl TonePass {
         });
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("tone"),
-            // Some adapters require at least 16 bytes.
-            size: 16,
+            size: UNIFORM_BYTES,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         Self { pipeline, uniform }
     }
 
-    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) of the same size, whose rows have `width`
-    /// pixels. The radiance is multiplied by `2^stops` before tone mapping.
+    /// Draws a picture ([`super::Target::picture`]) into the texture `shown`, which has the size of the picture. Rows
+    /// have `width` pixels. The radiance is multiplied by `2^stops` before tone mapping.
     pub fn draw(
         &self,
         device: &wgpu::Device,
@@ -58,7 +61,7 @@ impl TonePass {
         shown: &wgpu::TextureView,
         stops: f64,
     ) {
-        // The members `gain` and `width` of the struct `Tone` of tone.wgsl, padded to the size of the buffer.
+        // The members `gain` and `width`, then padding.
         let gain = stops.exp2() as f32;
         let uniform = [gain.to_bits(), width, 0, 0];
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));

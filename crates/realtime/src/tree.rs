@@ -1,5 +1,5 @@
-//! A tree of axis-aligned bounding boxes over the triangles of a mesh, built by the crate `bvh`. trace.wgsl intersects
-//! rays with it.
+//! A tree of axis-aligned bounding boxes over the triangles of a mesh, built by the crate `bvh`. trace.wgsl uses the
+//! tree to intersect rays with the mesh.
 
 use super::layout::Node;
 use super::mesh::Mesh;
@@ -11,7 +11,7 @@ use nalgebra::Point3;
 /// Bounding box of a triangle, for the builder of the tree.
 struct Leaf {
     bounds: Aabb<f32, 3>,
-    /// Index of the leaf's node, which the builder stores here. This crate does not read it.
+    /// Index of the leaf's node, which the builder stores here and this file does not read.
     node: usize,
 }
 
@@ -41,8 +41,9 @@ pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
             Leaf { bounds: Aabb::empty().grow(&point(0)).grow(&point(1)).grow(&point(2)), node: 0 }
         })
         .collect();
-    // The arguments of the closure are the box, the index of the first child, the index after the subtree, and the
-    // index of the leaf, which is `u32::MAX` (`TRACE_NONE`) for an inner node.
+    // The arguments of the closure are the node's box, the index of its first child, the index after its subtree, and
+    // the index of its leaf, which is that of the triangle. For an inner node the last one is `u32::MAX`, `TRACE_NONE`
+    // in trace.wgsl.
     Bvh::build_par(&mut leaves).flatten_custom(&|bounds, _, next, triangle| Node {
         low: bounds.min.into(),
         triangle,
@@ -62,7 +63,7 @@ mod tests {
         let mesh = Mesh::from(&SnakeMesh::build(&options).unwrap());
         let nodes = tree(&mesh);
         let mut seen = vec![0; mesh.triangles.len()];
-        // Inner nodes whose subtrees contain the current node, with the ends of the subtrees.
+        // Inner nodes whose subtrees contain the current node, each with the index after its subtree.
         let mut open: Vec<(&Node, usize)> = Vec::new();
         for (index, node) in nodes.iter().enumerate() {
             open.retain(|&(_, end)| index < end);
@@ -75,8 +76,8 @@ mod tests {
             seen[node.triangle as usize] += 1;
             for corner in mesh.triangles[node.triangle as usize] {
                 let p = mesh.positions[corner as usize];
-                for (around, _) in &open {
-                    assert!((0..3).all(|c| around.low[c] <= p[c] && p[c] <= around.high[c]));
+                for (ancestor, _) in &open {
+                    assert!((0..3).all(|c| ancestor.low[c] <= p[c] && p[c] <= ancestor.high[c]));
                 }
             }
         }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use std::str::FromStr;
 use sunbeam::scattering::ComplexIndex;
 
-/// Linear sRGB reflectance of the ground.
+/// Diffuse reflectance of the ground, linear sRGB.
 pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
 /// Refractive index of keratin, the material of a snake's scales.
 pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
@@ -21,7 +21,7 @@ pub const PIGMENT_SCALE: f32 = 0.35;
 pub struct Camera {
     /// Position in cm.
     pub origin: [f64; 3],
-    /// Point in the middle of the picture, in cm. It lies neither at the origin nor straight above or below it.
+    /// Point in the middle of the picture, in cm. It lies neither at `origin` nor straight above or below it.
     pub target: [f64; 3],
     /// Horizontal field of view in degrees, in (0, 180).
     pub fov_deg: f64,
@@ -34,7 +34,7 @@ impl Default for Camera {
 }
 
 /// A sun at infinity with the spectrum D65. Its irradiance is π, so a white diffuse plane that faces the sun has the
-/// radiance 1. There is no sky: surfaces without sun are black.
+/// radiance 1. There is no sky: surfaces in shadow are black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Unit vector to the sun.
@@ -44,12 +44,12 @@ pub struct Light {
 impl Default for Light {
     /// The sun at the azimuth −150° and the elevation 40°.
     fn default() -> Self {
-        Self { to_sun: toward(-150.0, 40.0) }
+        Self { to_sun: unit_vector(-150.0, 40.0) }
     }
 }
 
 impl Light {
-    /// Lowest elevation of the sun in degrees that the controls of window and page offer. At 0 the ground is dark.
+    /// Lowest elevation of the sun in degrees in the controls of window and page. At 0 the ground would be dark.
     pub const ELEVATION_MIN_DEG: f64 = 0.5;
 
     /// The sun at an azimuth in degrees, counter-clockwise from +x seen from above, and an elevation in degrees.
@@ -63,7 +63,7 @@ impl Light {
         if !(elevation_deg > 0.0 && elevation_deg <= 90.0) {
             return refuse("light-elevation", &elevation_deg, "in (0, 90] degrees");
         }
-        Ok(Self { to_sun: toward(azimuth_deg, elevation_deg) })
+        Ok(Self { to_sun: unit_vector(azimuth_deg, elevation_deg) })
     }
 
     /// The sun in the direction of a vector of any length.
@@ -84,7 +84,7 @@ impl Light {
 }
 
 /// Unit vector at an azimuth and an elevation in degrees.
-fn toward(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
+fn unit_vector(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
     let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth_deg.to_radians().sin_cos(), elevation_deg.to_radians().sin_cos());
     [cos_a * cos_e, sin_a * cos_e, sin_e]
 }
@@ -92,13 +92,12 @@ fn toward(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
 /// Blending of the diffraction colour with the pigment below the surface. resolve.wgsl has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Blend {
-    /// Sum of the diffraction colour and the diffuse pigment, which has the weight `(1 − R(θi))·(1 − R(θo))`: the
+    /// Sum of the diffraction colour and the diffuse pigment. The pigment has the weight `(1 − R(θi))·(1 − R(θo))`, the
     /// fraction of light that passes the surface on the way in and out. R is the Fresnel reflectance of the macroscopic
     /// surface.
     #[default]
     Physical,
-    /// Weighted mean of the diffraction colour and the pigment, the texture blending of Single 2014 (M. Single's
-    /// thesis).
+    /// Weighted mean of the diffraction colour and the pigment, as in Single 2014 (M. Single's thesis).
     FixedMix {
         /// Weight of the diffraction colour, in [0, 1].
         share: f32,
@@ -110,7 +109,7 @@ pub enum Blend {
 impl FromStr for Blend {
     type Err = GpuError;
 
-    /// Parses `physical`, `mix` (a mix of equal parts) or `none`.
+    /// Parses `physical`, `mix` (with the share 0.5) or `none`.
     fn from_str(name: &str) -> Result<Self, GpuError> {
         match name {
             "physical" => Ok(Self::Physical),
@@ -122,7 +121,7 @@ impl FromStr for Blend {
     }
 }
 
-/// Camera, light and blending of a picture. A change does not require new tables, meshes or programs.
+/// Camera, light and blending of a picture. A change requires no new tables, meshes or programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The camera.
@@ -131,13 +130,13 @@ pub struct View {
     pub light: Light,
     /// Blending with the pigment.
     pub blend: Blend,
-    /// Whether there is a ground: a square of 4 m with the reflectance [`SOIL`] at z = 0.
+    /// Whether there is a ground: a square in the plane z = 0 with sides of 4 m and the reflectance [`SOIL`].
     pub ground: bool,
     /// Angle in degrees from the tangent of the mesh along u to the relief's x axis, counter-clockwise seen from
     /// outside.
     pub rotation_deg: f64,
-    /// Rays along each side of a pixel, 1 to 64. They pass through the centres of equal squares, and the pixel is the
-    /// mean of their radiances.
+    /// Number of samples along each side of a pixel, 1 to 64. Their rays pass through the centres of equal cells of the
+    /// pixel. The pixel is the mean of their radiances.
     pub supersample: u32,
 }
 
@@ -155,7 +154,7 @@ impl Default for View {
 }
 
 impl View {
-    /// Number of rays of each pixel.
+    /// Number of samples of each pixel.
     pub(super) fn samples(&self) -> u32 {
         self.supersample * self.supersample
     }
@@ -168,8 +167,8 @@ impl View {
         self.uniform((1, 1), 0).map(|_| ())
     }
 
-    /// The uniform struct of one sample of a picture with this width and height in pixels, without a film. `sample`
-    /// counts the rays of a pixel from 0, by rows from the upper left one.
+    /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the samples
+    /// of a pixel from 0, by rows from the upper left one. The caller sets `film_eta`, which is 0 here.
     ///
     /// The camera's vectors are those of Mitsuba's `look_at` and `perspective`: rows are stored from the top, and the
     /// field of view is the horizontal one.
@@ -197,9 +196,10 @@ impl View {
             let found = format!("{target:?} seen from {origin:?}");
             return refuse("camera-target", &found, "a place neither at the camera, nor straight above or below it");
         };
-        // Vectors from the middle of the picture to its edges, at distance 1.
+        // Vectors from the middle of the image plane, which lies at the distance 1, to its right and lower edge.
         let right_edge = right * (0.5 * fov_deg).to_radians().tan();
         let lower_edge = forward.cross(right) * (right_edge.length() * f64::from(height) / f64::from(width));
+        // Position in the pixel of the cell `i` of a row or column of cells.
         let subpixel = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
         Ok(FrameUniform {
@@ -208,10 +208,11 @@ impl View {
             forward: forward.as_vec3().to_array(),
             height,
             right: right_edge.as_vec3().to_array(),
-            mix: share,
+            share,
             down: lower_edge.as_vec3().to_array(),
             pigment_scale: PIGMENT_SCALE,
             to_sun: DVec3::from(self.light.to_sun).as_vec3().to_array(),
+            // The numbers are the values of `Frame.blend` in frame.wgsl.
             blend: match self.blend {
                 Blend::Physical => 0,
                 Blend::FixedMix { .. } => 1,
@@ -221,8 +222,8 @@ impl View {
             rotation: [cos as f32, sin as f32],
             soil: SOIL,
             weight: 1.0 / self.samples() as f32,
-            first: u32::from(sample == 0),
-            ground: u32::from(self.ground),
+            is_first: u32::from(sample == 0),
+            has_ground: u32::from(self.ground),
             film_eta: 0.0,
             padding: 0,
         })

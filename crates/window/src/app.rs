@@ -27,8 +27,9 @@ const NOTE_INTERVAL: Duration = Duration::from_millis(250);
 /// Function that makes the mesh and its pigment, which takes seconds.
 pub(crate) type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
 
-/// The last picture of the drawer.
+/// The last picture from the drawer.
 struct Shown {
+    /// The picture with its full range of radiance.
     target: Arc<Target>,
     /// Exposure at which [`App::texture`] shows the picture; `None` before the first time.
     stops: Option<f64>,
@@ -39,14 +40,16 @@ pub(crate) struct App {
     settings: Settings,
     /// Settings to which [`App::reset`] returns camera and sun.
     settings_at_start: Settings,
+    /// The controls of the relief's source.
     form: SurfaceForm,
     /// egui's device, queue and textures.
     window: RenderState,
     drawer: Drawer,
     tone: ToneMapper,
     shown: Option<Shown>,
-    /// The tone-mapped picture.
+    /// The tone-mapped picture; `None` before the first picture.
     texture: Option<TextureId>,
+    /// The BRDF map at the cursor with its texture, if there is one.
     map: Option<(BrdfMap, TextureHandle)>,
     /// The mesh while it is being made.
     scene: Option<Task<(Mesh, PigmentTexture)>>,
@@ -54,10 +57,12 @@ pub(crate) struct App {
     building: Option<(Recipe, Task<Built>)>,
     /// The recipe of the last build, successful or not.
     tried: Option<Recipe>,
-    /// The last job ordered from the drawer.
+    /// The job that was last sent to the drawer.
     job: Option<Job>,
-    /// The point of the picture whose map was ordered last, each coordinate in [0, 1) from the upper left.
+    /// The point of the picture whose map was ordered last, each coordinate in [0, 1) from the upper left. `None` if no
+    /// map was ordered.
     cursor: Option<[f32; 2]>,
+    /// The facts at the bottom of the panel.
     facts: Facts,
     /// File name of the first screenshot.
     screenshot: PathBuf,
@@ -68,7 +73,8 @@ pub(crate) struct App {
 }
 
 impl App {
-    /// The window's contents. Other threads make the mesh and draw from now on.
+    /// The window's contents. Starts the threads that make the mesh and draw. `screenshot` is the file name of the
+    /// first screenshot.
     pub(crate) fn new(
         ctx: &egui::Context,
         window: RenderState,
@@ -79,8 +85,8 @@ impl App {
         let gpu = Arc::new(Gpu::adopt(window.device.clone(), window.queue.clone()));
         let facts = Facts {
             adapter: gpu.adapter(),
-            software: gpu.is_software(),
-            timestamps: gpu.has_timestamps(),
+            is_software: gpu.is_software(),
+            has_timestamps: gpu.has_timestamps(),
             ..Default::default()
         };
         Self {
@@ -105,7 +111,8 @@ impl App {
         }
     }
 
-    /// Takes the results of other threads, and starts to build the method of the settings if no build is under way.
+    /// Takes the results of other threads. Starts to build the method of the settings, if its recipe is new and no
+    /// build is under way.
     fn collect(&mut self, ctx: &egui::Context) {
         if let Some(outcome) = self.scene.as_ref().and_then(Task::poll) {
             self.scene = None;
@@ -195,7 +202,7 @@ impl App {
         self.scene.as_ref().map(|task| format!("making the mesh … {:.1} s", task.seconds()))
     }
 
-    /// The picture with the BRDF map; orders the drawing of what the settings and the cursor require.
+    /// Shows the picture with the BRDF map, and orders the picture of the settings and the map at the cursor.
     fn picture(&mut self, ui: &mut egui::Ui) {
         let stops = self.settings.exposure;
         if let Some(shown) = &mut self.shown
@@ -205,14 +212,14 @@ impl App {
             self.texture = Some(self.tone.show(&self.window, &shown.target, stops));
         }
         let note = self.error.clone().or_else(|| self.note());
-        let (response, seen) = picture_view::show(ui, &mut self.settings, self.texture, note.as_deref());
+        let (response, area) = picture_view::show(ui, &mut self.settings, self.texture, note.as_deref());
         if let Some((map, texture)) = &self.map {
             picture_view::show_map(ui, response.rect, map, texture.id());
         }
-        self.order(seen.size);
+        self.order(area.size);
         // During a drag, the map stays at the point where the drag began.
-        if !response.dragged() && seen.cursor != self.cursor {
-            self.cursor = seen.cursor;
+        if !response.dragged() && area.cursor != self.cursor {
+            self.cursor = area.cursor;
             if self.cursor.is_none() {
                 self.map = None;
             }
@@ -220,8 +227,8 @@ impl App {
         }
     }
 
-    /// Orders the picture of the settings if it is not ordered yet. `screen_size` is the size of its area in pixels of
-    /// the screen.
+    /// Orders the picture of the settings if it is not ordered yet. `screen_size` is the width and height of the
+    /// picture's area in pixels of the screen.
     fn order(&mut self, screen_size: (u32, u32)) {
         let scaled = |side: u32| ((side as f32 * self.settings.scale).round() as u32).max(1);
         let view = match self.settings.view() {
@@ -246,7 +253,7 @@ impl App {
         self.drawer.save(Shot { png, exposure: self.settings.exposure });
     }
 
-    /// Returns camera and sun to their first positions.
+    /// Returns camera and sun to their positions at the start.
     fn reset(&mut self) {
         self.settings.orbit = self.settings_at_start.orbit;
         self.settings.sun = self.settings_at_start.sun;

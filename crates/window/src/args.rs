@@ -1,7 +1,8 @@
 //! Command line of `sunbeam view`. The comments of [`ViewArgs`] are the text of `--help`.
 
 use crate::open::{Start, open};
-use crate::{Settings, Sun};
+use crate::settings::Settings;
+use crate::sun::Sun;
 use sunbeam::config::Theory;
 use sunbeam_cli::Outcome;
 use sunbeam_cli::method_args::MethodArgs;
@@ -11,7 +12,7 @@ use sunbeam_cli::scene_args::{SceneArgs, Size};
 use sunbeam_cli::surface_args::SurfaceArgs;
 use sunbeam_realtime::{AdapterChoice, KERATIN, Orbit};
 
-/// Default name of a screenshot.
+/// Default file name of a screenshot.
 const SCREENSHOT: &str = "sunbeam.png";
 
 /// Draw the snake in a window
@@ -83,7 +84,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
         settings,
         make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
         size: [args.size.0 as f32, args.size.1 as f32],
-        // The default name is not checked: the window opens even where nothing can be saved.
+        // The default name is not checked, so the window opens even if the working folder cannot be written.
         screenshot: args.screenshot.as_ref().map_or_else(|| SCREENSHOT.into(), |file| file.path().to_owned()),
         adapter: args.adapter.map_or_else(AdapterChoice::from_env, Ok)?,
     })

@@ -13,17 +13,20 @@ use sunbeam_realtime::progressive::{Job, Progressive};
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer, Scene, Shader, Target};
 
-/// Intended time in ms of the first picture after a change: a drag shows 14 pictures a second.
+/// Intended time in ms of the first picture after a change. With 70 ms, a drag shows 14 pictures a second. Larger
+/// values show finer pictures; smaller ones show more pictures.
 const PREVIEW_MS: f64 = 70.0;
 
 /// A drawn picture.
 pub(crate) struct Picture {
+    /// Memory that contains the picture.
     pub target: Arc<Target>,
+    /// Time and work of the GPU.
     pub report: FrameReport,
     /// Wall-clock time of drawing in ms.
     pub ms: f64,
     /// Whether no finer picture follows.
-    pub finest: bool,
+    pub is_finest: bool,
 }
 
 /// Order of a screenshot: a tone-mapped PNG, and a linear EXR beside it with the extension `.exr`.
@@ -31,7 +34,7 @@ pub(crate) struct Picture {
 pub(crate) struct Shot {
     /// Path of the PNG.
     pub png: PathBuf,
-    /// Stops by which the PNG is brightened.
+    /// Stops by which the PNG is brightened: the factor on the radiance is `2^exposure`.
     pub exposure: f64,
 }
 
@@ -48,8 +51,9 @@ pub(crate) enum Step {
 
 /// Result of a step.
 pub(crate) enum Done {
+    /// The picture.
     Picture(Picture),
-    /// `None` where the cursor is not on the lit side of the mesh.
+    /// The map; `None` where the cursor is not on the lit side of the mesh.
     Map(Option<BrdfMap>),
     /// Path of the PNG.
     Saved(PathBuf),
@@ -64,10 +68,10 @@ pub(crate) struct Artist {
     cursor: Option<[f32; 2]>,
     /// The ordered screenshot.
     shot: Option<Shot>,
-    /// Side in pixels of the map drawn for the cursor and the latest picture. It is [`hemisphere::FINEST_SIDE`], too,
-    /// where no map can be drawn.
+    /// Side in pixels of the map drawn for the cursor and the latest picture; `None` before the first map. Where no map
+    /// can be drawn, it is [`hemisphere::FINEST_SIDE`].
     map_side: Option<usize>,
-    /// Speed of the method in maps.
+    /// Speed of the method for maps, whose pixels count as rays.
     map_pace: Pace,
 }
 
@@ -99,7 +103,8 @@ impl Artist {
         Ok(())
     }
 
-    /// Replaces the method; its work ends when the flag `stop` is set. Returns the bytes of the method on the GPU.
+    /// Replaces the method. A step with the method fails with [`GpuError::Stopped`] when the flag `stop` is set.
+    /// Returns the bytes of the method's data on the GPU.
     ///
     /// # Errors
     /// The errors of [`Shader::new`]; the previous method stays in use.
@@ -131,7 +136,7 @@ impl Artist {
     }
 
     /// The next step; `None` if nothing is left to do. The order of steps is a first picture, a first map, finer
-    /// pictures, and finer maps. A screenshot needs the finest picture, so an ordered one comes before all maps.
+    /// pictures, and finer maps. While a screenshot is ordered, no maps are drawn, because it needs the finest picture.
     pub(crate) fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);
         if self.progressive.latest().is_none() {
@@ -153,8 +158,8 @@ impl Artist {
         }
     }
 
-    /// Whether an ordered screenshot is not done yet.
-    pub(crate) fn owes_shot(&self) -> bool {
+    /// Whether a screenshot is ordered and not done yet.
+    pub(crate) fn has_shot(&self) -> bool {
         self.shot.is_some()
     }
 
@@ -164,7 +169,7 @@ impl Artist {
         self.shot = None;
     }
 
-    /// Does a step of [`Artist::next_step`]; `None` if its order has been dropped.
+    /// Does a step of [`Artist::next_step`]; `None` if the order for the step has been dropped.
     ///
     /// # Errors
     /// [`Failure`], with [`GpuError::Stopped`] if the flag of [`Artist::set_method`] was set.
@@ -183,12 +188,12 @@ impl Artist {
         let report = frame.draw(&self.gpu, &self.renderer)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         self.progressive.finish(&frame, ms);
-        // The finer picture determines the surface under the cursor more exactly, so the map is drawn again.
+        // A finer picture determines the surface under the cursor more exactly, so the map is drawn again.
         self.map_side = None;
-        Ok(Some(Picture { target: Arc::clone(&frame.target), report, ms, finest: frame.is_finest }))
+        Ok(Some(Picture { target: Arc::clone(&frame.target), report, ms, is_finest: frame.is_finest }))
     }
 
-    /// Draws the map for the surface under the cursor, with `side` pixels along each side. `None` if cursor, picture or
+    /// Draws the map for the surface under the cursor, with `side` pixels along each side; `None` if cursor, picture or
     /// method are missing.
     fn draw_map(&mut self, side: usize) -> Result<Option<Done>, GpuError> {
         let (Some([x, y]), Some((target, _)), Some(shader)) =

@@ -15,8 +15,8 @@ use sunbeam::table::COHERENCE_LENGTH_UM;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 
-/// Range of the exposure slider in stops.
-const EXPOSURE: RangeInclusive<f64> = -6.0..=12.0;
+/// Range of the exposure slider.
+const EXPOSURE_STOPS: RangeInclusive<f64> = -6.0..=12.0;
 /// Range of the control for pixels of the picture per pixel of the window, along each side.
 const SCALE: RangeInclusive<f32> = 0.1..=2.0;
 /// Range of the control for the real part of the refractive index.
@@ -50,12 +50,12 @@ pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm)
         number(ui, "Rotation", &mut settings.view.rotation_deg, -360.0..=360.0, 0.5, "°");
         match &mut settings.index {
             Some(index) if is_film => number(ui, "eta", &mut index.eta, BODY_ETA, 0.01, ""),
-            _ => index(ui, &mut settings.index),
+            _ => show_index(ui, &mut settings.index),
         }
     });
-    section(ui, "Method", |ui| method(ui, settings));
+    section(ui, "Method", |ui| show_method(ui, settings));
     section(ui, "Sun", |ui| settings.sun.show(ui, settings.orbit.azimuth_deg()));
-    section(ui, "Picture", |ui| picture(ui, settings));
+    section(ui, "Picture", |ui| show_picture(ui, settings));
 }
 
 /// A section with a title that can be folded.
@@ -64,22 +64,22 @@ fn section(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui)) {
 }
 
 /// The refractive index; `None` is a perfect conductor, which reflects all light.
-fn index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
+fn show_index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
     let mut reflects_all = index.is_none();
     switch(ui, "Reflects all", &mut reflects_all);
     match index {
         _ if reflects_all => *index = None,
         None => *index = Some(sunbeam_realtime::KERATIN),
-        Some(index) => {
-            number(ui, "eta", &mut index.eta, INDEX_ETA, 0.01, "");
-            number(ui, "k", &mut index.k, INDEX_K, 0.01, "");
+        Some(ComplexIndex { eta, k }) => {
+            number(ui, "eta", eta, INDEX_ETA, 0.01, "");
+            number(ui, "k", k, INDEX_K, 0.01, "");
         }
     }
 }
 
-/// The method and the options that it reads. Values that an option takes when it is switched on are examples, not the
-/// automatic values.
-fn method(ui: &mut Ui, settings: &mut Settings) {
+/// The method and the options that it reads. The values of optional numbers when they are switched on are examples, not
+/// the automatic values.
+fn show_method(ui: &mut Ui, settings: &mut Settings) {
     choice(ui, "Method", &mut settings.kind, MethodKind::ALL.map(|kind| (kind, kind.name())));
     let options = &mut settings.options;
     for &option in settings.kind.options() {
@@ -94,7 +94,7 @@ fn method(ui: &mut Ui, settings: &mut Settings) {
                 choice(ui, "Series", &mut options.series, series);
             }
             "weighted" => switch(ui, "Weighted", &mut options.weighted),
-            "repeats" => repeats(ui, &mut options.repeats),
+            "repeats" => show_repeats(ui, &mut options.repeats),
             "period_um" => optional(ui, "Period", &mut options.period_um, 1.6, 0.05..=100.0, 0.01, " µm"),
             "stam_form" => {
                 choice(ui, "Form", &mut options.stam_form, [(StamForm::Spacing, "spacing"), (StamForm::Gems, "gems")]);
@@ -112,7 +112,7 @@ fn method(ui: &mut Ui, settings: &mut Settings) {
 }
 
 /// The numbers of repetitions along x and y. Both are set, or none.
-fn repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
+fn show_repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
     let [x, y] = repeats.map_or([None; 2], |repeats| repeats.xy().map(Some));
     let (mut new_x, mut new_y) = (x, y);
     optional(ui, "Repeats along x", &mut new_x, 26, 1..=REPEATS_MAX, 0.2, "");
@@ -125,10 +125,10 @@ fn repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
 }
 
 /// Exposure, blending with the pigment, ground and resolution.
-fn picture(ui: &mut Ui, settings: &mut Settings) {
+fn show_picture(ui: &mut Ui, settings: &mut Settings) {
     row(ui, "Exposure", |ui| {
         ui.spacing_mut().slider_width = 82.0;
-        ui.add(egui::Slider::new(&mut settings.exposure, EXPOSURE).max_decimals(1));
+        ui.add(egui::Slider::new(&mut settings.exposure, EXPOSURE_STOPS).max_decimals(1));
     });
     let mut blend = Blending::from(settings.view.blend);
     choice(ui, "Pigment", &mut blend, Blending::ALL);

@@ -18,6 +18,7 @@ use sunbeam_realtime::{Gpu, GpuError, Mesh};
 /// replaces an older one of its kind.
 pub(crate) struct Drawer {
     shared: Arc<Shared>,
+    /// Results of the thread.
     events: Receiver<Event>,
     /// `None` only while the drawer is dropped.
     thread: Option<JoinHandle<()>>,
@@ -40,6 +41,7 @@ pub(crate) enum Event {
 /// State that the window and the thread share.
 #[derive(Default)]
 struct Shared {
+    /// Orders that the thread has not read yet.
     pending: Mutex<Pending>,
     /// Wakes the thread when an order has been posted.
     arrived: Condvar,
@@ -62,7 +64,8 @@ struct Pending {
     interruptible_by: Change,
 }
 
-/// Kinds of changes, from the largest to the smallest. A step is ended by changes of a certain kind and by larger ones.
+/// Kinds of changes, from the largest to the smallest; larger changes compare as less. A step is ended by changes of a
+/// certain kind and by larger ones.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 enum Change {
     /// Another method or mesh, or the end of the thread.
@@ -149,7 +152,7 @@ impl Shared {
         self.arrived.notify_one();
     }
 
-    /// The thread's loop: reads the orders, does a step.
+    /// The thread's loop: reads the orders and does a step, until the thread is to end.
     fn run(&self, mut artist: Artist, reporter: &Reporter) {
         loop {
             let mut pending = self.lock();
@@ -169,7 +172,7 @@ impl Shared {
             let Some(step) = artist.next_step() else { continue };
             // A first picture or map is finished in spite of new jobs: otherwise a drag would show no pictures. A
             // picture for a screenshot is finished in spite of a moved cursor.
-            let interruptible_by = match (artist.refines(step), artist.owes_shot()) {
+            let interruptible_by = match (artist.refines(step), artist.has_shot()) {
                 (false, _) => Change::Method,
                 (true, true) => Change::Job,
                 (true, false) => Change::Cursor,
@@ -206,7 +209,7 @@ impl Shared {
         true
     }
 
-    /// Hands the orders to the artist. The first order that fails ends it, and later orders are dropped.
+    /// Hands the orders to the artist, up to the first one that fails. Orders after it are dropped.
     fn hand_over(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
         // Scene and method come last, because only they can fail.
         if let Some(job) = orders.job {

@@ -10,18 +10,20 @@ pub(crate) struct Facts {
     /// Name of the adapter.
     pub adapter: String,
     /// Whether the adapter renders on the processor.
-    pub software: bool,
+    pub is_software: bool,
     /// Whether times come from timestamps of the GPU.
-    pub timestamps: bool,
+    pub has_timestamps: bool,
     /// `None` before the first method.
     pub method: Option<MethodFacts>,
     /// `None` before the first picture.
     pub picture: Option<PictureFacts>,
 }
 
-/// The method that was built last. It draws the pictures from its upload on.
+/// The method that was built last. Until it is uploaded, pictures are drawn with the previous method.
 pub(crate) struct MethodFacts {
+    /// Name of the method.
     pub name: &'static str,
+    /// Time of building it in seconds.
     pub build_seconds: f64,
     /// Size of its data on the GPU in bytes; `None` until they are uploaded.
     pub bytes: Option<u64>,
@@ -34,7 +36,7 @@ pub(crate) struct PictureFacts {
     /// Wall-clock time of drawing in ms.
     ms: f64,
     /// Whether no finer picture follows.
-    finest: bool,
+    is_finest: bool,
     /// Number of sunlit samples of the mesh, each a query that the method answered.
     lit_samples: u64,
     /// Name and time in ms of each stage.
@@ -47,7 +49,7 @@ impl From<&Picture> for PictureFacts {
         Self {
             size: picture.target.size(),
             ms: picture.ms,
-            finest: picture.finest,
+            is_finest: picture.is_finest,
             lit_samples: picture.report.answered,
             stages: [
                 ("raster", times.raster),
@@ -69,11 +71,11 @@ impl Facts {
         };
         if let Some(picture) = &self.picture {
             let (width, height) = picture.size;
-            line(ui, "Picture", format!("{width} × {height}{}", if picture.finest { "" } else { ", draft" }));
+            line(ui, "Picture", format!("{width} × {height}{}", if picture.is_finest { "" } else { ", draft" }));
             line(ui, "Lit samples", picture.lit_samples.to_string());
             line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
             let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.1}")).join(", ");
-            let clock = if self.timestamps { "GPU clock" } else { "wall clock" };
+            let clock = if self.has_timestamps { "GPU clock" } else { "wall clock" };
             ui.weak(format!("{stages} ms by the {clock}"));
         }
         if let Some(method) = &self.method {
@@ -81,6 +83,6 @@ impl Facts {
             line(ui, "Method", format!("{}{size}", method.name));
             line(ui, "  built in", format!("{:.2} s", method.build_seconds));
         }
-        ui.weak(format!("{}{}", self.adapter, if self.software { ", software" } else { "" }));
+        ui.weak(format!("{}{}", self.adapter, if self.is_software { ", software" } else { "" }));
     }
 }

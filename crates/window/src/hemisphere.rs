@@ -9,24 +9,26 @@ use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
 const SIDES: [usize; 4] = [16, 32, 64, 128];
 /// Side of the finest map in pixels.
 pub(crate) const FINEST_SIDE: usize = SIDES[SIDES.len() - 1];
-/// Intended time in ms of the first map after a change.
+/// Intended time in ms of the first map after a change. Larger values show finer first maps; smaller ones show them
+/// sooner.
 const PREVIEW_MS: f64 = 40.0;
 
 /// A map of the hemisphere seen from above, in the layout of `sunbeam brdf-map`: right is the grating's +x, up is +y.
 #[derive(Clone)]
 pub(crate) struct BrdfMap {
-    /// sRGB colours, transparent outside the disc.
+    /// sRGB colours, transparent outside the disc of the hemisphere.
     pub image: egui::ColorImage,
     /// Unit vector to the light in the grating's frame.
     pub wi: [f32; 3],
     /// Unit vector from the point under the cursor to the viewer in the grating's frame.
     pub wo: [f32; 3],
-    /// Factor on the reflectance (1/sr) in the image, at which 1 % of the lit pixels exceed 1.
+    /// Factor on the reflectance (1/sr) in the image, with which at most 1 % of the lit pixels exceed 1.
     pub exposure: f64,
 }
 
-/// Side in pixels of the map to draw after a map with the side `done`: the finest in [`PREVIEW_MS`], else the next
-/// finer one. `done` is `None` before the first map; the result is `None` after the finest.
+/// Side in pixels of the map to draw after a map with the side `done`. It is the finest map that takes at most
+/// [`PREVIEW_MS`] by the estimate of `pace`, else the next finer one. `done` is `None` before the first map. The result
+/// is `None` after the finest map.
 pub(crate) fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let mut finer = SIDES.into_iter().filter(|&side| done.is_none_or(|done| side > done));
     let fits = |&side: &usize| pace.fits(area(side), PREVIEW_MS);
@@ -38,8 +40,8 @@ fn area(side: usize) -> f64 {
     (side * side) as f64
 }
 
-/// Draws a map with `side` pixels along each side for the light at the surface point `seen`, and updates the speed
-/// `pace`.
+/// Draws a map with `side` pixels along each side for the light at the surface point `seen`, and updates the estimate
+/// `pace`, where the pixels of the map count as rays.
 ///
 /// # Errors
 /// The errors of [`Shader::brdf_map`].

@@ -1,10 +1,10 @@
-//! The window of the realtime renderer, `sunbeam view`. It is a program of its own, because its dependencies take
-//! minutes to build.
+//! The window of the realtime renderer, `sunbeam view`. It is a separate program, because its dependencies take minutes
+//! to build.
 //!
 //! There are three kinds of threads. The window's own thread ([`app`]) never waits. Methods and the mesh are built on
-//! threads of their own ([`task`]). One thread ([`drawer`], [`artist`]) draws on the window's device, with coarse
-//! pictures first if the method is slow ([`sunbeam_realtime::progressive`]). The window's thread tone-maps these
-//! pictures into a texture of the window ([`tone`]).
+//! threads of their own ([`task`]). One thread ([`drawer`], [`artist`]) draws on the window's device. If the method is
+//! slow, it draws coarse pictures first ([`sunbeam_realtime::progressive`]). The window's thread tone-maps the pictures
+//! into a texture of the window ([`tone`]).
 
 mod app;
 mod args;
@@ -23,9 +23,7 @@ mod task;
 mod tone;
 mod widgets;
 
-use settings::Settings;
 use std::process::ExitCode;
-use sun::Sun;
 
 fn main() -> ExitCode {
     // SAFETY: no other thread exists yet.

@@ -7,29 +7,30 @@ use eframe::egui::{self, Color32, PointerButton, Rect, Response, Sense, Stroke, 
 /// Natural logarithm of the zoom factor per point that the wheel scrolls.
 const ZOOM_PER_POINT: f32 = 0.002;
 /// Largest side of the BRDF map in points.
-const MAP_POINTS: f32 = 150.0;
+const MAP_POINTS_MAX: f32 = 150.0;
 /// Largest side of the BRDF map as a fraction of the picture's shorter side.
-const MAP_FRACTION: f32 = 0.4;
+const MAP_FRACTION_MAX: f32 = 0.4;
 /// Distance of note and map from the picture's edges in points.
 const MARGIN_POINTS: f32 = 12.0;
 /// Texture coordinates of a whole texture.
 const WHOLE: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
 
-/// Size of the picture's area and position of the cursor.
-pub(crate) struct Seen {
+/// The area of the window that shows the picture, and the cursor in it.
+pub(crate) struct PictureArea {
     /// Width and height of the area in pixels of the screen, at least 1.
     pub size: (u32, u32),
     /// Position of the cursor in the area, each coordinate in [0, 1) from the upper left; `None` outside.
     pub cursor: Option<[f32; 2]>,
 }
 
-/// Shows the picture `texture` with a line of text in the available space, and moves camera and sun with the mouse.
+/// Shows the picture `texture` and the line of text `note` in the available space, and moves camera and sun with the
+/// mouse. The response is that of the area to the mouse.
 pub(crate) fn show(
     ui: &mut Ui,
     settings: &mut Settings,
     texture: Option<TextureId>,
     note: Option<&str>,
-) -> (Response, Seen) {
+) -> (Response, PictureArea) {
     let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
     let area = response.rect;
     painter.rect_filled(area, 0.0, Color32::BLACK);
@@ -53,11 +54,11 @@ pub(crate) fn show(
         inside.then_some([x, y])
     };
     let cursor = response.hover_pos().and_then(position);
-    (response, Seen { size, cursor })
+    (response, PictureArea { size, cursor })
 }
 
-/// Moves camera and sun. A drag with the left button turns the camera, with the middle button or shift it shifts the
-/// camera, and with the right button or ctrl it turns the sun. Wheel and pinch zoom.
+/// Moves camera and sun. A drag with the left button turns the camera. With the middle button or shift, it shifts the
+/// camera. With the right button or ctrl, it turns the sun. Wheel and pinch zoom.
 fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
     let (modifiers, scrolled, pinched) =
         ui.input(|input| (input.modifiers, input.smooth_scroll_delta().y, input.zoom_delta()));
@@ -80,12 +81,12 @@ fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
 /// direction to the viewer.
 pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     let painter = ui.painter_at(area);
-    let side = MAP_POINTS.min(MAP_FRACTION * area.size().min_elem());
+    let side = MAP_POINTS_MAX.min(MAP_FRACTION_MAX * area.size().min_elem());
     let disc = Rect::from_min_size(area.max - Vec2::splat(side + MARGIN_POINTS), Vec2::splat(side));
     painter.circle_filled(disc.center(), 0.5 * side, Color32::from_black_alpha(220));
     painter.image(texture, disc, WHOLE, Color32::WHITE);
     painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
-    // Position of a direction by its x and y in the grating's frame.
+    // Position in the map of a direction with the components x and y in the grating's frame.
     let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));
     let viewer = at(map.wo[0], map.wo[1]);

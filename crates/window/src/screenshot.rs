@@ -11,8 +11,8 @@ pub(crate) fn free_name(path: &Path) -> PathBuf {
         return png;
     }
     let stem = png.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let numbered = (2..u32::MAX).map(|number| png.with_file_name(format!("{stem}-{number}.png")));
-    numbered.into_iter().find(|candidate| !taken(candidate)).unwrap_or(png)
+    let numbered = |number: u32| png.with_file_name(format!("{stem}-{number}.png"));
+    (2..u32::MAX).map(numbered).find(|candidate| !taken(candidate)).unwrap_or_else(|| png.clone())
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ pub(crate) struct Settings {
     pub orbit: Orbit,
     /// The sun.
     pub sun: Sun,
-    /// Stops by which the picture is brightened.
+    /// Stops by which the picture is brightened: the factor on the radiance is `2^exposure`.
     pub exposure: f64,
     /// Pixels of the picture for each pixel of the window, along each side.
     pub scale: f32,
@@ -46,8 +46,9 @@ impl Settings {
         self.surface.transmission == Transmission::Film
     }
 
-    /// Makes the mesh a film of the index, or a surface that only reflects. A film excludes other settings of the
-    /// surface, and absorption.
+    /// Makes the mesh a film of the refractive index, or a surface that only reflects. For a film, the index is clamped
+    /// to the accepted range without absorption. Cover, theory, obliquity and shadowing are reset, because a film
+    /// excludes other values.
     pub(crate) fn set_film(&mut self, is_film: bool) {
         if is_film == self.is_film() {
             return;
@@ -71,22 +72,22 @@ impl Settings {
 
     /// The recipe of the method.
     pub(crate) fn recipe(&self) -> Recipe {
-        // The optics are left out of the recipe of a scalar method: they are options of the shader, so that a change of
-        // them builds nothing. A grating by Maxwell's equations contains its refractive index and conserves energy.
-        let rigorous = self.surface.theory == Theory::Rigorous;
+        // The recipe of a scalar method leaves out the optics, which are options of the shader. A change of the optics
+        // then builds nothing. A grating by Maxwell's equations contains its refractive index and conserves energy.
+        let is_rigorous = self.surface.theory == Theory::Rigorous;
         let mut surface = SurfaceConfig {
             obliquity: ObliquityChoice::default(),
             shadowing: false,
-            conserve_energy: (!rigorous).then_some(false),
+            conserve_energy: (!is_rigorous).then_some(false),
             ..self.surface.clone()
         };
-        let index = self.index.filter(|_| rigorous);
+        let index = self.index.filter(|_| is_rigorous);
         if self.is_film() {
             // The tables are those of the relief magnified by the index.
             (surface.eta, surface.k) = (self.index.map(|index| index.eta), None);
         }
         // Some methods support only one coherence patch that repeats.
-        if self.kind.is_patch_only() && !rigorous {
+        if self.kind.is_patch_only() && !is_rigorous {
             (surface.model, surface.tiling) = (Model::Patch, Some(Tiling::Periodic));
         }
         Recipe { surface, kind: self.kind, options: self.options.clone(), index, cache: self.cache.clone() }
@@ -96,6 +97,7 @@ impl Settings {
 /// All inputs of building a method. The window builds a method again when its recipe changes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recipe {
+    /// The surface, without the settings that are options of the shader.
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
@@ -106,6 +108,7 @@ pub(crate) struct Recipe {
 
 /// A method and the time of building it.
 pub(crate) struct Built {
+    /// The method.
     pub method: Box<dyn Method>,
     /// Time of building in seconds.
     pub seconds: f64,

@@ -45,7 +45,7 @@ impl Sun {
         *self = Self::new(azimuth, self.elevation_deg - DEGREES_PER_POINT * f64::from(down));
     }
 
-    /// The widgets: the sky seen from above with the viewer at the lower edge and a sun to drag, and the angles.
+    /// Shows the widgets: the sky seen from above with a sun to drag and the viewer at the lower edge, and the angles.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, camera_azimuth_deg: f64) {
         ui.horizontal(|ui| {
             self.disc(ui, camera_azimuth_deg);
@@ -63,8 +63,8 @@ impl Sun {
         });
     }
 
-    /// The disc of the sky: its centre is the zenith, its edge the horizon, and circles mark 30° and 60°. A click or
-    /// drag moves the sun there.
+    /// Shows the disc of the sky. Its centre is the zenith, its edge the horizon, and circles mark the elevations 30°
+    /// and 60°. A click or drag moves the sun to the cursor.
     fn disc(&mut self, ui: &mut egui::Ui, camera_azimuth_deg: f64) {
         let (response, painter) = ui.allocate_painter(Vec2::splat(WIDGET_POINTS), Sense::click_and_drag());
         let (centre, radius) = (response.rect.center(), DISC_RADIUS_POINTS);
@@ -83,7 +83,8 @@ impl Sun {
             .on_hover_text("The sky from above, you at the lower edge. Drag the sun, here or with the right button.");
     }
 
-    /// Position in the unit disc: x right and y down, with the camera's azimuth at the lower edge.
+    /// Position in the unit disc, the orthographic projection of the sky from above: x right and y down, with the
+    /// camera's azimuth at the lower edge.
     fn position(&self, camera_azimuth_deg: f64) -> Vec2 {
         let (sin, cos) = (self.azimuth_deg - camera_azimuth_deg).to_radians().sin_cos();
         let radius = self.elevation_deg.to_radians().cos();

@@ -14,15 +14,16 @@ const HEIGHT_UM: RangeInclusive<f64> = 0.001..=5.0;
 /// Range of the control for pixel sizes in µm.
 const PIXEL_UM: RangeInclusive<f64> = 1e-4..=10.0;
 
-/// The choice of the relief's source. Name and scale of a file are edited here; the surface receives them together when
+/// The choice of the relief's source. Name and scale of a file are edited here. The surface receives all of them when
 /// the user opens the file.
 pub(crate) struct SurfaceForm {
+    /// The source whose controls are shown.
     chosen: Chosen,
     /// Name of the file as typed.
     path: String,
-    /// Size of a pixel of the file in µm; `None` takes it from the file.
+    /// Size of a pixel of the file in µm; `None` for the size that the file contains.
     pixel_size_um: Option<f64>,
-    /// Height of the file's largest value in µm; `None` takes it from the file.
+    /// Height of the file's largest value in µm; `None` for the height that the file contains.
     max_height_um: Option<f64>,
 }
 
@@ -85,7 +86,8 @@ impl SurfaceForm {
     }
 }
 
-/// A length of a preset in µm; `None` is the default, and stays `None` until the user changes the number.
+/// The control of a length of a preset in µm. A `value` of `None` shows the default, and stays `None` until the user
+/// changes the number.
 fn dimension(ui: &mut Ui, label: &str, value: &mut Option<f64>, default: f64, range: RangeInclusive<f64>) {
     let mut shown = value.unwrap_or(default);
     number(ui, label, &mut shown, range, 0.005, " µm");

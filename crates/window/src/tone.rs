@@ -44,14 +44,14 @@ impl ToneMapper {
         Self { pass: TonePass::new(device, FORMAT), shown: None }
     }
 
-    /// Tone-maps a picture, brightened by `stops`, into the texture and returns the texture's identifier. It is the
+    /// Tone-maps a picture, brightened by `stops`, into the texture. Returns the texture's identifier, which is the
     /// same for all pictures.
     pub(crate) fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
         let (width, height) = target.size();
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let shown = match self.shown.take() {
             Some(shown) if shown.texture.size() == size => shown,
-            other_size => Shown::new(window, size, other_size.map(|shown| shown.id)),
+            none_or_other_size => Shown::new(window, size, none_or_other_size.map(|shown| shown.id)),
         };
         let view = shown.texture.create_view(&wgpu::TextureViewDescriptor::default());
         self.pass.draw(&window.device, &window.queue, target.picture(), width, &view, stops);
@@ -85,7 +85,7 @@ mod tests {
     use wgpu::util::DeviceExt;
 
     /// Bytes of a copied row of 16 texels, padded to wgpu's alignment.
-    const ROW: u64 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as u64;
+    const ROW_BYTES: u64 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as u64;
 
     /// The bytes (r, g, b, a) of each colour, tone-mapped by the pass.
     fn on_gpu(gpu: &Gpu, colours: &[[f32; 3]; 16], stops: f64) -> Vec<u8> {
@@ -102,7 +102,7 @@ mod tests {
         TonePass::new(device, FORMAT).draw(device, queue, &picture, size.width, &view, stops);
         let read = device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
-            size: ROW,
+            size: ROW_BYTES,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });

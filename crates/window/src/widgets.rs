@@ -40,7 +40,7 @@ pub(crate) fn number<N: Numeric>(
     });
 }
 
-/// An optional number as [`number`], with a checkbox; `first` is its value when it is switched on.
+/// The widget of [`number`] for an optional number, with a checkbox. `first` is the value when it is switched on.
 pub(crate) fn optional<N: Numeric>(
     ui: &mut Ui,
     label: &str,
@@ -84,7 +84,7 @@ pub(crate) fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// The widget of a number; numbers that are not integers have up to [`DECIMALS_MAX`] decimals.
+/// The widget of a number without its label. Numbers that are not integers have up to [`DECIMALS_MAX`] decimals.
 fn drag<'a, N: Numeric>(value: &'a mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) -> DragValue<'a> {
     // A value outside the range, such as one of the command line, stays until the user changes it.
     let drag = DragValue::new(value).range(range).clamp_existing_to_range(false).speed(speed).suffix(suffix.to_owned());

@@ -1,4 +1,4 @@
-//! The smooth body: an S-shaped centreline with a rotation-minimising frame, swept by a flattened cross-section.
+//! The smooth body: a flattened cross-section, swept along an S-shaped centreline with a rotation-minimising frame.
 //!
 //! The section consists of two half ellipses, the back and the belly, with a common half width r. At the angle φ, which
 //! is 0 on top of the back and ±π below the belly, its point is r·(sin φ·side + b·cos φ·up), with b = [`BACK`] or
@@ -14,14 +14,15 @@ use glam::DVec3;
 
 use super::SnakeOptions;
 
-/// Height b of the section above its widest line, relative to the half width; chosen by eye.
+/// Height b of the back's half ellipse, relative to the half width r; chosen by eye.
 const BACK: f64 = 0.92;
-/// Height b of the section below its widest line, relative to the half width; chosen by eye.
+/// Height b of the belly's half ellipse, relative to the half width r; chosen by eye.
 const BELLY: f64 = 0.70;
 /// Fraction of the girth that the sheet covers, from rim to rim. Smaller values would bring the rims into view from the
 /// side.
 const COVERAGE: f64 = 0.76;
-/// Number of steps of the tables of centreline and section. The steps are finer than most meshes need, and cheap.
+/// Number of steps of the tables of centreline and section. The steps are smaller than the cells of most meshes. More
+/// steps take longer and follow the curves more closely.
 const STEPS: usize = 2048;
 
 /// A point of the centreline with its frame.
@@ -38,6 +39,7 @@ struct Station {
 pub(super) struct Body {
     /// Stations at u = i/[`STEPS`], i from 0 to [`STEPS`].
     stations: Vec<Station>,
+    /// Length of the centreline.
     length_cm: f64,
     /// Half width r of the section.
     radius_cm: f64,
@@ -74,6 +76,7 @@ impl Body {
         let (sin, cos) = self.angle(self.rims_cm.0 + v * self.width_cm()).sin_cos();
         let b = relative_height(cos);
         let offset = self.radius_cm * (side * sin + up * (b * cos));
+        // Orthogonal to the tangent of the ellipse, side·cos − up·b·sin.
         let normal = (side * (sin * b) + up * cos).normalize();
         (centre + offset, normal)
     }
@@ -104,13 +107,13 @@ impl Body {
     }
 }
 
-/// Relative height b of the half ellipse at an angle with this cosine.
+/// Relative height b of the half ellipse at an angle φ with this cosine.
 fn relative_height(cos: f64) -> f64 {
     if cos >= 0.0 { BACK } else { BELLY }
 }
 
 /// Unit direction of the centreline at `u`. Seen from above, its angle with +x is bend·cos(2πu), which gives an S. The
-/// slope raises the middle by about `lift_cm`.
+/// slope lift·π/length·sin(2πu) integrates to a height of about lift at the middle and to 0 at the tail.
 fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
     let turn = options.bend_rad * (TAU * u).cos();
     let slope = options.lift_cm * PI / options.length_cm * (TAU * u).sin();
@@ -120,7 +123,7 @@ fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
 /// The [`STEPS`] + 1 stations at equal steps of u. Simpson's rule integrates the direction. The mean of the centres
 /// lies over the origin.
 fn stations(options: &SnakeOptions) -> Vec<Station> {
-    let step = options.length_cm / STEPS as f64;
+    let step_cm = options.length_cm / STEPS as f64;
     // At the head, the belly touches the ground.
     let height_cm = options.radius_cm * BELLY;
     let mut forward = heading(options, 0.0);
@@ -131,13 +134,13 @@ fn stations(options: &SnakeOptions) -> Vec<Station> {
         stations.push(Station { centre, forward, up });
         let next = heading(options, (i + 1) as f64 / STEPS as f64);
         let middle = heading(options, (i as f64 + 0.5) / STEPS as f64);
-        let next_centre = centre + (forward + middle * 4.0 + next) * (step / 6.0);
+        let next_centre = centre + (forward + middle * 4.0 + next) * (step_cm / 6.0);
         up = carry(up, forward, next, next_centre - centre);
         (forward, centre) = (next, next_centre);
     }
-    let middle = stations.iter().map(|s| s.centre).sum::<DVec3>() / stations.len() as f64;
+    let mean = stations.iter().map(|s| s.centre).sum::<DVec3>() / stations.len() as f64;
     for station in &mut stations {
-        station.centre -= DVec3::new(middle.x, middle.y, 0.0);
+        station.centre -= DVec3::new(mean.x, mean.y, 0.0);
     }
     stations
 }
@@ -154,7 +157,7 @@ fn carry(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3 {
     if axis.length_squared() < 1e-24 { reflected_up } else { reflect(reflected_up, axis) }
 }
 
-/// [`Body::arcs_cm`] by the midpoint rule.
+/// [`Body::arcs_cm`] for the half width `radius_cm`, by the midpoint rule.
 fn section_arcs_cm(radius_cm: f64) -> Vec<f64> {
     let mut arcs = Vec::with_capacity(STEPS + 1);
     let mut total = 0.0;

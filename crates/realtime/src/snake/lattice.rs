@@ -3,7 +3,7 @@
 //! # Lattice
 //! Coordinates (i, j) are in *half scales*: i along the body towards the tail, j around it in the direction of v. If
 //! i + j is even, the point is the centre of a scale; "scale (i, j)" is the scale with this centre. If i + j is odd,
-//! the point is a *node*. At a node four scales meet: the tip of the scale towards the head lies between the flanks of
+//! the point is a *node*. At a node four scales meet. The tip of the scale towards the head lies between the flanks of
 //! its two neighbours, over the root of the scale towards the tail.
 //!
 //! ```text
@@ -22,8 +22,10 @@
 //! the tip, above the scales behind. A *wall*, a narrow steep strip, leads from a free edge down to its *foot* on those
 //! scales.
 //!
-//! A scale has coordinates of its own, [`Local`]: with the vectors from the centre to the tip node and to the flank
-//! node on the point's side, `point = centre + along · tip + |across| · flank`, where `across` is negative on the left.
+//! A scale has coordinates of its own, `along` and `across` ([`Local`]). With the vectors from the centre to the tip
+//! node and to the flank node on the point's side, `point = centre + along · tip + |across| · flank`. On the left,
+//! `across` is negative.
+//!
 //! The *gauge* of a point is `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`], and `|across|` for `along` ≤ 0. It is
 //! 1 on the foot of a free edge and grows outward. The free edge has the gauge `1 − w`, where w is the width of the
 //! wall.
@@ -38,7 +40,7 @@ use super::SnakeOptions;
 const OUTLINE: f64 = 1.4;
 /// Width of the wall at the tip, in units of the gauge; chosen by eye.
 ///
-/// Wider walls have triangles that are alternately lit and in shadow under a low sun. Narrower, steeper walls turn away
+/// The triangles of wider walls are alternately lit and in shadow under a low sun. Narrower, steeper walls deviate more
 /// from their shading normals, which are those of the scales above and below.
 const WALL_WIDTH_MAX: f64 = 0.012;
 /// Number of rows of random traits beyond each side of the sheet. Meshes depend on this number: it determines which
@@ -56,16 +58,18 @@ pub(super) fn gauge(along: f64, across: f64) -> f64 {
     (along.powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
 }
 
-/// Width w of the wall in units of the gauge, at a fraction `t` of the way from the flank (0) to the tip (1). It grows
-/// fastest at the flank, like the height of the free edge over its foot.
+/// Width w of the wall in units of the gauge, at a fraction `t` of the way from the flank (0) to the tip (1). The width
+/// grows fastest at the flank, as the height of the free edge over its foot does.
 fn wall_width(t: f64) -> f64 {
     WALL_WIDTH_MAX * (1.0 - (1.0 - t).powi(3))
 }
 
-/// A half of a scale: towards smaller j (left) or larger j (right).
+/// A half of a scale.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Side {
+    /// Towards smaller j.
     Left,
+    /// Towards larger j.
     Right,
 }
 
@@ -85,9 +89,10 @@ pub(super) struct Traits {
 }
 
 impl Traits {
-    /// Random traits; `variation` in [0, 1] is their relative spread. Meshes depend on the order of the random numbers.
+    /// Random traits. Each deviates from its mean by at most `variation`, in [0, 1], times the number below. Meshes
+    /// depend on the order of the random numbers.
     fn random(random: &mut impl Rng, variation: f64) -> Self {
-        let mut vary = |amount: f64| variation * amount * random.random_range(-1.0..1.0);
+        let mut vary = |largest: f64| variation * largest * random.random_range(-1.0..1.0);
         Self {
             height: 1.0 + vary(0.35),
             keel: 1.0 + vary(0.5),
@@ -113,7 +118,7 @@ impl Local {
         gauge(self.along, self.across)
     }
 
-    /// Whether the gauge is at most 1. Most points are decided without computing powers.
+    /// Whether the gauge is at most 1. For most points the answer follows without computing powers.
     fn is_within(self) -> bool {
         let (along, across) = (self.along, self.across.abs());
         if along > 1.0 || across > 1.0 {
@@ -137,7 +142,7 @@ impl Local {
 struct Corners {
     tip: DVec2,
     flanks: [DVec2; 2],
-    /// Signed areas of the parallelograms of tip and flank: negative on the left.
+    /// Signed area of the parallelogram of `tip` and each flank vector: negative on the left.
     areas: [f64; 2],
 }
 
@@ -179,7 +184,7 @@ impl Lattice {
         DVec2::new(self.rows_along as f64, self.rows_around as f64)
     }
 
-    /// The traits of scale (i, j). Scales beyond j = 0 and j = `rows_around` are mirror images of those inside, and the
+    /// The traits of scale (i, j). Scales beyond j = 0 and j = `rows_around` are mirror images of those inside. The
     /// tips of scales on these lines do not lean, so that the sheet has straight sides.
     pub(super) fn traits(&self, (i, j): (i64, i64)) -> Traits {
         let inside_j = if j < 0 { -j } else { j.min(2 * self.rows_around - j) };
@@ -275,6 +280,7 @@ impl Lattice {
             .find(covers)
             // Rounding may leave a gap, which the nearest scale closes.
             .or_else(|| nearby().min_by(|a, b| gauge_in(a).total_cmp(&gauge_in(b))))
+            // Never used: there is always a scale nearby.
             .unwrap_or((first_i, middle_j))
     }
 }

@@ -1,8 +1,8 @@
 //! The triangle mesh of the snake.
 //!
-//! Each scale (i, j) of the lattice (lattice.rs) is a grid of n × n cells over its visible part (patch.rs), displaced
-//! from the smooth body (body.rs) by the height of the scale (scales.rs). Grid coordinates x and y are 0 to n: (0, 0)
-//! is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
+//! Each scale (i, j) of the lattice (lattice.rs) is a grid of n × n cells over its visible part (patch.rs). The height
+//! of the scale (scales.rs) displaces the grid from the smooth body (body.rs). Grid coordinates x and y are 0 to n:
+//! (0, 0) is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
 //!
 //! Scales share vertices only at the nodes of the lattice. Elsewhere a wall of triangles connects the free edge of a
 //! scale with the scales below it.
@@ -87,7 +87,8 @@ struct Builder {
     /// Number n of cells along each side of a scale.
     cells: usize,
     mesh: SnakeMesh,
-    /// Vertex of each node that has been added. Three scales share it.
+    /// Vertex of each node that has been added. Three scales share it; the tip of the fourth scale lies above the node
+    /// and has a vertex of its own.
     nodes: HashMap<(i64, i64), u32>,
     /// Vertices of each scale, at the index `x · (n + 1) + y`; `None` beyond the sheet.
     scales: HashMap<(i64, i64), Vec<Option<u32>>>,
@@ -151,7 +152,8 @@ impl Builder {
     fn add_walls(&mut self, (i, j): (i64, i64)) {
         let n = self.cells;
         for t in 0..n {
-            // Pairs of a vertex of the free edge and a vertex of its foot, ordered so that the strips face outwards.
+            // Pairs of a vertex of the free edge and a vertex of its foot on the scale below. On the right the foot
+            // comes first, so that both strips face outwards.
             let left = |t: usize| [self.vertex((i, j), n, t), self.vertex((i + 1, j - 1), 0, t)];
             let right = |t: usize| [self.vertex((i + 1, j + 1), t, 0), self.vertex((i, j), t, n)];
             for [near, far] in [[left(t), left(t + 1)], [right(t), right(t + 1)]] {

@@ -2,13 +2,14 @@
 
 use super::SnakeError;
 
-/// Shape and resolution of the snake; comments give the accepted range and, in parentheses, the default.
+/// Shape and resolution of the snake. The comment of each field gives the accepted range, and the default in
+/// parentheses.
 ///
 /// The default mesh has 10 933 vertices and 21 573 faces; the snake of Single 2014 has 11 696 and 22 950.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
-    /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number of cells is even because scales in
-    /// the corners of the sheet are cut through their middle, where there must be a vertex.
+    /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number of cells is even, because corners
+    /// of the sheet lie in the middle of scales, where there must be vertices.
     pub half_cells: usize,
     /// Length of the body in half scales, 4 to 400 (27). The unit is half a scale because every second row of scales is
     /// displaced by it.
@@ -94,7 +95,7 @@ impl SnakeOptions {
         // Seen from above, the angle of the centreline is bend·cos(2πu) (body.rs). Its largest derivative by the length
         // is the largest curvature, 2π·bend/length. The lower bound avoids a division by zero.
         let radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
-        // With a factor of 1, the inner side of the bend would shrink to a line.
+        // With a factor of 1 instead of 1.3, the inner side of the bend would shrink to a line.
         let least_cm = 1.3 * self.radius_cm;
         if radius_cm < least_cm {
             return Err(SnakeError::Bend { radius_cm, least_cm });

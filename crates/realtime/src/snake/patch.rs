@@ -2,8 +2,8 @@
 //! foot.
 //!
 //! The visible part is bounded by four curves: the scale's own two free edges towards the tail, and the feet of the two
-//! scales nearer to the head, under which the scale comes out. A Coons patch, the bilinear blend of four boundary
-//! curves, maps the unit square to the visible part.
+//! scales nearer to the head, under which the scale comes out. A Coons patch, the bilinearly blended surface of four
+//! boundary curves, maps the unit square to the visible part.
 
 use glam::DVec2;
 
@@ -22,9 +22,9 @@ impl<'a> Patch<'a> {
         Self { lattice, scale }
     }
 
-    /// Whether the sheet contains the vertex (`x`, `y`) of a grid of `cells`², `x` and `y` in 0 to `cells`. The sheet
-    /// ends in the middle of the scales on its rim: on the diagonal between the flanks, or on the axis from root to
-    /// tip.
+    /// Whether the sheet contains the vertex (`x`, `y`) of a grid of `cells`² cells, where `x` and `y` count from 0 to
+    /// `cells`. The sheet ends in the middle of the scales on its rim: on the diagonal between the flanks at head and
+    /// tail, and on the axis from root to tip at the sides.
     pub(super) fn covers(&self, x: usize, y: usize, cells: usize) -> bool {
         let (i, j) = self.scale;
         (i > 0 || x + y >= cells)
@@ -46,13 +46,14 @@ impl<'a> Patch<'a> {
         between_edges - root.lerp(right_flank, y).lerp(left_flank.lerp(tip, y), x)
     }
 
-    /// A point of an edge; `t` is 0 at the end nearer to the root, 1 at the other. On the scales at the two ends of the
-    /// sheet, the edges beyond the end are mirror images of the others, so that the sheet ends in a straight line.
+    /// A point of an edge, from its end nearer to the root (`t` = 0) to its other end (`t` = 1). On the scales at the
+    /// two ends of the sheet, the edges beyond the end are mirror images of the others, so that the sheet ends in a
+    /// straight line.
     fn edge(&self, edge: Edge, t: f64) -> DVec2 {
         let (i, j) = self.scale;
         let rows = self.lattice.rows_along;
         let mirrored = |other: Edge| {
-            // Reflected about the line through the scale's centre.
+            // Reflection about the line i through the scale's centre.
             let point = self.edge(other, 1.0 - t);
             DVec2::new(2.0 * i as f64 - point.x, point.y)
         };

@@ -13,7 +13,7 @@ pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
 /// Largest accepted size of a side in pixels.
 const SIDE_MAX: usize = 16_384;
 
-/// Linear sRGB reflectance of the back.
+/// Linear sRGB reflectance of the back, blackish brown.
 pub(crate) const BACK_REFLECTANCE: [f64; 3] = [0.022, 0.017, 0.014];
 /// Linear sRGB reflectance of the rim of a scale.
 const RIM_REFLECTANCE: [f64; 3] = [0.050, 0.041, 0.034];
@@ -27,7 +27,7 @@ pub struct PigmentTexture {
     pub width: usize,
     /// Pixels around the body (v).
     pub height: usize,
-    /// `[r, g, b]`, sRGB-encoded, row by row from v = 0 on.
+    /// Encoded sRGB `[r, g, b]`, row by row from v = 0 on.
     pub pixels: Vec<[u8; 3]>,
 }
 
@@ -57,16 +57,17 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
     Ok(PigmentTexture { width, height, pixels })
 }
 
-/// Linear reflectance of a point of a scale at `v` around the body.
+/// Linear sRGB reflectance of a point of a scale, at the texture coordinate `v` around the body.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
-    // Weight of the rim's colour: 0 inside the scale; at its edge 1 on the half towards the tip, and 0.5 towards the
-    // root.
+    // Weight of the rim's colour: 0 inside the scale. At its edge, 1 on the half towards the tip and 0.5 on the half
+    // towards the root.
     let rim_weight_max = if spot.along > 0.0 { 1.0 } else { 0.5 };
     let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
     // Weight of the flank's colour: 0 on the back, 1 at the sides of the sheet.
     let flank = smoothstep((v - 0.5).abs(), 0.30, 0.20);
     // The keel, along the axis of the scale, is darker by up to a quarter.
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();
+    // The random lightness of the scale changes its reflectance by up to a quarter.
     let shade = keel * (1.0 + 0.25 * spot.shade);
     std::array::from_fn(|c| {
         let skin = BACK_REFLECTANCE[c] + flank * (FLANK_REFLECTANCE[c] - BACK_REFLECTANCE[c]);

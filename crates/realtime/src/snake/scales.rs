@@ -1,10 +1,12 @@
 //! The relief of the scales: a height over the smooth skin, and the visible scale at a point.
 //!
-//! The height of a scale is `unit · (DOME + keel(across)) · rise(x) · rise(y)`, where the unit is the width of a half
-//! scale times the factor [`SnakeOptions::relief`]. The scale comes out from under two scales nearer to the head, one
-//! on its left and one on its right. The coordinate x is 0 on the foot of the left one, and 1 at the tip of the scale.
-//! It follows from the gauge in the coordinates of the left one (lattice.rs): `x = (gauge − 1)/(gauge(2, 1) − 1)`. The
-//! coordinate y is the same for the right one.
+//! The height of a scale is `unit · (dome + keel(across)) · rise(x) · rise(y)`, where the unit is the width of a half
+//! scale times the factor [`SnakeOptions::relief`]. Dome and keel have random factors near 1 (`Traits` in lattice.rs).
+//!
+//! The scale comes out from under two scales nearer to the head, one on its left and one on its right. The coordinate x
+//! is 0 on the foot of the left scale, and 1 at the tip of the covered scale. It follows from the gauge in the
+//! coordinates of the left scale (lattice.rs): `x = (gauge − 1)/(gauge(2, 1) − 1)`. The coordinate y is that of the
+//! right scale.
 
 use glam::DVec2;
 
@@ -17,10 +19,11 @@ use super::{
 const DOME: f64 = 0.05;
 /// Height of a scale's keel, relative to the width of a half scale; chosen by eye.
 const KEEL: f64 = 0.03;
-/// The x at which the first factor of [`rise`] is one half; chosen by eye. Smaller values make scales rise more
-/// steeply.
+/// The x at which the first factor of [`rise`], x²/(x² + RISE²), is one half; chosen by eye. Smaller values make scales
+/// rise more steeply.
 const RISE: f64 = 0.3;
-/// Fall of a scale towards its free edges: 0 for none, 1 for a fall to the skin at the tip; chosen by eye.
+/// Slope of the second factor of [`rise`], 1 − FALL·x, which lowers a scale towards its free edges; chosen by eye. With
+/// 0 nothing is lowered, with 1 the tip lies on the skin.
 const FALL: f64 = 0.65;
 /// Half width of the keel, relative to the half width of a scale; chosen by eye.
 const KEEL_WIDTH: f64 = 0.11;
@@ -34,7 +37,8 @@ pub(super) struct Spot {
     pub along: f64,
     /// Position across the axis: −1 at the left flank, 0 on the axis, 1 at the right flank.
     pub across: f64,
-    /// The gauge relative to the free edge: 0 at the centre, 1 on the free edge and beyond.
+    /// Gauge of the point over the gauge of the free edge in its direction, at most 1: 0 at the centre, 1 on the free
+    /// edge and beyond.
     pub edge: f64,
     /// Random lightness of the scale, −1 to 1.
     pub shade: f64,
@@ -47,7 +51,7 @@ pub(super) struct Scales {
     gauge_at_next_tip: f64,
     /// Width of a half scale times the options' relief, in cm.
     unit_cm: f64,
-    /// Factor on the keels of all scales.
+    /// Factor on the keels of all scales, [`SnakeOptions::keel`].
     keel: f64,
 }
 
@@ -75,10 +79,9 @@ impl Scales {
         }
     }
 
-    /// Height in cm of scale (i, j) over the smooth skin at a point of the lattice, continued beyond its edges.
+    /// Height in cm of scale (i, j) over the smooth skin at a point of the lattice, continued beyond the scale's edges.
     ///
-    /// The height is 0 where the scale comes out from under the two scales nearer to the head, so that it stays below
-    /// them there.
+    /// The height is 0 on the feet of the two scales nearer to the head, so that the scale stays below them there.
     pub(super) fn height_cm(&self, (i, j): (i64, i64), point: DVec2) -> f64 {
         let traits = self.lattice.traits((i, j));
         let distance_from_foot =

@@ -11,11 +11,11 @@ struct Frame {
     forward: vec3<f32>,
     // Number of rows.
     height: u32,
-    // Vector from the middle of the picture to its right edge, at distance 1.
+    // Vector from the middle of the image plane to its right edge. The plane lies at the distance 1 from the camera.
     right: vec3<f32>,
-    // Fraction of the diffraction colour with FRAME_FIXED_MIX; the rest is pigment.
-    mix: f32,
-    // Vector from the middle of the picture to its lower edge, at distance 1.
+    // Weight of the diffraction colour with FRAME_FIXED_MIX, 0 to 1; the pigment has the weight 1 - share.
+    share: f32,
+    // Vector from the middle of the image plane to its lower edge.
     down: vec3<f32>,
     // Factor on the reflectance of the pigment texture.
     pigment_scale: f32,
@@ -25,30 +25,30 @@ struct Frame {
     blend: u32,
     // Position of this sample's ray within its pixel, 0 to 1 from the left and the top; the centre is (0.5, 0.5).
     subpixel: vec2<f32>,
-    // Cosine and sine of the angle from the tangent along u to the grating's x axis.
+    // Cosine and sine of the angle from the tangent along u to the grating's x axis, counter-clockwise about the
+    // normal.
     rotation: vec2<f32>,
     // Diffuse reflectance of the ground, linear sRGB, 0 to 1.
     soil: vec3<f32>,
-    // Weight of this sample in the sum over the pixel's samples: 1 over their number.
+    // Weight of this sample in the sum over the pixel's samples: 1 over the number of samples.
     weight: f32,
-    // 1 for the first sample, which replaces the previous picture; 0 for the others, which are added.
-    first: u32,
-    // 1 if the scene has a ground, the plane z = 0; else 0.
-    ground: u32,
-    // Index of the film that the mesh is; 0 for a surface that only reflects.
+    // 1 for the first sample of a pixel, which replaces the previous picture; 0 for later samples, which are added.
+    is_first: u32,
+    // 1 if the scene has a ground in the plane z = 0, else 0.
+    has_ground: u32,
+    // Refractive index of the mesh if it is a transparent film; 0 for an opaque mesh.
     film_eta: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// Values of `blend` (`Blend` in view.rs; formulas in resolve.wgsl).
-//
-// The pigment receives the light that the interface does not reflect.
+// Value of `Frame.blend`: the pigment receives the light that the surface does not reflect. resolve.wgsl has the
+// formulas of all values; `Blend` in view.rs is their counterpart.
 const FRAME_PHYSICAL: u32 = 0u;
-// Weighted mean of pigment and diffraction by `mix`.
+// Value of `Frame.blend`: mean of diffraction and pigment, weighted by `share`.
 const FRAME_FIXED_MIX: u32 = 1u;
-// Diffraction alone.
+// Value of `Frame.blend`: diffraction without pigment.
 const FRAME_NONE: u32 = 2u;
 
-// Distance of the near plane in cm, far below 0.2 cm, the smallest distance of an orbiting camera (orbit.rs).
-const FRAME_NEAR: f32 = 0.01;
+// Distance of the near plane in cm. It is far below 0.2 cm, the smallest distance of an orbiting camera (orbit.rs).
+const FRAME_NEAR_CM: f32 = 0.01;

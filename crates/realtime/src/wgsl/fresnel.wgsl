@@ -1,9 +1,13 @@
 // Unpolarised Fresnel reflectance at a plane interface; counterpart of `fresnel_unpolarised` in
 // src/scattering/fresnel.rs. Complex numbers are vectors (re, im).
 //
-// Symbols: θ the angle of incidence, c = cosθ, n = eta + i k the refractive index relative to the outer medium, and
-// t = √(n² - sin²θ), the normal component of the transmitted wave vector in units of the outer wave number. Then
-//     R_s = |c - t|²/|c + t|²,  R_p = |n²c - t|²/|n²c + t|²,  R = (R_s + R_p)/2.
+// Symbols:
+//     c    cosθ, with the angle of incidence θ
+//     n    refractive index eta + i k relative to the outer medium
+//     t    √(n² - sin²θ), normal component of the transmitted wave vector in units of the outer wave number
+//     R_s  |c - t|²/|c + t|², reflectance of the polarisation s
+//     R_p  |n²c - t|²/|n²c + t|², reflectance of the polarisation p
+//     R    (R_s + R_p)/2
 
 // Principal square root of a complex z with im z ≥ 0. The larger of its real and imaginary parts is the root of a sum
 // without cancellation. The smaller one follows from their product, im z/2.

@@ -1,11 +1,11 @@
 // Second stage of a picture (lib.rs), after raster.wgsl: for each pixel, finds the point that its ray meets, the
-// directions in the shading frame there, and the visibility of the sun. The result is a query (query.wgsl) that the
-// method's shader answers later.
+// directions in the shading frame there, and the visibility of the sun. The result is a query (query.wgsl), whose
+// reflectance shade.wgsl computes later.
 //
 // The rasteriser has written the triangle of each pixel into the texture `seen`. Passes, in this order:
 //
 // 1. locate_sort: sorts pixels into the lists `skin` (with a triangle) and `bare` (without one);
-// 2. locate_bare, locate_found: write the queries of the pixels in `bare` and `skin`. A pixel is added to the list
+// 2. locate_bare, locate_skin: write the queries of the pixels in `bare` and `skin`. A pixel is added to the list
 //    `rest` if its ray misses the rasteriser's triangle, or if the sun's depth map does not decide the visibility;
 // 3. locate_rest: writes the queries of the pixels in `rest` by rays through the tree of boxes (trace.wgsl);
 // 4. locate_choose: lists the queries of sunlit skin in `chosen`.
@@ -44,34 +44,38 @@ struct Lists {
 // Indices of the queries that need an answer.
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> lists: Lists;
-// Radiance of each pixel summed over the samples so far, and the sum of their weights, rows from the top.
+// Weighted sum of the radiance over the samples of each pixel so far (rgb), and the sum of their weights (a); rows from
+// the top.
 @group(0) @binding(8) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(9) var<uniform> sunlight: Sunlight;
 // Depths of the sun's map (sunlight.wgsl), rows from the top: 1 at the side of the map's box that faces the sun, 0
-// where there is no mesh. A depth d is the position 2d - 1 along the direction to the sun.
-@group(0) @binding(10) var<storage, read> sunlit: array<f32>;
+// where there is no mesh. A depth d is the coordinate 2d - 1 of `sunlight_position` along the direction to the sun.
+@group(0) @binding(10) var<storage, read> sun_depths: array<f32>;
 
 // Half the side of the square ground in cm, as in the Mitsuba scene.
-const LOCATE_GROUND_HALF_SIDE: f32 = 200.0;
+const LOCATE_GROUND_HALF_SIDE_CM: f32 = 200.0;
 // Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision.
 const LOCATE_EPSILON: f32 = 8.940697e-5;
-// Largest height in texels above the plane of a surface point at which a depth is no occluder: a curved surface leaves
-// its tangent plane by less within a texel. Larger values overlook near occluders; smaller ones need more rays.
+// Largest height above the plane of a surface point, in widths of a texel, at which a depth counts as the surface
+// itself. A curved surface leaves its tangent plane by less within a texel. Larger values overlook near occluders;
+// smaller ones need more rays.
 const LOCATE_SURFACE_MAX: f32 = 0.5;
-// Smallest height in texels above the plane at which a depth is an occluder that shadows the whole texel. Smaller
-// values darken points beside occluders; larger ones need more rays.
+// Smallest height above the plane, in widths of a texel, at which a depth counts as an occluder that shadows the whole
+// texel. Smaller values darken points beside occluders; larger ones need more rays.
 const LOCATE_OCCLUDER_MIN: f32 = 2.0;
-// Smallest cosine between the normal and the sun at which the map decides. At smaller cosines a texel covers more than
-// ten times its width of the plane.
+// Smallest cosine between the normal and the sun at which the map decides. At smaller cosines one texel covers a part
+// of the plane that is more than ten texels long.
 const LOCATE_COSINE_MIN: f32 = 0.1;
-// Length of a run: number of pixels or entries that an invocation sorts, one bit of a u32 each. One atomic operation
-// then reserves the entries of a whole run. Equal to `RUN` in locate.rs.
+// Number of pixels or entries that an invocation sorts, a run, with one bit of a u32 for each. One atomic operation
+// reserves the list entries of a whole run. Equal to `RUN` in locate.rs.
 const LOCATE_RUN: u32 = 32u;
 
-// Visibility of the sun: hidden, visible, or undecided by the map.
-const LOCATE_DARK: u32 = 0u;
-const LOCATE_LIT: u32 = 1u;
-const LOCATE_UNSURE: u32 = 2u;
+// Visibility of the sun: hidden by the mesh, or behind the surface itself.
+const LOCATE_SUN_HIDDEN: u32 = 0u;
+// Visibility of the sun: visible.
+const LOCATE_SUN_VISIBLE: u32 = 1u;
+// Visibility of the sun: the depth map cannot tell, so a ray must.
+const LOCATE_SUN_UNDECIDED: u32 = 2u;
 
 // Start of a ray from the point p in a direction, moved off the surface with normal n so that the ray does not meet the
 // surface again (Mitsuba's `offset_p`).
@@ -89,53 +93,58 @@ fn locate_tangent(n: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(1.0 + side * n.x * n.x * a, side * n.x * n.y * a, -side * n.x);
 }
 
-// The direction w, given in the shading frame, in the grating's frame, which is rotated about the normal.
+// The direction w of the shading frame in the grating's frame, which is rotated about the normal.
 fn locate_to_grating(w: vec3<f32>) -> vec3<f32> {
-    let r = frame.rotation;
-    return vec3<f32>(r.x * w.x + r.y * w.y, r.x * w.y - r.y * w.x, w.z);
+    let cos_angle = frame.rotation.x;
+    let sin_angle = frame.rotation.y;
+    return vec3<f32>(cos_angle * w.x + sin_angle * w.y, cos_angle * w.y - sin_angle * w.x, w.z);
 }
 
-// Visibility of the sun from the point p of a plane with the normal n, by the sun's depth map. The sun is visible where
-// the four depths around the point continue the plane, and hidden where all four lie far in front of the plane.
-// Otherwise only a ray can decide.
-fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
+// Visibility of the sun (LOCATE_SUN_*) from the point p of a plane with the unit normal n, by the sun's depth map. The
+// sun is visible where the four depths around the point continue the plane, and hidden where all four lie far in front
+// of the plane. Otherwise only a ray can decide.
+fn locate_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     let position = sunlight_position(sunlight, p);
-    // Position in texels; whole numbers are the centres of texels.
+    // Position as column and row in texels, rows from the top; whole numbers are the centres of texels.
     let texel = (0.5 * position.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
     if any(texel < vec2<f32>(0.0)) || any(texel >= vec2<f32>(sunlight.side - 1.0)) {
         // The map has a margin around the mesh, so a ray to the sun outside the map misses the mesh.
-        return LOCATE_LIT;
+        return LOCATE_SUN_VISIBLE;
     }
     let cosine = dot(n, sunlight.to_sun);
     if abs(cosine) < LOCATE_COSINE_MIN {
-        return LOCATE_UNSURE;
+        return LOCATE_SUN_UNDECIDED;
     }
-    // Step from a texel to the next column and to the next row, along the axes `right` and `up` of the map. Rows run
-    // downwards. The plane dot(n, x) = 0 rises towards the sun by `slope` for each step: -dot(n, axis)/cosine for each
-    // unit of length along an axis.
+    // Distances in cm from a texel to the next column along the map's axis `right`, and to the next row along `up`.
+    // Rows run downwards, so the second distance is negative.
     let texel_step = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
+    // Rises of the plane towards the sun in cm for a step to the next column and to the next row. The plane
+    // dot(n, x) = 0 rises by -dot(n, axis)/cosine for each unit of length along an axis.
     let slope = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * texel_step / cosine;
-    // The four texels around the point are the upper left one, its right neighbour, and the two below. `offset` is the
-    // position of the point between them, 0 to 1.
+    // The four texels around the point, in the order of the following vectors: the upper left one, its right neighbour,
+    // and the two below. `offset` is the position of the point between them, 0 to 1.
     let corner = floor(texel);
     let offset = texel - corner;
     let side = u32(sunlight.side);
-    let first = u32(corner.y) * side + u32(corner.x);
-    let depths = vec4<f32>(sunlit[first], sunlit[first + 1u], sunlit[first + side], sunlit[first + side + 1u]);
-    // Heights of the plane above the point p at the four texels.
+    let above = u32(corner.y) * side + u32(corner.x);
+    let below = above + side;
+    let depths = vec4<f32>(sun_depths[above], sun_depths[above + 1u], sun_depths[below], sun_depths[below + 1u]);
+    // Heights of the plane at the four texels, in cm towards the sun from the point p.
     let plane = vec4<f32>(-offset.x, 1.0 - offset.x, -offset.x, 1.0 - offset.x) * slope.x
         + vec4<f32>(-offset.y, -offset.y, 1.0 - offset.y, 1.0 - offset.y) * slope.y;
-    // Heights of the depths above the plane, in widths of a texel. A depth of 0 is no mesh and no occluder: it is moved
-    // far behind. The margin of the box keeps depths of the mesh above 0.
+    // Coordinates of the depths along the direction to the sun. A depth of 0, where there is no mesh, is moved far away
+    // from the sun, so that it counts as no occluder. The margin of the box keeps depths of the mesh above 0.
     let towards_sun = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
+    // Heights of the depths above the plane, in widths of a texel.
     let in_front = ((towards_sun - position.z) * sunlight.half_depth - plane) / texel_step.x;
     if all(in_front <= vec4<f32>(LOCATE_SURFACE_MAX)) {
-        return LOCATE_LIT;
+        return LOCATE_SUN_VISIBLE;
     }
-    return select(LOCATE_UNSURE, LOCATE_DARK, all(in_front >= vec4<f32>(LOCATE_OCCLUDER_MIN)));
+    return select(LOCATE_SUN_UNDECIDED, LOCATE_SUN_HIDDEN, all(in_front >= vec4<f32>(LOCATE_OCCLUDER_MIN)));
 }
 
-// A query with the point that the ray meets. The value of all zeros is a query of QUERY_NOTHING.
+// A query with the point that the ray of a pixel meets. A variable without an initial value is all zeros, which is a
+// query of QUERY_NOTHING.
 struct Located {
     query: Query,
     // Point that the ray meets.
@@ -149,9 +158,9 @@ fn locate_is_film() -> bool {
     return frame.film_eta != 0.0;
 }
 
-// The query of the point with the barycentric coordinates b (of c1 and c2) in the triangle with the corners c0, c1, c2.
-// `to_viewer` is a unit vector.
-fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Located {
+// The query of a point of the mesh, with `lit` and `sun` still 0. The point has the barycentric coordinates b (of c1
+// and c2) in the triangle with the corners c0, c1, c2. `to_viewer` is a unit vector.
+fn locate_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Located {
     let b0 = 1.0 - b.x - b.y;
     let e1 = c1.position - c0.position;
     let e2 = c2.position - c0.position;
@@ -173,7 +182,8 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
 
     var wi = vec3<f32>(dot(frame.to_sun, s), dot(frame.to_sun, t), dot(frame.to_sun, n));
     var wo = vec3<f32>(dot(to_viewer, s), dot(to_viewer, t), dot(to_viewer, n));
-    // Both sides of the skin are equal: for a viewer behind it, the normal is reversed. Those of a film differ.
+    // An opaque mesh looks alike from both sides: for a viewer behind it the normal is reversed, as by Mitsuba's plugin
+    // `twosided`. A film keeps its normal, because its two sides scatter differently.
     if wo.z < 0.0 && !locate_is_film() {
         wi.z = -wi.z;
         wo.z = -wo.z;
@@ -188,13 +198,14 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
     return found;
 }
 
-// The query of a ray that meets no mesh nearer than `farthest`: the ground z = 0, or nothing.
-fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Located {
+// The query of a ray from the camera that meets no mesh nearer than the distance `farthest`: of the ground, or of
+// QUERY_NOTHING. `ray` is a unit vector.
+fn locate_ground(ray: vec3<f32>, farthest: f32) -> Located {
     var found: Located;
     let distance = -frame.origin.z / ray.z;
     let p = frame.origin + distance * ray;
-    let meets_plane = frame.ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
-    if meets_plane && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND_HALF_SIDE)) && distance < farthest {
+    let meets_plane = frame.has_ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
+    if meets_plane && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND_HALF_SIDE_CM)) && distance < farthest {
         found.query.wi = frame.to_sun;
         found.query.wo = -ray;
         found.query.kind = QUERY_GROUND;
@@ -204,12 +215,12 @@ fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Located {
     return found;
 }
 
-// The query of a ray whose nearest triangle is `hit`, with the corners c0, c1, c2. The ground may be nearer, or met
-// without a triangle.
+// The query of a ray from the camera, for the nearer one of the ground and the triangle of `hit`, whose corners are c0,
+// c1, c2. `hit` may be a miss, at the distance TRACE_FAR.
 fn locate_hit(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Located {
-    var found = locate_beyond(ray, hit.distance);
+    var found = locate_ground(ray, hit.distance);
     if found.query.kind == QUERY_NOTHING && hit.triangle != TRACE_NONE {
-        found = locate_skin(c0, c1, c2, hit.b, -ray);
+        found = locate_mesh(c0, c1, c2, hit.b, -ray);
     }
     return found;
 }
@@ -229,87 +240,89 @@ fn locate_unpacked(packed: u32) -> vec2<u32> {
     return vec2<u32>(packed & 0xffffu, packed >> 16u);
 }
 
-// Number of pixels n; the entries of `rest` begin there.
-fn locate_area() -> u32 {
+// Number of pixels n; the list `rest` begins at this entry.
+fn locate_pixel_count() -> u32 {
     return frame.width * frame.height;
 }
 
-// Radiance that a sample adds before the method's answer: that of the sunlit ground, 0 for skin.
-fn locate_radiance(query: Query) -> vec3<f32> {
+// Radiance of sunlit ground, times the weight of the sample; 0 for other queries. A diffuse ground with the reflectance
+// `soil` has the radiance soil·cosθi, since the sun's irradiance is π. resolve.wgsl adds the radiance of the skin.
+fn locate_ground_radiance(query: Query) -> vec3<f32> {
     let is_lit_ground = query.kind == QUERY_GROUND && query.lit != 0u;
     return select(vec3<f32>(0.0), query.sun * frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
 }
 
-// Fraction of the sunlight that arrives at a point behind films.
-fn locate_sun(found: Located) -> f32 {
+// Fraction of the sunlight that arrives at a point through all parts of the film, 0 to 1.
+fn locate_sun_fraction(found: Located) -> f32 {
     return sheet_passed(locate_offset(found.p, found.face, frame.to_sun), frame.to_sun, TRACE_FAR);
 }
 
-// Radiance that a sample adds for the sunlit ground behind all films along the ray of a pixel.
-fn locate_behind(ray: vec3<f32>) -> vec3<f32> {
-    var ground = locate_beyond(ray, TRACE_FAR);
+// Radiance of the sunlit ground behind the film, along the ray of a pixel, times the weight of the sample.
+fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
+    var ground = locate_ground(ray, TRACE_FAR);
     if ground.query.kind != QUERY_GROUND || frame.to_sun.z <= 0.0 {
         return vec3<f32>(0.0);
     }
     ground.query.lit = 1u;
     ground.query.sun = 1.0;
-    if locate_light(ground.p, ground.face) != LOCATE_LIT {
-        ground.query.sun = locate_sun(ground);
+    if locate_map_visibility(ground.p, ground.face) != LOCATE_SUN_VISIBLE {
+        ground.query.sun = locate_sun_fraction(ground);
     }
-    return sheet_passed(frame.origin, ray, distance(ground.p, frame.origin)) * locate_radiance(ground.query);
+    return sheet_passed(frame.origin, ray, distance(ground.p, frame.origin)) * locate_ground_radiance(ground.query);
 }
 
-// Visibility of the sun from the point of a query, by the map. Points without a surface, and surfaces that face away
-// from the sun or the viewer, are dark. Films face both ways. They also let light pass, so that no map can tell that a
-// point behind one is dark.
-fn locate_light_at(found: Located) -> u32 {
+// Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the map. The sun is hidden where the pixel's ray
+// meets nothing, where an opaque surface faces away from the sun or the viewer, and where a surface is parallel to a
+// direction. Behind a film it is undecided, because a film lets light pass.
+fn locate_visibility(found: Located) -> u32 {
     let query = found.query;
     let is_film = query.kind == QUERY_SKIN && locate_is_film();
     let faces_away = min(query.wi.z, query.wo.z) <= 0.0;
     if query.kind == QUERY_NOTHING || (faces_away && !is_film) || query.wi.z * query.wo.z == 0.0 {
-        return LOCATE_DARK;
+        return LOCATE_SUN_HIDDEN;
     }
-    let light = locate_light(found.p, found.face);
-    return select(light, LOCATE_UNSURE, light == LOCATE_DARK && locate_is_film());
+    let visibility = locate_map_visibility(found.p, found.face);
+    return select(visibility, LOCATE_SUN_UNDECIDED, visibility == LOCATE_SUN_HIDDEN && locate_is_film());
 }
 
-// Stores the query of a pixel and adds its radiance and weight to the picture; the first sample replaces the previous
-// picture. The pixel is added to `rest` if `needs_ray` is true (its ray missed the rasteriser's triangle, or meets a
-// film), or if the map does not decide the visibility of the sun.
+// Stores the query of a pixel and adds the radiance of the ground and the sample's weight to the picture. The first
+// sample replaces the previous picture. The pixel is added to `rest` if `needs_ray` is true, or if the map does not
+// decide the visibility of the sun.
 fn locate_store(pixel: vec2<u32>, found: Located, needs_ray: bool) {
     let index = locate_index(pixel);
     var query = found.query;
-    let light = locate_light_at(found);
-    query.lit = u32(light == LOCATE_LIT);
+    let visibility = locate_visibility(found);
+    query.lit = u32(visibility == LOCATE_SUN_VISIBLE);
     query.sun = f32(query.lit);
-    if needs_ray || light == LOCATE_UNSURE {
-        lists.entries[locate_area() + atomicAdd(&lists.rest, 1u)] = locate_packed(pixel);
+    if needs_ray || visibility == LOCATE_SUN_UNDECIDED {
+        lists.entries[locate_pixel_count() + atomicAdd(&lists.rest, 1u)] = locate_packed(pixel);
     }
     queries[index] = query;
-    var sum = vec4<f32>(locate_radiance(query), frame.weight);
-    if frame.first == 0u {
+    var sum = vec4<f32>(locate_ground_radiance(query), frame.weight);
+    if frame.is_first == 0u {
         sum += picture[index];
     }
     picture[index] = sum;
 }
 
-// Unit direction of the ray of a pixel.
+// Unit direction of this sample's ray through a pixel, from the camera.
 fn locate_ray(pixel: vec2<u32>) -> vec3<f32> {
     let size = vec2<f32>(f32(frame.width), f32(frame.height));
+    // Position in the picture, -1 to 1 from the left and from the top.
     let position = 2.0 * (vec2<f32>(pixel) + frame.subpixel) / size - 1.0;
     return normalize(frame.forward + position.x * frame.right + position.y * frame.down);
 }
 
-// Linear index of an invocation in a dispatch over a list. Workgroups of 64 are dispatched in two dimensions
+// Linear index of an invocation in a dispatch over a list. The workgroups, of 64 invocations along x, form a grid
 // (`dispatch_over` in pipeline.rs).
-fn locate_number(id: vec3<u32>, groups: vec3<u32>) -> u32 {
+fn locate_linear_index(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * 64u + id.x;
 }
 
 // Sorts runs of pixels along rows into `skin` and `bare`. `skin` grows from entry 0, `bare` down from entry n - 1.
 @compute @workgroup_size(64)
 fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let number = locate_number(id, groups);
+    let number = locate_linear_index(id, groups);
     let columns = (frame.width + LOCATE_RUN - 1u) / LOCATE_RUN;
     let row = number / columns;
     if row >= frame.height {
@@ -324,7 +337,7 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
     let skin_count = countOneBits(skin);
     var to_skin = atomicAdd(&lists.skin, skin_count);
-    var to_bare = locate_area() - atomicAdd(&lists.bare, count - skin_count);
+    var to_bare = locate_pixel_count() - atomicAdd(&lists.bare, count - skin_count);
     for (var i = 0u; i < count; i++) {
         let is_skin = ((skin >> i) & 1u) != 0u;
         to_bare -= u32(!is_skin);
@@ -333,21 +346,22 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
 }
 
-// Writes the queries of `bare`: ground or nothing.
+// Writes the queries of `bare`: of the ground, or of QUERY_NOTHING.
 @compute @workgroup_size(64)
 fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let number = locate_number(id, groups);
+    let number = locate_linear_index(id, groups);
     if number >= atomicLoad(&lists.bare) {
         return;
     }
-    let pixel = locate_unpacked(lists.entries[locate_area() - 1u - number]);
-    locate_store(pixel, locate_beyond(locate_ray(pixel), TRACE_FAR), false);
+    let pixel = locate_unpacked(lists.entries[locate_pixel_count() - 1u - number]);
+    locate_store(pixel, locate_ground(locate_ray(pixel), TRACE_FAR), false);
 }
 
-// Writes the queries of `skin`, by intersection with the rasteriser's triangle alone.
+// Writes the queries of `skin` by intersection with the rasteriser's triangle alone. Pixels whose ray misses the
+// triangle, and pixels of a film, need rays through the tree.
 @compute @workgroup_size(64)
-fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let number = locate_number(id, groups);
+fn locate_skin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let number = locate_linear_index(id, groups);
     if number >= atomicLoad(&lists.skin) {
         return;
     }
@@ -358,7 +372,7 @@ fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let c2 = mesh_vertex(triangle, 2u);
     let ray = locate_ray(pixel);
     let hit = trace_corners(frame.origin, ray, triangle, c0.position, c1.position, c2.position);
-    // The rasteriser rounds corners to fractions of a pixel and sometimes names a neighbouring triangle.
+    // The rasteriser rounds corners to fractions of a pixel, so it sometimes picks a neighbouring triangle.
     let missed = hit.triangle == TRACE_NONE;
     var found: Located;
     if !missed {
@@ -367,15 +381,15 @@ fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     locate_store(pixel, found, missed || (found.query.kind == QUERY_SKIN && locate_is_film()));
 }
 
-// Writes the queries of `rest`, with rays through the tree. locate_store has added the weight of the sample, but no
-// radiance for these pixels.
+// Writes the queries of `rest` by rays through the tree. For these pixels locate_store has added the weight of the
+// sample to the picture, but no radiance.
 @compute @workgroup_size(64)
 fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let number = locate_number(id, groups);
+    let number = locate_linear_index(id, groups);
     if number >= atomicLoad(&lists.rest) {
         return;
     }
-    let pixel = locate_unpacked(lists.entries[locate_area() + number]);
+    let pixel = locate_unpacked(lists.entries[locate_pixel_count() + number]);
     let ray = locate_ray(pixel);
     // The texture holds the triangle plus 1. Without a triangle, the corners of triangle 0 are read but not used.
     let seen_triangle = textureLoad(seen, pixel, 0).x;
@@ -389,38 +403,38 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
         }
     }
     let found = locate_hit(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
-    var light = locate_light_at(found);
-    var sun = 1.0;
-    if light == LOCATE_UNSURE && locate_is_film() {
-        sun = locate_sun(found);
-        light = LOCATE_LIT;
-    } else if light == LOCATE_UNSURE {
+    var visibility = locate_visibility(found);
+    var passed = 1.0;
+    if visibility == LOCATE_SUN_UNDECIDED && locate_is_film() {
+        passed = locate_sun_fraction(found);
+        visibility = LOCATE_SUN_VISIBLE;
+    } else if visibility == LOCATE_SUN_UNDECIDED {
         let start = locate_offset(found.p, found.face, frame.to_sun);
-        let met = trace(start, frame.to_sun, TRACE_FAR, true).triangle;
-        light = select(LOCATE_DARK, LOCATE_LIT, met == TRACE_NONE);
+        let occluder = trace(start, frame.to_sun, TRACE_FAR, true).triangle;
+        visibility = select(LOCATE_SUN_HIDDEN, LOCATE_SUN_VISIBLE, occluder == TRACE_NONE);
     }
     var query = found.query;
-    query.lit = u32(light == LOCATE_LIT);
-    query.sun = sun * f32(query.lit);
+    query.lit = u32(visibility == LOCATE_SUN_VISIBLE);
+    query.sun = passed * f32(query.lit);
     let index = locate_index(pixel);
     queries[index] = query;
-    var radiance = locate_radiance(query);
+    var radiance = locate_ground_radiance(query);
     if query.kind == QUERY_SKIN && locate_is_film() {
-        radiance += locate_behind(ray);
+        radiance += locate_ground_behind(ray);
     }
     picture[index] += vec4<f32>(radiance, 0.0);
 }
 
-// Lists the queries of sunlit skin in `chosen`, by runs of the list `skin`.
+// Lists the queries of sunlit skin in `chosen`. An invocation reads a run of the list `skin`.
 @compute @workgroup_size(64)
 fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let first = LOCATE_RUN * locate_number(id, groups);
+    let first = LOCATE_RUN * locate_linear_index(id, groups);
     let end = atomicLoad(&lists.skin);
     if first >= end {
         return;
     }
     let count = min(LOCATE_RUN, end - first);
-    // Bit i is set if entry i of the run is sunlit skin.
+    // Bit i is set if entry i of the run is sunlit skin. The ground may lie in front of the mesh.
     var lit = 0u;
     for (var i = 0u; i < count; i++) {
         let index = locate_index(locate_unpacked(lists.entries[first + i]));

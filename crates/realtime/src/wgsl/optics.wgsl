@@ -4,9 +4,12 @@
 // Fresnel reflectance (fresnel.wgsl), O the obliquity factor, and M shadowing and masking (both pair.wgsl). With the
 // small-slope factor Q (small_slope.wgsl), f_r is Q·M times the relief's factor.
 //
-// Under a cover of index n, all of these are taken between the directions inside it, and f_r is multiplied by
-// T(θi)·T(θo)/n², with the transmittance T of its flat side. Counterpart of `Cover` in src/scattering/cover.rs.
+// Under a cover of index n, these factors are taken for the directions inside the cover, and f_r is multiplied by
+// T(θi)·T(θo)/n², with the transmittance T of its flat side. With θ' the angle inside, n·cosθ' = √(n² − sin²θ).
+// The functions for covers are counterparts of `Cover` in src/scattering/cover.rs.
 
+// Value of `Optics.answers` for methods whose answer is the relief's factor.
+const OPTICS_ANSWERS_RELIEF: u32 = 0u;
 // Value of `Optics.answers` for methods whose answer is f_r itself.
 const OPTICS_ANSWERS_REFLECTANCE: u32 = 1u;
 // Value of `Optics.answers` for methods whose answer is the whole scattering function of a film.
@@ -14,23 +17,23 @@ const OPTICS_ANSWERS_FILM: u32 = 2u;
 
 // Optical options of the surface; counterpart of `OpticsUniform` in layout.rs.
 struct Optics {
-    // Real part of the refractive index eta + i k, relative to the cover's.
+    // Real part of the refractive index eta + i k, relative to the index of the cover.
     eta: f32,
     // Imaginary part of the refractive index; 0 for a dielectric.
     k: f32,
     // 1: a perfect conductor with R = 1 at every angle; eta and k are not read.
     reflects_all: u32,
-    // Obliquity factor: PAIR_OBLIQUITY_STAM, PAIR_OBLIQUITY_SMALL_SLOPE (Q replaces R·O), or 1 for O = 1.
+    // Obliquity factor: PAIR_OBLIQUITY_STAM, PAIR_OBLIQUITY_UNIT or PAIR_OBLIQUITY_SMALL_SLOPE.
     obliquity: u32,
     // 1: M of V-shaped cavities; 0: M = 1.
     shadowing: u32,
-    // Meaning of the method's answer: OPTICS_ANSWERS_REFLECTANCE, OPTICS_ANSWERS_FILM, or 0 for the relief's factor.
+    // Meaning of the method's answer: OPTICS_ANSWERS_RELIEF, OPTICS_ANSWERS_REFLECTANCE or OPTICS_ANSWERS_FILM.
     answers: u32,
-    // Index of the cover; 1 without one.
+    // Refractive index n of the cover; 1 without a cover.
     cover_eta: f32,
 }
 
-// Direction inside the cover of light that has the direction w outside, above the surface.
+// Direction inside the cover of light that has the direction w outside, a unit vector above the surface.
 fn optics_inside(optics: Optics, w: vec3<f32>) -> vec3<f32> {
     let n = optics.cover_eta;
     if n == 1.0 {
@@ -39,25 +42,28 @@ fn optics_inside(optics: Optics, w: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(w.xy, sqrt((n - 1.0) * (n + 1.0) + w.z * w.z)) / n;
 }
 
-// Fresnel transmittance T of the cover's flat side for unpolarised light that has the direction w outside.
-fn optics_transmittance(optics: Optics, w: vec3<f32>) -> f32 {
+// Fresnel transmittance T of the cover's flat side for unpolarised light that has the direction w outside, a unit
+// vector above the surface.
+fn optics_cover_transmittance(optics: Optics, w: vec3<f32>) -> f32 {
     let n = optics.cover_eta;
     if n == 1.0 {
         return 1.0;
     }
-    // n cosθ' = √(n² − sin²θ). The products do not cancel near the horizon, as 1 − R would.
+    // With N = n·cosθ' (`normal`) and the denominators s and p of the Fresnel coefficients, T is the mean of
+    // 4N·cosθ/s² and 4N·n²·cosθ/p². Near the horizon this form is more precise than 1 − R.
     let normal = sqrt((n - 1.0) * (n + 1.0) + w.z * w.z);
     let s = w.z + normal;
     let p = n * n * w.z + normal;
     return 2.0 * w.z * normal * (1.0 / (s * s) + n * n / (p * p));
 }
 
-// Factor of the cover on the reflectance inside, from the directions outside: T(θi)·T(θo)/n².
-fn optics_cover(optics: Optics, wi: vec3<f32>, wo: vec3<f32>) -> f32 {
-    return optics_transmittance(optics, wi) * optics_transmittance(optics, wo) / (optics.cover_eta * optics.cover_eta);
+// Factor of the cover on the reflectance f_r inside it, T(θi)·T(θo)/n², from the directions outside.
+fn optics_cover_factor(optics: Optics, wi: vec3<f32>, wo: vec3<f32>) -> f32 {
+    let n = optics.cover_eta;
+    return optics_cover_transmittance(optics, wi) * optics_cover_transmittance(optics, wo) / (n * n);
 }
 
-// Fresnel reflectance R at the cosine of an angle of incidence.
+// Fresnel reflectance R of the relief's material at the cosine of an angle of incidence.
 fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
     if optics.reflects_all != 0u {
         return 1.0;
@@ -71,7 +77,7 @@ fn optics_remainder(optics: Optics, cos_theta: f32) -> f32 {
 }
 
 // Factor of the interface for unpolarised light: R at the angle between either direction and the half vector, or the
-// small-slope factor Q.
+// small-slope factor Q. Counterpart of `Pair::interface` in src/scattering/geometry.rs.
 fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     if optics.obliquity != PAIR_OBLIQUITY_SMALL_SLOPE {
         return optics_reflectance(optics, pair_cos_half(pair));
@@ -82,9 +88,9 @@ fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     return small_slope(pair, optics.eta, optics.k);
 }
 
-// Factor on the method's answer: R·O·M (Q·M for small slope), or 1 where the answer is the whole reflectance.
+// Factor on the method's answer without the cover's factor: R·O·M or Q·M for the relief's factor, 1 for other answers.
 fn optics_factor(optics: Optics, pair: Pair) -> f32 {
-    if optics.answers == OPTICS_ANSWERS_REFLECTANCE || optics.answers == OPTICS_ANSWERS_FILM {
+    if optics.answers != OPTICS_ANSWERS_RELIEF {
         return 1.0;
     }
     var factor = optics_interface(optics, pair) * pair_obliquity(pair, optics.obliquity);

@@ -20,17 +20,19 @@ struct Pair {
 const PAIR_COSINE_MIN: f32 = 1e-7;
 // Value of `Optics.obliquity` for Stam's obliquity factor.
 const PAIR_OBLIQUITY_STAM: u32 = 0u;
-// Value of `Optics.obliquity` for the small-slope factor, which replaces O and the Fresnel reflectance.
+// Value of `Optics.obliquity` for O = 1.
+const PAIR_OBLIQUITY_UNIT: u32 = 1u;
+// Value of `Optics.obliquity` for the small-slope factor Q, which replaces O and the Fresnel reflectance R.
 const PAIR_OBLIQUITY_SMALL_SLOPE: u32 = 2u;
 
-// Whether no component is infinite or NaN, that is, has all exponent bits set. Shader compilers may assume that NaN
-// does not occur and remove a comparison of numbers.
+// Whether no component is infinite or NaN. All exponent bits of such a number are set. The test compares bits, because
+// compilers may assume that NaN does not occur and remove a comparison of numbers.
 fn pair_is_finite(v: vec3<f32>) -> bool {
     return all((bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u)) != vec3<u32>(0x7f800000u));
 }
 
 // The pair of two unit vectors.
-fn pair_of(wi: vec3<f32>, wo: vec3<f32>) -> Pair {
+fn pair_new(wi: vec3<f32>, wo: vec3<f32>) -> Pair {
     let valid = pair_is_finite(wi) && pair_is_finite(wo) && wi.z > 0.0 && wo.z > 0.0;
     let cos_i = max(wi.z, PAIR_COSINE_MIN);
     let cos_o = max(wo.z, PAIR_COSINE_MIN);
@@ -48,7 +50,7 @@ fn pair_cos_half(pair: Pair) -> f32 {
     return min(0.5 * sqrt(pair_sum_squared(pair)), 1.0);
 }
 
-// Obliquity factor O: (1 + wi·wo)²/(cosθi cosθo w²) for Stam's, 1 for other kinds.
+// Obliquity factor O: (1 + wi·wo)²/(cosθi cosθo w²) for PAIR_OBLIQUITY_STAM, 1 for other kinds.
 fn pair_obliquity(pair: Pair, kind: u32) -> f32 {
     if kind != PAIR_OBLIQUITY_STAM {
         return 1.0;

@@ -1,27 +1,31 @@
 // Record of one visible surface point; counterpart of `Query` in layout.rs, with the same memory layout.
 //
 // locate.wgsl writes one query for each pixel. shade.wgsl reads its two directions and computes the reflectance.
-// resolve.wgsl turns the reflectance into the pixel's radiance, with the pigment at the texture coordinates. The
-// grating's frame is the shading frame, rotated about the normal by the angle of `frame.rotation` (frame.wgsl). Both
-// directions lie above the surface; those of a film lie on either side.
+// resolve.wgsl turns the reflectance into the pixel's radiance, with the pigment at the texture coordinates.
+//
+// The grating's frame is the shading frame, rotated about the normal (+z) by the angle of `frame.rotation`
+// (frame.wgsl). Directions at a film may have a z of either sign. Other surfaces are lit only where both z are
+// positive.
 
-// Kinds of surface that the ray of a pixel meets: none, the ground plane, or the mesh.
+// Value of `Query.kind`: the ray of the pixel meets no surface.
 const QUERY_NOTHING: u32 = 0u;
+// Value of `Query.kind`: the ray meets the ground.
 const QUERY_GROUND: u32 = 1u;
+// Value of `Query.kind`: the ray meets the mesh, whose surface is called skin.
 const QUERY_SKIN: u32 = 2u;
 
 // A visible surface point.
 struct Query {
-    // Unit vector towards the light in the grating's frame; in the scene's frame for QUERY_GROUND.
+    // Unit vector towards the light, in the grating's frame; in the scene's frame for QUERY_GROUND.
     wi: vec3<f32>,
-    // The surface met: QUERY_NOTHING, QUERY_GROUND or QUERY_SKIN.
+    // Kind of surface at the point: QUERY_NOTHING, QUERY_GROUND or QUERY_SKIN.
     kind: u32,
-    // Unit vector towards the viewer in the frame of `wi`.
+    // Unit vector towards the viewer, in the frame of `wi`.
     wo: vec3<f32>,
-    // 1 where the sun is visible, also through films, else 0.
+    // 1 where the sun is visible, directly or through films; else 0.
     lit: u32,
-    // Texture coordinates of the skin.
+    // Texture coordinates of the skin; (0, 0) on the ground.
     uv: vec2<f32>,
-    // Fraction of the sunlight that arrives at the point: `lit`, and less behind films.
+    // Fraction of the sunlight that arrives at the point: 0 in shadow, 1 in direct sun, between them behind films.
     sun: f32,
 }

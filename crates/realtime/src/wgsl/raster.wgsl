@@ -22,7 +22,7 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let x = dot(offset, frame.right) / dot(frame.right, frame.right) + shift.x * depth;
     let y = -dot(offset, frame.down) / dot(frame.down, frame.down) - shift.y * depth;
     // Depth is near/distance: 1 at the near plane, 0 at infinity, and accurate everywhere in floating point.
-    return Corner(vec4<f32>(x, y, FRAME_NEAR, depth), triangle);
+    return Corner(vec4<f32>(x, y, FRAME_NEAR_CM, depth), triangle);
 }
 
 // Index of the triangle plus 1; the texture is cleared to 0, which means no triangle.

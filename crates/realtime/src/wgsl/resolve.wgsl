@@ -3,39 +3,45 @@
 //
 // Radiance L = E·cosθi·f, where E = π is the sun's irradiance: a white diffuse plane that faces the sun has L = 1.
 // The reflectance f in 1/sr blends the diffraction f_r and the pigment ρ/π according to `frame.blend` (frame.wgsl):
-//     physical   f = f_r + ρ/π·(1 - R(θi))·(1 - R(θo)), with the Fresnel reflectance R of optics.wgsl; under a cover
-//                with R inside, and times the cover's factor
-//     fixed mix  f = (1 - mix)·ρ/π + mix·f_r
+//     physical   f = f_r + C·ρ/π·(1 - R(θi'))·(1 - R(θo'))
+//     fixed mix  f = (1 - share)·ρ/π + share·f_r
 //     none       f = f_r
-// A film has no pigment: f is its scattering function. The sun's irradiance is multiplied by the fraction that arrives.
+// R is the Fresnel reflectance, C the factor of a cover, and θ' an angle inside the cover (optics.wgsl). Without a
+// cover, C is 1 and θ' is θ. A film has no pigment: f is its scattering function. Where light arrives through films, E
+// is multiplied by `query.sun`.
 
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
-// f_r of each query, linear sRGB in 1/sr (shade.wgsl).
+// f_r of each query, linear sRGB in 1/sr (shade.wgsl); the fourth component is not read.
 @group(0) @binding(3) var<storage, read> reflectances: array<vec4<f32>>;
-// Radiance of each pixel summed over the samples so far, and the sum of their weights, rows from the top.
+// Weighted sum of the radiance over the samples of each pixel so far (rgb), and the sum of their weights (a); rows from
+// the top.
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> pigment: Pigment;
 // Indices of the answered queries.
 @group(0) @binding(6) var<storage, read> chosen: array<u32>;
-// Number of the answered queries, the first member of `Lists` (locate.wgsl).
+// Number of answered queries, the first member of `Lists` (locate.wgsl).
 @group(0) @binding(7) var<storage, read> chosen_count: u32;
 
 // The pigment texture.
 struct Pigment {
     // Width (along u) and height (along v) in texels.
     size: vec2<u32>,
-    // sRGB bytes of each texel, red lowest, in rows of equal v from v = 0 on.
+    // Encoded sRGB of each texel with red in the lowest byte, in rows of equal v from v = 0 on.
     texels: array<u32>,
 }
 
-// Irradiance E of a plane that faces the sun, π.
-const RESOLVE_SUN: f32 = 3.141592653589793;
+// π.
+const RESOLVE_PI: f32 = 3.141592653589793;
+// Irradiance E of a plane that faces the sun.
+const RESOLVE_SUN_IRRADIANCE: f32 = RESOLVE_PI;
 
-// Decodes sRGB values in [0, 1] (IEC 61966-2-1) to linear ones. The texture is a buffer, because some adapters decode
-// sRGB textures to eight bits only. With x = (encoded + 0.055)/1.055, the power x^2.4 is x² times x^0.4, which is a
-// fitted polynomial in √x. Its error is at most 1e-6. `pow` may be as inexact and takes software adapters longer.
-fn resolve_decoded(encoded: vec3<f32>) -> vec3<f32> {
+// Linear values of encoded sRGB values in [0, 1] (IEC 61966-2-1); counterpart of `srgb_decode` in src/colour/srgb.rs.
+// Some adapters would decode an sRGB texture to eight bits only, so the texture is a buffer.
+//
+// With x = (encoded + 0.055)/1.055, the result is x^2.4 = x²·x^0.4. A fitted polynomial in √x replaces x^0.4 with an
+// error of at most 1e-6. The error of `pow` may be similar, and software adapters compute `pow` more slowly.
+fn srgb_decode(encoded: vec3<f32>) -> vec3<f32> {
     let x = (encoded + 0.055) * (1.0 / 1.055);
     let root = sqrt(x);
     var sum = vec3<f32>(0.14774336);
@@ -49,9 +55,9 @@ fn resolve_decoded(encoded: vec3<f32>) -> vec3<f32> {
     return select(x * x * sum, encoded * (1.0 / 12.92), encoded <= vec3<f32>(0.04045));
 }
 
-// Linear reflectance of the texel at a column and row.
+// Linear reflectance of the texel at a column (x) and row (y).
 fn resolve_texel(texel: vec2<i32>) -> vec3<f32> {
-    return resolve_decoded(unpack4x8unorm(pigment.texels[u32(texel.y) * pigment.size.x + u32(texel.x)]).rgb);
+    return srgb_decode(unpack4x8unorm(pigment.texels[u32(texel.y) * pigment.size.x + u32(texel.x)]).rgb);
 }
 
 // Linear reflectance ρ of the pigment at texture coordinates, with bilinear interpolation; the texture repeats. Texture
@@ -60,7 +66,8 @@ fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
     let size = vec2<i32>(pigment.size);
     let position = fract(uv) * vec2<f32>(size) - 0.5;
     let t = position - floor(position);
-    // `low` is at least -1 and `low + 1` at most the size; these indices wrap around, because the texture repeats.
+    // Columns and rows a and b are those below and above the position. They wrap around: `low` is at least -1, and
+    // `low + 1` is at most the size.
     let low = vec2<i32>(floor(position));
     let a = select(low, size - 1, low < vec2<i32>(0));
     let b = select(low + 1, vec2<i32>(0), low + 1 >= size);
@@ -74,25 +81,26 @@ fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
     if frame.blend == FRAME_NONE || optics.answers == OPTICS_ANSWERS_FILM {
         return reflectance;
     }
-    let diffuse = resolve_pigment(query.uv) / RESOLVE_SUN;
+    let diffuse = resolve_pigment(query.uv) / RESOLVE_PI;
     if frame.blend == FRAME_FIXED_MIX {
-        return mix(diffuse, reflectance, frame.mix);
+        return mix(diffuse, reflectance, frame.share);
     }
     let passed = optics_remainder(optics, optics_inside(optics, query.wi).z) *
         optics_remainder(optics, optics_inside(optics, query.wo).z);
-    return reflectance + diffuse * passed * optics_cover(optics, query.wi, query.wo);
+    return reflectance + diffuse * passed * optics_cover_factor(optics, query.wi, query.wo);
 }
 
 // Adds the radiance of the answered queries to the picture.
 @compute @workgroup_size(64)
 fn resolve(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    // Linear index of the invocation. The workgroups, of 64 invocations along x, form a grid (pipeline.rs).
     let number = id.y * groups.x * 64u + id.x;
     if number >= chosen_count {
         return;
     }
     let index = chosen[number];
     let query = queries[index];
-    let irradiance = RESOLVE_SUN * query.sun * abs(query.wi.z);
+    let irradiance = RESOLVE_SUN_IRRADIANCE * query.sun * abs(query.wi.z);
     let radiance = irradiance * resolve_skin(query, reflectances[index].rgb);
     picture[index] += vec4<f32>(frame.weight * radiance, 0.0);
 }

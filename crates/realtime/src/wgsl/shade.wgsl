@@ -1,15 +1,16 @@
 // Third stage of a picture (lib.rs), after locate.wgsl: computes the reflectance f_r of the queries listed in `chosen`,
-// linear sRGB in 1/sr. It is compiled after the WGSL of a method (src/methods), which defines `answer_rgb`.
+// linear sRGB in 1/sr. The file is compiled after the WGSL of a method (src/methods). The method defines `answer_rgb`,
+// and optics.wgsl the factors around its answer.
 //
 // A dispatch processes a range of `chosen` that is short enough to keep the device responsive. If the adapter ends long
 // loops early, each answer is also divided into `parts` (src/methods/common.wgsl), which successive dispatches compute
 // and sum in `reflectances`.
 
-// The part of the work that one dispatch does; counterpart of `RangeUniform` in layout.rs.
+// The work of one dispatch; counterpart of `RangeUniform` in layout.rs.
 struct Range {
     // First entry of `chosen`.
     first: u32,
-    // Number of entries.
+    // Number of entries of `chosen`.
     count: u32,
     // Index of the part of each answer that the dispatch computes, from 0.
     part: u32,
@@ -30,22 +31,23 @@ struct Range {
 // parts (shader.rs).
 @group(0) @binding(5) var<storage, read_write> cut_short: atomic<u32>;
 
-// Whether the adapter has ended a loop of this invocation early. Mesa's llvmpipe allows an invocation 65 535 turns of
-// all its loops in total. After them, it leaves every loop at once, also the loop of two turns here.
+// Whether the adapter has ended a loop of this invocation early. Mesa's llvmpipe allows an invocation 65 535 iterations
+// of all its loops in total. Afterwards it leaves every loop at once, including this loop of two iterations.
 fn loops_are_cut_short() -> bool {
-    var turns = 0u;
-    while turns < range.two {
-        turns++;
+    var iterations = 0u;
+    while iterations < range.two {
+        iterations++;
     }
-    return turns != range.two;
+    return iterations != range.two;
 }
 
-// Whether a query has two directions above the surface; off the horizon of a film, on either side.
+// Whether a query has two finite directions that the method accepts: above the surface, or for a film on either side
+// but not in its plane.
 fn has_answer(query: Query) -> bool {
     if optics.answers == OPTICS_ANSWERS_FILM {
         return pair_is_finite(query.wi) && pair_is_finite(query.wo) && query.wi.z != 0.0 && query.wo.z != 0.0;
     }
-    return pair_of(query.wi, query.wo).valid;
+    return pair_new(query.wi, query.wo).valid;
 }
 
 // Answers one query of the range and adds the answer to the sum over the parts.
@@ -62,7 +64,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         answer_parts = range.parts;
         let wi = optics_inside(optics, query.wi);
         let wo = optics_inside(optics, query.wo);
-        let factor = optics_cover(optics, query.wi, query.wo) * optics_factor(optics, pair_of(wi, wo));
+        let factor = optics_cover_factor(optics, query.wi, query.wo) * optics_factor(optics, pair_new(wi, wo));
         reflectance = factor * answer_rgb(wi, wo);
         if loops_are_cut_short() {
             atomicAdd(&cut_short, 1u);

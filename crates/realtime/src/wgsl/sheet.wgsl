@@ -1,20 +1,28 @@
-// Light that passes films without being bent; compiled after trace.wgsl. Orders of a film leave its light in other
-// directions, but here all of it goes straight on: for the radiance behind a film, and for the sunlight that reaches a
-// point behind one. Both are exact where the light comes alike from all sides.
+// Light that passes films in a straight line; compiled after frame.wgsl, mesh.wgsl and trace.wgsl.
+//
+// A film spreads the light that it transmits over diffraction orders. The functions here approximate light that passes
+// a film on its way to the camera or to another surface: they do not deflect it, and take its loss from a flat film.
+// Deflection makes no difference where light arrives equally from all directions.
 
-// Transmittance of a flat film for unpolarised light at a cosine with the normal; counterpart of
-// `TransparentBody::transmittance` in src/scattering/transparent.rs.
+// Smallest cosine to divide by, about the rounding error of a single-precision cosine.
+const SHEET_COSINE_MIN: f32 = 1e-7;
+
+// Transmittance in [0, 1] of a flat film of index eta for unpolarised light at a cosine with the normal, without
+// reflections inside the film; counterpart of `TransparentBody::transmittance` in src/scattering/transparent.rs.
 fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
-    let c = max(cosine, 1e-7);
+    let c = max(cosine, SHEET_COSINE_MIN);
     let eps = eta * eta;
+    // Normal component √(eta² − sin²θ) of the transmitted wave vector, in units of the wave number in air.
     let inside = sqrt(c * c + (eta - 1.0) * (eta + 1.0));
+    // Denominators of the Fresnel coefficients of the polarisations s and p.
     let sums = vec2<f32>(c + inside, eps * c + inside);
-    // Of one side of the film, for the states s and p.
-    let states = 4.0 * c * inside * vec2<f32>(1.0, eps) / (sums * sums);
-    return 0.5 * dot(states, states);
+    // Transmittances of one of the film's two sides for s and p.
+    let one_side = 4.0 * c * inside * vec2<f32>(1.0, eps) / (sums * sums);
+    return 0.5 * dot(one_side, one_side);
 }
 
-// Fraction of light that passes all triangles of a film within the distance `farthest` along a ray of unit direction.
+// Fraction of light that passes all triangles of the mesh, which is a film, within the distance `farthest` along a ray
+// of unit direction. The traversal is that of `trace`, but it visits every triangle on the ray.
 fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
     let inverse = trace_inverse(direction);
     let count = arrayLength(&nodes);

@@ -2,22 +2,28 @@
 // (docs/model.md#the-small-slope-factor); counterpart of src/scattering/small_slope.rs. Complex numbers are vectors
 // (re, im).
 //
-// Symbols: q_i = cosθi, q_o = cosθo, w = q_i + q_o; ε = (eta + i k)² the permittivity; φ the azimuth from the plane of
-// incidence to the outgoing direction. For either direction, with the cosine q, t = √(ε - sin²θ) is the normal
-// component of the transmitted wave, and D_s = q + t and D_p = εq + t are the denominators of the Fresnel coefficients.
-// `straight` is the power of s→s and p→p, `crossed` that of s→p and p→s. For an interface
-//     Q = 2|ε - 1|² q_i q_o/w² · (straight + crossed)
+// Symbols; the indices i and o mark the direction:
+//     c         cosθ
+//     w         c_i + c_o
+//     ε         permittivity (eta + i k)²
+//     φ         azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
+//     t         √(ε - sin²θ), normal component of the transmitted wave vector in units of the outer wave number
+//     D_s, D_p  c + t and εc + t, denominators of the Fresnel coefficients
+//     straight  sum of the powers from polarisation s to s and from p to p
+//     crossed   sum of the powers from s to p and from p to s
+// For an interface
+//     Q = 2|ε - 1|² c_i c_o/w² · (straight + crossed)
 //     straight = cos²φ/|D_s,i D_s,o|² + |t_i t_o cosφ - ε sinθi sinθo|²/|D_p,i D_p,o|²
 //     crossed = sin²φ·(|t_i|²/|D_p,i D_s,o|² + |t_o|²/|D_p,o D_s,i|²)
 // and for a perfect conductor
-//     Q = 2/(w² q_i q_o) · (straight + crossed)
-//     straight = (cosφ - sinθi sinθo)² + cos²φ (q_i q_o)²
-//     crossed = sin²φ·(q_i² + q_o²)
+//     Q = 2/(w² c_i c_o) · (straight + crossed)
+//     straight = (cosφ - sinθi sinθo)² + cos²φ (c_i c_o)²
+//     crossed = sin²φ·(c_i² + c_o²)
 
-// Smallest sinθi·sinθo to divide by. At smaller ones the azimuth is lost to rounding and has no effect.
+// Smallest sinθi·sinθo to divide by. At smaller products the azimuth is lost to rounding and has no effect.
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
 // Smallest |D|² to divide by; it only avoids a division by zero.
-const SMALL_SLOPE_TINY: f32 = 1e-18;
+const SMALL_SLOPE_SQUARED_MODULUS_MIN: f32 = 1e-18;
 
 // Azimuth of a pair of directions.
 struct SmallSlopeAzimuth {
@@ -32,25 +38,28 @@ struct SmallSlopeTerms {
     // t.
     t: vec2<f32>,
     // 1/|D_s|².
-    per_s: f32,
+    per_s_squared: f32,
     // 1/|D_p|².
-    per_p: f32,
+    per_p_squared: f32,
 }
 
+// cosφ from sinθi·sinθo·cosφ = c_i c_o - wi·wo, where 1 + wi·wo = |wi + wo|²/2.
 fn small_slope_azimuth(pair: Pair) -> SmallSlopeAzimuth {
-    let q = vec2<f32>(pair.cos_i, pair.cos_o);
-    let squared = 1.0 - q * q;
-    let sines = sqrt(max(squared.x * squared.y, 0.0));
-    let cos_phi = (1.0 + q.x * q.y - 0.5 * pair_sum_squared(pair)) / max(sines, SMALL_SLOPE_SINES_MIN);
+    let cosines = vec2<f32>(pair.cos_i, pair.cos_o);
+    let sin_squared = 1.0 - cosines * cosines;
+    let sines = sqrt(max(sin_squared.x * sin_squared.y, 0.0));
+    let cos_phi = (1.0 + cosines.x * cosines.y - 0.5 * pair_sum_squared(pair)) / max(sines, SMALL_SLOPE_SINES_MIN);
     return SmallSlopeAzimuth(clamp(cos_phi, -1.0, 1.0), sines);
 }
 
-// Terms of the direction with the cosine q, for the permittivity `eps`.
-fn small_slope_terms(q: f32, eps: vec2<f32>) -> SmallSlopeTerms {
-    let t = fresnel_sqrt(eps - vec2<f32>(1.0 - q * q, 0.0));
-    let s = vec2<f32>(q, 0.0) + t;
-    let p = eps * q + t;
-    return SmallSlopeTerms(t, 1.0 / max(dot(s, s), SMALL_SLOPE_TINY), 1.0 / max(dot(p, p), SMALL_SLOPE_TINY));
+// Terms of the direction with the cosine c, for the permittivity `eps`.
+fn small_slope_terms(c: f32, eps: vec2<f32>) -> SmallSlopeTerms {
+    let t = fresnel_sqrt(eps - vec2<f32>(1.0 - c * c, 0.0));
+    let s = vec2<f32>(c, 0.0) + t;
+    let p = eps * c + t;
+    let s_squared = max(dot(s, s), SMALL_SLOPE_SQUARED_MODULUS_MIN);
+    let p_squared = max(dot(p, p), SMALL_SLOPE_SQUARED_MODULUS_MIN);
+    return SmallSlopeTerms(t, 1.0 / s_squared, 1.0 / p_squared);
 }
 
 // Q of an interface with the refractive index eta + i k.
@@ -63,8 +72,9 @@ fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     // Complex product t_i t_o.
     let product = vec2<f32>(o.t.x * i.t.x - o.t.y * i.t.y, o.t.x * i.t.y + o.t.y * i.t.x);
     let pp = product * azimuth.cos_phi - eps * azimuth.sines;
-    let straight = cos_squared * o.per_s * i.per_s + dot(pp, pp) * o.per_p * i.per_p;
-    let crossed = (1.0 - cos_squared) * (dot(o.t, o.t) * o.per_p * i.per_s + dot(i.t, i.t) * i.per_p * o.per_s);
+    let straight = cos_squared * o.per_s_squared * i.per_s_squared + dot(pp, pp) * o.per_p_squared * i.per_p_squared;
+    let crossed = (1.0 - cos_squared) *
+        (dot(o.t, o.t) * o.per_p_squared * i.per_s_squared + dot(i.t, i.t) * i.per_p_squared * o.per_s_squared);
     let contrast = eps - vec2<f32>(1.0, 0.0);
     let w = pair.q.z;
     return 2.0 * dot(contrast, contrast) * pair.cos_i * pair.cos_o / (w * w) * (straight + crossed);
@@ -74,10 +84,11 @@ fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
 fn small_slope_conductor(pair: Pair) -> f32 {
     let azimuth = small_slope_azimuth(pair);
     let cos_squared = azimuth.cos_phi * azimuth.cos_phi;
-    let q = vec2<f32>(pair.cos_i, pair.cos_o);
-    let squared = q * q;
-    let product = q.x * q.y;
-    // cosφ - sinθi·sinθo. The terms cancel for two grazing directions, where the second, equal form does not.
+    let cosines = vec2<f32>(pair.cos_i, pair.cos_o);
+    let squared = cosines * cosines;
+    let product = cosines.x * cosines.y;
+    // cosφ - sinθi sinθo. The terms cancel for two grazing directions. Multiplied by sinθi sinθo, the difference is
+    // c_i² + c_o² + c_i c_o - c_i² c_o² - |wi + wo|²/2, which does not cancel there.
     var difference = azimuth.cos_phi - azimuth.sines;
     if azimuth.sines >= 0.5 {
         difference =

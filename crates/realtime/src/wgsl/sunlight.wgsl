@@ -1,26 +1,28 @@
 // Box and axes of the sun's depth map, an orthographic projection of the mesh along the sun's direction. shadow.wgsl
-// draws the map, and locate.wgsl reads it to decide for nearly every point whether the sun is visible. Lengths are in
-// cm.
+// draws the map, and locate.wgsl reads it to decide for nearly every point whether the sun is visible.
 
-// Counterpart of `SunlightUniform` in layout.rs; sunlight.rs computes the box. `right`, `up` and `to_sun` are
-// orthogonal.
+// The map's box, which bounds the mesh. Counterpart of `SunlightUniform` in layout.rs; sunlight.rs computes the box.
+// `right`, `up` and `to_sun` are orthogonal unit vectors. Lengths are in cm.
 struct Sunlight {
-    // Centre of the map's box, which bounds the mesh.
+    // Centre of the box.
     centre: vec3<f32>,
-    // Number of texels along each side of the map.
+    // Number of texels along each side of the map, a whole number.
     side: f32,
-    // Unit vector along the map's rows, and half the box's extent along it.
+    // Direction along the map's rows, towards higher columns.
     right: vec3<f32>,
+    // Half the box's extent along `right`.
     half_width: f32,
-    // Unit vector along the map's columns from the bottom, and half the box's extent along it.
+    // Direction along the map's columns, towards the top row.
     up: vec3<f32>,
+    // Half the box's extent along `up`.
     half_height: f32,
-    // Unit vector to the sun, and half the box's extent along it.
+    // Direction to the sun.
     to_sun: vec3<f32>,
+    // Half the box's extent along `to_sun`.
     half_depth: f32,
 }
 
-// The position of a point in the map's box, -1 to 1 along each axis.
+// Coordinates of the point p in the map's box along `right`, `up` and `to_sun`, -1 to 1 inside the box.
 fn sunlight_position(sunlight: Sunlight, p: vec3<f32>) -> vec3<f32> {
     let offset = p - sunlight.centre;
     return vec3<f32>(

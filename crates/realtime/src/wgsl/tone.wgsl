@@ -1,8 +1,8 @@
-// Display pass: maps linear radiance to encoded sRGB for the screen; counterpart of `tone_map` and `srgb_encode` in
-// src/colour.
+// Display pass: maps linear radiance to encoded sRGB for the screen. `tone_map` and `srgb_encode` are counterparts of
+// the functions in src/colour.
 //
-// With the peak x, the largest channel of the exposed colour, the tone curve is x up to the knee k, and
-// k + (1 - k)·(x - k)/(x - k + s) above it, which approaches 1. All channels are scaled by the same factor.
+// x is the largest channel of the exposed colour, k the knee and s the shoulder. The tone curve is x up to k, and
+// k + (1 - k)·(x - k)/(x - k + s) above, which approaches 1. All channels are scaled by the same factor.
 
 // Uniform of the pass, which tone.rs writes.
 struct Tone {
@@ -12,9 +12,9 @@ struct Tone {
     width: u32,
 }
 
-// Knee k: exposed radiance up to which the tone curve is the identity; chosen by eye.
+// Knee k, equal to `KNEE` in src/colour/tone.rs.
 const TONE_KNEE: f32 = 0.8;
-// Shoulder s: excess over the knee that is mapped halfway between the knee and 1; chosen by eye.
+// Shoulder s, equal to `SHOULDER` in src/colour/tone.rs. An excess x - k = s is mapped halfway between the knee and 1.
 const TONE_SHOULDER: f32 = 0.6;
 
 @group(0) @binding(0) var<uniform> tone: Tone;
@@ -24,16 +24,16 @@ const TONE_SHOULDER: f32 = 0.6;
 // Clip position of the corner 0, 1 or 2 of a triangle that covers the picture: (-1, -1), (3, -1), (-1, 3).
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
-    return vec4<f32>(2.0 * corner - 1.0, 0.0, 1.0);
+    let position = vec2<f32>(select(-1.0, 3.0, index == 1u), select(-1.0, 3.0, index == 2u));
+    return vec4<f32>(position, 0.0, 1.0);
 }
 
-// The exposed radiance, compressed above the knee without a change of hue.
-fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
+// Exposed radiance, compressed above the knee without a change of hue. Negative channels become 0.
+fn tone_map(linear: vec3<f32>) -> vec3<f32> {
     let exposed = max(tone.gain * linear, vec3<f32>(0.0));
     let peak = max(exposed.r, max(exposed.g, exposed.b));
     let excess = peak - TONE_KNEE;
-    // True for NaN, too.
+    // The negated comparison is also true for NaN.
     if !(excess > 0.0) {
         return exposed;
     }
@@ -41,7 +41,7 @@ fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
 }
 
 // sRGB encoding (IEC 61966-2-1) of a linear colour, clamped to [0, 1].
-fn tone_encoded(linear: vec3<f32>) -> vec3<f32> {
+fn srgb_encode(linear: vec3<f32>) -> vec3<f32> {
     let value = clamp(linear, vec3<f32>(0.0), vec3<f32>(1.0));
     return select(1.055 * pow(value, vec3<f32>(1.0 / 2.4)) - 0.055, 12.92 * value, value <= vec3<f32>(0.0031308));
 }
@@ -51,5 +51,5 @@ fn tone_encoded(linear: vec3<f32>) -> vec3<f32> {
 fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<u32>(position.xy);
     let linear = picture[pixel.y * tone.width + pixel.x].rgb;
-    return vec4<f32>(tone_encoded(tone_mapped(linear)), 1.0);
+    return vec4<f32>(srgb_encode(tone_map(linear)), 1.0);
 }

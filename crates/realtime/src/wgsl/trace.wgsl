@@ -1,13 +1,13 @@
 // Intersection of rays with the mesh, by the tree of bounding boxes that tree.rs builds.
 //
-// The nodes are stored in depth-first order. After an inner node whose box is hit comes its first child, the next
-// element of the array; otherwise the traversal jumps to `next`. The traversal therefore needs no stack.
+// The nodes are stored in depth-first order. If the ray hits the box of an inner node, the traversal goes on with the
+// next element of the array, which is the node's first child. Otherwise it jumps to `next`. It needs no stack.
 
 // A node of the tree: a leaf with one triangle, or an inner node whose box bounds the nodes of its subtree. Counterpart
 // of `Node` in layout.rs.
 struct Node {
-    // Lower corner of the box in cm. The box of a leaf is empty and not read: the inner node before the leaf has its
-    // box.
+    // Lower corner of the box in cm. The box of a leaf is empty and not read: the inner node before the leaf has the
+    // leaf's box.
     low: vec3<f32>,
     // Index of a leaf's triangle; TRACE_NONE for an inner node.
     triangle: u32,
@@ -34,8 +34,8 @@ struct Hit {
     b: vec2<f32>,
 }
 
-// Intersection with the triangle of the index `triangle` and the corners p0, p1, p2 (Möller and Trumbore 1997). Both
-// sides of the triangle are hit.
+// Intersection with the triangle of the index `triangle` and the corners p0, p1, p2 (Möller and Trumbore 1997). A ray
+// may hit the triangle from either side.
 fn trace_corners(
     origin: vec3<f32>,
     direction: vec3<f32>,
@@ -76,8 +76,10 @@ fn trace_inverse(direction: vec3<f32>) -> vec3<f32> {
     return 1.0 / select(direction, small, abs(direction) < small);
 }
 
-// Whether a ray meets a box within the distance `farthest`. `inverse` is the reciprocal of its direction.
+// Whether a ray meets a box within the distance `farthest`. `inverse` is the result of `trace_inverse` for the ray's
+// direction.
 fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f32>, farthest: f32) -> bool {
+    // Distances at which the ray crosses the planes of the box's sides, and the interval of distances inside the box.
     let a = (low - origin) * inverse;
     let b = (high - origin) * inverse;
     let enter = min(a, b);
@@ -89,8 +91,9 @@ fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f
     return first <= last;
 }
 
-// The nearest triangle within the distance `farthest`; with `any`, an arbitrary one of these.
-fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any: bool) -> Hit {
+// Intersection with the nearest triangle within the distance `farthest`. With `accept_any`, it is that of the first
+// triangle found, which suffices for shadows.
+fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, accept_any: bool) -> Hit {
     let inverse = trace_inverse(direction);
     var best = Hit(TRACE_NONE, farthest, vec2<f32>(0.0));
     let count = arrayLength(&nodes);
@@ -101,7 +104,7 @@ fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any: bool) -> H
             let hit = trace_triangle(origin, direction, node.triangle);
             if hit.triangle != TRACE_NONE && hit.distance < best.distance {
                 best = hit;
-                if any {
+                if accept_any {
                     return best;
                 }
             }
