@@ -25,13 +25,20 @@ const FULL_CELLS: f64 = 14.0;
 /// Accepted RMS error of an efficiency halfway between two wavelengths: about a quarter of [`TERMS_TOLERANCE`].
 const WAVELENGTH_TOLERANCE: f64 = 1.6e-3;
 
-/// Wavelengths of a metal's table, for estimates: those of steps of 20 nm.
-const ESTIMATED_WAVELENGTHS: f64 = 25.0;
-/// Solved points of a cell, for estimates: about those of 17 nodes a side (153).
-const ESTIMATED_POINTS: f64 = 150.0;
+/// Wavelengths solved for a metal, for estimates: those of steps of 20 nm.
+const METAL_WAVELENGTHS: f64 = 25.0;
+/// Wavelengths solved for a film, for estimates: those of steps of 80 nm. Films without dispersion are smooth.
+const FILM_WAVELENGTHS: f64 = 7.0;
+/// Points solved for a cell of a reflector's efficiencies, for estimates: about those of 17 nodes a side (153).
+const REFLECTOR_POINTS: f64 = 150.0;
+/// Points solved for a cell of a film's efficiencies, for estimates: those of 12 nodes a side.
+const FILM_POINTS: f64 = 78.0;
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;
+/// Seconds on one core for the lattice sums of a dielectric at one point and wavelength, over the squared number of
+/// nodes; measured. A metal's are tabulated.
+const LATTICE_SECONDS: f64 = 1.5e-6;
 /// Seconds on one core for the solution at one point and wavelength, over the cubed number of nodes on the profile;
 /// measured.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
@@ -43,6 +50,16 @@ pub(super) struct TableOrders {
     pub period_um: f64,
     /// Sides of the relief, 1 or 2.
     pub sides: u32,
+    /// Points solved for each cell, for the estimate of the build.
+    pub points_per_cell: f64,
+}
+
+impl TableOrders {
+    /// The orders in a table of efficiencies of a body.
+    pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
+        let sides = body.sides();
+        Self { period_um, sides, points_per_cell: if sides == 1 { REFLECTOR_POINTS } else { FILM_POINTS } }
+    }
 }
 
 /// Meshes of a profile on a body, for all wavelengths.
@@ -109,13 +126,20 @@ pub(super) fn choose_resolution(orders: TableOrders, spacing: Option<Spacing>) -
 /// Cost of a table's build on two cores; `nodes` is the number of nodes on the profile.
 fn estimate(orders: TableOrders, nodes: usize, has_wavelengths: bool) -> Estimate {
     let cells = cell_count(orders.period_um);
-    let wavelengths = if has_wavelengths { ESTIMATED_WAVELENGTHS } else { 1.0 };
+    let is_film = orders.sides == 2;
+    let wavelengths = match (has_wavelengths, is_film) {
+        (false, _) => 1.0,
+        (true, false) => METAL_WAVELENGTHS,
+        (true, true) => FILM_WAVELENGTHS,
+    };
     let nodes = nodes as f64;
-    let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
+    let lattice_seconds = if is_film { LATTICE_SECONDS * nodes * nodes } else { 0.0 };
+    let solution_seconds = lattice_seconds + SOLUTION_SECONDS * nodes.powi(3);
+    let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * solution_seconds;
     let table_nodes = f64::from(STORED[usize::from(!has_wavelengths)]).powi(2);
     Estimate {
         bytes: 2.0 * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
-        seconds: 0.5 * cells * ESTIMATED_POINTS * point_seconds,
+        seconds: 0.5 * cells * orders.points_per_cell * point_seconds,
     }
 }
 

@@ -83,7 +83,9 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let meshes = create_meshes(profile, body, TableOrders { period_um, sides: body.sides() }, build_limit)?;
+        let points_per_cell = (NODES_MAX * (NODES_MAX + 1) / 2) as f64;
+        let orders = TableOrders { period_um, sides: body.sides(), points_per_cell };
+        let meshes = create_meshes(profile, body, orders, build_limit)?;
         let step_of = |spacing: Spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM);
         match body {
             GratingBody::Reflector(index) => {

@@ -77,7 +77,7 @@ impl GratingSurface {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let orders = TableOrders { period_um, sides: body.sides() };
+        let orders = TableOrders::of_efficiencies(period_um, body);
         let meshes = create_meshes(profile, body, orders, build_limit)?;
         match body {
             GratingBody::Reflector(index) => {
