@@ -107,8 +107,10 @@ async function makeScene(keys, stale) {
   sceneFraction = 0;
   const { engine, settings } = page;
   for (const draft of [true, false]) {
-    const bytes = await engine.scene(settings, draft, (fraction) => (sceneFraction = fraction));
-    sceneFraction = draft ? 0 : null;
+    const bytes = await engine.scene(settings, draft, (fraction) => {
+      if (!stale()) sceneFraction = fraction;
+    });
+    if (!stale()) sceneFraction = draft ? 0 : null;
     await page.opening;
     if (stale() || !page.adapter) return;
     // Set before the message is sent, like `held.method`.
@@ -132,6 +134,7 @@ export function goBack() {
   const { good } = page;
   for (const kind in turns) turns[kind] += 1;
   pending.surface = pending.scene = null;
+  sceneFraction = null;
   page.making = false;
   if (!good) {
     page.keys = { relief: null, method: null, scene: null };
