@@ -1,8 +1,8 @@
-"""Gratings and lights of the part `validity`, and the model's errors on them.
+"""Gratings and lights of the page's part `validity`, and errors of scalar models on them.
 
-Gratings are in a perfect conductor, with lengths in µm. A *model* is the scalar one with an obliquity factor, with or
-without energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the fraction of the light that a
-model puts into wrong orders. Light comes across the grooves; a negative angle of incidence is on the side of −x.
+Gratings are in a perfect conductor, with lengths in µm. A *model* is a choice of obliquity factor, with or without
+energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the fraction of the light that a model puts
+into wrong orders. The plane of incidence is across the grooves; at a negative angle light comes from the side of −x.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from tests.judges.gratings.scalar import (
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
 # Angles of incidence on one side.
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
-# Period of the gratings whose slopes are swept.
+# Sweep over slopes: period of the gratings.
 PERIOD_UM = 2.5
-# Steepest slopes of the swept sinusoids.
+# Largest slopes of the sinusoids in the sweep over slopes.
 SLOPES_DEG = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 45.0)
-# Slopes of the swept sawteeth's facets.
+# Slopes of the sawteeth's facets in the sweep over slopes. At 5.71° the height is a tenth of the period.
 FACETS_DEG = (1.0, 2.0, 3.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
-# Swept periods.
+# Sweep over periods, at the following shapes.
 PERIODS_UM = (0.8, 1.25, 1.75, 2.5, 3.5, 5.0, 10.0)
-# Sweep over periods: steepest slope of the sinusoid.
+# Sweep over periods: largest slope of the sinusoid.
 SWEPT_SLOPE_DEG = 10.0
 # Sweep over periods: slope of the sawtooth's facets.
 SWEPT_FACET_DEG = 5.71
@@ -46,12 +46,12 @@ SWEPT_HEIGHT_UM = 0.125
 
 
 def sinusoid(period_um: float, slope_deg: float) -> Grating:
-    """The sinusoid with this steepest slope."""
+    """The sinusoid whose largest slope, π·height/period, is `slope_deg`."""
     return Grating("sinusoidal", period_um, period_um * np.tan(np.radians(slope_deg)) / np.pi)
 
 
 def sawtooth(period_um: float, facet_deg: float) -> Grating:
-    """The sawtooth with facets of this slope, which rise along +x."""
+    """The sawtooth whose facets rise along +x with the slope `facet_deg`."""
     return Grating("blazed", period_um, period_um * np.tan(np.radians(facet_deg)))
 
 
@@ -63,10 +63,11 @@ def profile(grating: Grating) -> Sinusoid | Polygon:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Efficiencies of a grating's propagating orders under one light: rigorous, and by the name of each model."""
+    """Efficiencies of a grating's propagating orders under one light."""
 
     light: Light
     rigorous: Efficiencies
+    #: By the name of the model, in the order of `rigorous.orders`.
     scalar: dict[str, np.ndarray]
 
     def misplaced(self, model: Model, polarisation: str = "unpolarised") -> float:
@@ -96,7 +97,10 @@ def compared(grating: Grating, angles_deg: tuple, wavelengths_nm: tuple = WAVELE
 
 
 def angles_of(grating: Grating) -> tuple:
-    """ANGLES_DEG; for a sawtooth on both sides, first with its facets turned away from the light."""
+    """ANGLES_DEG, and for a sawtooth, which is not symmetric, also their negatives.
+
+    At positive angles its facets face away from the light.
+    """
     return ANGLES_DEG + (tuple(-angle for angle in ANGLES_DEG[1:]) if grating.preset == "blazed" else ())
 
 
@@ -111,7 +115,7 @@ def mean_error(grating: Grating, model: Model, angle_deg: float, polarisation: s
 
 
 def mean_sum(grating: Grating, model: Model, angle_deg: float) -> float:
-    """The model's sum over the orders at an angle of `angles_of`, mean over the wavelengths."""
+    """Sum of the model's efficiencies over the orders at an angle of `angles_of`, mean over the wavelengths."""
     return float(np.mean([each.scalar[model.name].sum() for each in at_angle(grating, angle_deg)]))
 
 

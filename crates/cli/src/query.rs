@@ -1,4 +1,4 @@
-//! Parsing of the JSON lines of `sunbeam eval` and `sunbeam sample`, with messages that name the wrong field.
+//! Parsing of the JSON lines of `sunbeam eval` and `sunbeam sample`, with messages that name the faulty field.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -29,7 +29,7 @@ impl Numbers {
         }
     }
 
-    /// Applies `function` to each number. The first error ends it.
+    /// Applies `function` to each number, up to the first error.
     pub(crate) fn try_map(&self, function: impl Fn(f64) -> Result<f64, String>) -> Result<Self, String> {
         Ok(match self {
             Self::One(number) => Self::One(function(*number)?),
@@ -43,12 +43,12 @@ impl Numbers {
 /// Parses one line of JSON.
 ///
 /// # Errors
-/// A message, which names the field if a single one is wrong.
+/// A message. It names the field where the line is JSON and the value of a field is wrong.
 pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     if line.trim_ascii().is_empty() {
         return Err("the line is empty".to_owned());
     }
-    // Tracking the path of a field costs time, so only wrong lines are parsed again with it.
+    // Tracking paths of fields is slow, so a line is parsed without it first, and again with it only after an error.
     if let Ok(query) = serde_json::from_slice(line) {
         return Ok(query);
     }
@@ -66,7 +66,7 @@ pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     let message = without_line_number(&cause);
     match (cause.is_data(), field.as_str()) {
         (false, _) => Err(format!("not JSON: {message}")),
-        // The whole line, or a place without a path.
+        // `serde_path_to_error` writes "." for the whole line, and "?" for an unknown place.
         (true, "." | "?") => Err(message),
         (true, field) => Err(format!("{field:?}: {message}")),
     }
@@ -80,7 +80,7 @@ fn without_line_number(error: &serde_json::Error) -> String {
 /// Normalises a direction. `name` is the name of its field, for messages.
 ///
 /// # Errors
-/// A number of components other than three, or a length that is not 1 to 1e-3.
+/// A number of components other than three, or a length that differs from 1 by more than 1e-3.
 pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
     unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
@@ -88,7 +88,7 @@ pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> 
 /// Three random numbers in [0, 1). `name` is the name of their field, for messages.
 ///
 /// # Errors
-/// Another number of numbers, or one outside the interval.
+/// A number of components other than three, or a component outside the interval.
 pub(crate) fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
     let point = triple(name, components)?;
     match point.iter().find(|c| !(0.0..1.0).contains(*c)) {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_the_wrong_field() {
+    fn errors_name_the_faulty_field() {
         #[derive(Debug, Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Query {

@@ -17,13 +17,13 @@ pub(crate) struct SnakeArgs {
     /// File for the mesh (.ply)
     #[arg(short, long, value_name = "FILE", value_parser = output(&["ply"]))]
     output: Output,
-    /// Factor on the cells along each direction; 1 gives 10 933 vertices and 21 573 faces
+    /// Factor on the number of cells along each direction; 1 gives about 11 000 vertices
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     resolution: f64,
     /// File for the diffuse pigment over the texture coordinates: sRGB (.png) or linear sRGB (.exr)
     #[arg(long, value_name = "FILE", value_parser = output(&["png", "exr"]))]
     pigment: Option<Output>,
-    /// Factor on the linear reflectance of the pigment in an .exr, 0 to 1; the renderers use 0.35
+    /// Factor on the linear reflectance of the pigment in an .exr file, 0 to 1; the renderers use 0.35
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     pigment_scale: f64,
 }
@@ -45,9 +45,11 @@ pub(crate) fn run(args: &SnakeArgs) -> Outcome {
     }
     let is_linear = args.pigment.as_ref().is_some_and(|file| file.ends_in("exr"));
     let scale = args.pigment_scale;
-    if !(0.0..=1.0).contains(&scale) || (scale != 1.0 && !is_linear) {
-        let accepted = if is_linear { "0 to 1" } else { "left out without --pigment FILE.exr" };
-        return Err(out_of_range("pigment-scale", scale, accepted).into());
+    if scale != 1.0 && !is_linear {
+        return Err(out_of_range("pigment-scale", scale, "left out without --pigment FILE.exr").into());
+    }
+    if !(0.0..=1.0).contains(&scale) {
+        return Err(out_of_range("pigment-scale", scale, "0 to 1").into());
     }
     let options = SnakeOptions::default().with_resolution(args.resolution);
     let mesh = SnakeMesh::build(&options)?;

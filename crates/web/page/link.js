@@ -2,9 +2,9 @@
 // `surface.preset=cd&sun.elevation_deg=20`. Browsers never send this part to a server.
 
 /** Fields that are text even if they look like numbers. */
-const TEXTS = new Set(["surface.filename", "surface.channel", "sha256"]);
+const TEXTS = new Set(["surface.filename", "surface.channel"]);
 
-/** Pairs [dotted.path, text] of all fields of a value, which itself is at `path`. */
+/** Returns [dotted path, text] for every field of `value`; `path` is the dotted path of `value` itself. */
 function flatten(value, path = "") {
   if (value !== null && typeof value === "object" && !Array.isArray(value)) {
     return Object.entries(value).flatMap(([key, inner]) => flatten(inner, path ? `${path}.${key}` : key));
@@ -23,8 +23,8 @@ function parsed(path, text) {
 }
 
 /**
- * The part of an address after the #, for compact settings (`Engine.compact`) and the SHA-256 checksum of their file,
- * or null. Empty for default settings.
+ * The part of an address after the #, for compact settings (`Engine.compact`), whose lists have two elements or more.
+ * `sha256` is the checksum of the surface's file, or null without a file. Empty for default settings without a file.
  */
 export function toHash(compact, sha256) {
   const fields = flatten(compact);
@@ -33,18 +33,18 @@ export function toHash(compact, sha256) {
   return fields.map(([path, text]) => `${path}=${encodeURIComponent(text).replaceAll("%2C", ",")}`).join("&");
 }
 
-/** {settings, sha256} in the part of an address after the #; sha256 is null without a checksum. Nothing is checked. */
+/** Reads {settings, sha256} from an address's part after the #; sha256 may be null. Values are not validated. */
 export function fromHash(hash) {
   const settings = {};
   let sha256 = null;
-  // URLSearchParams would read + as a space.
+  // In addresses written by hand, URLSearchParams would read + as a space.
   for (const [path, text] of new URLSearchParams(hash.replace(/^#/, "").replaceAll("+", "%2B"))) {
     if (path === "sha256") {
       sha256 = text;
       continue;
     }
     const keys = path.split(".");
-    // These names would change the prototype of every object of the page.
+    // __proto__ leads to the prototype of every object of the page; the others are refused as a precaution.
     if (keys.some((key) => key === "__proto__" || key === "constructor" || key === "prototype")) continue;
     let inner = settings;
     for (const key of keys.slice(0, -1)) {
