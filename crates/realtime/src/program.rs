@@ -50,8 +50,8 @@ pub(super) fn resolve() -> String {
     [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, wgsl!("wgsl/resolve.wgsl")].join("\n")
 }
 
-/// Name and source of every program of this crate, with each method in its variants. Tests pass the programs to other
-/// compilers of WGSL.
+/// Name and source of every program of this crate: the shading program with each method, and with the options that
+/// change its WGSL, then the others. Only tests call it, which pass the programs to naga and to other compilers of WGSL.
 ///
 /// # Errors
 /// Errors of building the methods.
@@ -61,7 +61,7 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..patch.clone() };
     let default = MethodOptions::default();
     let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
-    // With a period of 0.3 µm only order 0 propagates, which is solved quickly.
+    // At a period of 0.3 µm few orders propagate, so that the solution is quick.
     let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05))?.ok_or("this preset is no grating")?;
     let grating = GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none())?;
     let fixed = [
@@ -83,7 +83,7 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     Ok(programs)
 }
 
-/// A stand-in for a method that reads no data. Its answer has no meaning.
+/// Stand-in for a method, without data. Its answer has no meaning; it uses both arguments.
 pub(super) fn no_method() -> MethodShader<'static> {
     let wgsl = vec!["fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return wi + wo; }"];
     MethodShader { name: "none", wgsl, uniform: Vec::new(), storage: Vec::new() }
