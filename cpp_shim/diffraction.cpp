@@ -50,18 +50,23 @@
  * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
  *                       texture          such as keratin (1.56). Beyond its ends a spectrum keeps its end values.
  *                                        Exposed, differentiable
- * cover_eta             float, string    index of a flat clear layer over the relief, in [1, 2.6], or the layer's
- * medium or spectrum      as for int_ior; of a spectrum the value at 589 nm counts (no layer) cover_reflection boolean
- * mirror reflection by that layer's flat side, a delta lobe (true) transmission          string           none; film: a
- * sheet with the relief above, a flat side below, and air on both sides; interface: light goes on in the medium, scalar
- * theory only (none) int_ior, ext_ior      float or string  media below and above a body that transmits, in place of
- * eta, which is one number then: 1, or in [1.2, 4] (bk7, air) back_reflection       boolean          mirror reflection
- * by a film's flat side from behind, a delta lobe (true) specular_transmittance                 factor on the
- * transmitted light (1). Exposed, differentiable spectrum or texture specular_reflectance  spectrum or      scales the
- * diffracted light (1). Exposed, differentiable texture diffuse_reflectance   spectrum or      pigment under the
- * surface, lit by the light that the surface does not reflect; texture          black under a perfect reflector (0).
- * Exposed where given, differentiable rotation              float or         turns the relief counter-clockwise against
- * the tangent, in degrees (0). texture          Exposed, differentiable
+ * cover_eta             float, string    index of a flat clear layer over the relief, in [1, 2.6], or the name of its
+ *                       or spectrum      medium as for int_ior; of a spectrum the value at 589 nm (no layer)
+ * cover_reflection      boolean          mirror reflection by that layer's flat side, a delta lobe (true)
+ * transmission          string           none; film: a sheet with the relief above, a flat side below, and air on both
+ *                                        sides; interface: light goes on in the medium; scalar theory only (none)
+ * int_ior, ext_ior      float or string  media below and above a body that transmits, in place of eta, which is one
+ *                                        number then: 1, or in [1.2, 4] (bk7, air)
+ * back_reflection       boolean          mirror reflection by a film's flat side from behind, a delta lobe (true)
+ * specular_transmittance                 factor on the transmitted light (1). Exposed, differentiable
+ *                       spectrum or
+ *                       texture
+ * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
+ *                       texture
+ * diffuse_reflectance   spectrum or      pigment under the surface, lit by the light that the surface does not reflect;
+ *                       texture          black under a perfect reflector (0). Exposed where given, differentiable
+ * rotation              float or         turns the relief counter-clockwise against the tangent, in degrees (0).
+ *                       texture          Exposed, differentiable
  *
  * An unknown parameter, a contradiction, or a value out of range raises an error that names the parameter.
  *

@@ -133,9 +133,11 @@ def folder(tmp_path_factory):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_scenes_equal_their_files(folder, name):
-    made = np.array(mi.render(mi.load_dict(small(SCENES[name]()))))
+    # In parallel, Mitsuba loads lamps in any order, and light tracing draws other numbers.
+    made = np.array(mi.render(mi.load_dict(small(SCENES[name]()), parallel=False)))
     picture.check(made, name)
-    read = mi.load_file(str(folder / f"{name}.xml"), **{key: str(value) for key, value in SMALL.items()})
+    values = {key: str(value) for key, value in SMALL.items()}
+    read = mi.load_file(str(folder / f"{name}.xml"), parallel=False, **values)
     means = [pixels.mean(axis=(0, 1)) for pixels in (np.array(mi.render(read)), made)]
     np.testing.assert_allclose(*means, rtol=SAME_SCENE_RTOL)
 

@@ -15,7 +15,7 @@
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
 use super::cell_position::{CellPosition, groove_t};
-use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, PROPOSED, TAU_SCALE};
+use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, OrderZero, PROPOSED, TAU_SCALE};
 use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, OnFilm, REACH};
 use super::polarisation::JonesView;
@@ -214,20 +214,22 @@ impl<N: Numbers> GratingColourLobe<N> {
         self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active)
     }
 
-    /// Position in [`OrderZero::ALL`](super::colour_tables::OrderZero) of the light from wi to wo, whose half
-    /// difference has the component x across the grooves.
+    /// Position among the tables of order 0 of the [`OrderZero`] from wi to wo, whose half difference has the component
+    /// x across the grooves.
     #[inline(always)]
     fn order_zero_kind(&self, [wi, wo]: [[N::Real; 3]; 2], x: N::Real) -> N::Index {
-        let index = N::Index::lit;
+        let table = |kind: OrderZero| N::Index::lit(kind as u32);
         if !self.is_film() {
-            return index(0);
+            return table(OrderZero::ReflectedAbove);
         }
         let zero = N::Real::lit(0.0);
         let (from_below, to_below) = (wi[2].lt(zero), wo[2].lt(zero));
-        let reflected = N::Index::select(from_below, index(1), index(0));
+        let reflected =
+            N::Index::select(from_below, table(OrderZero::ReflectedBelow), table(OrderZero::ReflectedAbove));
         // Transmitted light has the component `(w above − w below)/2` across the grooves.
         let across = N::Real::select(to_below, -x, x);
-        let transmitted = N::Index::select(across.lt(zero), index(3), index(2));
+        let [negative, positive] = [OrderZero::TransmittedNegative, OrderZero::TransmittedPositive].map(table);
+        let transmitted = N::Index::select(across.lt(zero), negative, positive);
         N::Index::select((from_below & to_below) | !(from_below | to_below), reflected, transmitted)
     }
 }

@@ -103,8 +103,8 @@ impl ColourTables {
     }
 
     /// Colour of order 0's efficiency, linear sRGB, from the projection of the incident direction onto the xz plane:
-    /// its length `√(1 − y²)`, and the cosine of the angle between it and the normal. `kind` is the position of the
-    /// table in [`OrderZero::ALL`].
+    /// its length `√(1 − y²)`, and the cosine of the angle between it and the normal. `kind` is the position of an
+    /// [`OrderZero`].
     #[inline(always)]
     pub(super) fn order_zero<N: Numbers>(
         &self,

@@ -31,8 +31,8 @@ const METAL_WAVELENGTHS: f64 = 25.0;
 const FILM_WAVELENGTHS: f64 = 7.0;
 /// Points solved for a cell of a reflector's efficiencies, for estimates: about those of 17 nodes a side (153).
 const REFLECTOR_POINTS: f64 = 150.0;
-/// Points solved for a cell of a film's efficiencies, for estimates: those of 12 nodes a side.
-const FILM_POINTS: f64 = 78.0;
+/// Points solved for a cell of a film's efficiencies, for estimates: those of 8 nodes a side.
+const FILM_POINTS: f64 = 36.0;
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;
