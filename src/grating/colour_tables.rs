@@ -53,8 +53,8 @@ const BIN_POINTS: [(f64, f64); 5] = [(0.5, 0.5), (0.02, 0.02), (0.02, 0.98), (0.
 ///
 /// An entry of spectral weights and of order 0 is a packet of four words: red, green, blue, and zero. Order weights are
 /// `[side of the incident light][bin across the grooves][bin along them][entry]`. The entries of such a row are the
-/// orders from `−orders` to `orders` that leave above, those that leave below a film, and the sum. All words are bits of
-/// single-precision numbers.
+/// orders from `−orders` to `orders` that leave above, those that leave below a film, and the sum. All words are bits
+/// of single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTables {
     /// The highest order that propagates at any incidence and wavelength.

@@ -88,7 +88,7 @@ impl ExactGrating {
     /// side.
     ///
     /// # Errors
-    /// Those of [`ExactGrating::eval`].
+    /// The errors of [`ExactGrating::eval`].
     fn eval_at_body(&self, body: TransparentBody, wi: Vec3, wo: Vec3, nm: f64) -> Result<f64, GratingError> {
         if [wi, wo].iter().any(|w| w[2] == 0.0 || w.iter().any(|c| !c.is_finite())) {
             return Ok(0.0);
@@ -126,7 +126,7 @@ impl ExactGrating {
     /// flat side of a film.
     ///
     /// # Errors
-    /// Those of [`ExactGrating::efficiency`].
+    /// The errors of [`ExactGrating::efficiency`].
     fn efficiency_at_body(
         &self,
         body: TransparentBody,
@@ -158,7 +158,7 @@ impl ExactGrating {
     /// The efficiency on the first mesh whose power balance holds; `solve` returns it with the error of the balance.
     ///
     /// # Errors
-    /// Those of [`ExactGrating::efficiency`].
+    /// The errors of [`ExactGrating::efficiency`].
     fn on_first_balanced(
         &self,
         t: f64,

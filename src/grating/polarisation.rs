@@ -262,8 +262,8 @@ impl<N: Numbers> JonesView<N> {
     /// Mueller matrix of an order, row by row, divided by its first element.
     ///
     /// `position` is that of the incident wave, `channels` are those of incident and outgoing light, `nm` is the
-    /// wavelength, and `groove_cosine` is ky/k. The first axis of the frames of incident and outgoing light is the grooves'
-    /// direction, made transverse to the light.
+    /// wavelength, and `groove_cosine` is ky/k. The first axis of the frames of incident and outgoing light is the
+    /// grooves' direction, made transverse to the light.
     #[inline(always)]
     pub(super) fn matrix(
         &self,

@@ -68,7 +68,7 @@ impl GratingSurface {
     /// [`GratingSurface::new`].
     ///
     /// # Errors
-    /// Those of [`GratingSurface::new`].
+    /// The errors of [`GratingSurface::new`].
     pub fn of_body(
         profile: &Profile,
         body: GratingBody<'_>,

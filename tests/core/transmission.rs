@@ -222,6 +222,40 @@ fn bodies_conserve_energy_and_are_reciprocal() {
     assert!(largest > 0.85, "{largest}");
 }
 
+/// Asserts that the density of samples from `wi` integrates, on either side, to the fraction of samples that leave
+/// there, within `tolerance`.
+pub(super) fn assert_density_integrates(
+    surface: &BuiltSurface,
+    wi: Vec3,
+    samples: usize,
+    tolerance: f64,
+    random: &mut Random,
+) {
+    let mut counts = [0usize; 2];
+    for _ in 0..samples {
+        let u = [random.unit(), random.unit(), random.unit()];
+        if let Some(wo) = surface.sample_direction(wi, &[450.0, 650.0], u) {
+            counts[usize::from(wo[2] < 0.0)] += 1;
+        }
+    }
+    // Midpoints of direction cosines x and y on either side; orders are five midpoints wide.
+    const STEPS: i32 = 300;
+    for (side, count) in [1.0, -1.0].into_iter().zip(counts) {
+        let mut sum = 0.0;
+        for i in 0..STEPS * STEPS {
+            let [x, y] = [i / STEPS, i % STEPS].map(|step| f64::from(2 * step + 1) / f64::from(STEPS) - 1.0);
+            let z_squared = 1.0 - x * x - y * y;
+            if z_squared > 0.0 {
+                let wo = [x, y, side * z_squared.sqrt()];
+                let area = 4.0 / f64::from(STEPS * STEPS);
+                sum += surface.eval_pdf(wi, wo, &[450.0, 650.0], |_, _| {}) * area / wo[2].abs();
+            }
+        }
+        let fraction = count as f64 / samples as f64;
+        assert!((sum - fraction).abs() < tolerance, "{wi:?} {side}: {sum} {fraction}");
+    }
+}
+
 #[test]
 fn densities_integrate_to_the_fraction_of_samples() {
     const SAMPLES: usize = 40_000;
@@ -232,30 +266,8 @@ fn densities_integrate_to_the_fraction_of_samples() {
                 "conserve_energy": false}}"#
         ));
         for wi in [direction(0.0, 0.0), direction(40.0, 30.0).map(|c| -c), direction(70.0, 100.0)] {
-            let mut counts = [0usize; 2];
-            for _ in 0..SAMPLES {
-                let u = [random.unit(), random.unit(), random.unit()];
-                if let Some(wo) = surface.sample_direction(wi, &[450.0, 650.0], u) {
-                    counts[usize::from(wo[2] < 0.0)] += 1;
-                }
-            }
-            // Midpoints of direction cosines x and y on either side; orders are five midpoints wide.
-            const STEPS: i32 = 300;
-            for (side, count) in [1.0, -1.0].into_iter().zip(counts) {
-                let mut sum = 0.0;
-                for i in 0..STEPS * STEPS {
-                    let [x, y] = [i / STEPS, i % STEPS].map(|step| f64::from(2 * step + 1) / f64::from(STEPS) - 1.0);
-                    let z_squared = 1.0 - x * x - y * y;
-                    if z_squared > 0.0 {
-                        let wo = [x, y, side * z_squared.sqrt()];
-                        let area = 4.0 / f64::from(STEPS * STEPS);
-                        sum += surface.eval_pdf(wi, wo, &[450.0, 650.0], |_, _| {}) * area / wo[2].abs();
-                    }
-                }
-                let fraction = count as f64 / SAMPLES as f64;
-                // Four standard errors of the fraction of samples, and the midpoints' error at the horizon.
-                assert!((sum - fraction).abs() < 0.01, "{preset} {transmission} {wi:?} {side}: {sum} {fraction}");
-            }
+            // Four standard errors of the fraction of samples, and the midpoints' error at the horizon.
+            assert_density_integrates(&surface, wi, SAMPLES, 0.01, &mut random);
         }
     }
 }

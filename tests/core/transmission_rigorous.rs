@@ -2,7 +2,7 @@
 //! single solutions, energy, and samples.
 
 use super::common::Random;
-use super::transmission::{built, eval, medium, sampled};
+use super::transmission::{assert_density_integrates, built, eval, medium, sampled};
 use std::f64::consts::TAU;
 use sunbeam::Cache;
 use sunbeam::config::{BuiltReport, SurfaceConfig};
@@ -140,29 +140,7 @@ fn densities_of_a_grating_on_a_film_integrate_to_the_fraction_of_samples() {
     let mut random = Random::new(13);
     let surface = built(&json("film", 8.0));
     for wi in [[0.0, 0.0, 1.0], [0.4, 0.3, -(0.75_f64.sqrt())]] {
-        let mut counts = [0usize; 2];
-        for _ in 0..SAMPLES {
-            let u = [random.unit(), random.unit(), random.unit()];
-            if let Some(wo) = surface.sample_direction(wi, &[450.0, 650.0], u) {
-                counts[usize::from(wo[2] < 0.0)] += 1;
-            }
-        }
-        // Midpoints of direction cosines x and y on either side; orders are five midpoints wide.
-        const STEPS: i32 = 300;
-        for (side, count) in [1.0, -1.0].into_iter().zip(counts) {
-            let mut sum = 0.0;
-            for i in 0..STEPS * STEPS {
-                let [x, y] = [i / STEPS, i % STEPS].map(|step| f64::from(2 * step + 1) / f64::from(STEPS) - 1.0);
-                let z_squared = 1.0 - x * x - y * y;
-                if z_squared > 0.0 {
-                    let wo = [x, y, side * z_squared.sqrt()];
-                    let area = 4.0 / f64::from(STEPS * STEPS);
-                    sum += surface.eval_pdf(wi, wo, &[450.0, 650.0], |_, _| {}) * area / wo[2].abs();
-                }
-            }
-            let fraction = count as f64 / SAMPLES as f64;
-            // Four standard errors of the fraction of samples, and the midpoints' error at the horizon.
-            assert!((sum - fraction).abs() < 0.015, "{wi:?} {side}: {sum} {fraction}");
-        }
+        // Four standard errors of the fraction of samples, and the midpoints' error at the horizon.
+        assert_density_integrates(&surface, wi, SAMPLES, 0.015, &mut random);
     }
 }

@@ -44,9 +44,9 @@ const VALUES_MAX: f64 = 1e8;
 /// Find the spacing of a grating from the angles at which its colours are brightest
 ///
 /// Light comes in at --theta-i in the plane of x. The first order leaves at sin θr = λ/d − sin θi, which is negative on
-/// the side opposite the light. For each wavelength λ from 380 to below 780 nm, θr is the angle of the largest response,
-/// and the spacing is d = λ/(sin θi + sin θr). Prints the mean and the variance of d over the wavelengths as JSON, with
-/// the angles.
+/// the side opposite the light. For each wavelength λ from 380 to below 780 nm, θr is the angle of the largest
+/// response, and the spacing is d = λ/(sin θi + sin θr). Prints the mean and the variance of d over the wavelengths as
+/// JSON, with the angles.
 ///
 /// The method nmm has values only at the angles at which λ = |u|L/n for a whole n, with the tile's length L and
 /// u = sin θi + sin θr.

@@ -51,7 +51,7 @@ pub(super) fn resolve() -> String {
 }
 
 /// Name and source of every program of this crate: the shading program with each method, and with the options that
-/// change its WGSL, then the others. Only tests call it, which pass the programs to naga and to other compilers of WGSL.
+/// change its WGSL, then the others. Tests pass the programs to naga and to other compilers of WGSL.
 ///
 /// # Errors
 /// Errors of building the methods.

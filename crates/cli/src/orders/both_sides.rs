@@ -105,14 +105,5 @@ fn scalar(
             orders.push(Order { te, tm, ..Order::with_mean(side, m, wo, pair.unpolarised() * power) });
         }
     }
-    Ok(SolvedOrders {
-        theory: Theory::Scalar.name(),
-        period_um,
-        wavelength_nm,
-        wi,
-        orders,
-        absorbed: None,
-        balance_error: None,
-        reciprocity_error: None,
-    })
+    Ok(SolvedOrders::of_scalar_theory(period_um, wavelength_nm, wi, orders))
 }

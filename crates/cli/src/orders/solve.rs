@@ -161,7 +161,12 @@ impl SolvedOrders {
             let factor = pair.interface(config.index(), options.obliquity) * options.angular_factor(&pair);
             orders.push(Order::with_mean(Side::Above, m, wo, factor * amplitude.norm_sqr()));
         }
-        Ok(Self {
+        Ok(Self::of_scalar_theory(period_um, wavelength_nm, wi, orders))
+    }
+
+    /// Orders by the scalar theory, which has neither an absorbed fraction nor errors of a solution.
+    pub(super) fn of_scalar_theory(period_um: f64, wavelength_nm: f64, wi: Vec3, orders: Vec<Order>) -> Self {
+        Self {
             theory: Theory::Scalar.name(),
             period_um,
             wavelength_nm,
@@ -170,7 +175,7 @@ impl SolvedOrders {
             absorbed: None,
             balance_error: None,
             reciprocity_error: None,
-        })
+        }
     }
 }
 
