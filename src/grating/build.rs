@@ -5,14 +5,14 @@
 //! p and q are exchanged, and order numbers count from the other side.
 
 use super::GratingError;
-use super::cell_position::{CellPosition, wave_at};
+use super::cell_position::wave_at;
 use super::chebyshev::{
     coefficient_matrix, matrix_of, node_fractions, resampling_matrix, triangle_index, triangle_nodes,
 };
-use super::efficiencies::{EfficiencyLayout, EfficiencyView, UNIT};
+use super::efficiencies::{Below, EfficiencyLayout, EfficiencyView, UNIT};
 use super::order_solver::OrderSolver;
 use super::wavelengths::{Spacing, at_all_wavelengths, solved_indices, table_wavelengths, wavelengths_with_cell};
-use crate::numeric::{Index, Plain};
+use crate::numeric::Plain;
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -118,7 +118,7 @@ impl EfficiencyTable {
             wavelengths: nm.len() as u32,
             cells: cells as u32,
             nodes: table_resolution.stored,
-            sides: sides as u32,
+            below: if sides == 1 { Below::Reflector } else { Below::Film },
         };
         Ok(Self { layout, words, solved })
     }
@@ -147,19 +147,18 @@ impl EfficiencyTable {
             .map(|&[nm, x, y]| {
                 let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
-                let position = CellPosition::<Plain<f64>>::new(t, a);
                 // The Bloch phase is a up to an integer, so a itself will do.
                 let exact = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
-                let orders = position.cell as usize + 1;
-                let channels = orders * solver.sides();
+                let channels = view.channels(periods, y, a, true);
                 let errors = (0..solver.sides()).flat_map(|side| {
-                    let incident = side * orders + position.incident as usize;
-                    let row = view.row(&position, incident as u32, nm, true);
-                    let exact = &exact[0][incident * channels..][..channels];
+                    let (incident, _) = channels.of_order(0.0, side == 1);
+                    let row = view.row(&channels, incident, nm, true);
+                    let count = channels.count as usize;
+                    let exact = &exact[0][incident as usize * count..][..count];
                     let numbered = exact.iter().enumerate();
                     numbered
-                        .map(|(channel, exact)| (view.entry(&row, u32::lit(channel as u32), true) - exact).abs())
+                        .map(|(channel, exact)| (view.entry(&row, channel as u32, true) - exact).abs())
                         .collect::<Vec<_>>()
                 });
                 Ok(errors.collect::<Vec<_>>())
@@ -227,7 +226,7 @@ impl Cell {
         let matrices = triangle_nodes(nodes)
             .par_iter()
             .map(|&[i, k]| {
-                let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
+                let (t, b) = wave_at(index as i32, [fractions[i], fractions[k]]);
                 let mut matrices = solver.efficiencies(t, b, wavelengths_nm)?;
                 if i == k {
                     matrices.iter_mut().for_each(|matrix| symmetrise(matrix, index, solver.sides()));

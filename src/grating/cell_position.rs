@@ -6,47 +6,32 @@
 //! fractional parts p of `t − a` and q of `t + a`, mapped so that nodes with equal steps crowd towards both lines
 //! ([`node_coordinate`]). The WGSL twin is in `src/methods/grating.wgsl`.
 
-use crate::numeric::{Index, Number, Numbers, Real};
+use crate::numeric::{Number, Numbers, Real};
 
 /// Position of one incident wave in the cells.
 #[derive(Clone, Copy)]
 pub(super) struct CellPosition<N: Numbers> {
-    /// Index s of the cell: the number of propagating orders minus one.
-    pub cell: N::Index,
-    /// Order number of order 0, whose wave number along x is that of the incident wave: 0 to s.
-    pub incident: N::Index,
+    /// Index s of the cell: the number of propagating orders minus one. It is −1 where no order propagates.
+    pub cell: N::Double,
+    /// Order number of order 0, whose wave number along x is that of the incident wave. It is within 0 to s where the
+    /// incident wave propagates.
+    pub incident: N::Double,
     /// [`node_coordinate`] of p and of q, in [0, 1].
     pub coordinates: [N::Real; 2],
-    /// Whether the incident wave propagates, `|a| < t`.
-    pub propagates: N::Mask,
 }
 
 impl<N: Numbers> CellPosition<N> {
-    /// Position of the wave with these `t` and `a`. Where the wave does not propagate, the position lies on the border
-    /// of a cell.
+    /// Position of the wave with these `t` and `a`.
     #[inline(always)]
     pub(super) fn new(t: N::Double, a: N::Double) -> Self {
-        let zero = N::Double::lit(0.0);
         let sums = [t - a, t + a];
-        let propagates = zero.lt(sums[0]) & zero.lt(sums[1]);
-        let sums = sums.map(|sum| sum.max(zero));
         let whole = sums.map(Real::floor);
         Self {
-            cell: N::index_of_double(whole[0] + whole[1]),
+            cell: whole[0] + whole[1],
             // Orders −⌊t + a⌋ to ⌊t − a⌋ propagate.
-            incident: N::index_of_double(whole[1]),
+            incident: whole[1],
             coordinates: [0, 1].map(|i| node_coordinate(N::narrow(sums[i] - whole[i]))),
-            propagates,
         }
-    }
-
-    /// Order number of order `m`, and whether the order propagates. The number is 0 where it does not.
-    #[inline(always)]
-    pub(super) fn order_number(&self, m: N::Double) -> (N::Index, N::Mask) {
-        let number = N::widen(N::real(self.incident)) + m;
-        let propagates = N::Double::lit(0.0).le(number) & number.le(N::widen(N::real(self.cell)));
-        let index = N::index_of_double(number.max(N::Double::lit(0.0)));
-        (N::Index::select(propagates, index, N::Index::lit(0)), propagates)
     }
 }
 
@@ -71,10 +56,16 @@ pub(super) fn fraction_at(coordinate: f64) -> f64 {
     low / (low + high)
 }
 
+/// Order number ⌈cell/2⌉ of order 0 at [`wave_at`].
+pub(super) fn middle_order(cell: i32) -> i32 {
+    cell - cell.div_euclid(2)
+}
+
 /// `(t, a)` of a point of a cell with the fractional parts p and q. Several values of `a` that differ by integers
-/// belong to this point; the one returned gives order 0 the order number ⌈cell/2⌉, in the middle.
-pub(super) fn wave_at(cell: usize, [p, q]: [f64; 2]) -> (f64, f64) {
-    let (difference, sum) = ((cell / 2) as f64 + p, (cell - cell / 2) as f64 + q);
+/// belong to this point; the one returned gives order 0 the order number [`middle_order`]. In cell −1, points with
+/// `p + q < 1` have a negative t.
+pub(super) fn wave_at(cell: i32, [p, q]: [f64; 2]) -> (f64, f64) {
+    let (difference, sum) = (f64::from(cell.div_euclid(2)) + p, f64::from(middle_order(cell)) + q);
     (0.5 * (difference + sum), 0.5 * (sum - difference))
 }
 
@@ -95,11 +86,11 @@ mod tests {
 
     #[test]
     fn waves_of_a_cell_have_its_index_and_fractions() {
-        for cell in 0..6 {
-            let (t, a) = wave_at(cell, [0.3, 0.6]);
+        for cell in -1..6 {
+            let (t, a) = wave_at(cell, [0.3, 0.8]);
             let position = CellPosition::<Double>::new(t, a);
-            assert_eq!(position.cell as usize, cell);
-            for (found, fraction) in position.coordinates.into_iter().zip([0.3, 0.6]) {
+            assert_eq!((position.cell, position.incident), (f64::from(cell), f64::from(middle_order(cell))));
+            for (found, fraction) in position.coordinates.into_iter().zip([0.3, 0.8]) {
                 assert!((found - node_coordinate(fraction)).abs() < 1e-12);
             }
         }
@@ -111,22 +102,10 @@ mod tests {
         for (t, a, m) in [(3.3, 0.4, 1.0), (3.3, -1.7, 2.0), (0.4, 0.1, 0.0), (6.6, -6.1, 12.0)] {
             let (there, back) = (CellPosition::<Double>::new(t, a), CellPosition::<Double>::new(t, -a - m));
             assert_eq!(there.cell, back.cell);
-            assert_eq!(there.incident + back.incident + m as u32, there.cell);
+            assert_eq!(there.incident + back.incident + m, there.cell);
             for i in 0..2 {
                 assert!((there.coordinates[i] - back.coordinates[1 - i]).abs() < 1e-12);
             }
         }
-    }
-
-    #[test]
-    fn orders_propagate_below_t() {
-        let (t, a) = (2.7, 0.5);
-        let position = CellPosition::<Double>::new(t, a);
-        for m in -8..=8 {
-            let (number, propagates) = position.order_number(f64::from(m));
-            assert_eq!(propagates, (a + f64::from(m)).abs() < t, "{m}");
-            assert!(!propagates || f64::from(number) == f64::from(position.incident) + f64::from(m));
-        }
-        assert!(!CellPosition::<Double>::new(1.0, 1.2).propagates);
     }
 }

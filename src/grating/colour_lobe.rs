@@ -14,10 +14,10 @@
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
-use super::cell_position::{CellPosition, groove_t};
+use super::channels::Channels;
 use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, OrderZero, PROPOSED, TAU_SCALE};
 use super::efficiencies::EfficiencyView;
-use super::lobe::{GratingLayout, OnFilm, REACH};
+use super::lobe::{GratingLayout, OnBody, REACH};
 use super::polarisation::JonesView;
 use crate::lobe::{Gamut, InColour, Sides, luminance};
 use crate::numeric::math::normal_quantile;
@@ -34,10 +34,10 @@ const DIVISOR_MIN: f64 = 1e-9;
 
 /// One order on the line of a pair of directions.
 struct OrderColour<'a, N: Numbers> {
-    /// Position of the incident wave in the cells.
-    position: &'a CellPosition<N>,
+    /// Channels at the incident wave.
+    channels: &'a Channels<N>,
     /// Channels of incident and outgoing light.
-    channels: [N::Index; 2],
+    pair: [N::Index; 2],
     /// Wavelength `1/ν_m` in nm, clipped to the visible range.
     nm: N::Real,
     /// Contribution to `f_r·2πσ²`, linear sRGB.
@@ -83,23 +83,23 @@ impl<N: Numbers> GratingColourLobe<N> {
     /// An order has its polarisation at `ν_m`, order 0 that at 550 nm.
     #[inline(always)]
     pub fn matrix(&self, jones: &JonesView<N>, from: [N::Real; 3], to: [N::Real; 3], active: N::Mask) -> [N::Real; 16] {
-        // ky/k.
-        let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
+        let groove_cosine = self.layout.efficiencies.groove_cosine::<N>([from, to]);
         let polarised = |order: OrderColour<'_, N>, active| {
-            let OrderColour { position, channels, nm, colour } = order;
+            let OrderColour { channels, pair, nm, colour } = order;
             let power = luminance(colour);
-            jones.matrix(position, channels, nm, groove_cosine, active).map(|element| element * power)
+            jones.matrix(channels, pair, nm, groove_cosine, active).map(|element| element * power)
         };
         self.sum_orders(from, to, active, polarised, |colour, active| {
             let nm = N::Real::lit(ORDER_ZERO_NM);
             let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
+            let [[in_x, in_y], [out_x, out_y]] = self.tangential([from, to]);
             let half = N::Double::lit(0.5);
-            let t = groove_t::<N>(periods, (N::widen(from[1]) - N::widen(to[1])) * half);
-            let position = CellPosition::<N>::new(t, (N::widen(to[0]) - N::widen(from[0])) * (periods * half));
-            // Order 0 has the same number on both sides.
-            let channels = [from, to].map(|w| self.view().incident_channel(&position, w));
-            let order = OrderColour { position: &position, channels, nm, colour };
-            polarised(order, active & position.propagates)
+            let channels =
+                self.view().channels(periods, (out_y - in_y) * half, (out_x - in_x) * periods * half, active);
+            let [(incident, is_incident), (outgoing, is_outgoing)] =
+                [from, to].map(|w| channels.of_order(N::Double::lit(0.0), self.view().is_below(w)));
+            let order = OrderColour { channels: &channels, pair: [incident, outgoing], nm, colour };
+            polarised(order, active & is_incident & is_outgoing)
         })
     }
 
@@ -121,12 +121,12 @@ impl<N: Numbers> GratingColourLobe<N> {
         let line = self.line(wi, wo);
         let tau = real(line.sigma) / line.length.max(real(DIVISOR_MIN));
         let view = self.view();
-        let is_below = view.is_below(wo);
+        let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
         let half = N::Double::lit(0.5);
-        let y = (N::widen(wi[1]) - N::widen(wo[1])) * half;
-        let x_difference = N::widen(wo[0]) - N::widen(wi[0]);
+        let [[in_x, in_y], [out_x, out_y]] = self.tangential([wi, wo]);
+        let (x_difference, groove_cosine) = (out_x - in_x, (out_y - in_y) * half);
         let weights_zero = self.spectral_weights(zero, tau, active);
-        let colour_zero = self.order_zero([wi, wo], [N::narrow(x_difference * half), N::narrow(y)], active);
+        let colour_zero = self.order_zero([wi, wo], [x_difference * half, groove_cosine].map(N::narrow), active);
         let start = quantity_zero(array::from_fn(|c| weights_zero[c] * colour_zero[c]), active);
         let range = [1e3 / WAVELENGTH_MAX_NM, 1e3 / WAVELENGTH_MIN_NM].map(real);
         let (_, sum) = N::while_loop(
@@ -138,21 +138,29 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let (nu_m, gauss) = line.nearest(order);
                 let visible_nu = nu_m.clip(range[0], range[1]);
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
-                let t = groove_t::<N>(periods, y);
-                let position = CellPosition::<N>::new(t, (x_difference * periods - N::widen(order)) * half);
-                let (outgoing, propagates) = position.order_number(N::widen(order));
+                let m = N::widen(order);
+                let channels = view.channels(periods, groove_cosine, (x_difference * periods - m) * half, active);
+                let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
+                let (outgoing, is_outgoing) = channels.of_order(m, to_below);
                 // Order 0 is in the start value.
-                let counts = active & propagates & position.propagates & real(0.5).lt(order.abs());
+                let counts = active & is_incident & is_outgoing & real(0.5).lt(order.abs());
                 let nm = real(1e3) / visible_nu;
-                let channels = [view.incident_channel(&position, wi), view.channel(&position, outgoing, is_below)];
-                let power = view.entry(&view.row(&position, channels[0], nm, counts), channels[1], counts) * gauss;
+                let power = view.entry(&view.row(&channels, incident, nm, counts), outgoing, counts) * gauss;
                 let colour = self.spectral_weights(nu_m, tau, counts).map(|weight| weight * power);
-                let terms = quantity(OrderColour { position: &position, channels, nm, colour }, counts);
+                let order = OrderColour { channels: &channels, pair: [incident, outgoing], nm, colour };
+                let terms = quantity(order, counts);
                 (n + real(1.0), array::from_fn(|i| sum[i] + N::Real::select(counts, terms[i], zero)))
             },
         );
         let scale = real(1.0 / (TAU * line.sigma * line.sigma));
+        let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index * index);
         sum.map(|value| N::Real::select(active, value * scale, zero))
+    }
+
+    /// Tangential parts of the wave vectors of two directions over the wave number in vacuum.
+    #[inline(always)]
+    fn tangential(&self, directions: [[N::Real; 3]; 2]) -> [[N::Double; 2]; 2] {
+        directions.map(|w| self.layout.efficiencies.tangential::<N>(w))
     }
 
     /// The table of efficiencies.
@@ -165,7 +173,8 @@ impl<N: Numbers> GratingColourLobe<N> {
     #[inline(always)]
     fn line(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Line<N> {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
-        let q = [0, 1].map(|c| N::narrow(N::widen(wi[c]) + N::widen(wo[c])));
+        let [from, to] = self.tangential([wi, wo]);
+        let q = [0, 1].map(|c| N::narrow(from[c] + to[c]));
         let length = q[0].fma(q[0], q[1] * q[1]).sqrt();
         let is_mirror = length.lt(real(DIVISOR_MIN));
         let inverse = one / length.max(real(DIVISOR_MIN));
@@ -203,15 +212,23 @@ impl<N: Numbers> GratingColourLobe<N> {
         entry.map(|weight| N::Real::select(is_met, weight * width, real(0.0)))
     }
 
-    /// Colour of order 0's efficiency between the directions wi and wo, whose half difference `(wo − wi)/2` is x across
-    /// the grooves and ±y along them.
+    /// Colour of order 0's efficiency between the directions wi and wo, whose tangential parts have the half difference
+    /// `[x, y]`, across the grooves and along them. Tables have the directions of the incident light's medium, or of the
+    /// air if light is transmitted.
     #[inline(always)]
     fn order_zero(&self, [wi, wo]: [[N::Real; 3]; 2], [x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
+        let kind = self.order_zero_kind([wi, wo], x);
+        let both_below = self.view().is_below(wi) & self.view().is_below(wo);
+        let per_index = N::Real::select(both_below, real(1.0 / self.layout.efficiencies.eta_below()), one);
+        let [x, y] = [x * per_index, y * per_index];
         let squared_length = (one - y * y).max(zero);
         let squared_cosine = (one - x * x / squared_length.max(real(1e-12))).max(zero);
-        let kind = self.order_zero_kind([wi, wo], x);
-        self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active)
+        let colour =
+            self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active);
+        // Light beyond the horizon of the air is not transmitted.
+        let propagates = (x * x).lt(squared_length);
+        colour.map(|channel| N::Real::select(propagates, channel, zero))
     }
 
     /// Position among the tables of order 0 of the [`OrderZero`] from wi to wo, whose half difference has the component
@@ -219,7 +236,7 @@ impl<N: Numbers> GratingColourLobe<N> {
     #[inline(always)]
     fn order_zero_kind(&self, [wi, wo]: [[N::Real; 3]; 2], x: N::Real) -> N::Index {
         let table = |kind: OrderZero| N::Index::lit(kind as u32);
-        if !self.is_film() {
+        if !self.transmits() {
             return table(OrderZero::ReflectedAbove);
         }
         let zero = N::Real::lit(0.0);
@@ -234,8 +251,8 @@ impl<N: Numbers> GratingColourLobe<N> {
     }
 }
 
-impl<N: Numbers> OnFilm for GratingColourLobe<N> {
-    fn is_film(&self) -> bool {
+impl<N: Numbers> OnBody for GratingColourLobe<N> {
+    fn transmits(&self) -> bool {
         self.tables.sides == 2
     }
 }
@@ -288,13 +305,14 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         );
         // 1/√2π of the Gaussian in `along_q`, and 1/(√2π·σ) of K across the line.
         let scale = real(1.0 / (PROPOSED.len() as f64 * TAU * line.sigma));
-        let cos_o = if self.is_film() { wo[2].abs() * real(2.0) } else { wo[2] };
+        let cos_o = if self.transmits() { wo[2].abs() * real(2.0) } else { wo[2] };
+        let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index * index);
         N::Real::select(zero.lt(total), sum * scale * cos_o / total, zero)
     }
 
     /// A direction from three random numbers in [0, 1): the first selects an order, then a wavenumber, the others a
-    /// frequency within the order's Gaussian. The zero vector where the direction falls below the horizon. At a film
-    /// the order's side is drawn with it, and z has its sign.
+    /// frequency within the order's Gaussian. The zero vector where the direction falls below the horizon. At a
+    /// body that transmits, the order's side is drawn with it, and z has its sign.
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
@@ -325,13 +343,11 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         let wavelength_um = one / nu.max(real(1e-3));
         // In cycles/µm.
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * real(self.layout.sigma_per_um));
-        let x = (order * real(1.0 / self.layout.period_um) + offset_x) * wavelength_um - wi[0];
-        let y = offset_y * wavelength_um - wi[1];
-        let z_squared = one - x * x - y * y;
-        let is_off_horizon = is_drawn & zero.lt(z_squared);
-        let z = z_squared.max(zero).sqrt();
-        let z = if self.is_film() { N::Real::select(is_below, -z, z) } else { z };
-        [x, y, z].map(|c| N::Real::select(is_off_horizon, c, zero))
+        // Tangential part K of the wave vector: order m leaves at Ko.x = mλ/d − Ki.x and Ko.y = −Ki.y.
+        let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi).map(N::narrow);
+        let x = (order * real(1.0 / self.layout.period_um) + offset_x) * wavelength_um - incident_x;
+        let y = offset_y * wavelength_um - incident_y;
+        self.layout.efficiencies.direction::<N>([x, y], is_below, is_drawn)
     }
 }
 

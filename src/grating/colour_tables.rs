@@ -6,7 +6,7 @@
 //! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
-//! A film has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and outgoing light.
+//! A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and outgoing light.
 //!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`.
 
@@ -53,7 +53,7 @@ const BIN_POINTS: [(f64, f64); 5] = [(0.5, 0.5), (0.02, 0.02), (0.02, 0.98), (0.
 ///
 /// An entry of spectral weights and of order 0 is a packet of four words: red, green, blue, and zero. Order weights are
 /// `[side of the incident light][bin across the grooves][bin along them][entry]`. The entries of such a row are the
-/// orders from `−orders` to `orders` that leave above, those that leave below a film, and the sum. All words are bits
+/// orders from `−orders` to `orders` that leave above, those that leave below a body that transmits, and the sum. All words are bits
 /// of single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTables {
@@ -70,9 +70,10 @@ pub struct ColourTables {
 impl ColourTables {
     /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
-        // |m| ≤ 2d/λ.
-        let orders = (2e3 * grating.layout().period_um / WAVELENGTH_MIN_NM) as u32;
-        let sides = grating.layout().efficiencies.sides;
+        // |m| ≤ 2nd/λ, with the larger index n of both sides.
+        let efficiencies = grating.layout().efficiencies;
+        let orders = (2e3 * grating.layout().period_um * efficiencies.eta_below() / WAVELENGTH_MIN_NM) as u32;
+        let sides = if efficiencies.transmits() { 2 } else { 1 };
         let mut words: Vec<f32> = spectral_weight_table();
         let order_zero = words.len() as u32;
         let kinds = if sides == 1 { &OrderZero::ALL[..1] } else { &OrderZero::ALL };

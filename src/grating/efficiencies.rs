@@ -1,7 +1,8 @@
 //! The table of efficiencies: its layout and look-up (symbols: `mod.rs`). The WGSL twin is in
 //! `src/methods/grating.wgsl`.
 
-use super::cell_position::CellPosition;
+use super::cell_position::{CellPosition, groove_t};
+use super::channels::{BoundBelow, Channels};
 use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,8 @@ pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 /// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/60 000;
 /// two share a word, the lower half first.
 ///
-/// Tables of a body that transmits have two sides. A *channel* is an order on a side; those above the relief come
-/// first, then those below, each by order number. There, channels take the place of orders.
+/// Tables of a film have channels on both sides (`channels.rs`) in place of orders, and the same number on either side.
+/// Tables of an interface have the cells and channels that [`InterfaceCells`] describes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
     /// First wavelength in nm.
@@ -28,12 +29,93 @@ pub struct EfficiencyLayout {
     pub step_nm: f64,
     /// Number of wavelengths, at least two.
     pub wavelengths: u32,
-    /// Number of cells at the shortest wavelength. Longer wavelengths use the first of them.
+    /// Number of cells at the shortest wavelength. Longer wavelengths use the first of them; at an interface, the first
+    /// of those in the air and of those in the medium.
     pub cells: u32,
     /// Nodes along either side of a cell.
     pub nodes: u32,
-    /// Sides of the relief that light arrives at and leaves on: 1 or 2.
-    pub sides: u32,
+    /// Body below the relief.
+    pub below: Below,
+}
+
+impl EfficiencyLayout {
+    /// Whether there are channels below the relief.
+    pub(super) fn transmits(&self) -> bool {
+        self.below != Below::Reflector
+    }
+
+    /// Refractive index in which directions below the relief are given: 1 behind a film.
+    pub(super) fn eta_below(&self) -> f64 {
+        if let Below::Interface(InterfaceCells { eta, .. }) = self.below { eta } else { 1.0 }
+    }
+
+    /// Tangential part of the wave vector of a direction over the wave number in vacuum.
+    #[inline(always)]
+    pub(super) fn tangential<N: Numbers>(&self, w: [N::Real; 3]) -> [N::Double; 2] {
+        let index = self.index_at::<N>(w);
+        [w[0], w[1]].map(|component| index.map_or(N::widen(component), |index| N::widen(component) * N::widen(index)))
+    }
+
+    /// `ky/k` of the wave between two directions: the mean of those of incident and outgoing light.
+    #[inline(always)]
+    pub(super) fn groove_cosine<N: Numbers>(&self, [from, to]: [[N::Real; 3]; 2]) -> N::Real {
+        let [[_, in_y], [_, out_y]] = [from, to].map(|w| self.tangential::<N>(w));
+        N::narrow((out_y - in_y) * N::Double::lit(0.5))
+    }
+
+    /// Direction with the tangential part `[x, y]` of the wave vector over the wave number in vacuum, below the relief
+    /// where the mask is true. The zero vector where `is_drawn` is false or the wave does not propagate.
+    #[inline(always)]
+    pub(super) fn direction<N: Numbers>(
+        &self,
+        [x, y]: [N::Real; 2],
+        is_below: N::Mask,
+        is_drawn: N::Mask,
+    ) -> [N::Real; 3] {
+        let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
+        let per_index = N::Real::select(is_below, real(1.0 / self.eta_below()), real(1.0));
+        let [x, y] = if self.eta_below() == 1.0 { [x, y] } else { [x * per_index, y * per_index] };
+        let z_squared = real(1.0) - x * x - y * y;
+        let is_off_horizon = is_drawn & zero.lt(z_squared);
+        let z = z_squared.max(zero).sqrt();
+        let z = if self.transmits() { N::Real::select(is_below, -z, z) } else { z };
+        [x, y, z].map(|component| N::Real::select(is_off_horizon, component, zero))
+    }
+
+    /// Refractive index in which a direction is given; `None` where all directions are in air.
+    #[inline(always)]
+    pub(super) fn index_at<N: Numbers>(&self, w: [N::Real; 3]) -> Option<N::Real> {
+        let Below::Interface(InterfaceCells { eta, .. }) = self.below else { return None };
+        Some(N::Real::select(w[2].lt(N::Real::lit(0.0)), N::Real::lit(eta), N::Real::lit(1.0)))
+    }
+}
+
+/// Body below the relief of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Below {
+    /// A body that absorbs what it does not reflect: channels above the relief alone.
+    Reflector,
+    /// A film, behind which light is in air again.
+    Film,
+    /// A medium in which light goes on.
+    Interface(InterfaceCells),
+}
+
+/// Cells of a table of an interface.
+///
+/// Where light propagates in the air, `|ky| < k`, cells are those of the air. The medium has further orders there: cell
+/// s has `s + 1` channels above and `s + 1 + 2·extra` below. Lines at which an order appears in the medium cross these
+/// cells; efficiencies have weak singularities there. Light in the medium with `|ky| > k` is totally reflected and has
+/// channels below alone. Cells are then those of the medium, with tm, its bound of propagation, in place of t.
+///
+/// Cells of the air come first, from cell −1 without orders above, then those of the medium, from cell 0. Each cell has
+/// a word with its `extra`. These words follow the offsets of all cells.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InterfaceCells {
+    /// Index of the medium.
+    pub eta: f64,
+    /// Number of cells of the air.
+    pub air_cells: u32,
 }
 
 /// The table as an evaluator over the numbers `N` reads it. The table of Jones matrices (`polarisation.rs`) has the
@@ -69,12 +151,7 @@ impl<N: Numbers> EfficiencyView<N> {
     /// Nodes are in binary order: bit 2 of the index selects the longer wavelength, bit 1 the upper p, bit 0 the upper
     /// q.
     #[inline(always)]
-    fn surrounding_nodes(
-        &self,
-        position: &CellPosition<N>,
-        nm: N::Real,
-        active: N::Mask,
-    ) -> ([Node<N>; 8], [N::Real; 3]) {
+    fn surrounding_nodes(&self, channels: &Channels<N>, nm: N::Real, active: N::Mask) -> ([Node<N>; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes, .. } = self.layout;
         // Lower node of the interval around x among `count` nodes, and the fraction of a step from this node.
@@ -85,10 +162,9 @@ impl<N: Numbers> EfficiencyView<N> {
         };
         let (shorter, to_longer) = interval((nm - real(first_nm)) * real(1.0 / step_nm), wavelengths);
         let [(low_p, p), (low_q, q)] =
-            position.coordinates.map(|coordinate| interval(coordinate * real(f64::from(nodes - 1)), nodes));
-        let cell = position.cell.min(index(cells - 1));
+            channels.coordinates.map(|coordinate| interval(coordinate * real(f64::from(nodes - 1)), nodes));
         let offsets = [0, 1].map(|j| {
-            let [offset] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + cell, active);
+            let [offset] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + channels.cell, active);
             offset
         });
         let surrounding = std::array::from_fn(|bits| {
@@ -103,91 +179,95 @@ impl<N: Numbers> EfficiencyView<N> {
     #[inline(always)]
     pub(super) fn weighted_nodes(
         &self,
-        position: &CellPosition<N>,
+        channels: &Channels<N>,
         nm: N::Real,
         active: N::Mask,
     ) -> [(Node<N>, N::Real); 8] {
         let one = N::Real::lit(1.0);
-        let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
+        let (nodes, fractions) = self.surrounding_nodes(channels, nm, active);
         // Weights of the lower and of the upper node along each axis.
         let [p, q, wavelength] = fractions.map(|x| [one - x, x]);
         std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
-    /// Rows of an incident channel at a position, for a wavelength in nm. Masked positions may lie outside the table;
-    /// the nearest cell and channel are taken.
+    /// Rows of an incident channel, for a wavelength in nm. Masked waves may lie outside the table; the nearest channel
+    /// is taken.
     #[inline(always)]
-    pub(super) fn row(&self, position: &CellPosition<N>, incident: N::Index, nm: N::Real, active: N::Mask) -> Row<N> {
-        let index = N::Index::lit;
-        let (nodes, fractions) = self.surrounding_nodes(position, nm, active);
-        let channels = self.channels(position);
+    pub(super) fn row(&self, channels: &Channels<N>, incident: N::Index, nm: N::Real, active: N::Mask) -> Row<N> {
+        let one = N::Index::lit(1);
+        let (nodes, fractions) = self.surrounding_nodes(channels, nm, active);
         // In halves of words.
-        let row_length = channels + index(1);
-        let node_length = channels * row_length;
+        let row_length = channels.count + one;
+        let node_length = channels.count * row_length;
         let offset = |bits: usize| {
             let Node { cell_offset, number } = nodes[bits];
-            cell_offset + number * node_length + incident.min(channels - index(1)) * row_length
+            cell_offset + number * node_length + incident * row_length
         };
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Number of orders on one side at a position.
+    /// Channels at the wave with the wave number `a` along x, in units of 2π/d, and `groove_cosine = ky/k`. `periods`
+    /// is d/λ.
     #[inline(always)]
-    fn orders(&self, position: &CellPosition<N>) -> N::Index {
-        position.cell.min(N::Index::lit(self.layout.cells - 1)) + N::Index::lit(1)
+    pub(super) fn channels(
+        &self,
+        periods: N::Double,
+        groove_cosine: N::Double,
+        a: N::Double,
+        active: N::Mask,
+    ) -> Channels<N> {
+        let double = N::Double::lit;
+        let cell_among =
+            |cell: N::Double, count: u32| N::index_of_double(cell.clip(double(0.0), double(f64::from(count - 1))));
+        let cells = self.layout.cells;
+        let of_air = |sides_below: f64| {
+            let position = CellPosition::<N>::new(groove_t::<N>(periods, groove_cosine), a);
+            Channels::of_cell(&position, cell_among(position.cell, cells), sides_below)
+        };
+        let InterfaceCells { eta, air_cells } = match self.layout.below {
+            Below::Reflector => return of_air(0.0),
+            Below::Film => return of_air(1.0),
+            Below::Interface(interface) => interface,
+        };
+        let index_squared = double(eta * eta);
+        let squared = groove_cosine * groove_cosine;
+        let is_trapped = double(1.0).le(squared);
+        let bound = |index_squared: N::Double| periods * (index_squared - squared).max(double(0.0)).sqrt();
+        let below = BoundBelow { a, t: bound(index_squared) };
+        let position = CellPosition::<N>::new(N::Double::select(is_trapped, below.t, bound(double(1.0))), a);
+        let in_air = cell_among(position.cell + double(1.0), air_cells);
+        let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
+        let cell = N::Index::select(is_trapped, in_medium, in_air);
+        let first_extra = N::Index::lit(self.layout.wavelengths * cells);
+        let [extra] = N::gather::<1>(self.words, first_extra + cell, active);
+        let extra = N::widen(N::real(extra));
+        let orders = position.cell + double(1.0);
+        let side_counts = [N::Double::select(is_trapped, double(0.0), orders), orders + extra * double(2.0)];
+        let first = -position.incident;
+        Channels::new(&position, cell, side_counts, [first, first - extra], Some(below))
     }
 
-    /// Number of channels at a position.
-    #[inline(always)]
-    pub(super) fn channels(&self, position: &CellPosition<N>) -> N::Index {
-        let orders = self.orders(position);
-        if self.layout.sides == 1 { orders } else { orders + orders }
-    }
-
-    /// Channel of an order number on the side below the relief where the mask is true, else above.
-    #[inline(always)]
-    pub(super) fn channel(&self, position: &CellPosition<N>, number: N::Index, is_below: N::Mask) -> N::Index {
-        if self.layout.sides == 1 {
-            return number;
-        }
-        N::Index::select(is_below, number + self.orders(position), number)
-    }
-
-    /// Channel of light from `wi`, at its position.
-    #[inline(always)]
-    pub(super) fn incident_channel(&self, position: &CellPosition<N>, wi: [N::Real; 3]) -> N::Index {
-        self.channel(position, position.incident, self.is_below(wi))
-    }
-
-    /// Whether a direction lies below a relief with two sides.
+    /// Whether a direction lies below a relief that transmits.
     #[inline(always)]
     pub(super) fn is_below(&self, w: [N::Real; 3]) -> N::Mask {
-        if self.layout.sides == 1 { N::mask(false) } else { w[2].lt(N::Real::lit(0.0)) }
-    }
-
-    /// Side and order number of a channel: whether it lies below the relief.
-    #[inline(always)]
-    pub(super) fn side_and_number(&self, position: &CellPosition<N>, channel: N::Index) -> (N::Mask, N::Index) {
-        let orders = self.orders(position);
-        if self.layout.sides == 1 {
-            return (N::mask(false), channel);
+        match self.layout.below {
+            Below::Reflector => N::mask(false),
+            Below::Film | Below::Interface(_) => w[2].lt(N::Real::lit(0.0)),
         }
-        let is_below = orders.le(channel);
-        (is_below, N::Index::select(is_below, channel - orders.min(channel), channel))
     }
 
     /// Sum of all efficiencies of the row: the entry after that of the last channel.
     #[inline(always)]
-    pub(super) fn row_total(&self, row: &Row<N>, position: &CellPosition<N>, active: N::Mask) -> N::Real {
-        self.entry(row, self.channels(position), active)
+    pub(super) fn row_total(&self, row: &Row<N>, channels: &Channels<N>, active: N::Mask) -> N::Real {
+        self.entry(row, channels.count, active)
     }
 
-    /// Efficiency of an outgoing channel, or order by its number ([`CellPosition::order_number`]).
+    /// Efficiency of an outgoing channel.
     #[inline(always)]
-    pub(super) fn entry(&self, row: &Row<N>, number: N::Index, active: N::Mask) -> N::Real {
+    pub(super) fn entry(&self, row: &Row<N>, channel: N::Index, active: N::Mask) -> N::Real {
         let [p, q, to_longer] = row.fractions;
         let [shorter, longer] = row.offsets.map(|nodes| {
-            let [low, upper_q, upper_p, both] = nodes.map(|offset| self.half_word(offset + number, active));
+            let [low, upper_q, upper_p, both] = nodes.map(|offset| self.half_word(offset + channel, active));
             lerp(lerp(low, upper_q, q), lerp(upper_p, both, q), p)
         });
         lerp(shorter, longer, to_longer) * N::Real::lit(UNIT)

@@ -14,10 +14,13 @@
 //! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on `t` and `a` of the
 //! incident wave (symbols: `mod.rs`).
 //!
-//! At a film both directions may lie on either side, and `f_r` is the power per solid angle and `|cosθo|` of light from
-//! `wi` to `wo`. All directions are in air, so the formulas are the same; efficiencies depend on both sides, too.
+//! At a body that transmits both directions may lie on either side, and `f_r` is the power per solid angle and
+//! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air, so
+//! the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f` times n, and
+//! `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane of
+//! frequencies for each steradian.
 
-use super::cell_position::{CellPosition, groove_t};
+use super::channels::Channels;
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
 use super::polarisation::JonesView;
 use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION};
@@ -53,42 +56,43 @@ pub struct GratingLobe<'a, N: Numbers> {
 
 /// One order between two directions.
 struct OrderAt<'a, N: Numbers> {
-    /// Position of the incident wave in the cells.
-    position: &'a CellPosition<N>,
+    /// Channels at the incident wave.
+    channels: &'a Channels<N>,
     /// Channels of incident and outgoing light.
-    channels: [N::Index; 2],
+    pair: [N::Index; 2],
     efficiency: N::Real,
 }
 
-/// A lobe of a grating, which may be the relief of a film with light on both sides.
-pub(super) trait OnFilm {
-    /// Whether the grating is the relief of a film.
-    fn is_film(&self) -> bool;
+/// A lobe of a grating, which may be the relief of a body that transmits, with light on both sides.
+pub(super) trait OnBody {
+    /// Whether the body transmits light.
+    fn transmits(&self) -> bool;
 }
 
-/// Sides of a film. One draw decides on the side and the order, so the sampler has the side in the sign of z. Only the
-/// uniform part of the mixture is divided here, equally; either side counts as chosen with probability ½.
-impl<N: Numbers, T: OnFilm> Sides<N> for T {
+/// Sides of a body that transmits. One draw decides on the side and the order, so the sampler has the side in the sign
+/// of z. Only the uniform part of the mixture is divided here, equally; either side counts as chosen with probability
+/// ½.
+impl<N: Numbers, T: OnBody> Sides<N> for T {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
-        N::Real::lit(0.0).lt(if self.is_film() { w[2].abs() } else { w[2] })
+        N::Real::lit(0.0).lt(if self.transmits() { w[2].abs() } else { w[2] })
     }
 
     #[inline(always)]
     fn choose(&self, _wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
-        let is_below = if self.is_film() { u[0].lt(N::Real::lit(0.5 * UNIFORM_FRACTION)) } else { N::mask(false) };
+        let is_below = if self.transmits() { u[0].lt(N::Real::lit(0.5 * UNIFORM_FRACTION)) } else { N::mask(false) };
         (is_below, u)
     }
 
     #[inline(always)]
     fn probability(&self, _wi: [N::Real; 3], _wo: [N::Real; 3]) -> N::Real {
-        N::Real::lit(if self.is_film() { 0.5 } else { 1.0 })
+        N::Real::lit(if self.transmits() { 0.5 } else { 1.0 })
     }
 }
 
-impl<N: Numbers> OnFilm for GratingLobe<'_, N> {
-    fn is_film(&self) -> bool {
-        self.layout.efficiencies.sides == 2
+impl<N: Numbers> OnBody for GratingLobe<'_, N> {
+    fn transmits(&self) -> bool {
+        self.layout.efficiencies.transmits()
     }
 }
 
@@ -107,27 +111,26 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     }
 
     /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their efficiencies
-    /// at `wi`. A solid angle covers `|wo.z|/λ²` of the plane of frequencies for each steradian. At a film it is the
-    /// density given the side of `wo`.
+    /// at `wi`. At a body that transmits it is the density given the side of `wo`.
     #[inline(always)]
     fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
-        let (position, active) = self.incident_position(wi, nm, active);
+        let (channels, incident, active) = self.incident(wi, nm, active);
         let view = self.view();
-        let row = view.row(&position, view.incident_channel(&position, wi), nm, active);
-        let total = view.row_total(&row, &position, active);
+        let row = view.row(&channels, incident, nm, active);
+        let total = view.row_total(&row, &channels, active);
         let is_below = view.is_below(wo);
         let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let (outgoing, propagates) = position.order_number(m);
-            let channel = view.channel(&position, outgoing, is_below);
+            let (channel, propagates) = channels.of_order(m, is_below);
             [N::Real::select(propagates, view.entry(&row, channel, active & propagates), zero)]
         });
-        let cos_o = if self.is_film() { wo[2].abs() * N::Real::lit(2.0) } else { wo[2] };
+        let cos_o = if self.transmits() { wo[2].abs() * N::Real::lit(2.0) } else { wo[2] };
         N::Real::select(active & zero.lt(total), weighted / total * cos_o, zero)
     }
 
     /// Draws an order by its efficiency, then a direction within the order's Gaussian. The result is the zero vector
-    /// where the direction falls below the horizon. At a film the order's side is drawn with it, and z has its sign.
+    /// where the direction falls below the horizon. At a body that transmits, the order's side is drawn with it, and z
+    /// has its sign.
     #[inline(always)]
     fn draw(
         &self,
@@ -138,11 +141,11 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         active: N::Mask,
     ) -> [N::Real; 3] {
         let (real, index) = (N::Real::lit, N::Index::lit);
-        let (position, active) = self.incident_position(wi, nm, active);
+        let (channels, incident, active) = self.incident(wi, nm, active);
         let view = self.view();
-        let row = view.row(&position, view.incident_channel(&position, wi), nm, active);
-        let last = view.channels(&position) - index(1);
-        let target = u[0] * view.row_total(&row, &position, active);
+        let row = view.row(&channels, incident, nm, active);
+        let last = channels.count - index(1);
+        let target = u[0] * view.row_total(&row, &channels, active);
         // The first channel at which the running sum exceeds the target; the last one if rounding keeps the sum below.
         let (channel, _) = N::while_loop(
             c"order",
@@ -150,20 +153,16 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
             |(number, sum)| active & sum.le(target) & number.lt(last),
             |(number, sum)| (number + index(1), sum + view.entry(&row, number + index(1), active)),
         );
-        let (is_below, outgoing) = view.side_and_number(&position, channel);
-        let m = N::widen(N::real(outgoing)) - N::widen(N::real(position.incident));
+        let (m, is_below) = channels.order(channel);
         let wavelength_um = nm * real(1e-3);
         // σ over direction cosines.
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
-        // Order m leaves at wo.x = mλ/d − wi.x and wo.y = −wi.y.
-        let centre_x = N::narrow(m / self.periods(nm) - N::widen(wi[0]));
-        let (x, y) = (centre_x + offset_x, offset_y - wi[1]);
-        let z_squared = real(1.0) - x * x - y * y;
-        let is_off_horizon = active & real(0.0).lt(z_squared);
-        let z = z_squared.max(real(0.0)).sqrt();
-        let z = if self.is_film() { N::Real::select(is_below, -z, z) } else { z };
-        [x, y, z].map(|c| N::Real::select(is_off_horizon, c, real(0.0)))
+        // Tangential part K of the wave vector: order m leaves at Ko.x = mλ/d − Ki.x and Ko.y = −Ki.y.
+        let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi);
+        let centre_x = N::narrow(m / self.periods(nm) - incident_x);
+        let (x, y) = (centre_x + offset_x, offset_y - N::narrow(incident_y));
+        self.layout.efficiencies.direction::<N>([x, y], is_below, active)
     }
 }
 
@@ -183,12 +182,11 @@ impl<N: Numbers> GratingLobe<'_, N> {
         active: N::Mask,
     ) -> [[N::Real; L]; 16] {
         let active = active & Sides::<N>::accepts(self, from) & Sides::<N>::accepts(self, to);
-        // ky/k of the wave; it is the mean of incident light, −from.y, and outgoing light, to.y.
-        let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
+        let groove_cosine = self.layout.efficiencies.groove_cosine::<N>([from, to]);
         N::map_each(c"wavelengths", wavelengths_nm, active, |nm| {
             self.sum_orders(from, to, nm, active, |order, active| {
                 jones
-                    .matrix(order.position, order.channels, nm, groove_cosine, active)
+                    .matrix(order.channels, order.pair, nm, groove_cosine, active)
                     .map(|element| element * order.efficiency)
             })
         })
@@ -206,16 +204,19 @@ impl<N: Numbers> GratingLobe<'_, N> {
         N::Double::lit(1e3 * self.layout.period_um) / N::widen(nm)
     }
 
-    /// Position of the wave incident from `wi`, and `active` without waves that rounding moves beyond the horizon.
+    /// Channels at the wave incident from `wi`, the channel of `wi` itself, and `active` without waves that rounding
+    /// moves beyond the horizon.
     #[inline(always)]
-    fn incident_position(&self, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> (CellPosition<N>, N::Mask) {
+    fn incident(&self, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> (Channels<N>, N::Index, N::Mask) {
+        let [x, y] = self.layout.efficiencies.tangential::<N>(wi);
         let periods = self.periods(nm);
-        let t = groove_t::<N>(periods, N::widen(wi[1]));
-        let position = CellPosition::<N>::new(t, -(N::widen(wi[0]) * periods));
-        (position, active & position.propagates)
+        let view = self.view();
+        let channels = view.channels(periods, -y, -(x * periods), active);
+        let (incident, propagates) = channels.of_order(N::Double::lit(0.0), view.is_below(wi));
+        (channels, incident, active & propagates)
     }
 
-    /// `Σ_m g_m·K(f − f_m)/λ²` over the orders, where `quantity` computes `R` quantities `g_m` of an order at once.
+    /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, where `quantity` computes `R` quantities `g_m` of an order at once.
     ///
     /// Both directions are moved by half of the distance to order m, so that the order leaves exactly. Exchanging the
     /// directions therefore gives the reversed path, and the lobe is reciprocal.
@@ -230,24 +231,25 @@ impl<N: Numbers> GratingLobe<'_, N> {
     ) -> [N::Real; R] {
         let half = N::Double::lit(0.5);
         let periods = self.periods(nm);
-        let t = groove_t::<N>(periods, (N::widen(wi[1]) - N::widen(wo[1])) * half);
+        let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
+        let groove_cosine = (out_y - in_y) * half;
         // After the move, the sum of the wave numbers of incident and outgoing wave, a and a + m.
-        let sum_of_a = (N::widen(wo[0]) - N::widen(wi[0])) * periods;
+        let sum_of_a = (out_x - in_x) * periods;
         let view = self.view();
-        let is_below = view.is_below(wo);
+        let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
         self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let position = CellPosition::<N>::new(t, (sum_of_a - m) * half);
-            let (outgoing, propagates) = position.order_number(m);
-            let active = active & propagates & position.propagates;
-            let channels = [view.incident_channel(&position, wi), view.channel(&position, outgoing, is_below)];
-            let row = view.row(&position, channels[0], nm, active);
-            let efficiency = view.entry(&row, channels[1], active);
-            quantity(OrderAt { position: &position, channels, efficiency }, active)
+            let channels = view.channels(periods, groove_cosine, (sum_of_a - m) * half, active);
+            let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
+            let (outgoing, is_outgoing) = channels.of_order(m, to_below);
+            let active = active & is_incident & is_outgoing;
+            let row = view.row(&channels, incident, nm, active);
+            let efficiency = view.entry(&row, outgoing, active);
+            quantity(OrderAt { channels: &channels, pair: [incident, outgoing], efficiency }, active)
                 .map(|value| N::Real::select(active, value, N::Real::lit(0.0)))
         })
     }
 
-    /// `Σ_m g_m·K(f − f_m)/λ²` over the orders whose Gaussians reach the pair of directions; `weights(m, active)` gives
+    /// `n²·Σ_m g_m·K(f − f_m)/λ²`, n at `wo`, over the orders whose Gaussians reach the pair of directions; `weights(m, active)` gives
     /// `R` factors `g_m`.
     #[inline(always)]
     fn sum_kernels<const R: usize>(
@@ -261,9 +263,10 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let (real, double) = (N::Real::lit, N::Double::lit);
         let periods = self.periods(nm);
         let inverse_sigma = 1.0 / (self.layout.period_um * self.layout.sigma_per_um);
-        let frequency_x = (N::widen(wi[0]) + N::widen(wo[0])) * periods;
+        let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
+        let frequency_x = (in_x + out_x) * periods;
         // Distances from an order in standard deviations.
-        let offset_y = N::narrow((N::widen(wi[1]) + N::widen(wo[1])) * periods) * real(inverse_sigma);
+        let offset_y = N::narrow((in_y + out_y) * periods) * real(inverse_sigma);
         let reach = double(REACH / inverse_sigma);
         let first = (frequency_x - reach).ceil();
         let last = (frequency_x + reach).floor();
@@ -282,6 +285,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let gauss_y = gaussian(offset_y);
         // 1/(λσ), so that K/λ² has the factor scale²/2π.
         let scale = N::narrow(periods) * real(inverse_sigma);
+        let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index);
         sums.map(|sum| sum * gauss_y * scale * scale * real(1.0 / TAU))
     }
 }

@@ -35,6 +35,7 @@
 //! | --- | --- |
 //! | `body.rs` | the medium or film below the relief |
 //! | `cell_position.rs` | from a wave's t and a to its cell |
+//! | `channels.rs` | orders on either side of the relief at one wave |
 //! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
@@ -49,6 +50,7 @@
 mod body;
 mod build;
 mod cell_position;
+mod channels;
 mod chebyshev;
 mod colour_lobe;
 mod colour_surface;
@@ -74,9 +76,9 @@ pub use colour_surface::GratingColourSurface;
 pub use colour_tables::ColourTables;
 #[cfg(test)]
 pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, WEIGHT_NODES};
-pub use efficiencies::EfficiencyLayout;
 #[cfg(test)]
 pub(crate) use efficiencies::UNIT;
+pub use efficiencies::{Below, EfficiencyLayout, InterfaceCells};
 pub use error::GratingError;
 pub use exact::ExactGrating;
 #[cfg(test)]

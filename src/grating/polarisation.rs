@@ -11,9 +11,10 @@
 use super::GratingError;
 use super::body::GratingBody;
 use super::build::reversed;
-use super::cell_position::{CellPosition, wave_at};
+use super::cell_position::wave_at;
+use super::channels::Channels;
 use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
-use super::efficiencies::{EfficiencyLayout, EfficiencyView, Node};
+use super::efficiencies::{Below, EfficiencyLayout, EfficiencyView, Node};
 use super::film_solver::FilmSolver;
 use super::jones_shape::JonesShape;
 use super::order_solver::ShapeSolver;
@@ -21,7 +22,7 @@ use super::plan::{TableOrders, choose_spacing, create_meshes, spacing_of};
 use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::{STEPS_NM, Spacing, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::math::u16_pair;
-use crate::numeric::{Index, Number, Numbers, Real};
+use crate::numeric::{Number, Numbers, Real};
 use crate::table::Progress;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -141,12 +142,12 @@ impl JonesTable {
             }
         }
         let layout = EfficiencyLayout {
-            sides: sides as u32,
             first_nm: nm[0],
             step_nm: nm[1] - nm[0],
             wavelengths: nm.len() as u32,
             cells: cells as u32,
             nodes: stored as u32,
+            below: if sides == 1 { Below::Reflector } else { Below::Film },
         };
         Ok(Self { layout, words })
     }
@@ -197,7 +198,7 @@ impl Cell {
         let shapes = triangle_nodes(NODES_MAX)
             .par_iter()
             .map(|&[i, k]| {
-                let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
+                let (t, b) = wave_at(index as i32, [fractions[i], fractions[k]]);
                 solver.shapes(t, b, wavelengths_nm)
             })
             .collect::<Result<Vec<_>, GratingError>>()?;
@@ -261,25 +262,25 @@ pub struct JonesView<N: Numbers> {
 impl<N: Numbers> JonesView<N> {
     /// Mueller matrix of an order, row by row, divided by its first element.
     ///
-    /// `position` is that of the incident wave, `channels` are those of incident and outgoing light, `nm` is the
+    /// `channels` are those at the incident wave, `pair` has the ones of incident and outgoing light, `nm` is the
     /// wavelength, and `groove_cosine` is ky/k. The first axis of the frames of incident and outgoing light is the
     /// grooves' direction, made transverse to the light.
     #[inline(always)]
     pub(super) fn matrix(
         &self,
-        position: &CellPosition<N>,
-        channels: [N::Index; 2],
+        channels: &Channels<N>,
+        [incident, outgoing]: [N::Index; 2],
         nm: N::Real,
         groove_cosine: N::Real,
         active: N::Mask,
     ) -> [N::Real; 16] {
-        let (real, index) = (N::Real::lit, N::Index::lit);
+        let real = N::Real::lit;
         let nodes = EfficiencyView::<N> { layout: self.layout, words: self.words };
-        let count = nodes.channels(position);
-        let entry = channels[0].min(count - index(1)) * count + channels[1];
+        let count = channels.count;
+        let entry = incident * count + outgoing;
         // The shape in units of UNIT. The weights of the eight nodes sum to 1, so ZERO is subtracted once.
         let mut shape = [[real(-ZERO); 2]; 4];
-        for (Node { cell_offset, number }, weight) in nodes.weighted_nodes(position, nm, active) {
+        for (Node { cell_offset, number }, weight) in nodes.weighted_nodes(channels, nm, active) {
             let packet = N::gather::<4>(self.words, cell_offset + number * count * count + entry, active);
             for (element, word) in shape.iter_mut().zip(packet) {
                 let parts = u16_pair::<N>(word);
@@ -338,7 +339,6 @@ fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real; 16] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grating::cell_position::groove_t;
     use crate::numeric::Plain;
     use crate::scattering::{ComplexIndex, SpectralIndex};
     use sunbeam_rigorous::{Medium, Profile, solve_orders};
@@ -359,10 +359,11 @@ mod tests {
     /// Mueller matrix of an order, divided by its first element, from the table for light from `wi`.
     fn tabulated(table: &JonesTable, period_um: f64, nm: f64, wi: [f64; 3], order: i32) -> [f64; 16] {
         let periods = 1e3 * period_um / nm;
-        let position = CellPosition::<Double>::new(groove_t::<Double>(periods, wi[1]), -wi[0] * periods);
-        let (number, propagates) = position.order_number(f64::from(order));
-        assert!(propagates);
-        table.view::<Double>(&table.words).matrix(&position, [position.incident, number], nm, -wi[1], true)
+        let efficiencies = EfficiencyView::<Double> { layout: table.layout, words: &table.words };
+        let channels = efficiencies.channels(periods, -wi[1], -wi[0] * periods, true);
+        let pair = [0, order].map(|m| channels.of_order(f64::from(m), false));
+        assert!(pair.iter().all(|(_, propagates)| *propagates));
+        table.view::<Double>(&table.words).matrix(&channels, pair.map(|(channel, _)| channel), nm, -wi[1], true)
     }
 
     /// Root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell. Two thirds

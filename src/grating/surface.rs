@@ -3,7 +3,6 @@
 use super::GratingError;
 use super::body::GratingBody;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
-use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
 use super::film_solver::FilmSolver;
 use super::lobe::{GratingLayout, GratingLobe};
@@ -94,9 +93,9 @@ impl GratingSurface {
         }
     }
 
-    /// Whether the grating is the relief of a film, which transmits light.
+    /// Whether the grating is the relief of a body that transmits light.
     pub fn transmits(&self) -> bool {
-        self.layout.efficiencies.sides == 2
+        self.layout.efficiencies.transmits()
     }
 
     /// Tabulates the orders that a solver gives.
@@ -157,25 +156,27 @@ impl GratingSurface {
         self.efficiency_between(wavelength_nm, wi, order, [Side::Above; 2])
     }
 
-    /// [`GratingSurface::efficiency`] for light that arrives at the first of the `sides` of a film and leaves on the
-    /// second. Of a grating that only reflects, both must be above.
+    /// [`GratingSurface::efficiency`] for light that arrives at the first of the `sides` of a body that transmits and
+    /// leaves on the second. Below an interface, `wi` is a direction in the medium. Of a grating that only reflects,
+    /// both sides must be above.
     pub fn efficiency_between(&self, wavelength_nm: f64, wi: [f64; 2], order: i32, sides: [Side; 2]) -> f64 {
+        let [from, to] = sides.map(|side| side == Side::Below);
+        let layout = self.layout.efficiencies;
+        let [x, y] = wi.map(|cosine| if from { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
-        let t = groove_t::<Plain<f64>>(periods, wi[1]);
-        let position = CellPosition::<Plain<f64>>::new(t, -wi[0] * periods);
-        let (number, propagates) = position.order_number(f64::from(order));
-        if !(propagates && position.propagates) {
+        let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };
+        let channels = view.channels(periods, -y, -x * periods, true);
+        let (incident, is_incident) = channels.of_order(0.0, from);
+        let (outgoing, is_outgoing) = channels.of_order(f64::from(order), to);
+        if !(is_incident && is_outgoing) {
             return 0.0;
         }
-        let view = EfficiencyView::<Plain<f64>> { layout: self.layout.efficiencies, words: &self.words };
-        let [from, to] = sides.map(|side| side == Side::Below);
-        let row = view.row(&position, view.channel(&position, position.incident, from), wavelength_nm, true);
-        view.entry(&row, view.channel(&position, number, to), true)
+        view.entry(&view.row(&channels, incident, wavelength_nm, true), outgoing, true)
     }
 
     /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
-    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a film, directions may lie
-    /// below: it is then the power per solid angle and |cos| of light from `wi` to `wo`.
+    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits, directions may lie
+    /// below, at an interface in the medium: it is then the power per solid angle and |cos| of light from `wi` to `wo`.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
