@@ -23,15 +23,16 @@ from .variants import use
 
 # Number of questions of each check.
 COUNT = 300
-# Largest error relative to the largest answer: kernels of different structure round differently.
+# Largest error of an answer, relative to the largest answer of its quantity: kernels of different structure round
+# differently.
 ROUNDING = 1e-5
-# Parameters with which tables take a second or two to build.
+# Parameters with which tables are built in a second or two.
 PLAIN = {"conserve_energy": False, "tolerance": 0.01}
 # The surface whose coherence length changes.
 CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
-# A second relief.
+# Another relief than that of CHANGED.
 OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
-# Three reliefs with materials that trace different code.
+# Eight surfaces of three reliefs. Their materials, pigments and rotations make them trace different code.
 EIGHT = (
     {"preset": "blazed"},
     {"preset": "blazed", "rotation": 30.0, "material": "Al"},
@@ -42,9 +43,10 @@ EIGHT = (
     {**OTHER, "material": "Al"},
     {**OTHER, "specular_reflectance": 0.5},
 )
-# Coherence lengths in µm that a BSDF gets in turn.
+# Coherence lengths in µm that a BSDF gets one after the other. The first one returns at the end, with tables that are
+# built already.
 LENGTHS = (10.0, 6.0, 20.0, 10.0)
-# Calls of a frozen function.
+# Number of calls of a frozen function: the first two may record, the others replay.
 REPLAYS = 4
 
 
@@ -116,7 +118,7 @@ def changed(variant: str) -> dict:
 
 
 def frozen(variant: str) -> dict:
-    """Compares replays of a frozen call with plain calls, on other questions."""
+    """Compares replays of a frozen call with plain calls, on new questions each time."""
     use(variant)
     bsdf = load({**CHANGED, "coherence_length": 65.0})
 

@@ -29,11 +29,11 @@ class Plan:
     surfaces: tuple[str, ...]
     # Names of the surfaces whose samples are tested (samples.py).
     sampled: tuple[str, ...]
-    # Kinds of variants of all parts except `agree-*`, whose names have the kind.
+    # Kinds of variants of all parts except `agree-*`, whose names contain the kind.
     kinds: tuple[str, ...]
-    # Parameters of the derivatives.
+    # Names of the parameters by which derivatives are taken.
     derivatives: tuple[str, ...]
-    # Parameters of the snake's skin, for plugin and command, and the resolution of its mesh.
+    # Parameters of the snake's skin, for plugin and command, and the resolution of its mesh relative to the default 1.
     skin: dict
     mesh_resolution: float
     # The path-traced snake: size, samples per pixel, and number of pictures with different seeds.
