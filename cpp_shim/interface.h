@@ -16,7 +16,8 @@ namespace dr = drjit;
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
 /// towards the viewer. Both lie above the surface.
 ///
-/// Small-slope symbols and formulas follow src/scattering/small_slope.rs. A suffix 0 marks quantities of `from`.
+/// Small-slope symbols and formulas follow src/scattering/small_slope.rs, which states the amplitudes B and their sum
+/// Q = 2 q q0 / w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²). A suffix 0 marks quantities of `from`.
 ///
 /// | symbol | meaning |
 /// | --- | --- |

@@ -33,6 +33,9 @@ using namespace mitsuba;
 /// Objects are never modified after construction: a change makes a copy. So one thread can trace an object while
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
+/// The lobe (lobe.h) has the value of the bare relief. This class adds the rotation, the interface's factor, the cover,
+/// the pigment, and the choice among these components in `sample`. A body that transmits is handled by `Transmission`.
+///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
 public:
@@ -311,7 +314,8 @@ private:
             pdf *= local.prob_diffraction * ratio;
         }
         if (lobes.diffuse) {
-            // cosθo / π: the density of the pigment's samples, and the value of a white pigment.
+            // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Under a cover,
+            // radiance inside is n² times that outside, hence the division by n².
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
             if constexpr (Value)
                 value +=
@@ -332,6 +336,7 @@ private:
             // Paths that carry radiance are traced from the camera, against the light.
             const bool radiance  = ctx.mode == TransportMode::Radiance;
             const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
+            // The BSDF outside is that inside over n², because radiance inside the cover is n² times that outside.
             const Float factor = dr::detach(Frame3f::cos_theta(wo)) / dr::square(m_cover.eta());
             const Spectrum matrix =
                 m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) * factor;
@@ -386,20 +391,11 @@ private:
                                               props.get<bool>("back_reflection", true));
         }
         // An index without values stands for a perfect reflector.
-        m_perfect                 = index && index->eta.empty();
-        const IndexSpectrum given = index.value_or(IndexSpectrum());
-        const TextureSizes sizes  = m_textures.read(props, m_transmission.has_value(), material, given);
+        m_perfect = index && index->eta.empty();
+        const TextureSizes sizes =
+            m_textures.read(props, m_transmission.has_value(), material, index.value_or(IndexSpectrum()));
         refuse_unknown(props);
-        auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
-            for (double value : from)
-                to.push_back(value);
-        };
-        IndexSamples samples;
-        samples.known = index.has_value();
-        copy(given.eta_nm, samples.eta_nm);
-        copy(given.eta, samples.eta);
-        copy(given.k_nm, samples.k_nm);
-        copy(given.k, samples.k);
+        const IndexSamples samples = index_samples(index);
         return checked([&] {
             constexpr bool polarised   = is_polarized_v<Spectrum>;
             rust::Box<Surface> surface = is_spectral_v<Spectrum>
@@ -411,6 +407,23 @@ private:
                                                               !(m_perfect && surface->is_small_slope()));
             return surface;
         });
+    }
+
+    /// The index as the bridge takes it. Without an index it is unknown, because `eta` or `k` is a texture or a colour.
+    static IndexSamples index_samples(const std::optional<IndexSpectrum> &index) {
+        auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
+            for (double value : from)
+                to.push_back(value);
+        };
+        IndexSamples samples;
+        samples.known = index.has_value();
+        if (index) {
+            copy(index->eta_nm, samples.eta_nm);
+            copy(index->eta, samples.eta);
+            copy(index->k_nm, samples.k_nm);
+            copy(index->k, samples.k);
+        }
+        return samples;
     }
 
     /// Calls Rust and rethrows its errors as Mitsuba's.
