@@ -1,5 +1,5 @@
-// Choices and numbers go to Rust as JSON, and Rust checks their ranges. Parameters that Mitsuba gives as names of media,
-// spectra or textures are read and checked here.
+// Choices and numbers go to Rust as JSON, and Rust checks their ranges. Parameters that Mitsuba gives as names of
+// media, spectra or textures are read and checked here.
 #include "parameters.h"
 
 #include <algorithm>
