@@ -186,19 +186,19 @@ private:
                                               const Size &size, const Mask &active) const {
         if constexpr (dr::is_diff_v<Float>) {
             if (m_surface->has_sizes())
-                return zero_with_derivatives<8>(
+                return zero_with_derivatives_by<8>(
                     { wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z(), size.scale, size.depth }, wavelengths, size,
                     active);
-            return zero_with_derivatives<6>({ wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z() }, wavelengths, size,
-                                            active);
+            return zero_with_derivatives_by<6>({ wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z() }, wavelengths, size,
+                                               active);
         }
         return UnpolarizedSpectrum(0.f);
     }
 
     /// Zero with derivatives by the components x, y and z of wi, those of wo, and scale and depth if N is 8.
-    template <size_t N> UnpolarizedSpectrum zero_with_derivatives(const std::array<Float, N> &components,
-                                                                  const Wavelength &wavelengths, const Size &size,
-                                                                  const Mask &active) const {
+    template <size_t N> UnpolarizedSpectrum zero_with_derivatives_by(const std::array<Float, N> &components,
+                                                                     const Wavelength &wavelengths, const Size &size,
+                                                                     const Mask &active) const {
         UnpolarizedSpectrum change(0.f);
         if (std::none_of(components.begin(), components.end(), [](const Float &c) { return dr::grad_enabled(c); }))
             return change;
@@ -225,8 +225,8 @@ private:
                 std::array<Float, N> moved = centre;
                 Float distance(0.f);
                 for (uint32_t c = 0; c < N; ++c) {
-                    // At most a quarter of a cosine along the normal or of a size, so that the step does not cross the
-                    // horizon or zero.
+                    // Steps of x and y have one length. Those of z or a size are at most a quarter of its value, so
+                    // that they do not cross the horizon or zero.
                     const bool is_tangential = c % 3 < 2 && c < 6;
                     const Float step =
                         is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * dr::abs(centre[c]));

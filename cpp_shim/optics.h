@@ -145,6 +145,7 @@ public:
         bs.sampled_component = dr::select(pick_glossy, UInt32(DIFFRACTION), UInt32(PIGMENT));
         bs.sampled_type =
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
+        // The cover's mirror needs only `wi` above the surface, the other components need `wo` above it, too.
         const Mask above = active;
         active &= Frame3f::cos_theta(bs.wo) > 0.f && !pick_cover;
 
@@ -294,6 +295,7 @@ private:
         Float pdf(0.f);
         if (lobes.diffraction) {
             const Vector3f wi_relief = local.to_relief(si.wi), wo_relief = local.to_relief(wo);
+            // Converts densities, and values times cosines, from solid angles inside the cover to those outside.
             const Float ratio = dr::detach(m_cover.solid_angle_ratio(wo));
             if (is_polarized_v<Spectrum> && m_lobe->surface().is_rigorous()) {
                 if constexpr (Value)
