@@ -155,37 +155,37 @@ private:
         const Mask is_transmitted = cos_theta_i * cos_theta_o < 0.f;
         active &= (is_transmitted && enabled.transmission) || (!is_transmitted && enabled.reflection);
         const Vector3f wi_relief = place.rotation.to_relief(si.wi), wo_relief = place.rotation.to_relief(wo);
-        UnpolarizedSpectrum power(0.f);
+        [[maybe_unused]] const UnpolarizedSpectrum specular =
+            dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance);
+        Spectrum value(0.f);
         Float pdf(0.f);
         // Each order of the rigorous theory has a Mueller matrix of its own. The scalar theory has one for a pair.
         if (is_polarized_v<Spectrum> && lobe.surface().is_rigorous()) {
-            Spectrum value(0.f);
             if constexpr (Value)
-                value = dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance) *
-                        order_matrices(lobe, place, ctx, si, wo, active);
+                value = specular * order_matrices(lobe, place, ctx, si, wo, active);
             if constexpr (Density)
-                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active) *
-                      (1.f - mirror_probability(cos_theta_i, enabled));
-            return { value & active, dr::select(active, pdf, 0.f) };
-        }
-        if constexpr (Value && Density)
-            std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
-        else if constexpr (Value)
-            power = lobe.eval(wi_relief, wo_relief, si.wavelengths, place.size, active);
-        else
-            pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
-        Spectrum value(0.f);
-        if constexpr (Value) {
-            power *= dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance);
-            // The lobe has the power of light from wi to wo. Radiance from wo to wi changes with the squared index.
-            const bool radiance = ctx.mode == TransportMode::Radiance;
-            if (radiance && !m_is_film)
-                power *= dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, 1.f / (m_eta * m_eta), m_eta * m_eta),
-                                    Float(1.f));
-            if constexpr (is_polarized_v<Spectrum>)
-                value = power * mueller(radiance ? wo : si.wi, radiance ? si.wi : wo);
+                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+        } else {
+            UnpolarizedSpectrum power(0.f);
+            if constexpr (Value && Density)
+                std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+            else if constexpr (Value)
+                power = lobe.eval(wi_relief, wo_relief, si.wavelengths, place.size, active);
             else
-                value = power;
+                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+            if constexpr (Value) {
+                power *= specular;
+                // The lobe has the power of light from wi to wo. Radiance from wo to wi changes with the squared index.
+                const bool radiance = ctx.mode == TransportMode::Radiance;
+                if (radiance && !m_is_film)
+                    power *=
+                        dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, 1.f / (m_eta * m_eta), m_eta * m_eta),
+                                   Float(1.f));
+                if constexpr (is_polarized_v<Spectrum>)
+                    value = power * mueller(radiance ? wo : si.wi, radiance ? si.wi : wo);
+                else
+                    value = power;
+            }
         }
         pdf *= 1.f - mirror_probability(cos_theta_i, enabled);
         return { value & active, dr::select(active, pdf, 0.f) };

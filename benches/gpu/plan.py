@@ -33,28 +33,39 @@ class Plan:
     kinds: tuple[str, ...]
     # Names of the parameters by which derivatives are taken.
     derivatives: tuple[str, ...]
-    # Parameters of the snake's skin, for plugin and command, and the resolution of its mesh relative to the default 1.
+    # Parameters of the snake's skin, for plugin and command.
     skin: dict
+    # Resolution of the snake's mesh: cells in each direction, relative to the default.
     mesh_resolution: float
-    # The path-traced snake: size, samples per pixel, and number of pictures with different seeds.
+    # Size of the path-traced snake's pictures.
     snake_size: tuple[int, int]
+    # Samples per pixel of the path-traced snake.
     snake_spp: int
+    # Number of pictures of the path-traced snake with different seeds.
     snake_pictures: int
-    # Timings of calls: elements of a wavefront, names in `bsdf_calls.bsdfs`, and the calls.
+    # Number of queries of a timed call.
     wavefront: int
+    # Names of the materials of timed calls, in `bsdf_calls.bsdfs`.
     materials: tuple[str, ...]
+    # Names of the timed calls.
     calls: tuple[str, ...]
-    # Timings of renders: names of benchmark scenes, size, samples per pixel, and renders after the first.
+    # Names of the benchmark scenes whose renders are timed.
     scenes: tuple[str, ...]
+    # Size of a timed render.
     render_size: tuple[int, int]
+    # Samples per pixel of a timed render.
     render_spp: int
+    # Number of timed renders after the first, which includes the compilation.
     renders: int
-    # Surfaces whose kernels are inspected.
+    # Names of the surfaces (surfaces.py) whose kernels are inspected.
     inspected: tuple[str, ...]
-    # The realtime renderer: methods, sizes, frames of a median, and the side of compared pictures in pixels.
+    # Methods of the realtime renderer.
     methods: tuple[str, ...]
+    # Sizes of the realtime renderer's timed frames.
     frame_sizes: tuple[tuple[int, int], ...]
+    # Number of frames of which the median time is taken.
     frames: int
+    # Side in pixels of the realtime renderer's compared pictures, which are squares.
     compared_side: int
 
     def variant(self, kind: str) -> str:

@@ -76,6 +76,7 @@ pub(super) fn times(
             continue;
         };
         let shader = TimedShader::new(gpu, &**method, &optics, &queries, effort)?;
+        // The first shader is compared with itself.
         let baseline = first_shader.as_ref().unwrap_or(&shader);
         let (mut times_us, mut baseline_us) = (Vec::new(), Vec::new());
         for _ in 0..effort.repetitions {
