@@ -26,6 +26,8 @@ const TABLES_FOLDERS: [&str; 12] = [
 ];
 
 /// Hash of all files in [`TABLES_FOLDERS`], names included. `src/cache/` does not reuse tables built by other code.
+///
+/// Another release of Rust may give another hash for the same files. Tables are then built again, which is harmless.
 fn tables_code() -> u64 {
     let mut sources = Vec::new();
     let mut folders: Vec<PathBuf> = TABLES_FOLDERS.iter().map(PathBuf::from).collect();
@@ -35,6 +37,7 @@ fn tables_code() -> u64 {
             if path.is_dir() { folders.push(path) } else { sources.push(path) }
         }
     }
+    // Folders list their files in any order.
     sources.sort();
     let mut hasher = DefaultHasher::new();
     for path in sources {

@@ -1,7 +1,9 @@
 """Cost of the `diffraction` BSDF in Mitsuba: `python benches/mitsuba_cost.py` prints tables and writes JSON.
 
 It measures the time to a given error compared with `roughconductor`, the time of calls and of the first picture, and
-the difference between RGB and spectral pictures. With `--plugin` it measures the time to an error of another build."""
+the difference between RGB and spectral pictures. With `--plugin` it measures only the time to a given error, with
+another build of the plugin.
+"""
 
 from __future__ import annotations
 

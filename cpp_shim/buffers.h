@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,7 +21,7 @@ namespace dr = drjit;
 
 /// Table data of a surface (`Surface::words`) as Dr.Jit arrays of `u32`, from which kernels gather.
 ///
-/// Surfaces with the same tables share one copy in all variants of a backend.
+/// Surfaces with the same tables share one copy in all variants of a backend, because these have the same `Float`.
 template <typename Float> class Buffers {
 public:
     /// Number of arrays of a surface: `Surface::words` describes them. Tables that a surface lacks are empty arrays.
@@ -35,7 +37,8 @@ public:
         return result;
     }
 
-    /// Reports the arrays to Dr.Jit as inputs of a frozen function (`dr.freeze`).
+    /// Reports the arrays to Dr.Jit as inputs of a frozen function (`dr.freeze`), which records kernels and replays
+    /// them.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         for (const UInt32X &array : *m_arrays)
             fn(payload, array.index_combined(), "", "");
@@ -60,7 +63,7 @@ private:
         static std::mutex mutex;
         static std::map<uint64_t, std::weak_ptr<const Arrays>> by_identity;
         const std::lock_guard lock(mutex);
-        // Removes the entries of surfaces that no longer exist.
+        // Removes the entries of tables that no surface uses any more.
         for (auto i = by_identity.begin(); i != by_identity.end();)
             i = i->second.expired() ? by_identity.erase(i) : std::next(i);
         auto &entry = by_identity[surface.identity()];

@@ -73,6 +73,19 @@ const FLAGS: [&str; 4] = [
 const OPTIONS: [&str; 4] = ["MI_ENABLE_CUDA", "MI_ENABLE_LLVM", "MI_ENABLE_EMBREE", "MI_ENABLE_AUTODIFF"];
 
 fn build() -> Result<(), String> {
+    watch_sources()?;
+    let (os, arch) = (env::var("CARGO_CFG_TARGET_OS"), env::var("CARGO_CFG_TARGET_ARCH"));
+    if os.as_deref() != Ok("linux") || arch.as_deref() != Ok("x86_64") {
+        return Err("the wheel's calling convention is known for Linux on x86-64 only".into());
+    }
+    let wheels = find_wheels()?;
+    compile(&wheels)?;
+    link(&wheels);
+    Ok(())
+}
+
+/// Makes Cargo run this script again after a change of a C++ file, a bridge, or the choice of the interpreter.
+fn watch_sources() -> Result<(), String> {
     // Cargo watches each C++ file, not the folder: otherwise a change of a Rust file in `src/` would recompile the C++.
     let files = fs::read_dir(".").map_err(|error| error.to_string())?;
     let is_cpp = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "cpp" || extension == "h");
@@ -83,14 +96,15 @@ fn build() -> Result<(), String> {
         println!("cargo:rerun-if-changed={bridge}");
     }
     println!("cargo:rerun-if-env-changed=SUNBEAM_PYTHON");
-    let (os, arch) = (env::var("CARGO_CFG_TARGET_OS"), env::var("CARGO_CFG_TARGET_ARCH"));
-    if os.as_deref() != Ok("linux") || arch.as_deref() != Ok("x86_64") {
-        return Err("the wheel's calling convention is known for Linux on x86-64 only".into());
-    }
-    let Wheels { release, mitsuba, drjit, nanobind } = find_wheels()?;
+    Ok(())
+}
 
+/// Compiles [`SOURCES`] and the C++ that cxx generates for [`BRIDGES`] into a static library.
+fn compile(wheels: &Wheels) -> Result<(), String> {
+    let Wheels { release, mitsuba, drjit, nanobind } = wheels;
     cxx_build::CFG.include_prefix = "sunbeam_mitsuba";
     let mut shim = cxx_build::bridges(BRIDGES);
+    // Without assertions (`NDEBUG`) in every profile of Cargo, as a release build of Mitsuba.
     shim.std("c++17").opt_level(2).debug(false).warnings(true).define("NDEBUG", None);
     shim.includes(["."]);
     // `-isystem` suppresses warnings about these headers.
@@ -116,9 +130,13 @@ fn build() -> Result<(), String> {
     for source in SOURCES {
         shim.file(source);
     }
-    shim.try_compile("sunbeam_mitsuba").map_err(|error| error.to_string())?;
+    shim.try_compile("sunbeam_mitsuba").map_err(|error| error.to_string())
+}
 
-    for (dir, library) in [(&mitsuba, "mitsuba"), (&drjit, "drjit-core"), (&drjit, "drjit-extra")] {
+/// Links the plugin against the wheels' libraries.
+fn link(wheels: &Wheels) {
+    let Wheels { mitsuba, drjit, .. } = wheels;
+    for (dir, library) in [(mitsuba, "mitsuba"), (drjit, "drjit-core"), (drjit, "drjit-extra")] {
         println!("cargo:rustc-link-search=native={}", dir.display());
         println!("cargo:rustc-link-lib=dylib={library}");
     }
@@ -127,7 +145,6 @@ fn build() -> Result<(), String> {
     // Another release of Mitsuba may lack functions that the plugin calls. Lazy binding looks them up at their first
     // call, so the plugin loads and its version check reports the mismatch.
     println!("cargo:rustc-cdylib-link-arg=-Wl,-z,lazy");
-    Ok(())
 }
 
 /// The installed release and the folders of its packages.

@@ -1,3 +1,5 @@
+// Compile-time checks of the layouts of Dr.Jit's arrays, and run-time checks of the Mitsuba that loads the plugin: its
+// version, which its core library contains as a string, and its calling convention, which one call tries out.
 #include "checks.h"
 
 #include <cctype>

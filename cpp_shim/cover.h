@@ -14,7 +14,7 @@ namespace dr = drjit;
 /// The flat side of a cover of index n, seen from air. With n = 1 there is no cover.
 ///
 /// Directions are unit vectors in the shading frame that point away from the surface. They lie above it, inside or
-/// outside the cover.
+/// outside the cover. An argument `cos_theta` is the cosine of the angle θ outside.
 ///
 /// | symbol | meaning |
 /// | --- | --- |
@@ -55,7 +55,7 @@ public:
         return exists() ? w.z() / (m_eta * m_eta * inside(w).z()) : Float(1.f);
     }
 
-    /// Fresnel reflectance of the flat side for unpolarised light at an angle of incidence with this cosine.
+    /// Fresnel reflectance of the flat side for unpolarised light.
     Float reflectance(const Float &cos_theta) const {
         const auto [s, p] = reflectances(cos_theta);
         return .5f * (s + p);
@@ -72,7 +72,7 @@ public:
 
     /// Mueller matrix outside the cover, transmittances included, for light that arrives from `from` and leaves towards
     /// `to`. `matrix` is the Mueller matrix inside the cover. Both matrices are between Mitsuba's frames of reference.
-    /// In variants without polarisation both are reflectances.
+    /// Variants without polarisation have values for unpolarised light in place of both.
     Spectrum through(const Spectrum &matrix, const Vector3f &from, const Vector3f &to) const {
         if constexpr (mitsuba::is_polarized_v<Spectrum>) {
             namespace mueller = mitsuba::mueller;
@@ -92,8 +92,8 @@ public:
         }
     }
 
-    /// Mirror reflection by the flat side of light that arrives from `from` and leaves towards `to`, between Mitsuba's
-    /// frames of reference.
+    /// Mueller matrix, between Mitsuba's frames of reference, of the mirror reflection by the flat side. Light arrives
+    /// from `from` and leaves towards `to`. Variants without polarisation have the reflectance.
     Spectrum mirror([[maybe_unused]] const Vector3f &from, const Vector3f &to) const {
         if constexpr (mitsuba::is_polarized_v<Spectrum>) {
             namespace mueller = mitsuba::mueller;
@@ -123,7 +123,7 @@ private:
     std::pair<Float, Float> reflectances(const Float &cos_theta) const {
         const Float normal = scaled_cosine(cos_theta);
         const Float scaled = m_eta * m_eta * cos_theta;
-        // Amplitudes.
+        // Amplitudes; numerator and denominator of r_p are multiplied by n.
         const Float r_s = (cos_theta - normal) / (cos_theta + normal);
         const Float r_p = (scaled - normal) / (scaled + normal);
         return { r_s * r_s, r_p * r_p };

@@ -24,7 +24,7 @@ protected:
 
     explicit OpticsHolder(const Properties &props) : m_optics(std::make_shared<ConstOptics>(props)) {}
 
-    /// Current optics.
+    /// Pointer to the current optics.
     ///
     /// Variants that trace get a shared pointer, because another thread may change or delete the instance during the
     /// call. Scalar variants get a plain pointer: a BSDF of another thread's scene is never called there, and counting
@@ -70,11 +70,13 @@ public:
             put("depth", m_numbers[2]);
     }
 
-    /// Replaces the optics after Mitsuba has written textures or numbers.
+    /// Replaces the optics after Mitsuba has written textures or numbers. `keys` are the names of those that changed.
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
+        // Tables in colours may include the factor of the index that the instance was made with.
         if (has_changed("eta") || has_changed("k"))
             set_optics(m_optics->without_index());
+        // Numbers determine the tables, which are built anew.
         if (const auto built = m_optics->numbers(); m_numbers != built) {
             const auto wanted = m_numbers;
             // `with_numbers` throws if it refuses one of them. The member then still holds the built ones.
@@ -82,6 +84,7 @@ public:
             set_optics(m_optics->with_numbers(wanted));
             m_numbers = wanted;
         }
+        // The spectra of `eta` and `k` may have other ranges now.
         set_optics(m_optics->with_current_ends());
     }
 

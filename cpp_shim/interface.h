@@ -16,7 +16,8 @@ namespace dr = drjit;
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
 /// towards the viewer. Both lie above the surface.
 ///
-/// Small-slope symbols and formulas follow src/scattering/small_slope.rs. A suffix 0 marks quantities of `from`.
+/// Small-slope symbols and formulas follow src/scattering/small_slope.rs, which states the amplitudes B and their sum
+/// Q = 2 q q0 / w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²). A suffix 0 marks quantities of `from`.
 ///
 /// | symbol | meaning |
 /// | --- | --- |
@@ -159,11 +160,16 @@ private:
     /// Cosine with the normal; the lower bound is COSINE_MIN of src/scattering/geometry.rs.
     static Float cosine(const Vector3f &direction) { return dr::maximum(direction.z(), 1e-7f); }
 
+    /// `half`, from the directions and the sum `w` of their bounded cosines.
+    static Float half_squared_length(const Vector3f &from, const Vector3f &to, const Float &w) {
+        return .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
+    }
+
     /// Q for unpolarised light; twin of `small_slope` in src/scattering/small_slope.rs, which the core evaluates.
     UnpolarizedSpectrum small_slope_power(const Vector3f &from, const Vector3f &to) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
         const Float q_squared = q * q, q0_squared = q0 * q0;
-        const Float half = .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
+        const Float half = half_squared_length(from, to, w);
         // Positive, since a square root has no derivative at zero.
         const Float sines = dr::sqrt(dr::maximum((1.f - q_squared) * (1.f - q0_squared), SINES_SQUARED_MIN));
         // The tangential parts of `-from` and `to` have the scalar product q q0 - from·to = 1 + q q0 - half.
@@ -205,7 +211,7 @@ private:
             (dr::square(from.x()) + dr::square(from.y())) * (dr::square(to.x()) + dr::square(to.y()));
         const UnpolarizedSpectrum sines(dr::sqrt(dr::maximum(sines_squared, ROOT_MIN)));
         if (m_perfect) {
-            const Float half = .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
+            const Float half = half_squared_length(from, to, w);
             // All wavelengths have the same sines.
             const Float grazing =
                 (q * q + q0 * q0 + product - product * product - half) / dr::maximum(Float(sines[0]), SINES_MIN);

@@ -1,3 +1,4 @@
+// Calls of Dr.Jit's C functions on behalf of Rust. Every exception is caught here and kept as a message.
 #include "jit.h"
 
 #include <cstdio>
@@ -48,7 +49,7 @@ template <typename T, typename Call> T guarded(T failed, const Call &call) noexc
 /// Index of the result of a Dr.Jit function, applied to the variables `indices`; 0 if it throws or an index is 0.
 template <typename Function, typename... Index> uint32_t traced(Function function, Index... indices) noexcept {
     if (((indices == 0) || ...)) {
-        keep("an operand is no variable");
+        keep("an operand is not a variable");
         return 0;
     }
     return guarded(0u, [&] { return function(indices...); });

@@ -22,7 +22,7 @@ uint32_t retain(uint32_t index) noexcept;
 /// Releases a reference to a variable.
 void release(uint32_t index) noexcept;
 
-/// Variables with one constant element. `backend` is a `JitBackend`.
+/// Variables with one constant element. `backend` is the number of a `JitBackend`, the enumeration of Dr.Jit.
 uint32_t constant_f32(uint32_t backend, float value) noexcept;
 uint32_t constant_f64(uint32_t backend, double value) noexcept;
 uint32_t constant_u32(uint32_t backend, uint32_t value) noexcept;

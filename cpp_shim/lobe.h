@@ -20,10 +20,9 @@ namespace sunbeam {
 /// - Wavelengths are in nm in spectral variants, and empty in RGB and mono variants.
 /// - The size is that of pattern and heights at the queried place, relative to the relief. Surfaces without textures of
 ///   sizes ignore it.
-/// - Values are the BSDF in 1/sr times |cosθo|. In spectral variants they leave out the interface's factor
-/// (interface.h).
-///   In RGB and mono variants they include it if the surface was built with a known index. Rigorous surfaces always
-///   include the material's reflectance.
+/// - Values are the BSDF in 1/sr times |cosθo|.
+/// - Values leave out the interface's factor (interface.h) in spectral variants. In RGB and mono variants they include
+///   it if the surface was built with a known index. Rigorous surfaces always include the material's reflectance.
 /// - All results are zero where `active` is false or a direction lies below the surface. Surfaces of bodies that
 ///   transmit have both sides, and values for light from wi to wo that include the interface's factor.
 template <typename Float, typename Spectrum> class DiffractionLobe {
@@ -179,7 +178,7 @@ private:
     }
 
     /// Zero, with the derivatives of the value by the components of wi and wo and by the size, from central
-    /// differences.
+    /// differences. Added to the value, it makes the value differentiable.
     ///
     /// Dr.Jit's reverse mode cannot differentiate the look-ups themselves: their loops have a number of steps that
     /// depends on the directions.
@@ -187,19 +186,19 @@ private:
                                               const Size &size, const Mask &active) const {
         if constexpr (dr::is_diff_v<Float>) {
             if (m_surface->has_sizes())
-                return zero_with_derivatives<8>(
+                return zero_with_derivatives_by<8>(
                     { wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z(), size.scale, size.depth }, wavelengths, size,
                     active);
-            return zero_with_derivatives<6>({ wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z() }, wavelengths, size,
-                                            active);
+            return zero_with_derivatives_by<6>({ wi.x(), wi.y(), wi.z(), wo.x(), wo.y(), wo.z() }, wavelengths, size,
+                                               active);
         }
         return UnpolarizedSpectrum(0.f);
     }
 
     /// Zero with derivatives by the components x, y and z of wi, those of wo, and scale and depth if N is 8.
-    template <size_t N> UnpolarizedSpectrum zero_with_derivatives(const std::array<Float, N> &components,
-                                                                  const Wavelength &wavelengths, const Size &size,
-                                                                  const Mask &active) const {
+    template <size_t N> UnpolarizedSpectrum zero_with_derivatives_by(const std::array<Float, N> &components,
+                                                                     const Wavelength &wavelengths, const Size &size,
+                                                                     const Mask &active) const {
         UnpolarizedSpectrum change(0.f);
         if (std::none_of(components.begin(), components.end(), [](const Float &c) { return dr::grad_enabled(c); }))
             return change;
@@ -208,12 +207,13 @@ private:
         std::array<Float, N> centre;
         std::transform(components.begin(), components.end(), centre.begin(),
                        [](const Float &c) { return dr::detach(c); });
-        // Frequencies follow from scale·(wi + wo) and κ from depth·(cosθi + cosθo). Both factors are at most 2.
+        // Largest step of each component. Frequencies are proportional to scale·(wi + wo) and κ to
+        // depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
         const Steps steps                  = m_surface->steps();
-        const float tangential             = .5f * std::min(steps.tangential[0], steps.tangential[1]);
+        const float scale_step             = .5f * std::min(steps.tangential[0], steps.tangential[1]);
         const std::array<float, 8> largest = { steps.tangential[0], steps.tangential[1], steps.normal,
                                                steps.tangential[0], steps.tangential[1], steps.normal,
-                                               tangential,          .5f * steps.normal };
+                                               scale_step,          .5f * steps.normal };
         UInt32 i(0);
         Slopes slopes(UnpolarizedSpectrum(0.f));
         // A loop of 2 N evaluations keeps the kernel small. Iteration i moves component i / 2, forwards if i is even
@@ -225,8 +225,8 @@ private:
                 std::array<Float, N> moved = centre;
                 Float distance(0.f);
                 for (uint32_t c = 0; c < N; ++c) {
-                    // At most a quarter of a cosine along the normal or of a size, so that the step does not cross the
-                    // horizon or zero.
+                    // Steps of x and y have one length. Those of z or a size are at most a quarter of its value, so
+                    // that they do not cross the horizon or zero.
                     const bool is_tangential = c % 3 < 2 && c < 6;
                     const Float step =
                         is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * dr::abs(centre[c]));

@@ -33,6 +33,9 @@ using namespace mitsuba;
 /// Objects are never modified after construction: a change makes a copy. So one thread can trace an object while
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
+/// The lobe (lobe.h) has the value of the bare relief. This class adds the rotation, the interface's factor, the cover,
+/// the pigment, and the choice among these components in `sample`. A body that transmits is handled by `Transmission`.
+///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
 public:
@@ -142,6 +145,7 @@ public:
         bs.sampled_component = dr::select(pick_glossy, UInt32(DIFFRACTION), UInt32(PIGMENT));
         bs.sampled_type =
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
+        // The cover's mirror needs only `wi` above the surface, the other components need `wo` above it, too.
         const Mask above = active;
         active &= Frame3f::cos_theta(bs.wo) > 0.f && !pick_cover;
 
@@ -291,6 +295,7 @@ private:
         Float pdf(0.f);
         if (lobes.diffraction) {
             const Vector3f wi_relief = local.to_relief(si.wi), wo_relief = local.to_relief(wo);
+            // Converts densities, and values times cosines, from solid angles inside the cover to those outside.
             const Float ratio = dr::detach(m_cover.solid_angle_ratio(wo));
             if (is_polarized_v<Spectrum> && m_lobe->surface().is_rigorous()) {
                 if constexpr (Value)
@@ -311,7 +316,8 @@ private:
             pdf *= local.prob_diffraction * ratio;
         }
         if (lobes.diffuse) {
-            // cosθo / π: the density of the pigment's samples, and the value of a white pigment.
+            // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Under a cover,
+            // radiance inside is n² times that outside, hence the division by n².
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
             if constexpr (Value)
                 value +=
@@ -332,6 +338,7 @@ private:
             // Paths that carry radiance are traced from the camera, against the light.
             const bool radiance  = ctx.mode == TransportMode::Radiance;
             const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
+            // The BSDF outside is that inside over n², because radiance inside the cover is n² times that outside.
             const Float factor = dr::detach(Frame3f::cos_theta(wo)) / dr::square(m_cover.eta());
             const Spectrum matrix =
                 m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) * factor;
@@ -386,20 +393,11 @@ private:
                                               props.get<bool>("back_reflection", true));
         }
         // An index without values stands for a perfect reflector.
-        m_perfect                 = index && index->eta.empty();
-        const IndexSpectrum given = index.value_or(IndexSpectrum());
-        const TextureSizes sizes  = m_textures.read(props, m_transmission.has_value(), material, given);
+        m_perfect = index && index->eta.empty();
+        const TextureSizes sizes =
+            m_textures.read(props, m_transmission.has_value(), material, index.value_or(IndexSpectrum()));
         refuse_unknown(props);
-        auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
-            for (double value : from)
-                to.push_back(value);
-        };
-        IndexSamples samples;
-        samples.known = index.has_value();
-        copy(given.eta_nm, samples.eta_nm);
-        copy(given.eta, samples.eta);
-        copy(given.k_nm, samples.k_nm);
-        copy(given.k, samples.k);
+        const IndexSamples samples = index_samples(index);
         return checked([&] {
             constexpr bool polarised   = is_polarized_v<Spectrum>;
             rust::Box<Surface> surface = is_spectral_v<Spectrum>
@@ -411,6 +409,23 @@ private:
                                                               !(m_perfect && surface->is_small_slope()));
             return surface;
         });
+    }
+
+    /// The index as the bridge takes it. Without an index it is unknown, because `eta` or `k` is a texture or a colour.
+    static IndexSamples index_samples(const std::optional<IndexSpectrum> &index) {
+        auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
+            for (double value : from)
+                to.push_back(value);
+        };
+        IndexSamples samples;
+        samples.known = index.has_value();
+        if (index) {
+            copy(index->eta_nm, samples.eta_nm);
+            copy(index->eta, samples.eta);
+            copy(index->k_nm, samples.k_nm);
+            copy(index->k, samples.k);
+        }
+        return samples;
     }
 
     /// Calls Rust and rethrows its errors as Mitsuba's.

@@ -1,3 +1,5 @@
+// Choices and numbers go to Rust as JSON, and Rust checks their ranges. Parameters that Mitsuba gives as names of
+// media, spectra or textures are read and checked here.
 #include "parameters.h"
 
 #include <algorithm>
@@ -40,7 +42,7 @@ constexpr const char *ALL_NAMES =
 /// Wavelength in nm of the sodium line, at which the indices of media are commonly given.
 constexpr double SODIUM_NM = 589.3;
 
-/// Largest difference of the outer medium's index from 1.
+/// Largest difference of the outer medium's index from 1. It accepts vacuum and air, whose index is 1.00028.
 constexpr double AIR_TOLERANCE = 1e-3;
 
 /// JSON string literal of a text in UTF-8.
@@ -65,7 +67,8 @@ std::string json_string(std::string_view text) {
 std::string json_number(const char *name, double value) {
     if (!std::isfinite(value))
         Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
-    // The shortest form that reads back as the same number. Unlike printf's, it does not depend on the locale.
+    // The shortest form that reads back as the same number, at most 24 characters. Unlike printf's, it does not depend
+    // on the locale.
     char text[32];
     return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
@@ -183,7 +186,8 @@ std::optional<double> cover_index(const Properties &props) {
         case Properties::Type::Integer:
             return props.get<double>("cover_eta");
         case Properties::Type::String:
-            // Mitsuba's indices have up to six decimals, which single precision blurs.
+            // Mitsuba's indices have up to six decimals. `lookup_ior` returns them in single precision, and the
+            // rounding restores the decimal number.
             return std::round(1e6 * mitsuba::lookup_ior(props, "cover_eta", "air")) / 1e6;
         case Properties::Type::Spectrum: {
             const auto &spectrum = props.get<Properties::Spectrum>("cover_eta");

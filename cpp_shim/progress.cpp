@@ -1,3 +1,4 @@
+// Calls of Mitsuba's logger on behalf of Rust.
 #include "progress.h"
 
 #include <mitsuba/core/logger.h>

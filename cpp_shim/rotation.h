@@ -25,11 +25,12 @@ template <typename Float> struct Rotation {
     }
 
     /// Direction of the grooves, the relief's y, without its component along `w`: a unit vector of the shading frame.
-    /// The bound keeps it finite along the grooves.
+    /// For `w` along the grooves nothing remains; the smallest squared length keeps the result finite there.
     Vector3f groove_axis(const Vector3f &w) const {
-        const Vector3f grooves = to_shading({ 0.f, 1.f, 0.f });
-        const Vector3f axis    = dr::fnmadd(w, dr::dot(grooves, w), grooves);
-        return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), 1e-12f));
+        constexpr float SQUARED_LENGTH_MIN = 1e-12f;
+        const Vector3f grooves             = to_shading({ 0.f, 1.f, 0.f });
+        const Vector3f axis                = dr::fnmadd(w, dr::dot(grooves, w), grooves);
+        return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), SQUARED_LENGTH_MIN));
     }
 
     /// Vector `w` of the relief's frame in the shading frame.

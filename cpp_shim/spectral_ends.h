@@ -119,7 +119,7 @@ private:
     std::string m_source;
     /// Range of the texture when it was last read.
     WavelengthRange m_range;
-    /// Ends of the range in nm as variables, for clipping.
+    /// Ends of the range in nm as variables, for clipping. Not read while the range is complete.
     Float m_low = 0.f, m_high = 0.f;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <string_view>
 
 #include <mitsuba/render/interaction.h>
@@ -19,19 +20,18 @@ namespace dr = drjit;
 template <typename Float, typename Spectrum>
 std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> fallback) {
     const std::string_view class_name = texture.class_name();
-    // Mitsuba implements the plugin `bitmap` by classes whose names begin so.
+    // Common beginning of the names of the classes by which Mitsuba implements the plugin `bitmap`.
     constexpr std::string_view BITMAP = "BitmapTexture";
     const bool is_bitmap              = class_name.substr(0, BITMAP.size()) == BITMAP;
     if (!is_bitmap && class_name != "UniformSpectrum")
         return fallback;
-    // A uniform texture has one value.
     uint32_t width = 1, height = 1;
     if (is_bitmap) {
         const auto size = texture.resolution();
         width           = uint32_t(size.x());
         height          = uint32_t(size.y());
     }
-    // Value at the centre of a pixel, or of an array of pixels, by its number in row order.
+    // Value at the centre of a pixel, given by its number in row order: an integer, or a Dr.Jit array of them.
     auto value_at = [&](const auto &pixel) {
         auto si      = dr::zeros<mitsuba::SurfaceInteraction<Float, Spectrum>>();
         const auto y = pixel / width, x = pixel - y * width;

@@ -26,7 +26,7 @@ using namespace mitsuba;
 template <typename Float, typename Spectrum> struct Textures {
     MI_IMPORT_TYPES(Texture)
 
-    /// Refractive index eta + ik of the material, relative to air.
+    /// Refractive index eta + ik of the material, relative to air; 0 + i for a perfect reflector.
     ref<Texture> eta, k;
     /// Ends of the wavelength ranges of `eta` and `k`.
     SpectralEnds<Float, Spectrum> eta_ends, k_ends;
@@ -50,7 +50,7 @@ template <typename Float, typename Spectrum> struct Textures {
         if (material != "none") {
             std::tie(eta, k) = complex_ior_from_file<Spectrum, Texture>(material);
         } else {
-            // eta = 0, k = 1 reflects everything; a given eta without k is a dielectric.
+            // Without a material or `eta`, the index 0 + i reflects everything. `eta` without `k` is a dielectric.
             const bool dielectric = props.has_property("eta");
             eta                   = props.get_unbounded_texture<Texture>("eta", 0.f);
             k                     = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);

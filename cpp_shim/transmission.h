@@ -31,9 +31,6 @@ public:
     Transmission(float eta, bool is_film, bool back_reflection)
         : m_eta(eta), m_is_film(is_film), m_back_reflection(is_film && back_reflection) {}
 
-    bool is_film() const { return m_is_film; }
-    bool back_reflection() const { return m_back_reflection; }
-
     /// `BSDFFlags` of each component: diffracted reflection and transmission, and the back's mirror if there is one.
     /// `varies` tells whether they vary with the place on the surface.
     std::vector<uint32_t> components(bool varies) const {
@@ -137,7 +134,8 @@ private:
               rotation(Rotation<Float>::degrees(textures.rotation->eval_1(si, active))) {}
     };
 
-    /// Probability that `sample` picks the mirror: its reflectance, below the surface only.
+    /// Probability that `sample` picks the mirror: its reflectance for light from below, 0 for light from above. 1 for
+    /// light from below if no other component is enabled.
     Float mirror_probability(const Float &cos_theta_i, const Enabled &enabled) const {
         if (!enabled.mirror)
             return Float(0.f);
@@ -147,6 +145,8 @@ private:
         return dr::select(cos_theta_i < 0.f, below, 0.f);
     }
 
+    /// BSDF times |cosθo|, and density in 1/sr, over the enabled components without the mirror. A part whose template
+    /// argument is false is not computed. No cosine is zero where `active` is true.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const Place &place, const Enabled &enabled,
                                         const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -155,36 +155,37 @@ private:
         const Mask is_transmitted = cos_theta_i * cos_theta_o < 0.f;
         active &= (is_transmitted && enabled.transmission) || (!is_transmitted && enabled.reflection);
         const Vector3f wi_relief = place.rotation.to_relief(si.wi), wo_relief = place.rotation.to_relief(wo);
-        UnpolarizedSpectrum power(0.f);
-        Float pdf(0.f);
-        if (is_polarized_v<Spectrum> && lobe.surface().is_rigorous()) {
-            Spectrum value(0.f);
-            if constexpr (Value)
-                value = dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance) *
-                        order_matrices(lobe, place, ctx, si, wo, active);
-            if constexpr (Density)
-                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active) *
-                      (1.f - mirror_probability(cos_theta_i, enabled));
-            return { value & active, dr::select(active, pdf, 0.f) };
-        }
-        if constexpr (Value && Density)
-            std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
-        else if constexpr (Value)
-            power = lobe.eval(wi_relief, wo_relief, si.wavelengths, place.size, active);
-        else
-            pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+        [[maybe_unused]] const UnpolarizedSpectrum specular =
+            dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance);
         Spectrum value(0.f);
-        if constexpr (Value) {
-            power *= dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance);
-            // The lobe has the power of light from wi to wo. Radiance from wo to wi changes with the squared index.
-            const bool radiance = ctx.mode == TransportMode::Radiance;
-            if (radiance && !m_is_film)
-                power *= dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, 1.f / (m_eta * m_eta), m_eta * m_eta),
-                                    Float(1.f));
-            if constexpr (is_polarized_v<Spectrum>)
-                value = power * mueller(radiance ? wo : si.wi, radiance ? si.wi : wo);
+        Float pdf(0.f);
+        // Each order of the rigorous theory has a Mueller matrix of its own. The scalar theory has one for a pair.
+        if (is_polarized_v<Spectrum> && lobe.surface().is_rigorous()) {
+            if constexpr (Value)
+                value = specular * order_matrices(lobe, place, ctx, si, wo, active);
+            if constexpr (Density)
+                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+        } else {
+            UnpolarizedSpectrum power(0.f);
+            if constexpr (Value && Density)
+                std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+            else if constexpr (Value)
+                power = lobe.eval(wi_relief, wo_relief, si.wavelengths, place.size, active);
             else
-                value = power;
+                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+            if constexpr (Value) {
+                power *= specular;
+                // The lobe has the power of light from wi to wo. Radiance from wo to wi changes with the squared index.
+                const bool radiance = ctx.mode == TransportMode::Radiance;
+                if (radiance && !m_is_film)
+                    power *=
+                        dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, 1.f / (m_eta * m_eta), m_eta * m_eta),
+                                   Float(1.f));
+                if constexpr (is_polarized_v<Spectrum>)
+                    value = power * mueller(radiance ? wo : si.wi, radiance ? si.wi : wo);
+                else
+                    value = power;
+            }
         }
         pdf *= 1.f - mirror_probability(cos_theta_i, enabled);
         return { value & active, dr::select(active, pdf, 0.f) };
@@ -208,18 +209,28 @@ private:
     }
 
     /// Terms of one direction in the Jones matrix; symbols as in src/scattering/transparent.rs.
+    ///
+    /// | symbol | meaning |
+    /// | --- | --- |
+    /// | n, ε | index of the medium, `eta`, and its square, `eps` |
+    /// | K | wave vector of the direction over the wave number in vacuum: of length n in the medium, 1 in air |
+    /// | k | length of the tangential part of K |
+    /// | c1, cn | normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1 |
+    /// | v, e | cn and n for a direction above; n c1 and 1 below |
+    /// | s, p | denominators of the states s and p, c1 + cn and ε c1 + cn |
+    /// | τ | 1; below a film the transmittance of its flat side, 4 c1 cn / s² and 4 ε c1 cn / p² |
     struct Side {
         using Complex  = dr::Complex<Float>;
         using Vector2f = mitsuba::Vector<Float, 2>;
 
         Mask is_below;
-        /// Tangential part of K, and its length k.
+        /// Tangential part of K.
         Vector2f tangential;
+        /// k.
         Float length;
-        /// v, s and p, and e.
         Complex v, s, p;
         Float e;
-        /// Amplitudes √τ with which the states s and p pass a film's flat side.
+        /// Amplitudes √τ of the states s and p.
         Float passed_s, passed_p;
 
         Side(const Vector3f &w, float eta, bool is_film) {
@@ -245,14 +256,20 @@ private:
         }
 
     private:
+        /// Smallest k² whose root is taken, because the root has no derivative at zero.
         static constexpr float LENGTH_SQUARED_MIN = 1e-12f;
     };
 
     /// Mueller matrix of light that arrives from `from` and leaves towards `to`, over its first element, between
     /// Mitsuba's frames of reference. One matrix applies to all light of a pair, so nothing is depolarised.
     ///
-    /// The amplitudes are, up to a common factor, with the signs a (1 below and −1 above) of both directions:
-    /// cosφ/(s s0), a0 v0 sinφ/(s p0), a v sinφ/(p s0), −σ (v v0 cosφ − σ e e0 k k0)/(p p0).
+    /// Up to a common factor, and to √τ √τ0 of the two states, the amplitudes are
+    ///
+    ///     ss = cosφ/(s s0)         sp = a0 v0 sinφ/(s p0)
+    ///     ps = a v sinφ/(p s0)     pp = −σ (v v0 cosφ − σ e e0 k k0)/(p p0)
+    ///
+    /// The first letter is the outgoing state, and 0 marks the incident direction. φ is the azimuth from the incident
+    /// to the outgoing direction of travel. The sign a of a direction is 1 below and −1 above, and σ = a a0.
     Spectrum mueller([[maybe_unused]] const Vector3f &from, [[maybe_unused]] const Vector3f &to) const {
         if constexpr (is_polarized_v<Spectrum>) {
             using Complex = typename Side::Complex;

@@ -5,8 +5,8 @@ so a crash or a hang affects no other part. Without a card the same code makes a
 `llvm_ad_*` in place of `cuda_ad_*`, wgpu's software adapter in place of the card's, and small sizes.
 
 Words: a *kind* is the end of a variant's name, such as `rgb` or `spectral_polarized`. A *question* is a pair of
-directions with wavelengths and random numbers, put to a BSDF (questions.py). A *surface* is a name of surfaces.py.
-A *negative control* is a check with a deliberate error, which must be noticed.
+directions with wavelengths and random numbers, for which a BSDF is called (questions.py). A *surface* is a set of BSDF
+parameters with a name (surfaces.py). A *negative control* is a check with a deliberate error, which it must detect.
 
 A run needs NumPy, Mitsuba with the plugin, and the command `sunbeam`. `SUNBEAM_MITSUBA`, `SUNBEAM` and `SUNBEAM_DATA`
 name the plugin's folder, the command and the folder of measured data; by default they are those of the checkout.

@@ -25,7 +25,8 @@ RESULTS = REPOSITORY / "docs" / "data" / "gpu.json"
 DRY_RESULTS = REPOSITORY / "out" / "bench" / "gpu-dry-run.json"
 # Folder of the card's pictures.
 PICTURES = REPOSITORY / "out" / "bench" / "gpu"
-# Time limit of a whole run in seconds. Chosen: two runs take about a quarter of an hour.
+# Time limit of a whole run in seconds: more than the sum of the expected times, which `--list` prints. Two runs at the
+# limit take about a quarter of an hour.
 TIME_S = 480.0
 
 
@@ -50,7 +51,7 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
     add("--json", type=Path, help=f"file for the results (docs/data/{RESULTS.name}, or out/bench/{DRY_RESULTS.name})")
     add("--pictures", type=Path, default=PICTURES, help="folder for the card's pictures")
     add("--seconds", type=float, default=TIME_S, help="time limit of the whole run in s (%(default).0f)")
-    # File for a part's results; the supervisor passes it to the part's process.
+    # File for the results of one part. The supervisor passes the option to the part's process.
     add("--rows", type=Path, help=argparse.SUPPRESS)
     return parser, parser.parse_args(words)
 
@@ -86,7 +87,7 @@ def listed() -> list[str]:
 
 
 def run_child(options: argparse.Namespace) -> int:
-    """Runs one part in this process; returns the exit status."""
+    """Runs the only part of `options.parts` in this process; returns the exit status."""
     plan = DRY_RUN if options.dry_run else replace(CARD, draws=not options.compare)
     name = options.parts[0]
     return 0 if checks.run(PARTS[name].checks(plan, options.pictures), options.rows) else checks.FAILED

@@ -22,7 +22,7 @@ def described(plan: Plan) -> dict:
     """Figures of `sunbeam adapter`, which fails if a shader does not compile or a lost device still answers."""
     found = json.loads(sunbeam("adapter", "--adapter", plan.adapter))
     return {
-        # A run with a card must not measure the software adapter.
+        # A run with a card must not measure the software adapter. `lost_device` is the error message of a lost device.
         "passed": found["software"] == plan.dry and bool(found["lost_device"]),
         **{name: found[name] for name in ("adapter", "backend", "driver", "software", "clock", "lost_device")},
         "shader_ms": {shader["name"]: shader["ms"] for shader in found["shaders"]},

@@ -2,11 +2,14 @@
 
 The reference is another variant of Mitsuba (variants.py). Both answer `eval`, `pdf`, `eval_pdf` and `sample`:
 
-- Errors of values and densities are relative to the larger of both.
-- The error of a sampled direction is the largest of its components.
-- Of a sample, weight times density is compared with the reference's value in the sampled direction. The weight alone
-  would not do: the density varies strongly within an order, so a rounded direction changes it.
-- Colours are relative to their largest channel, and scalar colours are desaturated first (`in_kind`).
+- Errors of values and densities are relative to the larger of the two numbers.
+- Errors of colours are relative to the largest channel, those of Mueller matrices to the first element (`in_kind`).
+- The error of a sampled direction is the largest error of its components.
+- The weight of a sample is compared by the product of weight and density, which is the BSDF's value. The reference's
+  value is evaluated in the checked variant's direction: rounding moves the sampled direction, and weight and density
+  alone vary strongly within an order.
+
+Arrays have the axes (n,) for densities, (3, n) for directions, and (…, channels, n) for values, for n questions.
 """
 
 from __future__ import annotations
@@ -28,27 +31,33 @@ from .variants import is_scalar, reference, use
 
 # Seed of the random questions.
 SEED = 11
-# Number of questions in a chunk. Chosen: the Mueller matrices of a million questions would fill the host's memory.
+# Number of questions in a chunk. The Mueller matrices of a million questions at once would fill the host's memory.
 CHUNK = 1 << 18
 # Fraction of outgoing directions that are uniform over the hemisphere. The others are sampled by the reference, so they
-# lie in orders. Chosen.
+# lie in diffraction orders, where values are large. Most of the uniform ones lie between orders.
 UNIFORM = 0.2
-# Floor of the scale of value errors, as a fraction of the density. Positions between orders are in single precision,
-# with an error of 1.5e-7 of an order's largest power, which an order near its zero has as well (tests/test_twins.py).
+# Smallest scale of a value's error, as a fraction of the density. Where an order's power passes through zero, the value
+# keeps an absolute error in single precision, which tests/test_twins.py derives.
 VALUE_FLOOR = 4e-2
+# Smallest divisor of a relative error: two zeros then have the error 0.
+TINY = 1e-30
 # Luminance Y of the linear sRGB channels (IEC 61966-2-1).
 LUMINANCE = np.array([0.2126729, 0.7151522, 0.072175])
-# Largest relative error of values and densities. Both implementations keep 1e-4 in single precision; 4096 questions to
-# the scalar and LLVM variants gave at most 1e-5 in spectral variants and 5e-5 in colours.
+# Largest relative error of values and densities in single precision. 4096 questions to the scalar and LLVM variants
+# gave at most 1e-5 in spectral variants and 5e-5 in colours.
 RELATIVE = 1e-4
-# Fraction of questions that may exceed RELATIVE: those whose digits cancel.
+# Fraction of questions that may exceed RELATIVE, because digits cancel.
 EXCEEDING = 1e-3
-# Largest error of a component of a sampled direction: the rounding of differences of numbers up to 2, amplified by each
-# reuse of a random number.
+# Largest error of a component of a sampled direction. A random number is stretched to each interval that it selects,
+# which amplifies its rounding.
 DIRECTION = 1e-3
-# Fraction of samples that may exceed DIRECTION: a random number at the edge of an interval selects another order. 2e-4
-# of the samples were measured to do so.
+# Fraction of samples that may exceed DIRECTION, because a random number at the edge of an interval selects another
+# order. The measured fraction is 2e-4.
 STRAY = 2e-3
+
+# A function that makes values of the checked variant and of the reference comparable. It returns both and the scale of
+# their error, which broadcasts with them.
+Comparable = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 def checks(plan: Plan, folder: Path, kind: str) -> Iterator[Check]:
@@ -58,20 +67,23 @@ def checks(plan: Plan, folder: Path, kind: str) -> Iterator[Check]:
 
 
 def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None) -> dict:
-    """The figures of `judged`. `perturbed` are wrong parameters of the checked variant, for tests of this check."""
+    """The figures of `judged` for a surface with these parameters, in the checked variant of a kind.
+
+    `perturbed` are wrong parameters of the checked variant, with which tests show that this check detects errors.
+    """
     variants = Pair(plan.variant(kind), reference(plan, kind))
     use(variants.reference)
     count = plan.scalar_questions if is_scalar() else plan.questions
-    true = mi.load_dict({"type": "diffraction", **parameters})
+    reference_bsdf = mi.load_dict({"type": "diffraction", **parameters})
     use(variants.checked)
-    found = mi.load_dict({"type": "diffraction", **parameters, **(perturbed or {})})
+    checked_bsdf = mi.load_dict({"type": "diffraction", **parameters, **(perturbed or {})})
     rng = np.random.default_rng(SEED)
     errors: list[dict] = []
     for start in range(0, count, CHUNK):
         asked = drawn(rng, min(CHUNK, count - start))
-        errors.append(chunk_errors(variants, true, found, asked, rng))
+        errors.append(chunk_errors(variants, reference_bsdf, checked_bsdf, asked, rng))
     # Dr.Jit compiles every living BSDF into the kernels that follow, so these two are freed.
-    del true, found
+    del reference_bsdf, checked_bsdf
     gc.collect()
     figures = judged({name: np.concatenate([each[name] for each in errors]) for name in errors[0]})
     return {"reference": variants.reference, "questions": count, **figures}
@@ -85,28 +97,31 @@ class Pair:
     reference: str
 
 
-def chunk_errors(variants: Pair, true: mi.BSDF, found: mi.BSDF, asked: Questions, rng: np.random.Generator) -> dict:
-    """The errors of a chunk of questions by call, arrays (n,)."""
+def chunk_errors(
+    variants: Pair, reference_bsdf: mi.BSDF, checked_bsdf: mi.BSDF, asked: Questions, rng: np.random.Generator
+) -> dict:
+    """The errors (n,) of a chunk of questions by call. Most outgoing directions are replaced by sampled ones."""
     use(variants.reference)
-    sampled = ask(true, asked)
-    elsewhere = (sampled.sampled_pdf == 0) | (rng.random(asked.count) < UNIFORM)
-    wo = np.where(elsewhere, asked.wo, sampled.sampled_wo).astype(np.float32)
+    sampled = ask(reference_bsdf, asked)
+    keeps_wo = (sampled.sampled_pdf == 0) | (rng.random(asked.count) < UNIFORM)
+    wo = np.where(keeps_wo, asked.wo, sampled.sampled_wo).astype(np.float32)
     asked = replace(asked, wo=wo)
-    expected = ask(true, asked)
+    expected = ask(reference_bsdf, asked)
     use(variants.checked)
-    answered = ask(found, asked)
-    there = replace(asked, wo=answered.sampled_wo.astype(np.float32))
+    answered = ask(checked_bsdf, asked)
+    asked_at_sample = replace(asked, wo=answered.sampled_wo.astype(np.float32))
     use(variants.reference)
-    at_sample = ask(true, there)
+    at_sample = ask(reference_bsdf, asked_at_sample)
     return errors_of(answered, expected, at_sample, in_kind(variants))
 
 
-def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparable: Callable) -> dict:
-    """The errors (n,) by call. `at_sample` are the reference's answers in the checked variant's sampled directions.
+def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparable: Comparable) -> dict:
+    """The errors (n,) by call, of the checked variant's answers `answered` from the reference's answers `expected`.
 
-    `comparable` is a function of `in_kind`.
+    `at_sample` are the reference's answers in the checked variant's sampled directions. The entry `light` is no error:
+    the expected densities, by which `judged` rejects a comparison in which most questions have no light.
     """
-    # A density of 0 marks a sample without light, whose weight must be 0.
+    # A density of 0 marks a sample without light. Its weight must be 0, so the error is the weight's magnitude.
     is_valid = answered.sampled_pdf > 0
     sampled_value = relative(*comparable(answered.weight * answered.sampled_pdf, at_sample.value), at_sample.pdf)
     density = relative_density(answered.sampled_pdf, at_sample.pdf)
@@ -119,29 +134,51 @@ def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparab
         ),
         "sample": np.where(is_valid, np.maximum(sampled_value, density), largest(np.abs(answered.weight))),
         "direction": largest(np.abs(answered.sampled_wo - expected.sampled_wo)),
-        # No error: the density, by which `judged` rejects a comparison in which most questions have no light.
         "light": expected.pdf,
     }
 
 
-def in_kind(variants: Pair) -> Callable:
-    """A function that makes two arrays of values (…, channels, n) comparable, and returns them with the error scale."""
-    if variants.checked.endswith("_mono"):
-        if variants.reference.endswith("_rgb"):
-            # Where channels cancel, the luminance has the absolute error of the channels.
-            return lambda mono, rgb: (mono, (LUMINANCE @ rgb)[None], largest(np.abs(rgb))[None])
-        return lambda ours, theirs: (ours, theirs, larger(ours, theirs))
-    if variants.reference == "scalar_rgb":
-        return lambda ours, theirs: scaled_by_colour(desaturated(ours), theirs)
-    if variants.reference.endswith("_rgb"):
-        return scaled_by_colour
+def in_kind(variants: Pair) -> Comparable:
+    """The function that makes values of these two variants comparable."""
     if variants.reference.endswith("_polarized"):
-        return lambda ours, theirs: (ours, theirs, larger(ours, theirs)[:1, :1])
-    return lambda ours, theirs: (ours, theirs, larger(ours, theirs))
+        return mueller_matrices
+    if not variants.reference.endswith("_rgb"):
+        return by_channel
+    if variants.checked.endswith("_mono"):
+        return luminances
+    return desaturated_colours if variants.reference == "scalar_rgb" else colours
+
+
+def by_channel(ours: np.ndarray, theirs: np.ndarray) -> tuple:
+    """Spectral or mono values (channels, n), each relative to its own magnitude."""
+    return ours, theirs, larger(ours, theirs)
+
+
+def mueller_matrices(ours: np.ndarray, theirs: np.ndarray) -> tuple:
+    """Mueller matrices (4, 4, channels, n), relative to their first element, the value for unpolarised light."""
+    return ours, theirs, larger(ours, theirs)[:1, :1]
+
+
+def colours(ours: np.ndarray, theirs: np.ndarray) -> tuple:
+    """Colours (3, n), relative to their largest channel: digits cancel in small channels of saturated colours."""
+    return ours, theirs, largest(larger(ours, theirs))[None]
+
+
+def desaturated_colours(ours: np.ndarray, theirs: np.ndarray) -> tuple:
+    """Colours (3, n) of the checked variant and of a scalar variant, which desaturates its colours."""
+    return colours(desaturated(ours), theirs)
+
+
+def luminances(mono: np.ndarray, rgb: np.ndarray) -> tuple:
+    """Mono values (1, n) and the luminance of colours (3, n), relative to the largest channel.
+
+    Where channels of the colour cancel, its luminance keeps their absolute error.
+    """
+    return mono, (LUMINANCE @ rgb)[None], largest(np.abs(rgb))[None]
 
 
 def largest(errors: np.ndarray) -> np.ndarray:
-    """The largest error of each question (n,); NaN becomes infinity."""
+    """The largest entry of each question (n,); NaN becomes infinity."""
     return np.nan_to_num(errors.reshape(-1, errors.shape[-1]).max(axis=0), nan=np.inf, posinf=np.inf)
 
 
@@ -150,30 +187,25 @@ def larger(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     return np.maximum(np.abs(ours), np.abs(theirs))
 
 
-def scaled_by_colour(ours: np.ndarray, theirs: np.ndarray) -> tuple:
-    """Colours with their largest channel as the scale: channels cancel in out-of-gamut colours."""
-    return ours, theirs, largest(larger(ours, theirs))[None]
-
-
 def desaturated(rgb: np.ndarray) -> np.ndarray:
     """Colours (3, n), mixed with grey of their luminance until no channel is negative, as scalar variants do."""
     grey, least = np.maximum(LUMINANCE @ rgb, 0), rgb.min(axis=0)
-    saturation = np.where(least < 0, grey / np.maximum(grey - least, 1e-30), 1)
+    saturation = np.where(least < 0, grey / np.maximum(grey - least, TINY), 1)
     return np.maximum(grey + saturation * (rgb - grey), 0)
 
 
 def relative(ours: np.ndarray, theirs: np.ndarray, scale: np.ndarray, pdf: np.ndarray) -> np.ndarray:
-    """The largest error of each question, relative to `scale` or VALUE_FLOOR of the density."""
-    return largest(np.abs(ours - theirs) / np.maximum(np.maximum(scale, VALUE_FLOOR * pdf), 1e-30))
+    """The largest error of each question, relative to `scale` or, if it is larger, to VALUE_FLOOR times the density."""
+    return largest(np.abs(ours - theirs) / np.maximum(np.maximum(scale, VALUE_FLOOR * pdf), TINY))
 
 
 def relative_density(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     """The error of each density, relative to the larger of both."""
-    return largest(np.abs(ours - theirs) / np.maximum(np.maximum(ours, theirs), 1e-30))
+    return largest(np.abs(ours - theirs) / np.maximum(np.maximum(ours, theirs), TINY))
 
 
 def judged(errors: dict[str, np.ndarray]) -> dict:
-    """The quantiles of each call's errors, the fraction above RELATIVE, and whether all limits are kept."""
+    """The quantiles of each call's errors and the fraction above RELATIVE, `stray` directions, and `passed`."""
     figures: dict = {"passed": bool(np.mean(errors["light"] > 0) > 0.5)}
     for name in ("eval", "pdf", "eval_pdf", "sample"):
         exceeding = float(np.mean(errors[name] > RELATIVE))

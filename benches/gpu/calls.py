@@ -28,11 +28,12 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def timed(plan: Plan, kind: str, call: str) -> dict:
-    """Nanoseconds of a call by material, and their ratios to REFERENCE, which is `roughconductor`."""
+    """Nanoseconds per query of a call by material, and their ratios to REFERENCE, which is `roughconductor`."""
     use(plan.variant(kind))
     parameters = bsdf_calls.bsdfs()
     bsdfs = {name: mi.load_dict(parameters[name]) for name in plan.materials}
     ns = bsdf_calls.call_ns(bsdfs, call, plan.wavefront)
+    # Dr.Jit compiles every living BSDF into the kernels that follow, so these are freed.
     del bsdfs
     gc.collect()
     # The rough conductor's density takes so little time that a ratio would be noise.

@@ -15,7 +15,10 @@ FAILED = 3
 
 
 def run(checks: Iterable[Check], results: Path) -> bool:
-    """Runs all checks; returns whether every check passed. An exception fails its check alone."""
+    """Runs all checks; returns whether none failed. An exception fails its check, and the next check runs.
+
+    A check whose figures have no `passed` only measures, and cannot fail otherwise.
+    """
     passed = True
     with results.open("a", encoding="utf-8") as lines:
         for name, check in checks:
@@ -57,7 +60,7 @@ def summary(row: dict) -> str:
 
 
 def flattened(figures: dict, prefix: str = "") -> Iterable[str]:
-    """`name value` of every figure; figures of a nested dictionary get its name as a prefix."""
+    """Texts such as `eval median 1e-06`, one per figure: keys of nested dictionaries, and the value."""
     for name, value in figures.items():
         if isinstance(value, dict):
             yield from flattened(value, f"{prefix}{name} ")

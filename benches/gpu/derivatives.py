@@ -14,7 +14,8 @@ from .plan import Plan
 from .samples import direction
 from .variants import use
 
-# A surface with small tables and wide orders; the diffuse part gives light in every direction.
+# A surface with small tables and wide orders, with lengths in µm and the rotation in degrees. The diffuse part gives
+# light in every direction.
 SURFACE = {
     "preset": "blazed",
     "period": 2.0,
@@ -31,12 +32,13 @@ SURFACE = {
 INCIDENT, OUTGOING = direction(40, 20), direction(20, 200)
 # Wavelengths of the four channels in nm.
 WAVELENGTHS = [430, 520, 580, 650]
-# Half the step of the central difference for all parameters but the rotation; they are numbers without unit. Chosen.
+# Half the step of the central difference for parameters without unit, all but the rotation. Larger steps add error by
+# curvature, smaller ones by rounding.
 STEP = 1e-2
-# Half the step for the rotation in degrees. Chosen: small against the orders' width of 5 degrees.
+# Half the step for the rotation in degrees: small compared with the orders' width of 5 degrees.
 STEP_DEG = 5e-2
-# Largest relative error: rounding of 1e-7 over steps of 1e-2, and the curvature over the step; the same as in
-# tests/test_plugin_live.py.
+# Largest relative error of a derivative, equal to that of tests/test_plugin_live.py. It covers the rounding of values,
+# about 1e-7 over a step of 1e-2, and the curvature over the step.
 RELATIVE = 1e-2
 
 
@@ -48,7 +50,10 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def compared(variant: str, parameter: str) -> dict:
-    """The derivative of the value, summed over channels, by a parameter: central difference and both modes."""
+    """The derivative by a parameter of the value, summed over channels.
+
+    Returns the central difference as `difference`, and the derivatives by Dr.Jit's modes as `backwards` and `forwards`.
+    """
     use(variant)
     bsdf = mi.load_dict({"type": "diffraction", **SURFACE})
     parameters, key = mi.traverse(bsdf), f"{parameter}.value"
@@ -59,21 +64,24 @@ def compared(variant: str, parameter: str) -> dict:
     if mi.is_spectral:
         si.wavelengths = WAVELENGTHS
 
-    def answer(parameter_value):
+    def summed_value(parameter_value):
         parameters[key] = parameter_value
         parameters.update()
         return dr.sum(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(OUTGOING)))
 
-    expected = float(((answer(value + step) - answer(value - step)) / (2 * step))[0])
+    expected = float(((summed_value(value + step) - summed_value(value - step)) / (2 * step))[0])
     found = {}
     for mode in ("backwards", "forwards"):
         variable = mi.Float(value)
         dr.enable_grad(variable)
-        result = answer(variable)
+        result = summed_value(variable)
         if mode == "backwards":
             dr.backward(result)
+            gradient = dr.grad(variable)
         else:
             dr.forward(variable)
-        found[mode] = float(dr.grad(variable if mode == "backwards" else result)[0])
+            gradient = dr.grad(result)
+        found[mode] = float(gradient[0])
+    # A derivative of zero would prove nothing.
     passed = expected != 0 and all(abs(each - expected) <= RELATIVE * abs(expected) for each in found.values())
     return {"passed": passed, "difference": expected, **found}

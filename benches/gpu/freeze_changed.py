@@ -27,7 +27,10 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def rendered(variant: str) -> dict:
-    """Differences between frozen and plain renders at each coherence length."""
+    """The largest fraction of pixels that differ between a frozen and a plain render of one coherence length.
+
+    `between lengths` is that fraction for renders of two lengths, `recordings` how often Dr.Jit recorded the function.
+    """
     use(variant)
     scene = ball({"type": "diffraction", **CHANGED})
     parameters = mi.traverse(scene)

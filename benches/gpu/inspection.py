@@ -88,7 +88,11 @@ def kernel(call: Callable[[], list]) -> dict:
 
 @contextmanager
 def logged() -> Iterator[Callable[[], str]]:
-    """Captures the process's standard output and standard error while Dr.Jit logs everything."""
+    """Captures the process's standard output and standard error while Dr.Jit logs everything.
+
+    The file descriptors are redirected, because Dr.Jit and the driver write from C. The yielded function returns the
+    captured text; it is empty until the context ends.
+    """
     captured, level, streams = "", dr.log_level(), (sys.stdout, sys.stderr)
     with TemporaryFile() as file:
         kept = [os.dup(stream.fileno()) for stream in streams]
@@ -115,7 +119,7 @@ def reported(log: str) -> dict:
 
 
 def storage_bytes() -> float:
-    """Bytes of evaluated arrays that Dr.Jit holds on the device."""
+    """Bytes of evaluated arrays that Dr.Jit holds on the device; NaN if its report has no such line."""
     gc.collect()
     dr.sync_thread()
     found = re.search(r"Storage\s*:\s*([\d.]+) (\w+) on device", dr.whos(as_string=True))

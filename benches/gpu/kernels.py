@@ -23,15 +23,16 @@ from .variants import use
 
 # Number of questions of each check.
 COUNT = 300
-# Largest error relative to the largest answer: kernels of different structure round differently.
+# Largest error of an answer, relative to the largest answer of its quantity: kernels of different structure round
+# differently.
 ROUNDING = 1e-5
-# Parameters with which tables take a second or two to build.
+# Parameters with which tables are built in a second or two.
 PLAIN = {"conserve_energy": False, "tolerance": 0.01}
 # The surface whose coherence length changes.
 CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
-# A second relief.
+# Another relief than that of CHANGED.
 OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
-# Three reliefs with materials that trace different code.
+# Eight surfaces of three reliefs. Their materials, pigments and rotations make them trace different code.
 EIGHT = (
     {"preset": "blazed"},
     {"preset": "blazed", "rotation": 30.0, "material": "Al"},
@@ -42,9 +43,10 @@ EIGHT = (
     {**OTHER, "material": "Al"},
     {**OTHER, "specular_reflectance": 0.5},
 )
-# Coherence lengths in µm that a BSDF gets in turn.
+# Coherence lengths in µm that a BSDF gets one after the other. The first one returns at the end, with tables that are
+# built already.
 LENGTHS = (10.0, 6.0, 20.0, 10.0)
-# Calls of a frozen function.
+# Number of calls of a frozen function: the first two may record, the others replay.
 REPLAYS = 4
 
 
@@ -87,8 +89,9 @@ def eight(variant: str) -> dict:
     """Compares all BSDFs behind one array of pointers with each alone."""
     use(variant)
     bsdfs, asked = [load(parameters) for parameters in EIGHT], drawn(np.random.default_rng(17), COUNT)
-    which = np.arange(COUNT) % len(bsdfs)
     alone = [numbers(answers(bsdf, asked)) for bsdf in bsdfs]
+    # Index of the BSDF that answers each question, in turn.
+    which = np.arange(COUNT) % len(bsdfs)
     chosen, pointers = mi.UInt32(which), mi.BSDFPtr(bsdfs[0])
     for i, bsdf in enumerate(bsdfs):
         pointers = dr.select(chosen == i, mi.BSDFPtr(bsdf), pointers)
@@ -101,23 +104,29 @@ def eight(variant: str) -> dict:
 
 
 def changed(variant: str) -> dict:
-    """Compares a BSDF with a changed coherence length with a new one of that length."""
+    """Compares a BSDF with a changed coherence length with a new one of that length.
+
+    `moved` is the largest change of an answer: if nothing changed, the check would prove nothing.
+    """
     use(variant)
     bsdf, asked = load(CHANGED), drawn(np.random.default_rng(18), COUNT)
-    before, parameters, errors = numbers(answers(bsdf, asked)), mi.traverse(bsdf), []
-    moved = 0.0
+    parameters = mi.traverse(bsdf)
+    before = numbers(answers(bsdf, asked))
+    errors, moved = [], 0.0
     for length in LENGTHS:
         parameters["coherence_length"] = length
         parameters.update()
         after = numbers(answers(bsdf, asked))
-        errors.append(largest_error(after, numbers(answers(load({**CHANGED, "coherence_length": length}), asked))))
+        new = load({**CHANGED, "coherence_length": length})
+        errors.append(largest_error(after, numbers(answers(new, asked))))
         moved = max(moved, largest_error(after, before))
     return {"passed": max(errors) <= ROUNDING < moved, "error": max(errors), "moved": moved}
 
 
 def frozen(variant: str) -> dict:
-    """Compares replays of a frozen call with plain calls, on other questions."""
+    """Compares replays of a frozen call with plain calls, on new questions each time."""
     use(variant)
+    # The default coherence length.
     bsdf = load({**CHANGED, "coherence_length": 65.0})
 
     @dr.freeze
@@ -130,6 +139,7 @@ def frozen(variant: str) -> dict:
     for seed in range(REPLAYS):
         asked = drawn(np.random.default_rng(seed), COUNT)
         si, wo, u = interactions(asked), mi.Vector3f(asked.wo), mi.Vector3f(asked.u)
+        # Evaluated here rather than by the frozen function.
         dr.eval(si, wo, u)
         errors.append(largest_error(numbers(replayed(bsdf, si, wo, u)), numbers(answers(bsdf, asked))))
     # Dr.Jit records a second time if a value of the first recording is not constant.
@@ -138,7 +148,11 @@ def frozen(variant: str) -> dict:
 
 
 def two_scenes(variant: str) -> dict:
-    """Compares renders of two scenes alone with renders while both are alive."""
+    """Compares renders of two scenes while both are alive with renders while one of them is.
+
+    `differing` is the fraction of pixels that differ. `between the scenes` is the fraction by which the two scenes
+    differ, which must be larger.
+    """
     use(variant)
     first = ball({"type": "diffraction", **EIGHT[0]})
     alone = picture(first)

@@ -21,7 +21,7 @@ CARD_FIELDS = {
 
 
 def card() -> dict | None:
-    """The first NVIDIA card by `nvidia-smi`, or `None`."""
+    """The first NVIDIA card that `nvidia-smi` lists, with the keys of CARD_FIELDS, or `None`."""
     query = ["nvidia-smi", f"--query-gpu={','.join(CARD_FIELDS)}", "--format=csv,noheader"]
     try:
         done = subprocess.run(query, capture_output=True, text=True, timeout=30)
@@ -34,7 +34,10 @@ def card() -> dict | None:
 
 
 def described(found: dict | None) -> dict:
-    """The card or `None`, the processor, and the versions of the software."""
+    """The card `found` by `card()`, the processor, and the versions of the software.
+
+    `optix` is whether the OptiX library can be loaded. Raises SetupError if the command `sunbeam` is missing.
+    """
     return {
         "card": None,
         **(found or {}),

@@ -17,7 +17,8 @@ Check = tuple[str, Callable[[], dict]]
 class Part:
     """A part: the function `checks(plan, folder, *arguments)` of `module` yields its checks.
 
-    `estimate_s` is the time on an H100 with 16 cores and empty caches, `limit_s` the time limit, both in seconds.
+    `title` describes the part in one line. `estimate_s` is the time on an H100 with 16 cores and empty caches, and
+    `limit_s` the time limit, both in seconds.
     """
 
     title: str

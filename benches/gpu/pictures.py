@@ -18,12 +18,13 @@ from mitsuba_scenes.tool import sunbeam
 from .parts import Check
 from .plan import Plan
 
-# Largest accepted median of CIEDE2000 over the surface's pixels. Chosen: rounding in single precision is invisible, and
-# an observer just notices 1.
+# Largest accepted median of CIEDE2000 over the surface's pixels: a tenth of a just noticeable difference, which is
+# about 1. Rounding in single precision stays below it.
 MEDIAN = 0.1
-# Largest accepted 99th percentile. Chosen: at silhouettes a pixel's centre may fall on another triangle.
+# Largest accepted 99th percentile of CIEDE2000, a just noticeable difference. It is larger than MEDIAN, because at
+# silhouettes a pixel's centre may fall on another triangle.
 P99 = 1.0
-# Rotation of the relief in degrees for the negative control: a comparison that must fail.
+# Rotation of the relief in degrees for the negative control, a comparison that must fail.
 WRONG_TURN = 1.0
 # Direction of the light of the maps, in degrees.
 INCIDENCE = ("--theta-i", "30", "--phi-i", "20")
@@ -44,7 +45,7 @@ def map_beside_cpu(plan: Plan, folder: Path, method: str) -> dict:
     words = ["brdf-map", "--size", plan.compared_side, *INCIDENCE, *surface_words(plan.skin)]
     card, cpu = folder / f"map-{method}.exr", folder / f"map-{method}-cpu.exr"
     sunbeam(*words, "-o", card, "--method", method, "--backend", "gpu", "--adapter", plan.adapter)
-    # On the CPU, `table` is the spectral table.
+    # The GPU's `table` is the colour table. On the CPU, `table` is the spectral table.
     sunbeam(*words, "-o", cpu, "--method", "colour-table" if method == "table" else method)
     return judged(cpu, card)
 

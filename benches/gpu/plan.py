@@ -29,32 +29,43 @@ class Plan:
     surfaces: tuple[str, ...]
     # Names of the surfaces whose samples are tested (samples.py).
     sampled: tuple[str, ...]
-    # Kinds of variants of all parts except `agree-*`, whose names have the kind.
+    # Kinds of variants of all parts except `agree-*`, whose names contain the kind.
     kinds: tuple[str, ...]
-    # Parameters of the derivatives.
+    # Names of the parameters by which derivatives are taken.
     derivatives: tuple[str, ...]
-    # Parameters of the snake's skin, for plugin and command, and the resolution of its mesh.
+    # Parameters of the snake's skin, for plugin and command.
     skin: dict
+    # Resolution of the snake's mesh: cells in each direction, relative to the default.
     mesh_resolution: float
-    # The path-traced snake: size, samples per pixel, and number of pictures with different seeds.
+    # Size of the path-traced snake's pictures.
     snake_size: tuple[int, int]
+    # Samples per pixel of the path-traced snake.
     snake_spp: int
+    # Number of pictures of the path-traced snake with different seeds.
     snake_pictures: int
-    # Timings of calls: elements of a wavefront, names in `bsdf_calls.bsdfs`, and the calls.
+    # Number of queries of a timed call.
     wavefront: int
+    # Names of the materials of timed calls, in `bsdf_calls.bsdfs`.
     materials: tuple[str, ...]
+    # Names of the timed calls.
     calls: tuple[str, ...]
-    # Timings of renders: names of benchmark scenes, size, samples per pixel, and renders after the first.
+    # Names of the benchmark scenes whose renders are timed.
     scenes: tuple[str, ...]
+    # Size of a timed render.
     render_size: tuple[int, int]
+    # Samples per pixel of a timed render.
     render_spp: int
+    # Number of timed renders after the first, which includes the compilation.
     renders: int
-    # Surfaces whose kernels are inspected.
+    # Names of the surfaces (surfaces.py) whose kernels are inspected.
     inspected: tuple[str, ...]
-    # The realtime renderer: methods, sizes, frames of a median, and the side of compared pictures in pixels.
+    # Methods of the realtime renderer.
     methods: tuple[str, ...]
+    # Sizes of the realtime renderer's timed frames.
     frame_sizes: tuple[tuple[int, int], ...]
+    # Number of frames of which the median time is taken.
     frames: int
+    # Side in pixels of the realtime renderer's compared pictures, which are squares.
     compared_side: int
 
     def variant(self, kind: str) -> str:

@@ -22,7 +22,9 @@ CARRIED = 4
 
 @dataclass(frozen=True)
 class Questions:
-    """Directions (3, n), wavelengths in nm (4, n) and random numbers (3, n), all in single precision."""
+    """Unit directions `wi` and `wo` (3, n) in the shading frame, wavelengths `nm` (4, n) in nm, and random numbers `u`
+    (3, n) in [0, 1). All are in single precision. `u[0]` is `sample1` of `BSDF.sample`, `u[1:]` is `sample2`.
+    """
 
     wi: np.ndarray
     wo: np.ndarray
@@ -37,7 +39,7 @@ class Questions:
 
 @dataclass(frozen=True)
 class Answers:
-    """Values (channels, n) or Mueller matrices (4, 4, channels, n), densities (n,) and directions (3, n).
+    """Values and weights (channels, n) or Mueller matrices (4, 4, channels, n), densities (n,) and directions (3, n).
 
     `value` and `pdf` are from `eval` and `pdf`, `both_value` and `both_pdf` from `eval_pdf`; `weight`, `sampled_wo` and
     `sampled_pdf` are from `sample`.
@@ -67,7 +69,7 @@ def directions(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def ask(bsdf: mi.BSDF, asked: Questions) -> Answers:
-    """The answers of the four calls in the current variant; a vectorised variant answers in one kernel."""
+    """The answers of the four calls in the current variant."""
     return ask_one_by_one(bsdf, asked) if is_scalar() else ask_at_once(bsdf, asked)
 
 
@@ -91,7 +93,7 @@ def ask_at_once(bsdf: mi.BSDF, asked: Questions) -> Answers:
 
 def ask_one_by_one(bsdf: mi.BSDF, asked: Questions) -> Answers:
     """The answers of a scalar variant."""
-    ctx, si, rows = mi.BSDFContext(), dr.zeros(mi.SurfaceInteraction3f), []
+    ctx, si, answers = mi.BSDFContext(), dr.zeros(mi.SurfaceInteraction3f), []
     for i in range(asked.count):
         si.wi = mi.Vector3f(asked.wi[:, i].tolist())
         if mi.is_spectral:
@@ -99,7 +101,7 @@ def ask_one_by_one(bsdf: mi.BSDF, asked: Questions) -> Answers:
         wo, u = asked.wo[:, i].tolist(), asked.u[:, i].tolist()
         both_value, both_pdf = bsdf.eval_pdf(ctx, si, wo)
         sample, weight = bsdf.sample(ctx, si, u[0], u[1:])
-        rows.append(
+        answers.append(
             Answers(
                 spectra(bsdf.eval(ctx, si, wo)),
                 bsdf.pdf(ctx, si, wo),
@@ -110,11 +112,14 @@ def ask_one_by_one(bsdf: mi.BSDF, asked: Questions) -> Answers:
                 spectra(weight),
             )
         )
-    return Answers(**{name: np.stack([getattr(row, name) for row in rows], axis=-1) for name in vars(rows[0])})
+    return Answers(**{name: np.stack([getattr(each, name) for each in answers], axis=-1) for name in vars(answers[0])})
 
 
 def interactions(asked: Questions) -> mi.SurfaceInteraction3f:
-    """Surface interactions of a vectorised variant. No value is a literal, so all questions share one kernel."""
+    """Surface interactions of a vectorised variant.
+
+    The values are arrays, not literals, so that Dr.Jit does not compile a kernel for each set of questions.
+    """
     si = dr.zeros(mi.SurfaceInteraction3f, asked.count)
     si.wi = mi.Vector3f(asked.wi)
     if mi.is_spectral:

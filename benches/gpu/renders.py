@@ -18,7 +18,8 @@ from .parts import Check
 from .plan import Plan
 from .variants import use
 
-# Target ratio of a render's time to that of `roughconductor` in the same scene, by kind of variant.
+# Target ratio of a render's time to that of `roughconductor` in the same scene, by kind of variant. A larger ratio does
+# not fail.
 AIM = {"rgb": 2.0, "spectral": 3.0}
 
 
@@ -30,7 +31,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def timed(plan: Plan, kind: str, name: str) -> dict:
-    """Seconds by material, and ratios of later renders to REFERENCE. A ratio above the aim does not fail."""
+    """Figures of `of_material` by material, and ratios of later renders to REFERENCE, which is `roughconductor`."""
     use(plan.variant(kind))
     scene = next(scene for scene in scenes() if scene.name == name)
     # REFERENCE is the last of the materials: the first one includes the start of the backend.

@@ -16,17 +16,18 @@ from .plan import Plan
 from .surfaces import surface
 from .variants import use
 
-# Significance level of all tests of a run together; `run` corrects it for their number.
+# Significance level of all tests of a run together. The test's method `run` corrects it for their number.
 SIGNIFICANCE = 0.01
-# Angle with the normal and azimuth of the incident light, in degrees.
+# Incident light in degrees: (angle with the normal, azimuth).
 INCIDENCES = ((0, 70), (30, 70), (60, 70))
 # Rotation in degrees of the wrong density, the negative control.
 WRONG_TURN = 1.0
-# Samples of a test. More samples would detect the error of the test's quadrature: with 200,000 the smallest p of 18
-# tests was 0.0015.
+# Number of samples of a test. More samples would detect the error of the test's own quadrature: with 200,000 samples,
+# the smallest p of 18 tests was 0.0015.
 SAMPLES = 100_000
-# Parameters of RGB variants. Their integral over wavelengths widens orders within the plane of incidence only. A short
-# coherence length (µm) makes the orders wide enough for the test's grid perpendicular to that plane, too.
+# Additional parameters for RGB variants, with the coherence length in µm. Their integral over wavelengths widens orders
+# within the plane of incidence only. The short coherence length widens them perpendicular to that plane, too, so that
+# the test's grid resolves them.
 WIDE = {"coherence_length": 10.0}
 
 

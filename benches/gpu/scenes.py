@@ -5,7 +5,7 @@ from __future__ import annotations
 import mitsuba as mi
 import numpy as np
 
-# Pixels along each side. Chosen: small, because the parts test kernels, not pictures.
+# Pixels along each side: few, because the parts test kernels, not pictures.
 SIZE = 16
 # Samples per pixel.
 SPP = 16
@@ -37,8 +37,8 @@ def picture(scene: mi.Scene, seed: int = 0) -> np.ndarray:
 
 # Largest difference of a pixel, relative to the brightest pixel, that passes as rounding.
 RELATIVE = 1e-3
-# Fraction of pixels that may differ by more. Chosen: kernels of different structure round differently, which sends
-# single paths elsewhere.
+# Fraction of pixels that may differ by more, 5 of the 256. Kernels of different structure round differently, which can
+# send a path in another direction.
 STRAY = 0.02
 
 

@@ -25,10 +25,11 @@ from .parts import Check
 from .plan import Plan
 from .variants import reference, use
 
-# Largest difference of a pixel, and of a channel's sum over all pixels, in standard errors. Chosen: four.
+# Largest difference of a pixel, and of a channel's sum over all pixels, in standard errors. Normally distributed
+# differences exceed four with a probability of 6e-5.
 ERRORS = 4.0
-# Fraction of pixels that may exceed ERRORS. Chosen: the standard deviation, estimated from few pictures, is itself
-# uncertain by about 20 %, so more pixels than those of a normal distribution exceed it.
+# Fraction of pixels that may exceed ERRORS. The standard deviation is estimated from few pictures and itself uncertain
+# by about 20 %, so more pixels exceed four errors than of a normal distribution.
 EXCEEDING = 0.01
 # Relative difference of the same paths in two variants, which round differently.
 ROUNDING = 1e-3
@@ -69,7 +70,9 @@ def pictures(plan: Plan, variant: str) -> np.ndarray:
 def judged(ours: np.ndarray, theirs: np.ndarray) -> dict:
     """Differences of two sets of pictures (n, rows, columns, 3) in standard errors, by pixel and by channel.
 
-    A glint in a single picture moves the mean by one standard error, so it does not count as a difference.
+    A glint in a single picture moves the mean by one standard error, so it does not count as a difference. Figures:
+    `exceeding` is the fraction of pixels above ERRORS, `channels_in_errors` the differences of the channels' sums,
+    `channel_ratios` their ratios, and `same_pixels` the fraction of pixels that are equal up to ROUNDING.
     """
     pixels = difference_in_errors(ours, theirs)
     channels = difference_in_errors(*(each.sum(axis=(1, 2)) for each in (ours, theirs)))

@@ -20,7 +20,7 @@ from .parts import PARTS
 
 # Parts that run without the kernel caches of Dr.Jit, OptiX and the CUDA driver: they measure or read compilations.
 UNCACHED = ("renders", "inspection")
-# Smallest remaining time in seconds at which a part starts. Chosen: a process alone takes seconds to start.
+# Smallest remaining time in seconds at which a part starts. The start of a process alone takes a few seconds.
 LEAST_S = 5.0
 
 
@@ -34,7 +34,7 @@ class Run:
 
 
 def run_all(names: list[str], run: Run) -> dict[str, dict]:
-    """Runs the parts. A result has the `status` `passed`, `failed` or `not run`, and the `rows` of its checks."""
+    """Runs the parts; returns the result of each (`run_part`)."""
     run.pictures.mkdir(parents=True, exist_ok=True)
     results = {}
     for name in names:
@@ -47,7 +47,11 @@ def run_all(names: list[str], run: Run) -> dict[str, dict]:
 
 
 def run_part(name: str, run: Run) -> dict:
-    """Runs one part and returns its result."""
+    """Runs one part and returns its result.
+
+    `status` is `passed`, `failed` or `not run`. `error` is the reason why the process ended early, or `None`. `seconds`
+    is the wall-clock time, and `rows` are the figures of the checks that ended.
+    """
     left = run.deadline - time.monotonic()
     if left < LEAST_S:
         return {"status": "not run", "error": "the time of the run was up", "seconds": 0.0, "rows": []}
@@ -76,20 +80,20 @@ def child(name: str, run: Run, rows: Path) -> list[str]:
 
 def environment(name: str, folder: Path) -> dict[str, str]:
     """The environment of a part's process; parts in UNCACHED get empty kernel caches."""
-    caches = {
-        "DRJIT_CACHE_DIR": str(folder / "kernels"),
-        "OPTIX_CACHE_PATH": str(folder / "optix"),
-        "CUDA_CACHE_DISABLE": "1",
-    }
     if name not in UNCACHED:
         return dict(os.environ)
-    for cache in ("kernels", "optix"):
-        (folder / cache).mkdir()
-    return {**os.environ, **caches}
+    kernels, optix = folder / "kernels", folder / "optix"
+    kernels.mkdir()
+    optix.mkdir()
+    empty = {"DRJIT_CACHE_DIR": str(kernels), "OPTIX_CACHE_PATH": str(optix), "CUDA_CACHE_DISABLE": "1"}
+    return {**os.environ, **empty}
 
 
 def run_with_limit(words: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
-    """Runs a process with a time limit and returns its exit status, negative for a signal, `None` at the limit."""
+    """Runs a process with a limit in seconds and its standard error in the file `log`.
+
+    Returns the exit status: negative after a signal, and `None` at the limit. Its children are ended in every case.
+    """
     with log.open("wb") as stderr:
         process = subprocess.Popen(words, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
         try:
@@ -110,7 +114,7 @@ def end_group(process: subprocess.Popen) -> None:
 
 
 def failure(code: int | None, limit: float, stderr: str) -> str:
-    """A message for a process that ended without a result."""
+    """The message for a process that crashed, exceeded its limit, or failed outside the checks."""
     if code is None:
         return f"ended at its limit of {limit:.0f} s"
     if code < 0:
@@ -124,8 +128,10 @@ def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:
     A machine without a card only adds comparisons of the card's pictures, so the description of the card's machine
     stays.
     """
-    before = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
-    if before is None or not (machine["card"] is None or before["machine"]["card"] == machine["card"]):
+    if not file.exists():
+        return {"machine": machine, "parts": results}
+    before = json.loads(file.read_text(encoding="utf-8"))
+    if machine["card"] not in (None, before["machine"]["card"]):
         return {"machine": machine, "parts": results}
     kept = before["machine"] if machine["card"] is None else machine
     return {"machine": kept, "parts": {**before["parts"], **results}}

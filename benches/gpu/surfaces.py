@@ -9,13 +9,13 @@ import numpy as np
 from mitsuba_scenes.crosscheck import cases
 from mitsuba_scenes.skin import KERATIN
 
-# A grating in a metal, whose rigorous solution takes 30 s on one core.
+# A grating in a metal, with lengths in µm. Its rigorous solution takes 30 s on one core.
 GRATING = {"preset": "blazed", "period": 0.8, "height": 0.1, "material": "Al"}
-# A grating in a perfect conductor, with a shorter period: 2 s.
+# A grating in a perfect conductor, with lengths in µm. Its shorter period has fewer orders, so it takes 2 s.
 PERFECT_GRATING = {"preset": "sinusoidal", "period": 0.5, "height": 0.05}
 # Pixels along each side of the synthetic scan.
 SCAN_PIXELS = 100
-# Edge of a pixel in µm, as of the published scans.
+# Edge of a pixel in µm, about that of the published scans.
 SCAN_PIXEL_UM = 0.065
 # Difference of highest and lowest height in µm, about that of a skin.
 SCAN_RANGE_UM = 0.4
@@ -24,7 +24,7 @@ SEED = 5
 
 
 def surface(name: str) -> dict:
-    """The parameters of a surface by name. The scan is `cases.SCAN`."""
+    """The parameters of a surface by name. The scan is the measured one or its synthetic replacement (`cases.SCAN`)."""
     return {
         "blazed": {"preset": "blazed"},
         "xenopeltis": {"preset": "xenopeltis", "eta": KERATIN},
@@ -40,7 +40,7 @@ def write_synthetic_scan(folder: Path) -> None:
     """Writes a smooth random relief in metres under the name of the measured scan, `xenopeltis.gsf`."""
     rng = np.random.default_rng(SEED)
     waves = np.fft.rfft2(rng.normal(size=(SCAN_PIXELS, SCAN_PIXELS)))
-    # Low spatial frequencies only, for a smooth relief: below 8 (rows) and 10 (columns) cycles per scan. Chosen.
+    # Keeps only low spatial frequencies, for a smooth relief: −8 to 7 cycles per scan along y, 0 to 9 along x.
     waves[8:-8], waves[:, 10:] = 0, 0
     relief = np.fft.irfft2(waves, s=(SCAN_PIXELS, SCAN_PIXELS))
     heights_m = (SCAN_RANGE_UM * 1e-6 * relief / np.ptp(relief)).astype("<f4")

@@ -24,11 +24,12 @@ def has_llvm() -> bool:
 
 
 def reference(plan: Plan, kind: str) -> str:
-    """The reference variant.
+    """The reference of the checked variant of a kind.
 
-    The reference of a card is LLVM, which runs the same traced code. Without LLVM, and in the dry run, which checks
-    LLVM, it is the scalar variant: the Rust core, called ray by ray. No variant is both scalar and mono, so a mono
-    variant is compared with the luminance of the RGB variant of its backend.
+    - A card's variants are compared with LLVM, which runs the same traced code.
+    - Without LLVM, and in the dry run, which checks LLVM, the reference is scalar: the Rust core, called ray by ray.
+    - No variant is both scalar and mono, so a mono variant is then compared with the luminance of the RGB variant of
+      its own backend.
     """
     if not plan.dry and has_llvm():
         return f"llvm_ad_{kind}"

@@ -31,7 +31,10 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def without(variant: str) -> dict:
-    """Runs the process without OptiX; `passed` is whether the calls work, however the render ends."""
+    """Runs the process without OptiX; `passed` is whether the calls work, however the render ends.
+
+    Returns `value`, the sum of the BSDF's values, and `render`, the result or the error message of the render.
+    """
     child = [sys.executable, "-m", __name__, variant]
     done = subprocess.run(
         child, env={**os.environ, VARIABLE: NOWHERE}, cwd=REPOSITORY, capture_output=True, text=True, timeout=60

@@ -207,9 +207,9 @@ enum PluginError {
     Panic(#[from] Panic),
 }
 
-/// Step of difference quotients, as a fraction of an order's width and of the distance between knots of the tables. The
-/// error of a quotient is 4e-4 of the slope. Larger steps increase it; smaller ones amplify rounding in single
-/// precision.
+/// Step h of difference quotients, as a fraction of an order's standard deviation and of the distance between knots of
+/// the tables. The relative error of a quotient is about h²/6, or 4e-4. Larger steps increase it; smaller ones amplify
+/// rounding in single precision.
 const STEP_FRACTION: f64 = 0.05;
 
 // Functions that the module `ffi` declares and documents.

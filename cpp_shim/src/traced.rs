@@ -241,7 +241,8 @@ impl<'s> Numbers for Traced<'s> {
     }
 
     // Dr.Jit calls back into `RecordedLoop` for the condition and for a step. For a symbolic loop it does so once, with
-    // placeholder variables as state. For an evaluated loop it does so in each iteration.
+    // placeholder variables as state. For an evaluated loop it does so in each iteration. After an error the state's
+    // indices are 0.
     fn while_loop<S: State>(
         name: &'static CStr,
         state: S,

@@ -79,7 +79,7 @@ impl Surface {
             }
             return in_lanes(&relief, part, query.wi, query.second, query.wavelengths_nm);
         }
-        // Scalar variants of Mitsuba warn about every sample with a negative channel.
+        // Desaturated, because scalar variants of Mitsuba warn about every sample with a negative channel.
         self.answer(part, Gamut::Desaturate, query)
     }
 
@@ -186,6 +186,7 @@ fn evaluated<N: Numbers, C: Copy, T: Lobe<N, C>>(
     let ([a, b, c, d], density) = match part {
         Part::Value => (four_numbers(lobe.eval(wi, wo, carried, active)), zero),
         Part::Density => ([zero; 4], lobe.pdf(wi, wo, carried, active)),
+        // `ValueAndDensity`. The enumerations of cxx need a catch-all arm.
         _ => {
             let (value, density) = lobe.eval_pdf(wi, wo, carried, active);
             (four_numbers(value), density)

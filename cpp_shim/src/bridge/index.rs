@@ -20,8 +20,8 @@ use sunbeam::table::WAVELENGTH_MIN_NM;
 /// # Errors
 /// The errors of [`SpectralIndex::sampled`].
 pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<SpectralIndex>, SpectralIndexError> {
-    // Pairs of wavelength and value. A constant becomes one sample, at any wavelength: `linear` is constant beyond the
-    // ends.
+    // Pairs of wavelength and value. A constant becomes one sample, at an arbitrary wavelength, because `linear` is
+    // constant beyond the ends.
     let samples_of = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
         let wavelengths = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };
         wavelengths.iter().copied().zip(values.iter().copied()).collect()

@@ -14,6 +14,9 @@ use sunbeam::grating::{GratingColourSurface, GratingSurface, JonesTable};
 use sunbeam::lobe::{self, ColourSurface};
 use sunbeam::scattering::{RELATIVE_SIZE, SizeRange, SpectralIndex};
 
+/// Excess over 1 that is accepted for sizes in textures, whose values are rounded.
+const SIZE_ROUNDING: f32 = 1e-5;
+
 /// The Rust side of a BSDF instance.
 pub(crate) struct Surface {
     pub(super) recipe: Recipe,
@@ -77,7 +80,7 @@ impl Recipe {
     }
 }
 
-/// Range of the tables' sizes for those of textures; `None` if there are none.
+/// Range of sizes for which tables are built, from the ranges of the textures' values; `None` without textures.
 ///
 /// # Errors
 /// Values of a texture that are not in (0, 1].
@@ -86,8 +89,8 @@ fn size_range(sizes: &ffi::TextureSizes) -> Result<Option<SizeRange>, PluginErro
         return Ok(None);
     }
     for (parameter, [low, high]) in [("scale", sizes.scale), ("depth", sizes.depth)] {
-        // Bitmaps are rounded: 0 is accepted as the smallest size, and 1 may be exceeded by rounding.
-        if !(low >= 0.0 && high <= 1.0 + 1e-5 && high > 0.0) {
+        // A smallest value of 0 is accepted, because rounding in a bitmap may make small sizes zero.
+        if !(low >= 0.0 && high <= 1.0 + SIZE_ROUNDING && high > 0.0) {
             return Err(PluginError::TextureSize { parameter, low, high });
         }
     }
@@ -141,7 +144,7 @@ impl Surface {
             Tables::Grating(tables) => tables.clone(),
             Tables::GratingColours(tables) => tables.clone(),
         };
-        // Surfaces that share their tables also share the Jones matrices, if they have any.
+        // The last bit tells whether there are Jones matrices. Surfaces that share their tables also share these.
         let identity = 2 * identity(shared) + u64::from(jones.is_some());
         Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
@@ -174,8 +177,11 @@ impl Surface {
 /// Number of these tables, from 1 on. It is never given to other tables in this process, unlike their address, which
 /// may be reused after they are freed.
 fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
+    /// Tables that have a number.
     struct Numbered {
+        /// Number given last; 0 before the first.
         last: u64,
+        /// Numbers of tables that may still exist.
         in_use: Vec<(u64, Weak<dyn Any + Send + Sync>)>,
     }
     static NUMBERED: Mutex<Numbered> = Mutex::new(Numbered { last: 0, in_use: Vec::new() });

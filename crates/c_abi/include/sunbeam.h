@@ -139,9 +139,10 @@ sunbeam_status sunbeam_surface_describe(const sunbeam_surface *surface,
 //   in the surface's frame (z is the normal, x runs along the rows of the relief).
 // - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths (1 to 4096), each in [360, 830] nm.
 // - Item `i` of `f` receives the BRDF at each wavelength in 1/sr, without the cosine. It includes the Fresnel factor
-//   if the configuration has `eta`. It is zero unless both directions lie above the surface. With `transmission` both
-//   may lie on either side: `f` is the power of light from `wi` to `wo` per solid angle and |cosine|, and directions
-//   below an interface are those in the medium.
+//   if the configuration has `eta`. It is zero unless both directions lie above the surface.
+//
+// With `transmission`, directions may lie on either side of the surface. Below an interface they are directions in
+// the medium. `f` is then the BSDF of light from `wi` to `wo`: its power per solid angle, divided by |cos(theta_o)|.
 //
 // An item with a value out of these ranges is bad: its results are zeros, and all other items are computed. The
 // call then returns `SUNBEAM_STATUS_BAD_VALUE` with a message about the first bad item.

@@ -92,6 +92,7 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     for kind in MethodKind::ALL {
         shade(kind.name(), &*build(kind, &field, &patch, &MethodOptions::default())?)?;
     }
+    // Stam's method and conserving tables have a second shader each.
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     shade("stam of GPU Gems", &*build(MethodKind::Stam, &field, &patch, &gems)?)?;
     let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default())?;
@@ -109,7 +110,7 @@ fn grating() -> Result<GratingColourSurface, Box<dyn Error>> {
     Ok(GratingColourSurface::new(surface))
 }
 
-/// Runs `compile` and appends its time to `compiled`. The name of the shader is added to an error.
+/// Runs `compile`, appends its time to `compiled` and returns its result. The name of the shader is added to an error.
 fn timed<T>(
     compiled: &mut Vec<CompiledShader>,
     name: &str,

@@ -155,8 +155,8 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     args.surface.refuse_bench_choices()?;
     let effort = if args.quick { methods::Effort::QUICK } else { methods::Effort::FULL };
-    let (gpu, no_adapter) = if args.cpu_only { (None, Some("left out".to_owned())) } else { open_gpu()? };
-    if let Some(reason) = &no_adapter {
+    let gpu = if args.cpu_only { Err("left out".to_owned()) } else { open_gpu()? };
+    if let Err(reason) = &gpu {
         eprintln!("no times of a GPU: {reason}");
     }
     let mut surfaces = Vec::new();
@@ -165,14 +165,14 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
         let name = surface_name(&config);
         let mut progress = |stage: &str| log(start, &format!("{name}: {stage}"));
         let field = config.height_field()?;
-        let figures = methods::measure(&field, &config.options(), &effort, gpu.as_ref(), &mut progress)?;
+        let figures = methods::measure(&field, &config.options(), &effort, gpu.as_ref().ok(), &mut progress)?;
         surfaces.push(Named { name, figures });
     }
     let report = MethodsReport {
         what: args.what,
         quick: args.quick,
-        adapter: gpu.as_ref().map(|gpu| AdapterReport { name: gpu.adapter(), software: gpu.is_software() }),
-        no_adapter,
+        adapter: gpu.as_ref().ok().map(|gpu| AdapterReport { name: gpu.adapter(), software: gpu.is_software() }),
+        no_adapter: gpu.err(),
         effort,
         incident_deg: INCIDENT_DEG,
         surfaces,
@@ -241,15 +241,15 @@ fn surface_name(config: &SurfaceConfig) -> String {
     }
 }
 
-/// Opens the GPU. On a machine without an adapter, returns `None` and the reason.
+/// Opens the GPU. On a machine without an adapter, the inner result is the reason.
 ///
 /// # Errors
 /// Any other failure to open the adapter.
-fn open_gpu() -> Result<(Option<Gpu>, Option<String>), Box<dyn Error>> {
+fn open_gpu() -> Result<Result<Gpu, String>, Box<dyn Error>> {
     match super::realtime::open(None) {
-        Ok(gpu) => Ok((Some(gpu), None)),
+        Ok(gpu) => Ok(Ok(gpu)),
         Err(error) => match error.downcast_ref::<GpuError>() {
-            Some(GpuError::NoAdapter { .. }) => Ok((None, Some(error.to_string()))),
+            Some(GpuError::NoAdapter { .. }) => Ok(Err(error.to_string())),
             _ => Err(error),
         },
     }

@@ -24,7 +24,7 @@ use ndarray::Array2;
 use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::time::Instant;
-use sunbeam::config::Theory;
+use sunbeam::config::{SurfaceConfig, Theory};
 use sunbeam::methods::MethodKind;
 use sunbeam::scattering::ComplexIndex;
 use sunbeam::table::Tiling;
@@ -155,46 +155,19 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     let options = args.method.options(Quantity::Spectrum)?;
     let config = args.surface.config()?;
     let field = config.height_field()?;
-    let period = periods(&field, config.tiling() == Tiling::Periodic).x;
-    let (low_deg, high_deg) = match (args.angles, &period) {
-        (Some(angles), _) => angles,
-        (None, Some(period)) => first_order_range(args.theta_i, period.period_um).ok_or_else(|| {
-            let um = period.period_um;
-            format!("no visible first order of the period of {um} µm leaves: parameter \"angles\" is needed")
-        })?,
-        (None, None) => return Err("the surface has no period along x: parameter \"angles\" is needed".into()),
-    };
+    let period_um = periods(&field, config.tiling() == Tiling::Periodic).x.map(|period| period.period_um);
+    let (low_deg, high_deg) = args.range_deg(period_um)?;
     let wavelengths_nm = steps(*VISIBLE_NM.start(), *VISIBLE_NM.end(), args.wavelength_step);
     let angles_deg = steps(low_deg, high_deg, args.angle_step);
     if (wavelengths_nm.len() * angles_deg.len()) as f64 > VALUES_MAX {
         return Err("there are more than 1e8 pairs of an angle and a wavelength: use larger steps".into());
     }
-    // Between equal indices the rigorous response is 0 everywhere. The scalar S does not depend on the index.
-    let has_no_interface = config.index_inside().is_some_and(|index| index == ComplexIndex { eta: 1.0, k: 0.0 });
-    if config.theory == Theory::Rigorous && has_no_interface {
-        let eta = config.eta.unwrap_or(1.0);
-        return Err(format!(
-            "parameter \"eta\" is {eta}, the index of the medium above the relief, and nothing is reflected: --theory \
-             scalar or another index would do"
-        )
-        .into());
-    }
+    refuse_without_interface(&config)?;
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, Purpose::Map)?;
     let values = args.values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
-    if let Some(dark_row) = values.iter().position(|row| row.iter().all(|value| *value == 0.0)) {
-        let nm = wavelengths_nm[dark_row];
-        return Err(format!("no light leaves at {nm} nm: parameter \"angles\" needs a wider range").into());
-    }
     let response = Response { wavelengths_nm, angles_deg, values };
     let peaks_deg = response.peaks_deg();
-    let is_order_zero = |peak_deg: &f64| (peak_deg + args.theta_i).abs() < 0.5 * args.angle_step;
-    if let Some(row) = peaks_deg.iter().position(is_order_zero) {
-        let nm = response.wavelengths_nm[row];
-        let advice = "which leaves there at every wavelength: parameter \"angles\" must leave it out";
-        return Err(
-            format!("the brightest angle at {nm} nm is {}°, that of order zero, {advice}", -args.theta_i).into()
-        );
-    }
+    args.check_peaks(&response, &peaks_deg)?;
     let sin_i = args.theta_i.to_radians().sin();
     let spacing = Spacing::new(&response.wavelengths_nm, &peaks_deg, sin_i);
     let grating_deg: Vec<f64> = response.wavelengths_nm.iter().map(|nm| spacing.angle_deg(*nm, sin_i)).collect();
@@ -210,7 +183,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
         angles_deg: (low_deg, high_deg),
         angle_step_deg: args.angle_step,
         spacing,
-        period_nm: period.map(|period| 1e3 * period.period_um),
+        period_nm: period_um.map(|um| 1e3 * um),
         plot: &args.plot,
         response: &args.response,
         wavelengths_nm: &response.wavelengths_nm,
@@ -231,6 +204,33 @@ impl EvaluateArgs {
         }
         if !WAVELENGTH_STEP_NM.contains(&self.wavelength_step) {
             return Err(out_of_range("wavelength-step", self.wavelength_step, "0.1 to 20 nm"));
+        }
+        Ok(())
+    }
+
+    /// Range of the angles of view in degrees: the given one, or that of the first order of the dominant period along
+    /// x in µm.
+    fn range_deg(&self, period_um: Option<f64>) -> Result<(f64, f64), String> {
+        match (self.angles, period_um) {
+            (Some(angles), _) => Ok(angles),
+            (None, Some(um)) => first_order_range(self.theta_i, um).ok_or_else(|| {
+                format!("no visible first order of the period of {um} µm leaves: parameter \"angles\" is needed")
+            }),
+            (None, None) => Err("the surface has no period along x: parameter \"angles\" is needed".to_owned()),
+        }
+    }
+
+    /// Refuses a response that is dark at a wavelength, and one that is brightest in order zero.
+    fn check_peaks(&self, response: &Response, peaks_deg: &[f64]) -> Result<(), String> {
+        if let Some(row) = response.values.iter().position(|row| row.iter().all(|value| *value == 0.0)) {
+            let nm = response.wavelengths_nm[row];
+            return Err(format!("no light leaves at {nm} nm: parameter \"angles\" needs a wider range"));
+        }
+        let is_order_zero = |peak_deg: &f64| (peak_deg + self.theta_i).abs() < 0.5 * self.angle_step;
+        if let Some(row) = peaks_deg.iter().position(is_order_zero) {
+            let nm = response.wavelengths_nm[row];
+            let advice = "which leaves there at every wavelength: parameter \"angles\" must leave it out";
+            return Err(format!("the brightest angle at {nm} nm is {}°, that of order zero, {advice}", -self.theta_i));
         }
         Ok(())
     }
@@ -268,6 +268,20 @@ impl EvaluateArgs {
             row
         })
     }
+}
+
+/// Refuses rigorous theory between equal indices, where the response is 0 everywhere. The scalar S does not depend on
+/// the index.
+fn refuse_without_interface(config: &SurfaceConfig) -> Result<(), String> {
+    let has_no_interface = config.index_inside().is_some_and(|index| index == ComplexIndex { eta: 1.0, k: 0.0 });
+    if config.theory == Theory::Rigorous && has_no_interface {
+        let eta = config.eta.unwrap_or(1.0);
+        return Err(format!(
+            "parameter \"eta\" is {eta}, the index of the medium above the relief, and nothing is reflected: --theory \
+             scalar or another index would do"
+        ));
+    }
+    Ok(())
 }
 
 /// The values `low`, `low + step`, … below `high`, which is larger than `low`: `⌈(high − low)/step⌉` of them, as in

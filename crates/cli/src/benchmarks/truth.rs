@@ -203,6 +203,7 @@ impl Truth {
     pub(crate) fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
         let mut largest = 0.0f64;
         for i in 0..count {
+            // The middle of the i-th of `count` equal parts.
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
             let wavelength = (i * CHECK_STRIDE) % self.wavelengths;
             let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;

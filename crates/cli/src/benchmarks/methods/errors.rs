@@ -23,11 +23,12 @@ const DARK: f64 = 1e-4;
 const CLIPPED: f64 = 0.1;
 /// ΔE₂₀₀₀ assigned to a colour with a NaN: the difference of white and black.
 const DELTA_E_OF_NAN: f64 = 100.0;
+/// Smallest number of pairs that a thread evaluates at once. Smaller tasks cost more to schedule.
+const PAIRS_PER_TASK: usize = 8;
 
 /// Errors over all pairs of directions.
 ///
-/// A relative error is `√(Σ(found − reference)² / Σ reference²)`, in which bright directions count most. For ΔE₂₀₀₀,
-/// colours are exposed so that a tenth of the lit directions clips, for each direction of incidence by itself.
+/// A relative error is `√(Σ(found − reference)² / Σ reference²)`, in which bright directions count most.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Errors {
     /// Relative error of `f_r` at every 5 nm from 380 to 780 nm; `None` from methods without spectra.
@@ -61,6 +62,25 @@ struct Reference {
     exposures: Vec<f64>,
 }
 
+impl Reference {
+    /// The reference of a model at the pairs, whose obliquity and shadowing factors are `factors`. `to_rgb` is for the
+    /// wavelengths of `truth`.
+    fn new(truth: &Truth, model: Model, pairs: &[DirectionPair], factors: &[f64], to_rgb: &SpectralToRgb) -> Self {
+        let stride = (SPECTRAL_STEP_NM / truth.step_nm()).round() as usize;
+        let f_r = |i: usize| -> Vec<f64> { truth.spectrum(model, i).iter().map(|value| value * factors[i]).collect() };
+        let rgb: Vec<[f64; 3]> = (0..pairs.len()).map(|i| to_rgb.rgb(&f_r(i))).collect();
+        let spectra = (0..pairs.len()).map(|i| f_r(i).into_iter().step_by(stride).collect()).collect();
+        let largest_channel = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |largest, value| largest.max(*value));
+        let exposures = (0..INCIDENT_DEG.len())
+            .map(|incident_index| {
+                let of_incidence = pairs.iter().zip(&rgb).filter(|(pair, _)| pair.incident_index == incident_index);
+                clipping_exposure(of_incidence.map(|(_, rgb)| largest_channel(rgb)).collect())
+            })
+            .collect();
+        Self { spectra, rgb, exposures }
+    }
+}
+
 impl<'a> References<'a> {
     /// The references at the pairs for which `truth` was computed, in the order of its spectra.
     ///
@@ -70,21 +90,7 @@ impl<'a> References<'a> {
         let factor = |p: &DirectionPair| Pair::new(p.wi, p.wo).map_or(0.0, |pair| options.angular_factor(&pair));
         let factors: Vec<f64> = pairs.iter().map(factor).collect();
         let to_rgb = SpectralToRgb::visible(truth.step_nm())?;
-        let stride = (SPECTRAL_STEP_NM / truth.step_nm()).round() as usize;
-        let reference = |model: Model| {
-            let f_r =
-                |i: usize| -> Vec<f64> { truth.spectrum(model, i).iter().map(|value| value * factors[i]).collect() };
-            let rgb: Vec<[f64; 3]> = (0..pairs.len()).map(|i| to_rgb.rgb(&f_r(i))).collect();
-            let spectra = (0..pairs.len()).map(|i| f_r(i).into_iter().step_by(stride).collect()).collect();
-            let largest_channel = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |largest, value| largest.max(*value));
-            let exposures = (0..INCIDENT_DEG.len())
-                .map(|incident_index| {
-                    let of_incidence = pairs.iter().zip(&rgb).filter(|(pair, _)| pair.incident_index == incident_index);
-                    clipping_exposure(of_incidence.map(|(_, rgb)| largest_channel(rgb)).collect())
-                })
-                .collect();
-            Reference { spectra, rgb, exposures }
-        };
+        let reference = |model| Reference::new(truth, model, pairs, &factors, &to_rgb);
         let (patch, ensemble) = (reference(Model::Patch), reference(Model::Ensemble));
         Ok(Self { pairs, factors, patch, ensemble })
     }
@@ -94,7 +100,7 @@ impl<'a> References<'a> {
         let reference = if candidate.model == Model::Patch { &self.patch } else { &self.ensemble };
         let found_rgb: Vec<[f64; 3]> = (self.pairs, &self.factors)
             .into_par_iter()
-            .with_min_len(8)
+            .with_min_len(PAIRS_PER_TASK)
             .map(|(pair, factor)| candidate.rgb(pair, *factor))
             .collect();
         let xyz = |rgb: &[[f64; 3]]| rgb.iter().map(|rgb| linear_srgb_to_xyz(*rgb)).collect::<Vec<_>>();
@@ -119,7 +125,7 @@ impl<'a> References<'a> {
     /// Relative error of the spectra over all pairs; `None` for methods without spectra.
     fn spectral_rmse(&self, candidate: &Candidate, reference: &Reference) -> Option<f64> {
         // Sums of the squared deviations and of the squared reference for each pair.
-        let squares = (self.pairs, &self.factors, &reference.spectra).into_par_iter().with_min_len(8).map(
+        let squares = (self.pairs, &self.factors, &reference.spectra).into_par_iter().with_min_len(PAIRS_PER_TASK).map(
             |(pair, factor, spectrum)| {
                 let (mut deviation, mut total) = (0.0f64, 0.0f64);
                 for (i, truth) in spectrum.iter().enumerate() {

@@ -10,8 +10,8 @@ use sunbeam::methods::Method;
 use sunbeam::scattering::Options;
 use sunbeam_realtime::{Gpu, GpuError, Optics, Query, Shader};
 
-/// Number of queries of the first run, from which the speed of a shader is estimated. It is small for the sake of slow
-/// adapters.
+/// Number of queries of the first run, from which the speed of a shader is estimated. It is small, so that the run is
+/// short on slow adapters, too.
 const FIRST_QUERIES: usize = 128;
 /// Largest number of queries of a run: enough to fill any GPU.
 const QUERIES_MAX: usize = 1 << 20;
@@ -76,6 +76,7 @@ pub(super) fn times(
             continue;
         };
         let shader = TimedShader::new(gpu, &**method, &optics, &queries, effort)?;
+        // The first shader is compared with itself.
         let baseline = first_shader.as_ref().unwrap_or(&shader);
         let (mut times_us, mut baseline_us) = (Vec::new(), Vec::new());
         for _ in 0..effort.repetitions {

@@ -102,6 +102,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let options = Options { conserve_energy: false, tolerance: TOLERANCE, ..Options::default() };
     let surface = Surface::new(&field, &options)?;
     let exact = Exact::new(&field, &options, None);
+    // An arbitrary fixed seed.
     let mut random = Random::new(8);
     let mut table_errors: Vec<f64> = (0..directions)
         .map(|i| {
@@ -147,6 +148,7 @@ fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {
     let (lx, ly) = field.extent_um();
     // Rounded to single precision, so that method and oracle get equal numbers.
     let single = |value: f64| f64::from(value as f32);
+    // An arbitrary fixed seed.
     let mut random = Random::new(9);
     let mut errors = Vec::new();
     while errors.len() < count {

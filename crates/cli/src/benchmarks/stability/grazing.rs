@@ -90,6 +90,7 @@ fn sweep(name: &'static str, field: &HeightField, directions: usize) -> Result<G
     let surface = Surface::new(field, &options)?;
     let unscaled = Surface::new(field, &Options { conserve_energy: false, ..options.clone() })?;
     let exact = Exact::new(field, &options, surface.albedo_table().cloned());
+    // An arbitrary fixed seed.
     let mut random = Random::new(10);
     let points = GRAZING_DEG
         .map(|theta_deg| measure(theta_deg, [&surface, &unscaled], &exact, directions, &mut random))

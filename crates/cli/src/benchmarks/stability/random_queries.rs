@@ -38,6 +38,8 @@ const RECIPROCITY_FLOOR: f64 = 1e-12;
 const KAPPA_H_MAX: f64 = 200.0;
 /// Smallest range of heights of a random relief in µm, optically flat.
 const HEIGHT_MIN_UM: f64 = 1e-3;
+/// Largest range of heights of a shallow relief in µm. The published methods accept shallow reliefs most often.
+const SHALLOW_UM: f64 = 0.5;
 /// Offset of the heights of some reliefs in µm. A constant offset must not change any answer.
 const OFFSET_UM: f64 = 1000.0;
 
@@ -130,7 +132,9 @@ struct SurfaceInput {
     options: Options,
 }
 
-/// A random relief with random options: rough, a step, a sinusoid, rough and at most 0.5 µm deep, or a plane.
+/// A random relief with random options: rough, a step, a sinusoid, rough and at most [`SHALLOW_UM`] deep, or a plane.
+///
+/// Ranges of lengths are wider than users need them, and logarithmic, so that every power of ten is as frequent.
 fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let mut log_uniform = |low: f64, high: f64| (random.between(low.ln(), high.ln())).exp();
     // κ = 4π/λ, and H is half the height.
@@ -144,8 +148,9 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let field = match (random.unit() * 5.0) as u32 {
         0 => rough(random, pixels, pixel_um, height_um)?,
         1 => step(pixels, pixel_um, height_um)?,
+        // At least 17 columns, and a period of 1 to 12 µm.
         2 => sinusoid(16 + pixels.0, 20.0 * pixel_um.0, height_um)?,
-        3 => rough(random, pixels, pixel_um, height_um.min(0.5))?,
+        3 => rough(random, pixels, pixel_um, height_um.min(SHALLOW_UM))?,
         _ => rough(random, pixels, pixel_um, 0.0)?,
     };
     let offset_um = if random.unit() < 0.2 { OFFSET_UM } else { 0.0 };
