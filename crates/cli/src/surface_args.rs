@@ -1,4 +1,6 @@
 //! The arguments that describe a surface, shared by the subcommands.
+//!
+//! [`SurfaceArgs`] becomes a [`SurfaceConfig`] of the library, which has the defaults and the checks.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Deserialize;
@@ -170,7 +172,8 @@ impl SurfaceArgs {
         let is_patch_only = kind.is_patch_only();
         let conserves_energy = self.conserve_energy == Some(true);
         let is_rigorous = self.theory == Some(Theory::Rigorous);
-        // For each contradiction: whether it holds, its reason, the flag, and the only accepted value of the flag.
+        // For each contradiction: whether it holds, its reason as a predicate of the method, the flag, and the only
+        // accepted value of the flag.
         let contradictions = [
             (is_patch_only && is_rigorous, "assumes a phase screen", "--theory", "scalar"),
             (
@@ -197,6 +200,7 @@ impl SurfaceArgs {
             return Err(format!("--method {kind} {reason}: {flag} must be {value}").into());
         }
         if is_rigorous {
+            // Only the colour table gets here: the published methods were refused above.
             if options.resolution != MethodOptions::default().resolution {
                 let reason = "whose tables have other axes";
                 return Err(format!("--table-resolution has no effect with --theory rigorous, {reason}").into());
@@ -208,6 +212,7 @@ impl SurfaceArgs {
         if let Some((flag, _)) = factors.iter().find(|(_, is_given)| is_gems && *is_given) {
             return Err(no_effect_with_gems(flag).into());
         }
+        // Methods that compute colours conserve energy only on request, other than the ensemble model.
         let mut args = Self { conserve_energy: Some(conserves_energy), ..self.clone() };
         if is_patch_only {
             (args.model, args.tiling) = (Some(Model::Patch), Some(Tiling::Periodic));
@@ -230,8 +235,8 @@ impl SurfaceArgs {
         self.preset.is_some() || self.height_field.is_some()
     }
 
-    /// These arguments with each of the presets in turn.
-    pub fn presets(&self, presets: &[Preset]) -> Vec<Self> {
+    /// Copies of these arguments, one with each preset.
+    pub fn with_presets(&self, presets: &[Preset]) -> Vec<Self> {
         presets.iter().map(|preset| Self { preset: Some(*preset), ..self.clone() }).collect()
     }
 
@@ -260,7 +265,7 @@ impl SurfaceArgs {
     }
 }
 
-/// Error message for the flag of a factor of the reflectance. The colours of GPU Gems have no such factors.
+/// Error message for the flag of a factor on the reflectance, which does not multiply the colours of GPU Gems.
 pub(crate) fn no_effect_with_gems(flag: &str) -> String {
     format!("{flag} has no effect with --stam-form gems, whose colours no factor multiplies")
 }
