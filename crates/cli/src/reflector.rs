@@ -308,8 +308,8 @@ impl Reflector {
 
     /// The sampler's density in 1/sr, the mean over the wavelengths.
     ///
-    /// `None` for a wavelength outside the tables' range. Zero, even without a sampler, unless both directions are above
-    /// the surface or the surface transmits. `None` for other pairs without a sampler.
+    /// `None` for a wavelength outside the tables' range. Zero, even without a sampler, unless both directions are
+    /// above the surface or the surface transmits. `None` for other pairs without a sampler.
     pub(crate) fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
         let tabulated = |nm: &f64| (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(nm);
         if !wavelengths_nm.iter().all(tabulated) {

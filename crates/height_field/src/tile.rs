@@ -18,9 +18,9 @@ const BLEND_FRACTION: f64 = 0.1;
 /// Smallest length that the search for matching edges tries, as a fraction of the longest, which is the axis without
 /// the strip. The search then covers a whole period of any relief with at least three periods.
 const SHORTEST_FRACTION: f64 = 2.0 / 3.0;
-/// Tolerance on the mismatch, as a fraction of the largest mismatch. Of all lengths whose mismatch exceeds the least by
-/// at most this tolerance, the longest is the start of the search. A larger tolerance keeps more pixels and matches
-/// worse.
+/// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
+/// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more
+/// pixels and matches worse.
 const MISMATCH_TOLERANCE: f64 = 0.1;
 
 /// Steps in height across the seam of a repeated tile, along one axis.

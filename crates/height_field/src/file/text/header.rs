@@ -19,6 +19,8 @@ use super::quantity::{Quantity, bracketed, quantity};
 
 /// Largest number of words of a key that is separated from its number by a blank only. Longer lines are prose.
 const KEY_WORDS_MAX: usize = 3;
+/// Largest number of characters of a line that a message quotes.
+const QUOTED_MAX: usize = 80;
 
 /// Program that wrote a header; its conventions apply to omitted properties.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,7 +107,7 @@ impl UnknownLine<'_> {
 fn not_understood(line: usize, text: &str) -> String {
     format!(
         "line {line}, \"{}\", carries a size or a unit that is not understood; remove the line, and give `pixel_size`",
-        text.trim().chars().take(80).collect::<String>()
+        text.trim().chars().take(QUOTED_MAX).collect::<String>()
     )
 }
 
@@ -318,6 +320,7 @@ impl Header {
         let nouns = ["height", "value", "data", "topography", "elevation", "relief", "z"];
         let lower = text.to_lowercase();
         let mut words = lower.split(|c: char| !c.is_alphanumeric());
+        // A noun may be in the plural.
         if !words.any(|word| nouns.contains(&word.trim_end_matches('s'))) {
             return Err(not_understood(line, text));
         }
