@@ -46,17 +46,19 @@ pub(crate) enum Purpose {
     Map,
 }
 
-/// The evaluator of a method.
+/// The evaluator of a method. Surfaces that transmit have no separate factors: all evaluators give their whole
+/// scattering function.
 enum Evaluator {
-    /// The direct sum over the relief.
+    /// The direct sum over the relief, `O·M·S/λ²`.
     Exact(Box<Exact>),
-    /// The spectral tables.
+    /// The spectral tables, `O·M·S/λ²`.
     Table(Arc<Surface>),
-    /// A method that computes colours in single precision.
+    /// A method that computes colours in single precision. Its spectral answer is `S/λ²`.
     Realtime(Box<dyn methods::Method>),
-    /// The tables of a grating by Maxwell's equations.
+    /// The tables of a grating by Maxwell's equations, `f_r`.
     Grating(CachedGrating),
-    /// A grating by Maxwell's equations that is solved for each query. Queries can fail, see [`Reflector::try_eval`].
+    /// A grating by Maxwell's equations that is solved for each query, `f_r`. Queries can fail, see
+    /// [`Reflector::try_eval`].
     ExactGrating(Box<ExactGrating>),
 }
 
@@ -93,7 +95,7 @@ pub(crate) struct Reflector {
     sampler: Option<Sampler>,
     /// Options of the tables, for the relief inside the cover.
     options: Options,
-    /// Index of the material, relative to the cover's.
+    /// Index of the material, relative to the cover's; `None` for a perfect conductor.
     index: Option<ComplexIndex>,
     /// Cover over the relief; the evaluator and the samplers take directions inside it.
     cover: Option<Cover>,

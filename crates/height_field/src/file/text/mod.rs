@@ -244,7 +244,7 @@ fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
 /// Meaning of the heights according to a header; µm where it does not mention a unit.
 fn meaning(header: &Header) -> Meaning {
     match &header.height {
-        HeightUnit::Unsaid => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
+        HeightUnit::NotGiven => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
         HeightUnit::Length(unit, unit_um) => Meaning::in_unit(unit, *unit_um),
         HeightUnit::Empty | HeightUnit::NoLength(_) => Meaning::Unknown,
     }
@@ -267,7 +267,7 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     let mut numbers = table.values.clone();
     mark_missing(header, numbers.iter_mut().skip(2).step_by(3));
     let grid = points::grid(&numbers, header.lateral_um.unwrap_or([1.0; 2]))?;
-    if header.lateral_um.is_none() && header.height != HeightUnit::Unsaid {
+    if header.lateral_um.is_none() && header.height != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
@@ -289,8 +289,8 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
             return Err(format!("its header promises {} points along an axis, but {own} follow", count.unwrap_or(0)));
         }
     }
-    if let Some((line, count)) = header.loose_counts.iter().find(|(_, count)| ![nx, ny, total].contains(count)) {
-        return Err(format!("line {line} says {count} points, but {nx} × {ny} follow"));
+    if let Some(loose) = header.loose_counts.iter().find(|loose| ![nx, ny, total].contains(&loose.count)) {
+        return Err(format!("line {} says {} points, but {nx} × {ny} follow", loose.line, loose.count));
     }
     let mask = values.split_off(total);
     for (value, flag) in values.iter_mut().zip(mask) {
