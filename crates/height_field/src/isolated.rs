@@ -34,8 +34,8 @@ const OTHER_LEVEL_MIN: f64 = 0.25;
 const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
-/// Divisor of the number of other values: this many are ignored at either end when their range is compared with the gap
-/// of one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
+/// One in this many of the other values is ignored at either end of them, when their range is compared with the gap of
+/// one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
 const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count, in the order of their detection. NaN are

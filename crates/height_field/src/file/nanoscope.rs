@@ -157,7 +157,7 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 /// header.
 ///
 /// For an aspect ratio other than 1:1, versions of the program differ in the meaning of a `Scan Size` of one number.
-/// The pixel size is then known in two cases only, and [`Pixel::Open`] otherwise:
+/// The pixel size is then known in two cases only, and [`Pixel::Unknown`] otherwise:
 ///
 /// - The `Scan Size` has two numbers in the aspect ratio, which are the sides of the scan.
 /// - The numbers of points have the aspect ratio, which makes the pixels square.
@@ -189,7 +189,7 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     if points_agree && x == y {
         return Ok(Pixel::Um(dx, dx));
     }
-    Ok(Pixel::Open(format!(
+    Ok(Pixel::Unknown(format!(
         "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square \
          pixels would be of {dx} µm)"
     )))

@@ -144,8 +144,7 @@ pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
         }
         for (key, value) in pairs {
             if !header.take_pair(program, (line, text), &key, &value)? {
-                let quantity = quantity(&value);
-                unknown.push(UnknownLine { line, text, value, quantity, is_used: false });
+                unknown.push(UnknownLine { line, text, quantity: quantity(&value), value, is_used: false });
             }
         }
     }
