@@ -18,7 +18,7 @@ const MISSING_NUMBERS: [f64; 12] =
 /// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
 const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because reliefs are not always far from such a
-/// number: heights of 0 to 800 nm are only 1.25 ranges above −999.
+/// number: heights of 0 to 2000 nm are only half a range above −999.
 const KNOWN_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A particle of dust is usually less than ten times as high as the relief, and
 /// its points have different values.
@@ -34,8 +34,8 @@ const OTHER_LEVEL_MIN: f64 = 0.25;
 const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
-/// One in this many of the other values is ignored at either end of them, when their range is compared with the gap of
-/// one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
+/// Reciprocal of the fraction of the other values that is ignored at either end, when their range is compared with the
+/// gap of one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
 const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count, in the order of their detection. NaN are

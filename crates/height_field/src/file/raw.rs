@@ -14,7 +14,7 @@ use ndarray::{Array2, Axis};
 use std::path::Path;
 
 /// Largest relative difference between the option's scale and the file's that counts as agreement. The rounding of
-/// seven decimal digits, and of a PNG's whole pixels per metre, is smaller.
+/// seven decimal digits is smaller, and so is that of a PNG's whole pixels per metre for pixels of up to 2 µm.
 const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
