@@ -1,8 +1,8 @@
 //! The orders of a relief that varies along x alone, by the scalar theory.
 //!
-//! With directions times the index n of their medium, and light from air, the grating equation of order m is
-//! `wi.x + n·wo.x = m·λ/period` and `wi.y + n·wo.y = 0`. The power of the order is `|c_m|²`, with its amplitude `c_m` in
-//! the transform of the phase screen.
+//! Light comes from air, and order m leaves in a medium of index n. Its direction follows from the grating equation,
+//! `wi.x + n·wo.x = m·λ/period` and `wi.y + n·wo.y = 0`. Its power is `|c_m|²`, with the amplitude `c_m` in the
+//! transform of the phase screen.
 
 use sunbeam::config::{BuildError, SurfaceConfig};
 use sunbeam::scattering::Vec3;
