@@ -1,4 +1,6 @@
 //! `sunbeam height-field`: the properties of a relief, and its conversion to other files.
+//!
+//! The heights are read and processed first ([`run`]). The report, the files and the tables then describe the result.
 
 use super::encode;
 use super::output::{Output, output};
@@ -41,6 +43,7 @@ pub(crate) struct HeightFieldArgs {
     /// Rectangle to keep: position from the lower left corner and size, in µm
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = Rectangle::parse, allow_hyphen_values = true)]
     crop: Option<Rectangle>,
+    // `Some(None)` is the flag without a width.
     /// Blend opposite edges over WIDTH in µm, so that the tile is periodic [default width: a tenth of each side]
     #[arg(long, value_name = "WIDTH", num_args = 0..=1, require_equals = true)]
     make_tileable: Option<Option<f64>>,
@@ -66,7 +69,7 @@ fn term_numbers() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=TERMS_MAX as u64)
 }
 
-/// A rectangle in µm; (x, y) is its lower left corner, relative to the lower left corner of the field.
+/// A rectangle; (x, y) is its lower left corner, relative to the lower left corner of the field.
 #[derive(Clone, Copy)]
 struct Rectangle {
     x_um: f64,
@@ -118,13 +121,17 @@ struct Report<'a> {
     roughness: Roughness,
     periods: Periods,
     seams: Seams,
+    /// Change of the heights by `--make-tileable`; `None` without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     made_tileable: Option<TileReport>,
+    /// The term of `--term`; `None` without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     term: Option<Term>,
     /// Number of Chebyshev terms that the phase screen needs for the tolerance at 380 nm.
     chebyshev_terms: usize,
+    /// Size of the scalar tables for the coherence length.
     table_bytes_estimate: usize,
+    /// The tables of `--tables`; `None` without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     tables: Option<Tables>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -173,7 +180,8 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     args.write_files(&field, term.as_ref())?;
     let tables = if args.tables { Some(args.build_tables(&config, &field)?) } else { None };
     let options = config.options();
-    // κH with both directions along the normal: κ = 4π/λ, and H is half of the range of heights.
+    // κH, the largest phase of the screen: κ = 2π/λ·(cosθi + cosθo) is largest along the normal, and H is half of the
+    // range of heights.
     let kappa_h = 4.0 * PI / SHORTEST_UM * 0.5 * field.peak_to_valley_um();
     print_json(&Report {
         channel: read.channel,
@@ -228,7 +236,7 @@ impl HeightFieldArgs {
             Theory::Rigorous => {
                 let index = config.index().map(SpectralIndex::Constant);
                 let body = GratingBody::Reflector(index.as_ref());
-                // The profile of an unchanged preset is exact.
+                // Presets have an exact profile. The profile of a cropped or blended relief comes from its heights.
                 let is_changed = self.crop.is_some() || self.make_tileable.is_some();
                 let profile = if is_changed { profile_of(field, config.tolerance)? } else { config.profile()? };
                 let (length_um, limit) = (config.coherence_length, config.build_limit);

@@ -58,6 +58,7 @@ struct Cli {
     command: Command,
 }
 
+/// The subcommands. Their help texts are the documentation of the arguments' types.
 #[derive(Subcommand)]
 enum Command {
     Eval(eval::EvalArgs),
@@ -74,7 +75,7 @@ enum Command {
     View(view::ViewArgs),
 }
 
-/// Runs the subcommand that the process's arguments name.
+/// Runs the program `sunbeam`: the subcommand that the process's arguments name.
 pub fn run() -> ExitCode {
     run_with(|cli: &Cli| match &cli.command {
         Command::Eval(args) => eval::run(args),
@@ -92,8 +93,9 @@ pub fn run() -> ExitCode {
     })
 }
 
-/// Parses the process's arguments and runs `program` on them. Returns status 2 after an error, which is printed on
-/// stderr.
+/// Parses the process's arguments and runs `program` on them.
+///
+/// With `--help` or `--version` that text is printed instead. An error is printed on stderr, and the status is 2.
 pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
     let args = match parse_arguments() {
         Ok(args) => args,
@@ -116,7 +118,7 @@ fn parse_arguments<A: Parser>() -> Result<A, clap::Error> {
     A::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// The description of the command `sunbeam` and its subcommands.
+/// Description of the command `sunbeam` and its subcommands, for tests of the arguments.
 pub fn command() -> clap::Command {
     Cli::command()
 }

@@ -1,4 +1,7 @@
 //! The arguments that choose the method of evaluation and its options.
+//!
+//! An option is refused where it has no effect. That depends on the method and on the [`Quantity`] that a command
+//! computes.
 
 use super::arguments::out_of_range;
 use super::surface_args::names;
@@ -37,7 +40,7 @@ impl Method {
         }
     }
 
-    /// Every method, in the order in which messages list them.
+    /// All methods, in the order in which messages list them.
     fn all() -> impl Iterator<Item = Self> {
         [Self::Exact, Self::Table].into_iter().chain(MethodKind::ALL.map(Self::Realtime))
     }
@@ -131,8 +134,8 @@ impl MethodArgs {
     /// An option out of range, or one without effect on this method and quantity.
     pub fn options(&self, quantity: Quantity) -> Result<MethodOptions, String> {
         self.refuse_without_effect(quantity)?;
-        // Flags whose names differ from the library's are checked here, so that the message has the flag's name. The
-        // library checks the others.
+        // The names of these two flags differ from the library's fields. They are checked here, so that the message has
+        // the flag's name. The library checks the others.
         if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
             return Err(out_of_range("lambda-step", step, "0.1 to 100 nm"));
         }
@@ -183,6 +186,7 @@ impl MethodArgs {
             (Method::Realtime(kind), _) => kind.options(),
         };
         let has_effect = |field: &str| {
+            // A spectrum is computed at the command's wavelengths, so that steps and weights between them do not count.
             let for_colours_only = ["lambda_step_nm", "weighted"].contains(&field);
             let for_gems_only = field.starts_with("gems_");
             fields.contains(&field)

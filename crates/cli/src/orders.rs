@@ -2,6 +2,7 @@
 
 mod both_sides;
 mod plot;
+mod screen;
 mod solve;
 
 use super::arguments::out_of_range;
@@ -97,12 +98,13 @@ impl Over {
     }
 }
 
-/// Uniformly spaced values of the quantity that varies, from `from` to `to`, which may be smaller. There are at least
-/// two.
+/// Uniformly spaced values of the quantity that varies.
 #[derive(Clone, Copy)]
 struct Range {
     from: f64,
+    /// The last value, which may be smaller than the first.
     to: f64,
+    /// Number of values, 2 to [`POINTS_MAX`].
     count: usize,
 }
 
@@ -143,12 +145,17 @@ struct Point {
 
 /// Runs `sunbeam orders`.
 pub(crate) fn run(args: &OrdersArgs) -> Outcome {
-    args.refuse_replaced()?;
-    let (Some(over), Some(range)) = (args.over, args.range) else {
-        let (config, incidence) = args.problem(None)?;
-        let solved = SolvedOrders::new(&config, &incidence)?;
-        return if args.json { print_json(&solved) } else { print_table(&solved, config.transmission) };
-    };
+    if let (Some(over), Some(range)) = (args.over, args.range) {
+        return run_along_curve(args, over, range);
+    }
+    let (config, incidence) = args.problem(None)?;
+    let solved = SolvedOrders::new(&config, &incidence)?;
+    if args.json { print_json(&solved) } else { print_table(&solved, config.transmission) }
+}
+
+/// Solves the points of a curve, draws it to `--plot`, and prints it as JSON.
+fn run_along_curve(args: &OrdersArgs, over: Over, range: Range) -> Outcome {
+    args.refuse_replaced(over)?;
     let problems =
         (0..range.count).map(|i| args.problem(Some((over, range.value(i))))).collect::<Result<Vec<_>, _>>()?;
     // A point may take a minute, so all of them are checked before the first is solved.
@@ -172,14 +179,13 @@ pub(crate) fn run(args: &OrdersArgs) -> Outcome {
 }
 
 impl OrdersArgs {
-    /// Refuses the argument of the quantity that varies: the range replaces it.
-    fn refuse_replaced(&self) -> Result<(), String> {
-        let (flag, is_given) = match self.over {
-            None => return Ok(()),
-            Some(Over::Wavelength) => ("--wavelength", self.wavelength.is_some()),
-            Some(Over::ThetaI) => ("--theta-i", self.theta_i.is_some()),
-            Some(Over::PhiI) => ("--phi-i", self.phi_i.is_some()),
-            Some(Over::Height) => ("--height", self.surface.has_height()),
+    /// Refuses the argument of the quantity that varies along a curve: the range replaces it.
+    fn refuse_replaced(&self, over: Over) -> Result<(), String> {
+        let (flag, is_given) = match over {
+            Over::Wavelength => ("--wavelength", self.wavelength.is_some()),
+            Over::ThetaI => ("--theta-i", self.theta_i.is_some()),
+            Over::PhiI => ("--phi-i", self.phi_i.is_some()),
+            Over::Height => ("--height", self.surface.has_height()),
         };
         if !is_given {
             return Ok(());
@@ -188,13 +194,15 @@ impl OrdersArgs {
         Err(format!("{flag} has no effect with --over {name}, whose values --range gives: leave it out"))
     }
 
-    /// The surface and the incidence to solve. `varied` is the value of the quantity that varies.
+    /// The surface and the incidence to solve. `varied` is the quantity that varies along a curve, with its value.
     ///
     /// # Errors
     /// A quantity out of range, or arguments of the surface that contradict each other.
     fn problem(&self, varied: Option<(Over, f64)>) -> Result<(SurfaceConfig, Incidence), Box<dyn Error>> {
-        let value = |over: Over, given: Option<f64>, default: f64| {
-            varied.filter(|(which, _)| *which == over).map(|(_, at)| at).or(given).unwrap_or(default)
+        // The value that varies, else the argument, else the default.
+        let value = |over: Over, argument: Option<f64>, default: f64| match varied {
+            Some((which, at)) if which == over => at,
+            _ => argument.unwrap_or(default),
         };
         let incidence = Incidence {
             theta_i_deg: value(Over::ThetaI, self.theta_i, 0.0),
@@ -219,12 +227,13 @@ impl OrdersArgs {
     }
 }
 
-/// Prints a line for each order, with efficiencies in percent, and one for the light that is in none of them.
+/// Prints a line for each order, with efficiencies in percent, and one for the light that is in none of the orders.
 fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     let mut out = std::io::stdout().lock();
     let percent =
         |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
-    let (side_title, rest) = match transmission {
+    // Titles of the column of the side and of the line of the remaining light. At an interface no light remains.
+    let (side_title, rest_title) = match transmission {
         Transmission::None => ("", "absorbed or transmitted"),
         Transmission::Film => ("side", "left inside the film"),
         Transmission::Interface => ("side", ""),
@@ -239,10 +248,11 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
         let (number, theta, phi) = (order.order, order.theta_deg, order.phi_deg);
         writeln!(out, "{side}{number:>5} {theta:>8.3}° {phi:>8.3}° {te:>9} {tm:>9} {mean:>9}")?;
     }
-    if let Some([te, tm]) = solved.absorbed.filter(|_| !rest.is_empty()) {
+    if let Some([te, tm]) = solved.absorbed.filter(|_| !rest_title.is_empty()) {
         let [te, tm, mean] = [te, tm, 0.5 * (te + tm)].map(|fraction| percent(Some(fraction)));
-        // The title ends where the column phi ends, 25 characters after the column of the side.
-        writeln!(out, "{rest:>0$} {te:>9} {tm:>9} {mean:>9}", 25 + side_column("").len())?;
+        // The title fills the columns of the side, order, theta and phi. The last three have 25 characters.
+        let width = 25 + side_column("").len();
+        writeln!(out, "{rest_title:>width$} {te:>9} {tm:>9} {mean:>9}")?;
     }
     Ok(())
 }

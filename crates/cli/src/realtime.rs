@@ -26,7 +26,7 @@ pub(crate) fn clock(gpu: &Gpu) -> &'static str {
     if gpu.has_timestamps() { "timestamps" } else { "wall clock" }
 }
 
-/// A method on the GPU with its options, and the surface.
+/// A method on the GPU with its options, and the surface that it evaluates.
 pub struct Realtime {
     kind: MethodKind,
     options: MethodOptions,
@@ -39,11 +39,11 @@ pub struct Realtime {
 pub struct MethodReport {
     method: &'static str,
     options: MethodOptions,
-    /// Seconds to compute the method's data.
+    /// Wall-clock time to compute the method's data, or to read it from the cache.
     build_seconds: f64,
-    /// Size of the data on the GPU in bytes.
+    /// Size of the data on the GPU.
     method_bytes: u64,
-    /// `None` for methods without uniform steps between wavelengths.
+    /// The sum over wavelengths; `None` for methods without uniform steps between wavelengths.
     #[serde(skip_serializing_if = "Option::is_none")]
     quadrature: Option<Quadrature>,
 }
@@ -75,6 +75,7 @@ impl Realtime {
         };
         let options = method.options(Quantity::ColourOnGpu)?;
         let config = surface.realtime_config(kind, &options)?;
+        // Not every method shows a surface that transmits.
         kind.accept(config.body())?;
         Ok(Self { kind, options, config, cache: surface.cache()? })
     }
@@ -101,6 +102,7 @@ impl Realtime {
             config.build_method(*kind, options, spectral_index.as_ref(), cache, progress)
         })?;
         let build_seconds = start.elapsed().as_secs_f64();
+        // The automatic choice of the obliquity factor depends on the index.
         let Options { obliquity, shadowing, .. } = config.options_for(spectral_index.as_ref());
         let optics = Optics { index, cover: config.cover(), obliquity, shadowing };
         let shader = Shader::new(gpu, &*method, &optics)?;

@@ -1,5 +1,9 @@
 //! A surface that is evaluated by one of the methods, on the CPU.
 //!
+//! A [`Reflector`] has an [`Evaluator`], which computes reflectances, and a [`Sampler`] where the command or the method
+//! needs one. Under a cover, a flat clear layer over the relief, both take directions inside the cover. [`Inside`]
+//! converts directions, and gives the factors on the reflectance and on the density.
+//!
 //! Symbols, as in docs/model.md:
 //!
 //! - f_r = R·O·M·S/λ²: the reflectance in 1/sr;
@@ -42,32 +46,56 @@ pub(crate) enum Purpose {
     Map,
 }
 
-/// The evaluator of a method.
+/// The evaluator of a method. Surfaces that transmit have no separate factors: all evaluators give their whole
+/// scattering function.
 enum Evaluator {
-    /// The direct sum over the relief.
+    /// The direct sum over the relief, `O·M·S/λ²`.
     Exact(Box<Exact>),
-    /// The spectral tables.
+    /// The spectral tables, `O·M·S/λ²`.
     Table(Arc<Surface>),
-    /// A method that computes colours in single precision.
+    /// A method that computes colours in single precision. Its spectral answer is `S/λ²`.
     Realtime(Box<dyn methods::Method>),
+    /// The tables of a grating by Maxwell's equations, `f_r`.
+    Grating(CachedGrating),
+    /// A grating by Maxwell's equations that is solved for each query, `f_r`. Queries can fail, see
+    /// [`Reflector::try_eval`].
+    ExactGrating(Box<ExactGrating>),
+}
+
+/// The tables from which directions are sampled.
+enum Sampler {
+    /// The spectral tables of a phase screen.
+    PhaseScreen(Arc<Surface>),
     /// The tables of a grating by Maxwell's equations.
     Grating(CachedGrating),
-    /// A grating by Maxwell's equations that is solved for each query.
-    ExactGrating(Box<ExactGrating>),
+}
+
+impl Sampler {
+    /// Density in 1/sr of a pair inside the cover, the mean over the wavelengths.
+    fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
+        match self {
+            Self::PhaseScreen(surface) => surface.pdf(wi, wo, wavelengths_nm),
+            Self::Grating(grating) => grating.0.pdf(wi, wo, wavelengths_nm),
+        }
+    }
+
+    /// A direction inside the cover; `None` below the horizon.
+    fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
+        match self {
+            Self::PhaseScreen(surface) => surface.sample(wi, wavelengths_nm, u),
+            Self::Grating(grating) => grating.0.sample(wi, wavelengths_nm, u),
+        }
+    }
 }
 
 /// A surface and its method of evaluation.
 pub(crate) struct Reflector {
     evaluator: Evaluator,
-    /// The tables of the phase screen, which have a sampler. `None` for a grating by Maxwell's equations, and where
-    /// neither the method nor the command needs them.
-    surface: Option<Arc<Surface>>,
-    /// The tables of a grating by Maxwell's equations, which have a sampler. `None` for a phase screen, and where
-    /// neither the method nor the command needs them.
-    grating: Option<CachedGrating>,
+    /// `None` where neither the method nor the command needs its tables.
+    sampler: Option<Sampler>,
     /// Options of the tables, for the relief inside the cover.
     options: Options,
-    /// Index of the material, relative to the cover's.
+    /// Index of the material, relative to the cover's; `None` for a perfect conductor.
     index: Option<ComplexIndex>,
     /// Cover over the relief; the evaluator and the samplers take directions inside it.
     cover: Option<Cover>,
@@ -105,7 +133,7 @@ impl Reflector {
             built.map(|(surface, _)| Arc::new(surface))
         };
         let (nx, ny) = field.size();
-        let (evaluator, surface) = match method {
+        let (evaluator, sampled) = match method {
             Method::Exact => {
                 let surface = build_surface()?;
                 let exact = Exact::new(&field, &options, surface.albedo_table().cloned());
@@ -124,13 +152,12 @@ impl Reflector {
             }
         };
         let is_concurrent = method != Method::Exact || nx * ny <= CONCURRENT_PIXELS_MAX;
-        Ok(Self { evaluator, surface, grating: None, options, index, cover, is_concurrent })
+        Ok(Self { evaluator, sampler: sampled.map(Sampler::PhaseScreen), options, index, cover, is_concurrent })
     }
 
     /// [`Reflector::new`] for a grating by Maxwell's equations.
     ///
-    /// Only services may solve each query anew (`--method exact`), and then have no sampler. Maps have too many
-    /// queries.
+    /// The exact method solves each query anew, which is too slow for the many queries of maps. It has no sampler.
     fn rigorous(
         config: &SurfaceConfig,
         method: Method,
@@ -142,7 +169,7 @@ impl Reflector {
         let material = config.index().map(SpectralIndex::Constant);
         let build_tables =
             || with_bar(BUILDING, |progress| config.build_shared_grating(material.as_ref(), cache, progress));
-        let (evaluator, grating) = match method {
+        let (evaluator, sampled) = match method {
             Method::Exact if purpose == Purpose::Service => {
                 let relative = config.index_inside().map(SpectralIndex::Constant);
                 let (profile, coherence_um) = (config.profile_inside()?, config.grating_coherence_um());
@@ -168,7 +195,7 @@ impl Reflector {
             }
         };
         let (options, index, cover) = (config.options(), config.index_inside(), config.cover());
-        Ok(Self { evaluator, surface: None, grating, options, index, cover, is_concurrent: true })
+        Ok(Self { evaluator, sampler: sampled.map(Sampler::Grating), options, index, cover, is_concurrent: true })
     }
 
     /// `f_r` in 1/sr; zero unless both directions are above the surface, or the surface transmits.
@@ -189,11 +216,13 @@ impl Reflector {
     /// solved for each query needs [`Reflector::try_eval`]: it is zero here.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if self.options.body.is_some() {
+            // A surface that transmits has no cover, and directions below it.
             return self.relief(wi, wo, wavelength_nm);
         }
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return 0.0 };
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
         let reflectance = match &self.evaluator {
+            // The tables of a grating contain the Fresnel factor.
             Evaluator::Grating(grating) => grating.0.eval(wi, wo, wavelength_nm),
             _ => self.fresnel(&pair) * self.relief(wi, wo, wavelength_nm),
         };
@@ -201,7 +230,7 @@ impl Reflector {
     }
 
     /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. At an
-    /// interface between equal indices `R` and `f_r` are 0, but this value is not.
+    /// interface between equal indices it has a value, although `R` and `f_r` are 0 there.
     ///
     /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate.
     pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
@@ -281,30 +310,25 @@ impl Reflector {
 
     /// The sampler's density in 1/sr, the mean over the wavelengths.
     ///
-    /// `None` without a sampler, or for a wavelength outside the tables' range.
+    /// `None` for a wavelength outside the tables' range. Zero, even without a sampler, unless both directions are
+    /// above the surface or the surface transmits. `None` for other pairs without a sampler.
     pub(crate) fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
         let tabulated = |nm: &f64| (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(nm);
         if !wavelengths_nm.iter().all(tabulated) {
             return None;
         }
         let Some(Inside { wi, wo, density, .. }) = self.inside(wi, wo) else { return Some(0.0) };
-        let pdf = match (&self.surface, &self.grating) {
-            (Some(surface), _) => surface.pdf(wi, wo, wavelengths_nm),
-            (None, grating) => grating.as_ref()?.0.pdf(wi, wo, wavelengths_nm),
-        };
-        Some(density * pdf)
+        Some(density * self.sampler.as_ref()?.pdf(wi, wo, wavelengths_nm))
     }
 
-    /// A direction drawn by the sampler; see [`Surface::sample`]. `None` below the horizon, where the cover reflects
-    /// the direction totally, and without a sampler.
+    /// A direction drawn by the sampler; see [`Surface::sample`].
+    ///
+    /// `None` for a sample below the horizon or one that the cover reflects totally, and without a sampler.
     pub(crate) fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
-        let draw = |wi| match &self.surface {
-            Some(surface) => surface.sample(wi, wavelengths_nm, u),
-            None => self.grating.as_ref()?.0.sample(wi, wavelengths_nm, u),
-        };
-        let Some(cover) = self.cover else { return draw(wi) };
-        // The outgoing direction is not known yet; only `wi` inside the cover is needed, `None` below the surface.
-        let drawn = draw(Inside::new(self.cover, wi, wi)?.wi)?;
+        let sampler = self.sampler.as_ref()?;
+        let Some(cover) = self.cover else { return sampler.sample(wi, wavelengths_nm, u) };
+        // The outgoing direction is not known yet. Only `wi` inside the cover is used here.
+        let drawn = sampler.sample(Inside::new(self.cover, wi, wi)?.wi, wavelengths_nm, u)?;
         let wo = cover.outside(drawn.wo)?;
         let Inside { factor, density, .. } = Inside::new(self.cover, wi, wo)?;
         // The weight f_r·cosθo/pdf, with each of its three factors converted from inside the cover to outside.
@@ -317,10 +341,10 @@ impl Reflector {
         self.map_indices(items.len(), |i| answer(&items[i]))
     }
 
-    /// Applies `answer` to the indices below `count`, concurrently where the method allows it; the order is kept. A
-    /// task takes at least eight indices, since a look-up is short.
+    /// Applies `answer` to the indices below `count`, concurrently where the method allows it; the order is kept.
     pub(crate) fn map_indices<A: Send>(&self, count: usize, answer: impl Fn(usize) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
+            // A single look-up is too short for a task of its own.
             (0..count).into_par_iter().with_min_len(8).map(answer).collect()
         } else {
             (0..count).map(answer).collect()

@@ -12,7 +12,7 @@ use ndarray::Array3;
 use serde::Serialize;
 use std::time::Instant;
 use sunbeam::scattering::Transmission;
-use sunbeam_realtime::{AdapterChoice, Blend, KERATIN, Query, Renderer, Scene, StageTimes, Target, View};
+use sunbeam_realtime::{AdapterChoice, Blend, Gpu, KERATIN, Query, Renderer, Scene, StageTimes, Target, View};
 
 /// Draw the snake on the GPU, without a window
 ///
@@ -83,7 +83,8 @@ struct Report<'a> {
     gpu_stages_ms: StageTimes,
     /// `timestamps` of the GPU, or `wall clock` around each submission.
     gpu_clock: &'static str,
-    /// Number of queries that the method answered for the last picture: visible points of the mesh in the sun.
+    /// Number of queries that the method answered for the last picture. A query is a visible point of the mesh in the
+    /// sun.
     answered: u64,
     /// Number of submissions of these queries.
     submissions: u32,
@@ -127,15 +128,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let last = reports[reports.len() - 1];
     let gpu_stages_ms = StageTimes::medians(&reports.iter().map(|report| report.gpu_ms).collect::<Vec<_>>());
 
-    let picture = target.read_picture(&gpu)?;
-    let size = (width as usize, height as usize);
-    args.output.write(&encode::exr(size, |i| picture[i])?)?;
-    if let Some(file) = &args.png {
-        file.write(&encode::tone_mapped_png(size, &picture, args.exposure)?)?;
-    }
-    if let Some(file) = &args.pairs {
-        file.write(&encode::npy(&pair_components(size, &target.read_queries(&gpu)?))?)?;
-    }
+    write_files(args, &gpu, &target)?;
     print_json(&Report {
         output: &args.output,
         png: &args.png,
@@ -154,6 +147,20 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         method,
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// Writes the picture and the directions of the target to the files of the arguments.
+fn write_files(args: &RenderArgs, gpu: &Gpu, target: &Target) -> Outcome {
+    let size = (args.size.0 as usize, args.size.1 as usize);
+    let picture = target.read_picture(gpu)?;
+    args.output.write(&encode::exr(size, |i| picture[i])?)?;
+    if let Some(file) = &args.png {
+        file.write(&encode::tone_mapped_png(size, &picture, args.exposure)?)?;
+    }
+    if let Some(file) = &args.pairs {
+        file.write(&encode::npy(&pair_components(size, &target.read_queries(gpu)?))?)?;
+    }
+    Ok(())
 }
 
 /// The array of `--pairs`, `[row, column, component]` with row 0 at the top; [`RenderArgs::pairs`] has the components.

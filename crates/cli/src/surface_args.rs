@@ -1,4 +1,6 @@
 //! The arguments that describe a surface, shared by the subcommands.
+//!
+//! [`SurfaceArgs`] becomes a [`SurfaceConfig`] of the library, which has the defaults and the checks.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Deserialize;
@@ -167,36 +169,9 @@ impl SurfaceArgs {
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.
     pub fn realtime_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
-        let is_patch_only = kind.is_patch_only();
-        let conserves_energy = self.conserve_energy == Some(true);
-        let is_rigorous = self.theory == Some(Theory::Rigorous);
-        // For each contradiction: whether it holds, its reason, the flag, and the only accepted value of the flag.
-        let contradictions = [
-            (is_patch_only && is_rigorous, "assumes a phase screen", "--theory", "scalar"),
-            (
-                is_patch_only && self.model == Some(Model::Ensemble),
-                "assumes one fixed coherence window",
-                "--model",
-                "patch",
-            ),
-            (
-                is_patch_only && self.tiling == Some(Tiling::Aperiodic),
-                "assumes a periodic tile",
-                "--tiling",
-                "periodic",
-            ),
-            (is_patch_only && conserves_energy, "has no albedo", "--conserve-energy", "false"),
-            (
-                conserves_energy && self.model == Some(Model::Patch),
-                "has no albedo of a patch",
-                "--conserve-energy",
-                "false",
-            ),
-        ];
-        if let Some((_, reason, flag, value)) = contradictions.iter().find(|(holds, ..)| *holds) {
-            return Err(format!("--method {kind} {reason}: {flag} must be {value}").into());
-        }
-        if is_rigorous {
+        self.refuse_contradiction(kind)?;
+        if self.theory == Some(Theory::Rigorous) {
+            // Only the colour table gets here: the published methods were refused above.
             if options.resolution != MethodOptions::default().resolution {
                 let reason = "whose tables have other axes";
                 return Err(format!("--table-resolution has no effect with --theory rigorous, {reason}").into());
@@ -208,11 +183,33 @@ impl SurfaceArgs {
         if let Some((flag, _)) = factors.iter().find(|(_, is_given)| is_gems && *is_given) {
             return Err(no_effect_with_gems(flag).into());
         }
-        let mut args = Self { conserve_energy: Some(conserves_energy), ..self.clone() };
-        if is_patch_only {
+        // Methods that compute colours conserve energy only on request, although the ensemble model does by default.
+        let mut args = Self { conserve_energy: Some(self.conserve_energy == Some(true)), ..self.clone() };
+        if kind.is_patch_only() {
             (args.model, args.tiling) = (Some(Model::Patch), Some(Tiling::Periodic));
         }
         Ok(args.config()?)
+    }
+
+    /// Refuses the first argument that contradicts a method that computes colours.
+    fn refuse_contradiction(&self, kind: MethodKind) -> Result<(), String> {
+        let is_patch_only = kind.is_patch_only();
+        let conserves_energy = self.conserve_energy == Some(true);
+        // A reason with the method as its subject, the flag, and the only accepted value of the flag.
+        let (reason, flag, accepted) = if is_patch_only && self.theory == Some(Theory::Rigorous) {
+            ("assumes a phase screen", "--theory", "scalar")
+        } else if is_patch_only && self.model == Some(Model::Ensemble) {
+            ("assumes one fixed coherence window", "--model", "patch")
+        } else if is_patch_only && self.tiling == Some(Tiling::Aperiodic) {
+            ("assumes a periodic tile", "--tiling", "periodic")
+        } else if is_patch_only && conserves_energy {
+            ("has no albedo", "--conserve-energy", "false")
+        } else if conserves_energy && self.model == Some(Model::Patch) {
+            ("has no albedo of a patch", "--conserve-energy", "false")
+        } else {
+            return Ok(());
+        };
+        Err(format!("--method {kind} {reason}: {flag} must be {accepted}"))
     }
 
     /// Whether the arguments give a refractive index.
@@ -230,8 +227,8 @@ impl SurfaceArgs {
         self.preset.is_some() || self.height_field.is_some()
     }
 
-    /// These arguments with each of the presets in turn.
-    pub fn presets(&self, presets: &[Preset]) -> Vec<Self> {
+    /// Copies of these arguments, one with each preset.
+    pub fn with_presets(&self, presets: &[Preset]) -> Vec<Self> {
         presets.iter().map(|preset| Self { preset: Some(*preset), ..self.clone() }).collect()
     }
 
@@ -260,7 +257,7 @@ impl SurfaceArgs {
     }
 }
 
-/// Error message for the flag of a factor of the reflectance. The colours of GPU Gems have no such factors.
+/// Error message for the flag of a factor on the reflectance, which does not multiply the colours of GPU Gems.
 pub(crate) fn no_effect_with_gems(flag: &str) -> String {
     format!("{flag} has no effect with --stam-form gems, whose colours no factor multiplies")
 }

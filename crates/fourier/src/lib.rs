@@ -12,8 +12,8 @@
 //! assert!((data[2] - 24.0).norm() < 1e-12);
 //! ```
 //!
-//! The crate exists for compile time: rustfft is generic, and every crate that plans a transform compiles it anew. Here
-//! both precisions are planned once, behind `dyn Fft`.
+//! The crate saves compile time: rustfft is generic, and every crate that plans a transform compiles it anew. Here it
+//! is compiled once in each precision, behind `dyn Fft`.
 
 use rayon::prelude::*;
 pub use rustfft::num_complex;
@@ -94,10 +94,13 @@ impl<T: Precision> Fft2<T> {
 
     /// The low-frequency bins of a zero-padded transform: the `kx` by `ky` bins nearest to frequency zero.
     ///
-    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. `data` is overwritten with
-    /// scratch values. `(kx, ky)` are 1 to `nx` and 1 to `ny`. The result has `ky` rows of `kx` bins, in the FFT order
-    /// of a transform of that size. An even size `k` keeps the frequency `+k/2` and drops `−k/2`. The bins equal
-    /// those of [`Fft2::process`], which computes all others, too.
+    /// The bins equal those of [`Fft2::process`], whose other bins are not computed.
+    ///
+    /// - `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. It is overwritten with scratch
+    ///   values.
+    /// - `kx` is 1 to `nx`, and `ky` is 1 to `ny`. An even size `k` keeps the frequency `+k/2` and drops `−k/2`.
+    ///
+    /// The result has `ky` rows of `kx` bins, in the FFT order of a transform of that size.
     pub fn band(&self, data: &mut [Complex<T>], (kx, ky): (usize, usize)) -> Vec<Complex<T>> {
         let zero = Complex::new(T::zero(), T::zero());
         debug_assert!(data.len() <= self.nx * self.ny && kx <= self.nx && ky <= self.ny);
@@ -105,6 +108,7 @@ impl<T: Precision> Fft2<T> {
         // Column-major: the kept columns, one after the other.
         let mut columns = vec![zero; kx * self.ny];
         columns.par_chunks_mut(self.ny * COLUMNS_PER_TASK).enumerate().for_each(|(task, block)| {
+            // The block has the columns of this task, the last block perhaps fewer.
             for (i, column) in block.chunks_mut(self.ny).enumerate() {
                 let bin = kept_bin(task * COLUMNS_PER_TASK + i, kx, self.nx);
                 for (to, row) in column.iter_mut().zip(data.chunks(self.nx)) {
@@ -126,8 +130,8 @@ impl<T: Precision> Fft2<T> {
     }
 }
 
-/// Columns gathered and transformed by one rayon task of [`Fft2::band`]. Larger values use more of each cache line that
-/// neighbouring columns share; smaller ones balance threads better.
+/// Number of columns that one rayon task gathers and transforms in [`Fft2::band`]. Larger values use more of each cache
+/// line that neighbouring columns share; smaller ones balance threads better.
 const COLUMNS_PER_TASK: usize = 16;
 
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT

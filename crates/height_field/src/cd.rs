@@ -16,6 +16,8 @@ const TRACKS: usize = 40;
 const PITCH_UM: f64 = 1.6;
 /// Side of the tile in µm.
 const EXTENT_UM: f64 = TRACKS as f64 * PITCH_UM;
+/// Edge of a pixel in µm.
+const STEP_UM: f64 = EXTENT_UM / PIXELS as f64;
 /// Channel bits along one track of the tile. T is then 64 µm / 230 = 0.2783 µm. A disc that is read at 1.2 m/s and
 /// 4.3218 Mbit/s has 0.2777 µm.
 const CHANNEL_BITS: u32 = 230;
@@ -47,9 +49,15 @@ fn run_length(random: &mut Random) -> u32 {
     11
 }
 
-/// Pits of one track as `(start, length)` in channel bits. Pits and lands are 3 to 11 bits each and fill the tile
-/// exactly.
-fn pits_of_track(random: &mut Random) -> Vec<(u32, u32)> {
+/// A pit, in channel bits.
+struct Pit {
+    /// Distance of its first bit from the start of the track.
+    start: u32,
+    length: u32,
+}
+
+/// Pits of one track. Pits and lands are 3 to 11 bits each and fill the tile exactly.
+fn pits_of_track(random: &mut Random) -> Vec<Pit> {
     let mut pits = Vec::new();
     let mut start = 0;
     while start < CHANNEL_BITS {
@@ -58,7 +66,7 @@ fn pits_of_track(random: &mut Random) -> Vec<(u32, u32)> {
         // The remainder must be 0, or long enough for one more pit and land of at least 3 bits each. Otherwise both are
         // drawn again.
         if end == CHANNEL_BITS || end + 6 <= CHANNEL_BITS {
-            pits.push((start, pit));
+            pits.push(Pit { start, length: pit });
             start = end;
         }
     }
@@ -68,41 +76,46 @@ fn pits_of_track(random: &mut Random) -> Vec<(u32, u32)> {
 /// A periodic tile of 64 × 64 µm with forty tracks along y. Land is at height 0, pits are 0.12 µm deep.
 pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
     let mut random = Random::new(SEED);
-    let mut heights = Array2::zeros((PIXELS, PIXELS));
-    let step = EXTENT_UM / PIXELS as f64;
+    let mut heights = Array2::<f64>::zeros((PIXELS, PIXELS));
+    for track in 0..TRACKS {
+        let centre = (track as f64 + 0.5) * PITCH_UM;
+        let track_start = random.between(0.0, EXTENT_UM);
+        for pit in pits_of_track(&mut random) {
+            let start = track_start + f64::from(pit.start) * BIT_UM;
+            let end = track_start + f64::from(pit.start + pit.length) * BIT_UM;
+            press(&mut heights, centre, start, end);
+        }
+    }
+    HeightField::new(heights, STEP_UM, STEP_UM)
+}
+
+/// Lowers the heights to a pit between `start` and `end` along y, centred at `centre` along x. Parts beyond the tile
+/// continue at its other side.
+fn press(heights: &mut Array2<f64>, centre: f64, start: f64, end: f64) {
     // Index of a pixel of the periodic tile.
     let wrap = |i: i64| i.rem_euclid(PIXELS as i64) as usize;
     // Largest distance of a pit's edge from the centre of its track.
     let reach = 0.5 * (WIDTH_UM + WALL_UM);
-    for track in 0..TRACKS {
-        let centre = (track as f64 + 0.5) * PITCH_UM;
-        let track_start = random.between(0.0, EXTENT_UM);
-        for (first_bit, bits) in pits_of_track(&mut random) {
-            let start = track_start + f64::from(first_bit) * BIT_UM;
-            let end = track_start + f64::from(first_bit + bits) * BIT_UM;
-            // At half depth a pit is a stadium, WIDTH_UM wide and `end − start` long. This is its centre line.
-            let (line_start, line_end) = (start + 0.5 * WIDTH_UM, end - 0.5 * WIDTH_UM);
-            let first_y = libm::floor((start - WALL_UM) / step) as i64;
-            let last_y = libm::ceil((end + WALL_UM) / step) as i64;
-            let first_x = libm::floor((centre - reach) / step) as i64;
-            let last_x = libm::ceil((centre + reach) / step) as i64;
-            for iy in first_y..=last_y {
-                let y = iy as f64 * step;
-                // Distance along y from the centre line; 0 between its ends.
-                let beyond_line = (line_start - y).max(y - line_end).max(0.0);
-                for ix in first_x..=last_x {
-                    let offset_x = ix as f64 * step - centre;
-                    // Signed distance from the outline at half depth, positive outside the pit.
-                    let outside = (beyond_line * beyond_line + offset_x * offset_x).sqrt() - 0.5 * WIDTH_UM;
-                    let depth = DEPTH_UM * smooth_step(0.5 * WALL_UM, -0.5 * WALL_UM, outside);
-                    let height: &mut f64 = &mut heights[[wrap(iy), wrap(ix)]];
-                    // Where walls overlap, the deeper one counts.
-                    *height = height.min(-depth);
-                }
-            }
+    // At half depth a pit is a stadium, WIDTH_UM wide and `end − start` long. This is its centre line.
+    let (line_start, line_end) = (start + 0.5 * WIDTH_UM, end - 0.5 * WIDTH_UM);
+    let first_y = libm::floor((start - WALL_UM) / STEP_UM) as i64;
+    let last_y = libm::ceil((end + WALL_UM) / STEP_UM) as i64;
+    let first_x = libm::floor((centre - reach) / STEP_UM) as i64;
+    let last_x = libm::ceil((centre + reach) / STEP_UM) as i64;
+    for iy in first_y..=last_y {
+        let y = iy as f64 * STEP_UM;
+        // Distance along y from the centre line; 0 between its ends.
+        let beyond_line = (line_start - y).max(y - line_end).max(0.0);
+        for ix in first_x..=last_x {
+            let offset_x = ix as f64 * STEP_UM - centre;
+            // Signed distance from the outline at half depth, positive outside the pit.
+            let outside = (beyond_line * beyond_line + offset_x * offset_x).sqrt() - 0.5 * WIDTH_UM;
+            let depth = DEPTH_UM * smooth_step(0.5 * WALL_UM, -0.5 * WALL_UM, outside);
+            let height = &mut heights[[wrap(iy), wrap(ix)]];
+            // Where walls overlap, the deeper one counts.
+            *height = height.min(-depth);
         }
     }
-    HeightField::new(heights, step, step)
 }
 
 #[cfg(test)]
@@ -114,9 +127,10 @@ mod tests {
         let mut random = Random::new(7);
         for _ in 0..200 {
             let pits = pits_of_track(&mut random);
-            let ends = pits.iter().map(|p| p.0).skip(1).chain([CHANNEL_BITS]);
-            for (&(start, pit), end) in pits.iter().zip(ends) {
-                assert!((3..=11).contains(&pit) && (3..=11).contains(&(end - start - pit)));
+            let land_ends = pits.iter().map(|pit| pit.start).skip(1).chain([CHANNEL_BITS]);
+            for (pit, land_end) in pits.iter().zip(land_ends) {
+                let land = land_end - pit.start - pit.length;
+                assert!((3..=11).contains(&pit.length) && (3..=11).contains(&land));
             }
         }
     }

@@ -18,7 +18,7 @@ const MISSING_NUMBERS: [f64; 12] =
 /// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
 const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because reliefs are not always far from such a
-/// number: heights of 0 to 800 nm are only 1.25 ranges above −999.
+/// number: heights of 0 to 2000 nm are only half a range above −999.
 const KNOWN_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A particle of dust is usually less than ten times as high as the relief, and
 /// its points have different values.
@@ -34,8 +34,8 @@ const OTHER_LEVEL_MIN: f64 = 0.25;
 const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
-/// Divisor of the number of other values: this many are ignored at either end when their range is compared with the gap
-/// of one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
+/// Reciprocal of the fraction of the other values that is ignored at either end, when their range is compared with the
+/// gap of one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
 const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count, in the order of their detection. NaN are
@@ -51,35 +51,43 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut found = Vec::new();
     // Splits off one isolated number at a time.
     while found.len() < KINDS_MAX {
-        let Some((value, count, others)) = split_lowest(rest, total).or_else(|| split_highest(rest, total)) else {
-            break;
-        };
-        if (total - others.len()) as f64 > FRACTION_MAX * total as f64 {
+        let Some(split) = split_lowest(rest, total).or_else(|| split_highest(rest, total)) else { break };
+        if (total - split.rest.len()) as f64 > FRACTION_MAX * total as f64 {
             return Vec::new();
         }
-        found.push((value, count));
-        rest = others;
+        found.push((split.value, split.count));
+        rest = split.rest;
     }
     found
 }
 
-/// An isolated number, its count, and the remaining sorted values.
-type Split<'a> = Option<(f64, usize, &'a [f64])>;
+/// Sorted values without an isolated number.
+struct Split<'a> {
+    /// The isolated number.
+    value: f64,
+    /// Number of points with this number.
+    count: usize,
+    /// The other values, sorted.
+    rest: &'a [f64],
+}
 
-/// Splits off the lowest number if it is isolated. `total` is the number of all points, as in the functions below.
-fn split_lowest(sorted: &[f64], total: usize) -> Split<'_> {
+/// Splits off the lowest number; `None` if it is not isolated. `total` is the number of all known points of the file,
+/// `sorted` holds the values that are not split off yet.
+fn split_lowest(sorted: &[f64], total: usize) -> Option<Split<'_>> {
     let value = *sorted.first()?;
     let (same, rest) = sorted.split_at(sorted.partition_point(|other| *other <= value));
     let gap = rest.first()? - value;
-    (is_isolated(value, gap, rest) && !is_level(same, rest, total)).then_some((value, same.len(), rest))
+    let is_split = is_isolated(value, gap, rest) && !is_level(same, rest, total);
+    is_split.then_some(Split { value, count: same.len(), rest })
 }
 
-/// Splits off the highest number if it is isolated.
-fn split_highest(sorted: &[f64], total: usize) -> Split<'_> {
+/// Splits off the highest number; the counterpart of [`split_lowest`].
+fn split_highest(sorted: &[f64], total: usize) -> Option<Split<'_>> {
     let value = *sorted.last()?;
     let (rest, same) = sorted.split_at(sorted.partition_point(|other| *other < value));
     let gap = value - rest.last()?;
-    (is_isolated(value, gap, rest) && !is_level(same, rest, total)).then_some((value, same.len(), rest))
+    let is_split = is_isolated(value, gap, rest) && !is_level(same, rest, total);
+    is_split.then_some(Split { value, count: same.len(), rest })
 }
 
 /// Whether `value` is isolated: `gap` is its distance from the `rest`, which is sorted and not empty.
@@ -96,6 +104,7 @@ fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
 }
 
 /// Whether the equal numbers `same` are a level of the relief beside another level in the `rest`, which is sorted.
+/// `total` is the number of all known points.
 fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
     // Functions of a slice of equal numbers: its fraction of all points, and whether its number is in a list.
     let fraction = |equal: &[f64]| equal.len() as f64 / total as f64;
@@ -105,7 +114,8 @@ fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
     // A common number for missing points is a level only at one end of full scale, with a level at the other end.
-    let may_be_level = !is_in(same, &MISSING_NUMBERS) || is_in(same, &FULL_SCALE) && others().any(is_full_scale_level);
+    let may_be_level =
+        !is_in(same, &MISSING_NUMBERS) || (is_in(same, &FULL_SCALE) && others().any(is_full_scale_level));
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN
 }
 

@@ -40,7 +40,8 @@ impl Random {
     pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
         /// Rows to which one wave is added before the next wave, few enough to stay in the processor's cache.
         const ROWS: usize = 8;
-        // Each wave: amplitude, sines and cosines of the phase along x, those of the phase along y.
+        // The phase of a wave at (ix, iy) is a phase along x plus one along y, both of which are tabulated. Each wave:
+        // amplitude, sines and cosines of the phase along x, those of the phase along y.
         let mut waves = Vec::new();
         for kx in -max_wave..=max_wave {
             for ky in 0..=max_wave {

@@ -18,9 +18,9 @@ const BLEND_FRACTION: f64 = 0.1;
 /// Smallest length that the search for matching edges tries, as a fraction of the longest, which is the axis without
 /// the strip. The search then covers a whole period of any relief with at least three periods.
 const SHORTEST_FRACTION: f64 = 2.0 / 3.0;
-/// Tolerance on the mismatch, as a fraction of the largest mismatch. Of all lengths whose mismatch exceeds the least by
-/// at most this tolerance, the longest is the start of the search. A larger tolerance keeps more pixels and matches
-/// worse.
+/// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
+/// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more
+/// pixels and matches worse.
 const MISMATCH_TOLERANCE: f64 = 0.1;
 
 /// Steps in height across the seam of a repeated tile, along one axis.
@@ -152,15 +152,28 @@ fn seam(heights: &Array2<f64>, axis: Axis) -> Option<Seam> {
 
 /// The tile of the best length along x with a blended strip of `strip` pixels; unchanged for a strip of 0.
 fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
-    let (ny, nx) = heights.dim();
     if strip == 0 {
         return heights.clone();
     }
+    let (ny, length) = (heights.nrows(), best_length(heights, strip));
+    Array2::from_shape_fn((ny, length), |(iy, ix)| {
+        let own = heights[[iy, ix]];
+        if ix >= strip {
+            return own;
+        }
+        let own_weight = 0.5 - 0.5 * (PI * (ix as f64 + 0.5) / strip as f64).cos();
+        own_weight * own + (1.0 - own_weight) * heights[[iy, length + ix]]
+    })
+}
+
+/// Number of pixels along x of the tile whose strips of `strip` pixels match, as [`HeightField::made_tileable`] chooses
+/// it. `strip` is 1 to a third of the pixels along x.
+fn best_length(heights: &Array2<f64>, strip: usize) -> usize {
     let mismatch = |length: usize| -> f64 {
         let (beginning, beyond) = (heights.slice(s![.., ..strip]), heights.slice(s![.., length..length + strip]));
         beginning.iter().zip(beyond).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
-    let longest = nx - strip;
+    let longest = heights.ncols() - strip;
     let shortest = ((SHORTEST_FRACTION * longest as f64).ceil() as usize).clamp(strip, longest);
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
@@ -171,15 +184,7 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
     while best > 0 && mismatches[best - 1] < mismatches[best] {
         best -= 1;
     }
-    let length = shortest + best;
-    Array2::from_shape_fn((ny, length), |(iy, ix)| {
-        let own = heights[[iy, ix]];
-        if ix >= strip {
-            return own;
-        }
-        let own_weight = 0.5 - 0.5 * (PI * (ix as f64 + 0.5) / strip as f64).cos();
-        own_weight * own + (1.0 - own_weight) * heights[[iy, length + ix]]
-    })
+    shortest + best
 }
 
 #[cfg(test)]

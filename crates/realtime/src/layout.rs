@@ -1,6 +1,7 @@
 //! Structs that WGSL shaders and Rust share byte by byte. A test compares their offsets with those in WGSL.
 //!
-//! The WGSL files document the members. WGSL aligns a `vec3` to 16 bytes, so each is followed by a number in its gap.
+//! WGSL aligns a `vec3` to 16 bytes, so each is followed by a number in its gap. Lengths are in cm, the unit of the
+//! mesh. Vectors are in the scene's frame, where z points up, unless noted otherwise.
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
@@ -55,16 +56,23 @@ pub struct Optics {
     pub shadowing: bool,
 }
 
-/// Layout of `Optics` in `optics.wgsl`, which documents each member.
+/// [`Optics`] and the kind of a method's answers; same layout as `Optics` in `optics.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct OpticsUniform {
+    /// Real part of the refractive index, relative to the index of the cover.
     pub eta: f32,
+    /// Imaginary part of the refractive index, relative to the index of the cover; 0 for a dielectric.
     pub k: f32,
+    /// 1 for a perfect conductor, which does not use `eta` and `k`; else 0.
     pub reflects_all: u32,
+    /// Number of the obliquity factor.
     pub obliquity: u32,
+    /// 1 with the factor of shadowing and masking, else 0.
     pub shadowing: u32,
+    /// Number of the kind of answers.
     pub answers: u32,
+    /// Refractive index of the cover; 1 without a cover.
     pub cover_eta: f32,
 }
 
@@ -95,72 +103,111 @@ impl OpticsUniform {
     }
 }
 
-/// Layout of `Range` in `shade.wgsl`, which documents each member.
+/// Part of the work of the stage `shade` in one dispatch; same layout as `Range` in `shade.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct RangeUniform {
+    /// First of the entries of the list `chosen` that are answered.
     pub first: u32,
+    /// Number of these entries.
     pub count: u32,
+    /// Index of the computed part of each answer, from 0.
     pub part: u32,
+    /// Number of parts of each answer.
     pub parts: u32,
+    /// Always 2: a number that the shader's compiler does not know (shade.wgsl).
     pub two: u32,
 }
 
-/// Layout of `Vertex` in `mesh.wgsl`, which documents each member.
+/// A vertex of the mesh; same layout as `Vertex` in `mesh.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Vertex {
     pub position: [f32; 3],
+    /// First texture coordinate.
     pub u: f32,
+    /// Shading normal.
     pub normal: [f32; 3],
+    /// Second texture coordinate.
     pub v: f32,
 }
 
-/// Layout of `Node` in `trace.wgsl`, which documents each member.
+/// A node of the tree of bounding boxes; same layout as `Node` in `trace.wgsl`. The box of a leaf is not read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Node {
+    /// Lower corner of the box.
     pub low: [f32; 3],
+    /// Index of a leaf's triangle; `TRACE_NONE` of `trace.wgsl` for an inner node.
     pub triangle: u32,
+    /// Upper corner of the box.
     pub high: [f32; 3],
+    /// Index of the node that follows this node's subtree.
     pub next: u32,
 }
 
-/// Layout of `Frame` in `frame.wgsl`, which documents each member.
+/// Camera, light and blending of one sample of a picture; same layout as `Frame` in `frame.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct FrameUniform {
+    /// Position of the camera.
     pub origin: [f32; 3],
+    /// Number of pixels in a row.
     pub width: u32,
+    /// Unit vector along the viewing direction.
     pub forward: [f32; 3],
+    /// Number of rows.
     pub height: u32,
+    /// Vector from the middle of the image plane, at the distance 1 from the camera, to its right edge.
     pub right: [f32; 3],
+    /// Weight of the diffraction colour in a fixed mix with the pigment, 0 to 1.
     pub share: f32,
+    /// Vector from the middle of the image plane to its lower edge.
     pub down: [f32; 3],
+    /// Factor on the reflectance of the pigment texture.
     pub pigment_scale: f32,
+    /// Unit vector to the sun.
     pub to_sun: [f32; 3],
+    /// Number of the [`super::Blend`].
     pub blend: u32,
+    /// Position of the ray within its pixel, 0 to 1 from the left and the top.
     pub subpixel: [f32; 2],
+    /// Cosine and sine of the angle from the tangent along u to the grating's x axis, counter-clockwise about the
+    /// normal.
     pub rotation: [f32; 2],
+    /// Diffuse reflectance of the ground, linear sRGB, 0 to 1.
     pub soil: [f32; 3],
+    /// Weight of the sample: 1 over the number of samples of a pixel.
     pub weight: f32,
+    /// 1 for the first sample, which replaces the previous picture; 0 for later samples, which are added.
     pub is_first: u32,
+    /// 1 if the scene has a ground in the plane z = 0, else 0.
     pub has_ground: u32,
+    /// Refractive index of the mesh if it is a transparent film; 0 for an opaque mesh.
     pub film_eta: f32,
+    /// Fills the struct to a multiple of 16 bytes.
     pub padding: u32,
 }
 
-/// Layout of `Sunlight` in `sunlight.wgsl`, which documents each member.
+/// Box that the sun's depth map covers; same layout as `Sunlight` in `sunlight.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct SunlightUniform {
+    /// Centre of the box.
     pub centre: [f32; 3],
+    /// Number of texels along each side of the map, a whole number.
     pub side: f32,
+    /// Unit vector along the map's rows, towards higher columns.
     pub right: [f32; 3],
+    /// Half the box's extent along `right`.
     pub half_width: f32,
+    /// Unit vector along the map's columns, towards the top row.
     pub up: [f32; 3],
+    /// Half the box's extent along `up`.
     pub half_height: f32,
+    /// Unit vector to the sun.
     pub to_sun: [f32; 3],
+    /// Half the box's extent along `to_sun`.
     pub half_depth: f32,
 }
 

@@ -17,7 +17,7 @@
 //!
 //! Supersampling repeats the stages for each sample of a pixel, so the memory does not depend on the number of samples.
 //! Light is direct sunlight only; a film ([`AnswerKind::Film`](sunbeam::methods::AnswerKind::Film)) also shows the
-//! sunlit ground behind it. Methods compute in single precision. Only
+//! sunlit ground behind it. Methods compute in single precision. Of the methods, only
 //! [`Table`](sunbeam::methods::MethodKind::Table) can conserve energy.
 //!
 //! Calls that wait for the GPU are futures, because the event loop of a browser must not block. On other platforms most

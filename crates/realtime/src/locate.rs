@@ -1,7 +1,8 @@
 //! Pipelines, bindings and submissions of the locate stage. `locate.wgsl` explains the passes and the lists `skin`,
 //! `bare`, `rest` and `chosen`.
 //!
-//! The lengths of the lists are read back after each submission, because they size the next dispatches.
+//! The lengths of the lists are read back after each submission, because they are the numbers of invocations of later
+//! passes.
 
 use super::clock::Clock;
 use super::pipeline::{self, Access};
@@ -14,20 +15,19 @@ use bytemuck::Zeroable;
 /// `LOCATE_RUN` of `locate.wgsl`.
 const RUN: u32 = 32;
 
-/// Accesses of the bindings 0, 1, … of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists,
-/// picture, sunlight, sun_depths.
+/// Accesses of the bindings 0, 1, … of `locate.wgsl`, each with its name in WGSL.
 const GROUP: [Access; 11] = [
-    Access::Uniform,
-    Access::Read,
-    Access::Read,
-    Access::Read,
-    Access::Texture,
-    Access::ReadWrite,
-    Access::ReadWrite,
-    Access::ReadWrite,
-    Access::ReadWrite,
-    Access::Uniform,
-    Access::Read,
+    Access::Uniform,   // frame
+    Access::Read,      // vertices
+    Access::Read,      // triangles
+    Access::Read,      // nodes
+    Access::Texture,   // seen
+    Access::ReadWrite, // queries
+    Access::ReadWrite, // chosen
+    Access::ReadWrite, // lists
+    Access::ReadWrite, // picture
+    Access::Uniform,   // sunlight
+    Access::Read,      // sun_depths
 ];
 
 /// Turns the triangles of pixels into queries (`locate.wgsl`), in three submissions:

@@ -72,7 +72,7 @@ impl PropertyAccess for Vertex {
             Property::UShort(value) => f32::from(value),
             Property::Int(value) => value as f32,
             Property::UInt(value) => value as f32,
-            // [`Mesh::check`] refuses a list in place of a number, because NaN is not finite.
+            // A list in place of a number. [`Mesh::check`] refuses NaN.
             _ => f32::NAN,
         };
     }
@@ -97,7 +97,7 @@ impl PropertyAccess for Face {
             Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
             Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
             Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
-            // [`parse`] refuses a property that is not a list of integers, because the face has no corners.
+            // Not a list of integers. [`parse`] refuses a face without corners.
             _ => Vec::new(),
         };
     }

@@ -58,10 +58,12 @@ pub(super) fn resolve() -> String {
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    // A film of index 1.5 under a coherence window of 65 µm.
     let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..patch.clone() };
     let default = MethodOptions::default();
     let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
-    // At a period of 0.3 µm few orders propagate, so that the solution is quick.
+    // A perfect conductor with a coherence window of 65 µm. At a period of 0.3 µm few orders propagate, so that the
+    // solution is quick.
     let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05))?.ok_or("this preset is no grating")?;
     let grating = GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none())?;
     let fixed = [

@@ -41,7 +41,7 @@ pub struct Job {
 
 /// One picture to draw.
 pub struct Frame {
-    /// Memory that the picture is drawn into.
+    /// Memory that the picture is drawn into. Another thread, such as that of a window, may show it.
     pub target: Arc<Target>,
     /// The picture's resolution.
     pub level: Level,

@@ -1,16 +1,20 @@
 //! The orders of a grating for one incidence, by either theory.
+//!
+//! Surfaces that reflect only are solved here, bodies that transmit in `both_sides`. Both fill [`SolvedOrders`].
 
 use super::both_sides;
+use super::screen::Screen;
 use crate::arguments::direction_from_degrees;
 use serde::Serialize;
 use sunbeam::config::{BuildError, SurfaceConfig, Theory};
 use sunbeam::grating::{GratingError, Medium, check_size, solve_orders};
 use sunbeam::scattering::{Pair, Vec3};
-use sunbeam::transform::OrderTransform;
 
 /// The direction and the wavelength of the light.
 pub(super) struct Incidence {
+    /// Angle with the normal, in [0, 90).
     pub(super) theta_i_deg: f64,
+    /// Azimuth from +x, which is across the grooves, towards +y.
     pub(super) phi_i_deg: f64,
     pub(super) wavelength_nm: f64,
 }
@@ -106,7 +110,7 @@ impl SolvedOrders {
         }
     }
 
-    /// Refuses a grating that is too large for the solver, without solving it.
+    /// Refuses a grating that is too large for the solver of Maxwell's equations, without solving it.
     pub(super) fn check(config: &SurfaceConfig, incidence: &Incidence) -> Result<(), BuildError> {
         if config.theory == Theory::Rigorous {
             let cosine_along_grooves = incidence.wi()[1].abs();
@@ -136,32 +140,22 @@ impl SolvedOrders {
     ///
     /// R is the Fresnel factor, O the obliquity factor, M the shadowing factor, c_m the order's amplitude.
     fn scalar(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
-        // An error for reliefs that vary along y.
-        config.profile()?;
-        let field = config.height_field()?;
-        let (transform, options) = (OrderTransform::new(&field), config.options());
-        let (period_um, wavelength_um) = (field.extent_um().0, wavelength_nm * 1e-3);
-        // The grating equation: wi.x + wo.x = m·λ/period, and wi.y + wo.y = 0.
-        let step = wavelength_um / period_um;
-        let (first, last) = (((wi[0] - 1.0) / step).ceil() as i32, ((wi[0] + 1.0) / step).floor() as i32);
-        let bins = transform.size().0 as i32;
+        let (screen, options) = (Screen::new(config, wavelength_nm)?, config.options());
         let mut orders = Vec::new();
-        for m in first..=last {
-            let (x, y) = (f64::from(m) * step - wi[0], -wi[1]);
+        for (m, [x, y]) in screen.orders(wi, 1.0) {
             let z_squared = 1.0 - x * x - y * y;
-            // The pixels resolve orders below half of their number; a single pixel has order 0.
-            let is_resolved = 2 * m.abs() < bins.max(2);
-            if z_squared <= 0.0 || !is_resolved {
+            if z_squared <= 0.0 {
+                // The order is evanescent.
                 continue;
             }
             let wo = [x, y, z_squared.sqrt()];
+            // Both directions are above the surface, so there always is a pair.
             let Some(pair) = Pair::new(wi, wo) else { continue };
-            // The first row of the transform has the orders along x, negative ones in its upper half.
-            let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[m.rem_euclid(bins) as usize];
+            let power = screen.power(m, pair.kappa(screen.wavelength_um));
             let factor = pair.interface(config.index(), options.obliquity) * options.angular_factor(&pair);
-            orders.push(Order::with_mean(Side::Above, m, wo, factor * amplitude.norm_sqr()));
+            orders.push(Order::with_mean(Side::Above, m, wo, factor * power));
         }
-        Ok(Self::of_scalar_theory(period_um, wavelength_nm, wi, orders))
+        Ok(Self::of_scalar_theory(screen.period_um, wavelength_nm, wi, orders))
     }
 
     /// Orders by the scalar theory, which has neither an absorbed fraction nor errors of a solution.
@@ -196,7 +190,8 @@ impl Order {
 
     /// The order without values by polarisation.
     pub(super) fn with_mean(side: Side, order: i32, direction: Vec3, mean: f64) -> Self {
-        // The addition turns a negative zero into a positive one.
+        // The addition turns a negative zero into a positive one. Otherwise `atan2` would give an azimuth of −180° or
+        // −0° for directions in the plane of x.
         let direction @ [x, y, z] = direction.map(|component| component + 0.0);
         let (theta_deg, phi_deg) = (x.hypot(y).atan2(z).to_degrees(), y.atan2(x).to_degrees());
         Self { side, order, theta_deg, phi_deg, direction, te: None, tm: None, mean, jones: None }

@@ -107,7 +107,8 @@ fn list(channels: &[Channel]) -> String {
     listed.join(", ")
 }
 
-/// Index in `channels` of the channel whose number or title is `wanted`; without `wanted`, of the default channel.
+/// Index in `channels` of the channel whose number or title is `wanted`; without `wanted`, of the default channel. A
+/// number takes precedence over an equal title.
 ///
 /// The default is the first length whose title names a relief, else the first other length. Without lengths it is the
 /// first channel without a unit whose title names a relief, else the first other one without a unit. Signals of

@@ -7,17 +7,18 @@ const PROBE_BYTES: usize = 64;
 /// Text of a whole file, without its byte order mark.
 ///
 /// UTF-16 is recognised by its byte order mark, or by NUL in most pairs of the first bytes, always at the same place of
-/// the pair ([`has_nul_at`]).
-/// Text that is neither UTF-16 nor valid UTF-8 is taken for Latin-1, in which every byte is a character.
+/// the pair ([`has_nul_at`]). Text that is neither UTF-16 nor valid UTF-8 is taken for Latin-1, in which every byte is
+/// a character.
 ///
 /// # Errors
 /// NUL characters in the text: the file is binary.
 pub(super) fn text(bytes: &[u8]) -> Result<String, String> {
     let decoded = match bytes {
+        // The byte order marks of UTF-16, little- and big-endian, and of UTF-8.
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
         [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
         [0xef, 0xbb, 0xbf, rest @ ..] => utf8_or_latin1(rest),
-        // The upper byte of an ASCII character in UTF-16 is NUL: the second byte in little-endian order.
+        // No mark: the upper byte of an ASCII character in UTF-16 is NUL. In little-endian order it is the second byte.
         _ if has_nul_at(bytes, 1) => utf16(bytes, u16::from_le_bytes),
         _ if has_nul_at(bytes, 0) => utf16(bytes, u16::from_be_bytes),
         _ => utf8_or_latin1(bytes),

@@ -118,6 +118,7 @@ impl<'a> DataField<'a> {
         let mut field = Self::default();
         object.components(|name, value| {
             match (name, value) {
+                // A negative count becomes 0, which `data_length` refuses.
                 (b"xres", Value::Integer(count)) => field.size.0 = usize::try_from(count).unwrap_or(0),
                 (b"yres", Value::Integer(count)) => field.size.1 = usize::try_from(count).unwrap_or(0),
                 (b"xreal", Value::Double(length)) => field.real.0 = length,

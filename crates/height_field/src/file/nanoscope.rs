@@ -89,12 +89,19 @@ fn bracketed(text: &str, open: char, close: char) -> Option<(&str, &str)> {
     Some((&inner[..end], &inner[end + close.len_utf8()..]))
 }
 
-/// Scale of an image's values: the height in µm of the full range of the stored numbers, and the name of its unit. The
-/// height is `None` for a channel of another quantity.
+/// Scale of an image's values.
+struct Scale {
+    /// Height in µm of the full range of the stored numbers; `None` for a channel of another quantity.
+    full_range_um: Option<f64>,
+    /// Name of the values' unit.
+    unit: String,
+}
+
+/// Reads the scale of an image; `all` are the sections of the header.
 ///
 /// The line is `V [soft scale] (hard scale) hard value`, where the soft scale names the key of a sensitivity. Without a
 /// soft scale the hard value is the full range.
-fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), String> {
+fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
     let text = image.text("@2:Z scale")?;
     let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");
     let rest = text.strip_prefix('V').ok_or_else(malformed)?;
@@ -103,7 +110,8 @@ fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), Stri
     let rest = if rest.trim_start().starts_with('(') { rest.rsplit(')').next().unwrap_or_default() } else { rest };
     let (hard_value, hard_unit) = leading_number(rest).ok_or_else(malformed)?;
     let Some(soft_name) = soft_name.filter(|name| !name.is_empty()) else {
-        return Ok((micrometres(hard_unit).ok().map(|unit| hard_value * unit), hard_unit.to_owned()));
+        let full_range_um = micrometres(hard_unit).ok().map(|unit_um| hard_value * unit_um);
+        return Ok(Scale { full_range_um, unit: hard_unit.to_owned() });
     };
     let key = format!("@{}", soft_name.to_ascii_lowercase());
     let soft = all.iter().find_map(|section| section.lines.get(&key));
@@ -114,10 +122,10 @@ fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), Stri
         .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
     // Heights have a soft scale in length per volt and a hard value in volts.
     let length = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
-    let height_um =
+    let full_range_um =
         length.and_then(|length| micrometres(length).ok()).map(|unit_um| hard_value * sensitivity * unit_um);
-    let unit_name = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
-    Ok((height_um, unit_name))
+    let unit = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
+    Ok(Scale { full_range_um, unit })
 }
 
 /// Title of an image, and direction of the scan in lower case (empty if unknown). The title is in quotes in
@@ -149,7 +157,7 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 /// header.
 ///
 /// For an aspect ratio other than 1:1, versions of the program differ in the meaning of a `Scan Size` of one number.
-/// The pixel size is then known in two cases only, and [`Pixel::Open`] otherwise:
+/// The pixel size is then known in two cases only, and [`Pixel::Unknown`] otherwise:
 ///
 /// - The `Scan Size` has two numbers in the aspect ratio, which are the sides of the scan.
 /// - The numbers of points have the aspect ratio, which makes the pixels square.
@@ -181,7 +189,7 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     if points_agree && x == y {
         return Ok(Pixel::Um(dx, dx));
     }
-    Ok(Pixel::Open(format!(
+    Ok(Pixel::Unknown(format!(
         "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square \
          pixels would be of {dx} µm)"
     )))
@@ -204,15 +212,16 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     for image in all.iter().filter(|section| section.is_image()) {
         let (title, direction) = title_and_direction(image)?;
         // An unreadable scale makes one channel unusable, not the file.
-        let (height_um, unit) = scale(image, &all).unwrap_or((None, "unknown".to_owned()));
+        let unknown = |_| Scale { full_range_um: None, unit: "unknown".to_owned() };
+        let Scale { full_range_um, unit } = scale(image, &all).unwrap_or_else(unknown);
         let unit = if direction.is_empty() { unit } else { format!("{unit}, {direction}") };
-        let kind = if height_um.is_some() { ValueKind::Lengths } else { ValueKind::Other };
+        let kind = if full_range_um.is_some() { ValueKind::Lengths } else { ValueKind::Other };
         channels.push(Channel { number: channels.len() + 1, title, unit, kind });
-        images.push((image, height_um));
+        images.push((image, full_range_um));
     }
     let chosen = channel::choose(&channels, wanted)?;
-    let (image, height_um) = images[chosen];
-    let height_um = height_um.ok_or("the channel is not a height")?;
+    let (image, full_range_um) = images[chosen];
+    let full_range_um = full_range_um.ok_or("the channel is not a height")?;
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
@@ -223,7 +232,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Ok("4") => 4_294_967_296.0,
         Ok(found) => return Err(format!("Bytes/pixel is {found}, not 2 or 4")),
     };
-    let step_um = height_um / steps;
+    let step_um = full_range_um / steps;
     let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step_um).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     // The scan size is that of all lines, even if the scan was stopped.

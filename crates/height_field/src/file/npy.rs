@@ -42,6 +42,7 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
     };
     let header = bytes.get(start..).and_then(|rest| rest.get(..length)).ok_or("its header ends early")?;
     let header = String::from_utf8_lossy(header);
+    // Every shape is checked, since a damaged header may repeat the key.
     for (at, _) in header.match_indices("shape") {
         let shape = header[at..].split(['(', ')']).nth(1).unwrap_or_default();
         let counts = shape.split(',').map(str::trim).filter(|count| !count.is_empty());

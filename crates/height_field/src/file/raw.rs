@@ -14,7 +14,7 @@ use ndarray::{Array2, Axis};
 use std::path::Path;
 
 /// Largest relative difference between the option's scale and the file's that counts as agreement. The rounding of
-/// seven decimal digits, and of a PNG's whole pixels per metre, is smaller.
+/// seven decimal digits is smaller, and so is that of a PNG's whole pixels per metre for pixels of up to 2 µm.
 const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
@@ -54,8 +54,8 @@ pub(super) enum FirstRow {
 pub(super) enum Pixel {
     /// Pixel size along x and y, in µm.
     Um(f64, f64),
-    /// Unknown. The text completes the message "the file does not say its …".
-    Open(String),
+    /// No size, or an ambiguous one. The text completes the message "the file does not say its …".
+    Unknown(String),
 }
 
 /// Contents of a file, in the order of its rows. Points that the format marks as missing are NaN.
@@ -100,7 +100,7 @@ impl Raw {
             meaning,
             first_row,
             first_row_source: Source::Format,
-            pixel: Pixel::Open("pixel size".to_owned()),
+            pixel: Pixel::Unknown("pixel size".to_owned()),
             pixel_source: Source::File,
             channel: None,
         }
@@ -188,8 +188,8 @@ impl Raw {
     fn pixel_size(&self, path: &Path, scale: &FileScale) -> Result<(f64, f64), HeightFieldError> {
         let (parameter, path) = ("pixel_size", path.to_owned());
         match (&self.pixel, scale.pixel_size_um) {
-            (Pixel::Open(what), None) => Err(HeightFieldError::MissingScale { path, parameter, what: what.clone() }),
-            (Pixel::Open(_), Some(given_um)) => Ok((given_um, given_um)),
+            (Pixel::Unknown(what), None) => Err(HeightFieldError::MissingScale { path, parameter, what: what.clone() }),
+            (Pixel::Unknown(_), Some(given_um)) => Ok((given_um, given_um)),
             (Pixel::Um(dx, dy), None) => Ok((*dx, *dy)),
             (&Pixel::Um(dx, dy), Some(given_um)) => match [dx, dy].into_iter().find(|own| !agree(*own, given_um)) {
                 Some(file_um) => Err(HeightFieldError::ScaleDisagrees { path, parameter, given_um, file_um }),

@@ -121,7 +121,7 @@ fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>,
             return Ok(Some(current.to_string()));
         }
         if !pages.more_images() {
-            // The error for a page that does not exist lists all pages.
+            // The page does not exist. The error of `choose` lists all pages.
             let (title, unit, kind) = (String::new(), "page".to_owned(), ValueKind::Lengths);
             let page_channel = |number| Channel { number, title: title.clone(), unit: unit.clone(), kind };
             let listed: Vec<Channel> = (0..=current).map(page_channel).collect();
@@ -182,6 +182,65 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
+/// Refuses a page that is not grey, and a size that the file cannot hold. Returns the columns and rows of the page.
+fn check_page(pages: &mut Pages, file_bytes: usize) -> Result<(u32, u32), String> {
+    let (width, height) = pages.dimensions().map_err(|error| error.to_string())?;
+    // Compression method 1 is none. A point takes at least one byte then.
+    let is_packed = integer(pages, Tag::Compression)?.is_some_and(|method| method != 1);
+    if !is_packed && u64::from(width) * u64::from(height) > file_bytes as u64 {
+        return Err(format!("{width} × {height} points do not fit into {file_bytes} bytes"));
+    }
+    match integer(pages, Tag::PhotometricInterpretation)? {
+        Some(0) => return Err("its white is zero; black has to be".to_owned()),
+        Some(3) => return Err("it is a picture with a palette, whose numbers are colours and not heights".to_owned()),
+        _ => {}
+    }
+    let colour = pages.colortype().map_err(|error| error.to_string())?;
+    if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
+        return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
+    }
+    Ok((width, height))
+}
+
+/// Numbers of a page.
+struct Samples {
+    /// Stored numbers, row by row from the file's first row on.
+    values: Vec<f64>,
+    /// Number of full scale; `None` for floats.
+    full: Option<f64>,
+}
+
+impl Samples {
+    /// Decodes the current page. Numbers equal to `no_data` become NaN.
+    fn read(pages: &mut Pages, no_data: Option<f64>) -> Result<Self, String> {
+        let integers = |values: Vec<f64>, full: f64| (values, Some(full), no_data);
+        let (mut values, full, no_data) = match pages.read_image().map_err(damaged)? {
+            DecodingResult::U8(values) => integers(values.into_iter().map(f64::from).collect(), f64::from(u8::MAX)),
+            DecodingResult::U16(values) => integers(values.into_iter().map(f64::from).collect(), f64::from(u16::MAX)),
+            DecodingResult::U32(values) => integers(values.into_iter().map(f64::from).collect(), f64::from(u32::MAX)),
+            DecodingResult::F32(values) => {
+                // The mark of missing points is rounded like the numbers that are compared with it.
+                let rounded = no_data.map(|value| f64::from(value as f32));
+                (values.into_iter().map(f64::from).collect(), None, rounded)
+            }
+            DecodingResult::F64(values) => (values, None, no_data),
+            _ => {
+                let needed = "unsigned ones or floats are needed";
+                return Err(format!("its samples are signed integers or half floats; {needed}"));
+            }
+        };
+        for value in values.iter_mut().filter(|value| Some(**value) == no_data) {
+            *value = f64::NAN;
+        }
+        Ok(Self { values, full })
+    }
+}
+
+/// Message for an error of the decoder.
+fn damaged(error: tiff::TiffError) -> String {
+    format!("it is cut short or damaged: {error}")
+}
+
 /// Reads the page `wanted` (its number from 0), or the first one.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     check_tags(bytes)?;
@@ -189,7 +248,6 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     limits.ifd_value_size = bytes.len();
     limits.decoding_buffer_size = bytes.len().saturating_mul(COMPRESSION_MAX);
     limits.intermediate_buffer_size = limits.decoding_buffer_size;
-    let damaged = |error: tiff::TiffError| format!("it is cut short or damaged: {error}");
     let mut pages = Decoder::new(Cursor::new(bytes)).map_err(damaged)?.with_limits(limits);
     if let Some((_, owner)) = PRIVATE.iter().find(|(tag, _)| pages.image_ifd().find_entry(Tag::Unknown(*tag)).is_some())
     {
@@ -199,20 +257,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         ));
     }
     let page = go_to_page(&mut pages, wanted)?;
-    let (width, height) = pages.dimensions().map_err(|error| error.to_string())?;
-    let is_packed = integer(&mut pages, Tag::Compression)?.is_some_and(|method| method != 1);
-    if !is_packed && u64::from(width) * u64::from(height) > bytes.len() as u64 {
-        return Err(format!("{width} × {height} points do not fit into {} bytes", bytes.len()));
-    }
-    match integer(&mut pages, Tag::PhotometricInterpretation)? {
-        Some(0) => return Err("its white is zero; black has to be".to_owned()),
-        Some(3) => return Err("it is a picture with a palette, whose numbers are colours and not heights".to_owned()),
-        _ => {}
-    }
-    let colour = pages.colortype().map_err(|error| error.to_string())?;
-    if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
-        return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
-    }
+    let (width, height) = check_page(&mut pages, bytes.len())?;
     let (first_row, first_row_source) = match integer(&mut pages, Tag::Orientation)? {
         None => (FirstRow::Top, Source::Format),
         Some(1) => (FirstRow::Top, Source::File),
@@ -222,21 +267,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let description = Description::of(&mut pages, bytes.len());
     let pixel_um = read_pixel_um(&mut pages, description.as_ref())?;
     let no_data = read_no_data(&mut pages, bytes.len());
-    // The stored numbers, and full scale for integers.
-    let (values, full): (Vec<f64>, Option<f64>) = match pages.read_image().map_err(damaged)? {
-        DecodingResult::U8(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u8::MAX))),
-        DecodingResult::U16(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u16::MAX))),
-        DecodingResult::U32(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u32::MAX))),
-        DecodingResult::F32(values) => (values.into_iter().map(f64::from).collect(), None),
-        DecodingResult::F64(values) => (values, None),
-        _ => {
-            return Err("its samples are signed integers or half floats; unsigned ones or floats are needed".to_owned());
-        }
-    };
-    // The mark of missing points is rounded like the 32-bit floats that are compared with it.
-    let is_f32 = matches!(colour, ColorType::Gray(32)) && full.is_none();
-    let no_data = no_data.map(|value| if is_f32 { f64::from(value as f32) } else { value });
-    let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { value }).collect();
+    let Samples { values, full } = Samples::read(&mut pages, no_data)?;
     let size = (height as usize, width as usize);
     let mut values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
     let meaning = match (description.and_then(|description| description.calibration_um()), full) {

@@ -109,6 +109,30 @@ fn count(root: Node, name: &str) -> Result<usize, String> {
     })
 }
 
+/// Points of all layers.
+struct Points {
+    /// Stored numbers, layer by layer.
+    stored: Vec<f64>,
+    /// One bit for each point, set at valid ones, from the lowest bit of each byte on; `None` if all are valid.
+    valid: Option<Vec<u8>>,
+}
+
+impl Points {
+    /// Reads the points from the archive's files, or from the XML itself. The file of heights must have `all_bytes`
+    /// bytes.
+    fn read(archive: &mut Archive, root: Node, number: Number, all_bytes: usize) -> Result<Self, String> {
+        let record = find(root, &["Record3"]).ok_or("it has no Record3")?;
+        if let Some(link) = find(record, &["DataLink"]) {
+            let name = text(link, &["PointDataLink"]).ok_or("DataLink names no file of heights")?;
+            let stored = number.decode(&unpack(archive, name, Some(all_bytes))?);
+            let valid = text(link, &["ValidPointsLink"]).map(|name| unpack(archive, name, None)).transpose()?;
+            return Ok(Self { stored, valid });
+        }
+        let list = find(record, &["DataList"]).ok_or("it has neither DataLink nor DataList")?;
+        Ok(Self { stored: listed_heights(list)?, valid: None })
+    }
+}
+
 /// Reads the layer `wanted` (its number from 0), or the first one. Layers are maps of equal size.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let mut archive = Archive::open(bytes)?;
@@ -134,16 +158,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let layer_bytes = data_length(nx, ny, number)?;
     let points = layer_bytes / number.size();
     let all_bytes = layer_bytes.checked_mul(nz).ok_or("its size is too large")?;
-    let record = find(root, &["Record3"]).ok_or("it has no Record3")?;
-    let (stored, valid) = if let Some(link) = find(record, &["DataLink"]) {
-        let name = text(link, &["PointDataLink"]).ok_or("DataLink names no file of heights")?;
-        let data = unpack(&mut archive, name, Some(all_bytes))?;
-        let valid = text(link, &["ValidPointsLink"]).map(|name| unpack(&mut archive, name, None)).transpose()?;
-        (number.decode(&data), valid)
-    } else {
-        let list = find(record, &["DataList"]).ok_or("it has neither DataLink nor DataList")?;
-        (listed_heights(list)?, None)
-    };
+    let Points { stored, valid } = Points::read(&mut archive, root, number, all_bytes)?;
     if stored.len() != points * nz {
         return Err(format!("{nx} × {ny} × {nz} points are promised, but {} follow", stored.len()));
     }
@@ -155,7 +170,6 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let layer = channel::choose(&layers, wanted)?;
     // Indices of the layer's points among those of all layers.
     let indices = layer * points..(layer + 1) * points;
-    // `valid` has one bit for each point of all layers, from the lowest bit of each byte on.
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
     let height_m = |i: usize| if is_valid(i) { known_or_nan(stored[i]) * scale_m + offset_m } else { f64::NAN };
     let heights = indices.map(height_m);

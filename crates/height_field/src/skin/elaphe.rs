@@ -21,7 +21,7 @@ const PERIOD_UM: f64 = 1.144_26;
 /// Peak to valley in µm: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.434_72;
 
-/// Width of the fingers' flanks, in finger periods.
+/// Width of the fingers' flanks, in finger periods. A flank is the edge at which a finger's opacity falls from 1 to 0.
 const FLANK: f64 = 0.16;
 
 /// Position along a layer at which the round end of a mean finger begins.
@@ -101,6 +101,7 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
         extent_x_um: extent,
         extent_y_um: extent,
         table,
+        // Root mean square displacements in µm. The shortest waves are an eighth and a sixth of the tile.
         warp_x: random.smooth_field(PIXELS, PIXELS, 8) * 0.85,
         warp_y: random.smooth_field(PIXELS, PIXELS, 6) * 0.12,
         layer_shift: (0..LAYERS).map(|_| 0.05 * random.normal()).collect(),
@@ -109,9 +110,19 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
         regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
     }
     let mut heights = lattice.relief(height);
+    add_granules(&mut heights, &lattice, &mut random);
+    // A slow undulation, and noise with a grain along x; root mean squares in µm.
+    heights += &(random.smooth_field(PIXELS, PIXELS, 10) * 0.008);
+    heights += &(random.blurred_noise(PIXELS, PIXELS, 16, 1) * 0.004);
+    stretch(&mut heights, TOP_UM);
+    (heights, extent / PIXELS as f64)
+}
+
+/// Adds three large and six small granules on each finger. Radii and heights are in µm. Granules are 1.2 times as long
+/// along the finger as across it.
+fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
-            // Three large and six small granules on each finger; radii and heights are in µm.
             for granule in 0..9 {
                 let large = granule < 3;
                 let centre = lattice.position_um(layer, finger, random.between(0.1, 0.95), 0.10 * random.normal());
@@ -122,14 +133,10 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
                 };
                 // A few of the large granules are much higher than the rest.
                 let top = if large && random.unit() < 0.06 { 1.9 * top } else { top };
-                lattice.granule(&mut heights, centre, (1.2 * radius, radius), top);
+                lattice.granule(heights, centre, (1.2 * radius, radius), top);
             }
         }
     }
-    heights += &(random.smooth_field(PIXELS, PIXELS, 10) * 0.008);
-    heights += &(random.blurred_noise(PIXELS, PIXELS, 16, 1) * 0.004);
-    stretch(&mut heights, TOP_UM);
-    (heights, extent / PIXELS as f64)
 }
 
 /// The skin rotated by +90°: fingers point along +y and are 1.144 µm apart along x, the axis along which Single 2014

@@ -7,6 +7,7 @@
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
+use ndarray::Array2;
 use std::f64::consts::TAU;
 
 /// Seed of all random numbers of the skin, which also depends on their order.
@@ -21,7 +22,7 @@ const LAYER_UM: f64 = 1.552_27;
 /// Peak to valley in µm: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.818_69;
 
-/// Width of the fingers' flanks, in finger periods.
+/// Width of the fingers' flanks, in finger periods. A flank is the edge at which a finger's opacity falls from 1 to 0.
 const FLANK: f64 = 0.20;
 /// Height of a layer's surface between pits and tips, in µm.
 const PLAIN_UM: f64 = 0.435;
@@ -107,6 +108,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
         extent_x_um: extent,
         extent_y_um: extent,
         table,
+        // Root mean square displacements in µm. The shortest waves are a sixth and a quarter of the tile.
         warp_x: random.smooth_field(PIXELS, PIXELS, 6) * 0.11,
         warp_y: random.smooth_field(PIXELS, PIXELS, 4) * 0.12,
         layer_shift: (0..LAYERS).map(|layer| displacement(layer, &mut random)).collect(),
@@ -115,7 +117,16 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
         regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
     }
     let mut heights = lattice.relief(height);
-    // Granules on 12 % of the tips, deep holes in 12 % of the pits; radii and heights are in µm.
+    add_granules(&mut heights, &lattice, &mut random);
+    // A slow undulation, and noise with a grain along x; root mean squares in µm.
+    heights += &(random.smooth_field(PIXELS, PIXELS, 12) * 0.015);
+    heights += &(random.blurred_noise(PIXELS, PIXELS, 3, 1) * 0.008);
+    stretch(&mut heights, TOP_UM);
+    HeightField::new(heights, extent / PIXELS as f64, extent / PIXELS as f64)
+}
+
+/// Adds granules on 12 % of the tips, and deep holes in 12 % of the pits. Radii and heights are in µm.
+fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
             let (chance, along) = (random.unit(), random.unit());
@@ -123,17 +134,13 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
                 let centre = lattice.position_um(layer, finger, 0.7 + 0.3 * along, 0.2 * random.normal());
                 let radius = random.between(0.06, 0.11);
                 let top = random.between(0.03, 0.23);
-                lattice.granule(&mut heights, centre, (radius, radius), top);
+                lattice.granule(heights, centre, (radius, radius), top);
             } else if chance > 0.88 {
-                // The pit lies half a period beside its finger.
+                // The pit lies half a period beside its finger, and is longer along the fingers than across.
                 let centre = lattice.position_um(layer, finger, 0.15 + 0.35 * along, 0.5);
                 let radius = random.between(0.05, 0.08);
-                lattice.granule(&mut heights, centre, (2.0 * radius, radius), -random.between(0.03, 0.18));
+                lattice.granule(heights, centre, (2.0 * radius, radius), -random.between(0.03, 0.18));
             }
         }
     }
-    heights += &(random.smooth_field(PIXELS, PIXELS, 12) * 0.015);
-    heights += &(random.blurred_noise(PIXELS, PIXELS, 3, 1) * 0.008);
-    stretch(&mut heights, TOP_UM);
-    HeightField::new(heights, extent / PIXELS as f64, extent / PIXELS as f64)
 }

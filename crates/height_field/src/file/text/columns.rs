@@ -3,6 +3,9 @@
 
 use super::super::units::micrometres;
 
+/// Titles of the columns, in their sequence.
+const TITLES: [&str; 3] = ["x", "y", "z"];
+
 /// Units given by the titles of three columns.
 #[derive(Debug, PartialEq)]
 pub(super) struct Columns {
@@ -21,22 +24,21 @@ pub(super) fn column_titles(text: &str) -> Option<Result<Columns, String>> {
     let mut units: [Option<&str>; 3] = [None; 3];
     // Unit of all columns: the word after "in" at the end of the line, where no title has a unit of its own.
     let mut common = None;
-    // Number of titles found, in the order x, y, z.
+    // Number of titles found.
     let mut found = 0;
+    // Whether the previous word was "in".
     let mut after_in = false;
     for word in text.split(|c: char| c.is_whitespace() || ",;\"".contains(c)).filter(|word| !word.is_empty()) {
-        // A title is the letter, alone or followed by a sign and a unit. After z no further title is expected.
-        let title = "xyz".get(found..found + 1).unwrap_or_default();
-        let rest = word.get(..1).filter(|first| first.eq_ignore_ascii_case(title)).map(|_| &word[1..]);
-        match rest.filter(|rest| !rest.starts_with(char::is_alphanumeric)) {
-            Some(rest) => {
-                units[found] = Some(bare(rest)).filter(|unit| !unit.is_empty());
+        // After z no further title is expected.
+        match TITLES.get(found).and_then(|title| after_title(word, title)) {
+            Some(unit) => {
+                units[found] = Some(bare(unit)).filter(|unit| !unit.is_empty());
                 found += 1;
                 after_in = false;
             }
             None if word.eq_ignore_ascii_case("in") => after_in = true,
             None if found == 0 => return None,
-            // A bracket that stands alone, as in "x [ nm ]".
+            // A bracket or sign that stands alone, as in "x [ nm ]".
             None if bare(word).is_empty() => {}
             None if after_in && found == 3 && units == [None; 3] => common = Some(bare(word)),
             // A word after a title is its unit.
@@ -44,6 +46,13 @@ pub(super) fn column_titles(text: &str) -> Option<Result<Columns, String>> {
         }
     }
     (found == 3).then(|| lengths(units.map(|unit| unit.or(common))))
+}
+
+/// The rest of a word that begins with the letter `title`, such as `[nm]` of `X[nm]`; empty for the letter alone.
+/// `None` for other words.
+fn after_title<'a>(word: &'a str, title: &str) -> Option<&'a str> {
+    let rest = word.get(..1).filter(|first| first.eq_ignore_ascii_case(title)).map(|_| &word[1..]);
+    rest.filter(|rest| !rest.starts_with(char::is_alphanumeric))
 }
 
 /// A unit without brackets and signs around it.

@@ -19,6 +19,8 @@ use super::quantity::{Quantity, bracketed, quantity};
 
 /// Largest number of words of a key that is separated from its number by a blank only. Longer lines are prose.
 const KEY_WORDS_MAX: usize = 3;
+/// Largest number of characters of a line that a message quotes.
+const QUOTED_MAX: usize = 80;
 
 /// Program that wrote a header; its conventions apply to omitted properties.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,7 +42,7 @@ enum Program {
 pub(super) enum HeightUnit {
     /// Not mentioned.
     #[default]
-    Unsaid,
+    NotGiven,
     /// A length: as written, and in µm.
     Length(String, f64),
     /// Mentioned, but empty.
@@ -75,8 +77,17 @@ pub(super) struct Header {
     pub has_mask: bool,
     /// Whether the columns are titled x, y and z.
     pub has_points: bool,
-    /// Numbers of points without an axis, to be checked against the data, each with the number of its line.
-    pub loose_counts: Vec<(usize, usize)>,
+    /// Numbers of points without an axis, to be checked against the data.
+    pub loose_counts: Vec<LooseCount>,
+}
+
+/// A number of points that may be that along x, that along y, or that of the whole field.
+#[derive(Debug)]
+pub(super) struct LooseCount {
+    /// Number of the line in the file.
+    pub line: usize,
+    /// Number of points.
+    pub count: usize,
 }
 
 /// A line with an unknown key.
@@ -89,6 +100,8 @@ struct UnknownLine<'a> {
     value: String,
     /// The value as numbers with a unit.
     quantity: Option<Quantity>,
+    /// Whether the line has been interpreted.
+    is_used: bool,
 }
 
 impl UnknownLine<'_> {
@@ -105,7 +118,7 @@ impl UnknownLine<'_> {
 fn not_understood(line: usize, text: &str) -> String {
     format!(
         "line {line}, \"{}\", carries a size or a unit that is not understood; remove the line, and give `pixel_size`",
-        text.trim().chars().take(80).collect::<String>()
+        text.trim().chars().take(QUOTED_MAX).collect::<String>()
     )
 }
 
@@ -131,12 +144,11 @@ pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
         }
         for (key, value) in pairs {
             if !header.take_pair(program, (line, text), &key, &value)? {
-                let quantity = quantity(&value);
-                unknown.push(UnknownLine { line, text, value, quantity });
+                unknown.push(UnknownLine { line, text, quantity: quantity(&value), value, is_used: false });
             }
         }
     }
-    header.take_unknown(&unknown)?;
+    header.take_unknown(unknown)?;
     if let HeightUnit::NoLength(reason) = header.height {
         return Err(reason);
     }
@@ -199,7 +211,7 @@ impl Header {
     /// Whether the header has the properties that Gwyddion writes for a matrix, whatever the language: both lengths and
     /// the unit of the heights, but no numbers of points.
     fn is_of_gwyddion(&self) -> bool {
-        self.extent_um.iter().all(Option::is_some) && self.counts == [None, None] && self.height != HeightUnit::Unsaid
+        self.extent_um.iter().all(Option::is_some) && self.counts == [None, None] && self.height != HeightUnit::NotGiven
     }
 
     /// Stores the property of one pair of a line. Returns `false` if the key is unknown.
@@ -229,7 +241,7 @@ impl Header {
             Role::NmPerValue => {
                 let nm = number()?;
                 // The key `z-unit` takes precedence.
-                if self.height == HeightUnit::Unsaid {
+                if self.height == HeightUnit::NotGiven {
                     self.height = HeightUnit::Length(format!("{nm} nm"), nm * 1e-3);
                 }
             }
@@ -239,7 +251,7 @@ impl Header {
                 let unit = parsed()?.unit;
                 if program == Program::Wsxm {
                     self.height = height_unit(&unit)?;
-                } else if !unit.is_empty() && self.height == HeightUnit::Unsaid {
+                } else if !unit.is_empty() && self.height == HeightUnit::NotGiven {
                     // The files of other programs may have the heights in another unit than their range.
                     return Err(refuse());
                 }
@@ -277,7 +289,7 @@ impl Header {
             }
         } else {
             match (along.axis(), found.counts()?.as_slice()) {
-                (None, [count]) => self.loose_counts.push((line, *count)),
+                (None, [count]) => self.loose_counts.push(LooseCount { line, count: *count }),
                 (None, [x, y]) => self.counts = [Some(*x), Some(*y)],
                 (Some(axis), [count]) => self.counts[axis] = Some(*count),
                 _ => return None,
@@ -318,6 +330,7 @@ impl Header {
         let nouns = ["height", "value", "data", "topography", "elevation", "relief", "z"];
         let lower = text.to_lowercase();
         let mut words = lower.split(|c: char| !c.is_alphanumeric());
+        // A noun may be in the plural.
         if !words.any(|word| nouns.contains(&word.trim_end_matches('s'))) {
             return Err(not_understood(line, text));
         }
@@ -329,16 +342,14 @@ impl Header {
     ///
     /// # Errors
     /// A line with a length or a unit that is left over.
-    fn take_unknown(&mut self, lines: &[UnknownLine]) -> Result<(), String> {
-        // Whether each line has been interpreted.
-        let mut used = vec![false; lines.len()];
-        self.take_matrix_lines(lines, &mut used)?;
-        self.take_unit_lines(lines, &mut used)?;
+    fn take_unknown(&mut self, mut lines: Vec<UnknownLine>) -> Result<(), String> {
+        self.take_matrix_lines(&mut lines)?;
+        self.take_unit_lines(&mut lines)?;
         let carries_length = |entry: &UnknownLine| {
             entry.length_um().is_some() || micrometres(&entry.value).is_ok() || mentions_length(&entry.value)
         };
-        match lines.iter().zip(used).find(|(entry, used)| !used && carries_length(entry)) {
-            Some((entry, _)) => Err(not_understood(entry.line, entry.text)),
+        match lines.iter().find(|entry| !entry.is_used && carries_length(entry)) {
+            Some(entry) => Err(not_understood(entry.line, entry.text)),
             None => Ok(()),
         }
     }
@@ -348,40 +359,41 @@ impl Header {
     ///
     /// # Errors
     /// A unit of the values that is not a length.
-    fn take_matrix_lines(&mut self, lines: &[UnknownLine], used: &mut [bool]) -> Result<(), String> {
+    fn take_matrix_lines(&mut self, lines: &mut [UnknownLine]) -> Result<(), String> {
         // Whether entry `i + 1` exists and is the next line of the file.
         let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
         let length_at = |i: usize| lines.get(i).and_then(UnknownLine::length_um);
         let found = (0..lines.len()).find(|&i| has_next(i) && length_at(i).is_some() && length_at(i + 1).is_some());
         let Some(width_at) = found.filter(|_| self.extent_um == [None, None]) else { return Ok(()) };
         let height_at = width_at + 1;
+        let channel_at = (width_at > 0 && has_next(width_at - 1)).then(|| width_at - 1);
+        let unit_at = (has_next(height_at) && self.height == HeightUnit::NotGiven).then_some(height_at + 1);
         self.extent_um = [length_at(width_at), length_at(height_at)];
-        used[width_at] = true;
-        used[height_at] = true;
-        if width_at > 0 && has_next(width_at - 1) {
-            self.channel.get_or_insert_with(|| lines[width_at - 1].value.clone());
-            used[width_at - 1] = true;
+        if let Some(at) = channel_at {
+            self.channel.get_or_insert_with(|| lines[at].value.clone());
         }
-        if has_next(height_at) && self.height == HeightUnit::Unsaid {
-            self.height = height_unit(&lines[height_at + 1].value)?;
-            used[height_at + 1] = true;
+        if let Some(at) = unit_at {
+            self.height = height_unit(&lines[at].value)?;
+        }
+        for at in [Some(width_at), Some(height_at), channel_at, unit_at].into_iter().flatten() {
+            lines[at].is_used = true;
         }
         Ok(())
     }
 
     /// Interprets the lines that Gwyddion writes for points: the unit of x and y, then that of the values. Does nothing
     /// unless exactly two lines are left whose value is a unit of length.
-    fn take_unit_lines(&mut self, lines: &[UnknownLine], used: &mut [bool]) -> Result<(), String> {
-        if self.lateral_um.is_some() || self.height != HeightUnit::Unsaid {
+    fn take_unit_lines(&mut self, lines: &mut [UnknownLine]) -> Result<(), String> {
+        if self.lateral_um.is_some() || self.height != HeightUnit::NotGiven {
             return Ok(());
         }
-        let units: Vec<usize> =
-            (0..lines.len()).filter(|&i| !used[i] && micrometres(&lines[i].value).is_ok()).collect();
-        if let [lateral, value] = units[..] {
-            self.lateral_um = Some([micrometres(&lines[lateral].value)?; 2]);
-            self.height = height_unit(&lines[value].value)?;
-            used[lateral] = true;
-            used[value] = true;
+        let is_unit = |entry: &&mut UnknownLine| !entry.is_used && micrometres(&entry.value).is_ok();
+        let mut units: Vec<&mut UnknownLine> = lines.iter_mut().filter(is_unit).collect();
+        if let [lateral, height] = units.as_mut_slice() {
+            self.lateral_um = Some([micrometres(&lateral.value)?; 2]);
+            self.height = height_unit(&height.value)?;
+            lateral.is_used = true;
+            height.is_used = true;
         }
         Ok(())
     }

@@ -106,7 +106,9 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
             }
             // With a size in its header even a small matrix is a field.
             if header.extent_um == [None, None] && header.step_um == [None, None] {
-                refuse_lists(&table, columns, rows)?;
+                refuse_profiles(columns, rows)?;
+                refuse_point_lists(&table, columns, rows)?;
+                refuse_coordinates(&table, columns)?;
             }
             from_matrix(&header, table.values, columns, rows)
         }
@@ -165,39 +167,48 @@ fn without_comment(text: &str) -> (&str, &str) {
     comment.map_or((text, ""), |start| text.split_at(start))
 }
 
-/// Refuses profiles, lists of points with further columns, and matrices with coordinates in the first row or column.
-fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String> {
+/// Refuses matrices with too few columns or rows for a relief.
+fn refuse_profiles(columns: usize, rows: usize) -> Result<(), String> {
     let advice = "a height field has at least four columns and three rows";
     match (columns, rows) {
-        (1, _) | (_, 1) => {
-            return Err(format!(
-                "it holds one {} of {} numbers, a list or a profile: {advice}",
-                if rows == 1 { "row" } else { "column" },
-                columns * rows
-            ));
-        }
-        (2, _) => return Err(format!("it holds two columns of {rows} numbers, a profile or decimal commas: {advice}")),
+        (1, _) | (_, 1) => Err(format!(
+            "it holds one {} of {} numbers, a list or a profile: {advice}",
+            if rows == 1 { "row" } else { "column" },
+            columns * rows
+        )),
+        (2, _) => Err(format!("it holds two columns of {rows} numbers, a profile or decimal commas: {advice}")),
         _ if columns < COLUMNS_MIN || rows < ROWS_MIN => {
-            return Err(format!("it holds {rows} rows of {columns} numbers, profiles or a list: {advice}"));
+            Err(format!("it holds {rows} rows of {columns} numbers, profiles or a list: {advice}"))
         }
-        _ => {}
+        _ => Ok(()),
     }
-    if columns <= POINT_COLUMNS_MAX && rows > columns {
-        // Three consecutive columns of every row, from column `skip` on.
-        let three_columns = |skip: usize| -> Vec<f64> {
-            table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
-        };
-        // Whether these columns are points x, y, z on a grid of more than one row and column.
-        let is_list = |skip: usize| {
-            points::grid(&three_columns(skip), [1.0; 2]).is_ok_and(|grid| {
-                let (ny, nx) = grid.values.dim();
-                ny > 1 && nx > 1
-            })
-        };
-        if is_list(0) || is_list(1) {
-            return Err(format!("its {columns} columns hold points x, y, z and more: keep the columns x, y and z"));
-        }
+}
+
+/// Refuses points with further columns. An index may come before x, other values after z. At least four columns are
+/// needed.
+fn refuse_point_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String> {
+    if columns > POINT_COLUMNS_MAX || rows <= columns {
+        return Ok(());
     }
+    // Three consecutive columns of every row, from column `skip` on.
+    let three_columns = |skip: usize| -> Vec<f64> {
+        table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
+    };
+    // Whether these columns are points x, y, z on a grid of more than one row and column.
+    let is_list = |skip: usize| {
+        points::grid(&three_columns(skip), [1.0; 2]).is_ok_and(|grid| {
+            let (ny, nx) = grid.values.dim();
+            ny > 1 && nx > 1
+        })
+    };
+    if is_list(0) || is_list(1) {
+        return Err(format!("its {columns} columns hold points x, y, z and more: keep the columns x, y and z"));
+    }
+    Ok(())
+}
+
+/// Refuses matrices with coordinates or an index in the first row or column.
+fn refuse_coordinates(table: &Table, columns: usize) -> Result<(), String> {
     // First row and column without the corner, which is arbitrary in a table with coordinates.
     let row: Vec<f64> = table.values[1..columns].to_vec();
     let column: Vec<f64> = table.values.iter().skip(columns).step_by(columns).copied().collect();
@@ -233,7 +244,7 @@ fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
 /// Meaning of the heights according to a header; µm where it does not mention a unit.
 fn meaning(header: &Header) -> Meaning {
     match &header.height {
-        HeightUnit::Unsaid => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
+        HeightUnit::NotGiven => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
         HeightUnit::Length(unit, unit_um) => Meaning::in_unit(unit, *unit_um),
         HeightUnit::Empty | HeightUnit::NoLength(_) => Meaning::Unknown,
     }
@@ -256,7 +267,7 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     let mut numbers = table.values.clone();
     mark_missing(header, numbers.iter_mut().skip(2).step_by(3));
     let grid = points::grid(&numbers, header.lateral_um.unwrap_or([1.0; 2]))?;
-    if header.lateral_um.is_none() && header.height != HeightUnit::Unsaid {
+    if header.lateral_um.is_none() && header.height != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
@@ -278,8 +289,8 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
             return Err(format!("its header promises {} points along an axis, but {own} follow", count.unwrap_or(0)));
         }
     }
-    if let Some((line, count)) = header.loose_counts.iter().find(|(_, count)| ![nx, ny, total].contains(count)) {
-        return Err(format!("line {line} says {count} points, but {nx} × {ny} follow"));
+    if let Some(loose) = header.loose_counts.iter().find(|loose| ![nx, ny, total].contains(&loose.count)) {
+        return Err(format!("line {} says {} points, but {nx} × {ny} follow", loose.line, loose.count));
     }
     let mask = values.split_off(total);
     for (value, flag) in values.iter_mut().zip(mask) {

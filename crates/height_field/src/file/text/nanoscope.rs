@@ -42,12 +42,14 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     let columns = table.columns()?;
     let total = nx.checked_mul(ny).ok_or("its size is too large")?;
     let pixel = pixel_size(image, &all, (nx, ny))?;
+    // Index of the chosen column of titles, and its heights.
     let (column, values) = if columns == nx && table.rows.len() == ny {
         // A matrix.
         (0, table.values)
     } else if table.rows.len() == total {
         // One column for each channel.
         let channels = column_channels(titles, columns);
+        // A single column is read whatever its title.
         let column = if columns == 1 && wanted.is_none() { 0 } else { channel::choose(&channels, wanted)? };
         (column, table.values.into_iter().skip(column).step_by(columns).collect())
     } else {

@@ -26,7 +26,7 @@ impl Quantity {
         Self { numbers: self.numbers.clone(), unit: unit.to_owned() }.lengths_um().filter(|_| is_point)
     }
 
-    /// The numbers as counts of points, 1 to 1e9; `None` for other numbers, or for a unit other than points.
+    /// The numbers as counts of points, from 1 to below 1e9; `None` for other numbers, or for a unit other than points.
     pub(super) fn counts(&self) -> Option<Vec<usize>> {
         /// Units of a number of points.
         const POINTS: [&str; 10] = ["", "px", "pix", "pixel", "pixels", "pt", "pts", "points", "samples", "lines"];

@@ -1,0 +1,58 @@
+//! The orders of a relief that varies along x alone, by the scalar theory.
+//!
+//! Light comes from air, and order m leaves in a medium of index n. Its direction follows from the grating equation,
+//! `wi.x + n·wo.x = m·λ/period` and `wi.y + n·wo.y = 0`. Its power is `|c_m|²`, with the amplitude `c_m` in the
+//! transform of the phase screen.
+
+use sunbeam::config::{BuildError, SurfaceConfig};
+use sunbeam::scattering::Vec3;
+use sunbeam::transform::OrderTransform;
+
+/// The phase screen of a relief, and its grating equation at one wavelength.
+pub(super) struct Screen {
+    transform: OrderTransform,
+    /// Number of pixels along x, which is the number of orders in a row of the transform.
+    bins: i32,
+    /// λ/period.
+    step: f64,
+    pub(super) period_um: f64,
+    pub(super) wavelength_um: f64,
+}
+
+impl Screen {
+    /// The screen of the configuration's relief.
+    ///
+    /// # Errors
+    /// A relief that cannot be read or that varies along y.
+    pub(super) fn new(config: &SurfaceConfig, wavelength_nm: f64) -> Result<Self, BuildError> {
+        // Only the check of the profile is needed: it refuses reliefs that vary along y.
+        config.profile()?;
+        let field = config.height_field()?;
+        let (period_um, wavelength_um) = (field.extent_um().0, wavelength_nm * 1e-3);
+        let transform = OrderTransform::new(&field);
+        let bins = transform.size().0 as i32;
+        Ok(Self { transform, bins, step: wavelength_um / period_um, period_um, wavelength_um })
+    }
+
+    /// The orders m with `|n·wo.x| ≤ n` that the pixels resolve, by ascending number, with the tangential components x
+    /// and y of `n·wo`. The index n of the medium in which the orders leave is `index`. Oblique to x, the outermost
+    /// orders may still be evanescent.
+    pub(super) fn orders(&self, wi: Vec3, index: f64) -> impl Iterator<Item = (i32, [f64; 2])> {
+        let (step, bins) = (self.step, self.bins);
+        let (first, last) = (((wi[0] - index) / step).ceil() as i32, ((wi[0] + index) / step).floor() as i32);
+        // The pixels resolve orders below half of their number; a single pixel has order 0.
+        let is_resolved = move |m: &i32| 2 * m.abs() < bins.max(2);
+        (first..=last).filter(is_resolved).map(move |m| (m, [f64::from(m) * step - wi[0], -wi[1]]))
+    }
+
+    /// The number of the order whose scattering vector has this x component, in wave numbers in vacuum.
+    pub(super) fn number(&self, tangential_x: f64) -> i32 {
+        (tangential_x / self.step).round() as i32
+    }
+
+    /// `|c_m|²` at the phase rate `kappa` in rad/µm.
+    pub(super) fn power(&self, m: i32, kappa: f64) -> f64 {
+        // The first row of the transform has the orders along x, negative ones in its upper half.
+        self.transform.amplitudes(kappa)[m.rem_euclid(self.bins) as usize].norm_sqr()
+    }
+}
