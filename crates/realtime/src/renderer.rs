@@ -164,7 +164,7 @@ impl Renderer {
         });
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, bindings, &[]);
-        pass.draw(0..scene.corners(), 0..1);
+        pass.draw(0..scene.corners, 0..1);
         drop(pass);
         clock.run(gpu, encoder).await
     }

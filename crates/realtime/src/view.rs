@@ -9,12 +9,16 @@ use glam::DVec3;
 use std::str::FromStr;
 use sunbeam::scattering::ComplexIndex;
 
-/// Diffuse reflectance of the ground, linear sRGB.
+/// Diffuse reflectance of the ground, linear sRGB: a dark, slightly reddish soil, so that the snake stands out.
 pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
 /// Refractive index of keratin, the material of a snake's scales.
 pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
-/// Factor on the reflectance of the pigment texture.
+/// Factor on the reflectance of the pigment texture. Larger values hide the diffraction colours on the nearly black
+/// snake.
 pub const PIGMENT_SCALE: f32 = 0.35;
+/// Accepted numbers of samples along each side of a pixel. The upper bound limits the time of a picture to that of 4096
+/// samples of each pixel.
+const SUPERSAMPLE: std::ops::RangeInclusive<u32> = 1..=64;
 
 /// A pinhole camera; z is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -183,7 +187,7 @@ impl View {
         if !self.rotation_deg.is_finite() {
             return refuse("rotation", &self.rotation_deg, "finite");
         }
-        if !(1..=64).contains(&self.supersample) {
+        if !SUPERSAMPLE.contains(&self.supersample) {
             return refuse("supersample", &self.supersample, "1 to 64");
         }
         let share = if let Blend::FixedMix { share } = self.blend { share } else { 0.0 };

@@ -76,7 +76,8 @@ impl Body {
         let (sin, cos) = self.angle(self.rims_cm.0 + v * self.width_cm()).sin_cos();
         let b = relative_height(cos);
         let offset = self.radius_cm * (side * sin + up * (b * cos));
-        // Orthogonal to the tangent of the ellipse, side·cos − up·b·sin.
+        // Orthogonal to the tangent of the ellipse, side·cos − up·b·sin, and to `forward`, along which a
+        // rotation-minimising frame moves all points of the section.
         let normal = (side * (sin * b) + up * cos).normalize();
         (centre + offset, normal)
     }
@@ -152,7 +153,8 @@ fn carry(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3 {
     let reflect = |x: DVec3, axis: DVec3| x - axis * (2.0 * axis.dot(x) / axis.length_squared());
     let reflected_forward = reflect(forward, chord);
     let reflected_up = reflect(up, chord);
-    // The second reflection maps the reflected direction to the next one, unless they are equal.
+    // The second reflection maps the reflected direction to the next one. None is needed if they are equal up to
+    // rounding errors, about 1e-16 in each component.
     let axis = next - reflected_forward;
     if axis.length_squared() < 1e-24 { reflected_up } else { reflect(reflected_up, axis) }
 }
