@@ -63,9 +63,9 @@ impl Spectra {
     /// the viewer. The result is empty if the method has no values by wavelength. It is 0 unless both directions lie
     /// above the surface.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
-        let none = || vec![0.0; SPECTRUM_COUNT];
-        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return none() };
-        let Some(pair) = Pair::new(wi, wo) else { return none() };
+        let black = || vec![0.0; SPECTRUM_COUNT];
+        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return black() };
+        let Some(pair) = Pair::new(wi, wo) else { return black() };
         let interface = match self.model.body {
             // A film has no cover, and its values include the interface.
             Some(_) => 1.0,
