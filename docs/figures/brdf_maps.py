@@ -58,7 +58,7 @@ FLSS, PQ = method("flss"), method("pq")
 FLSS_AND_PQ = (("FLSS", FLSS), ("PQ", PQ))
 # NMM as published, without quadrature weights.
 UNWEIGHTED_NMM = method("nmm", "--weighted", "false")
-# Factor on the side of the maps of the sheet `methods` (`Panel.fine`). It exceeds FINE, because the box CENTRE is small.
+# Factor on the side of the maps of the sheet `methods` (`Panel.fine`), above FINE, because the box CENTRE is small.
 FINE_METHODS = 5
 
 

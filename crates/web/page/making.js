@@ -20,7 +20,7 @@ const SPECTRA_DELAY_MS = 300;
 
 /** Promises of the last task of each kind; null before the first and after a return to the last good state. */
 const pending = { surface: null, scene: null };
-/** Number of starts by kind; `all` counts those of either. `goBack` increments all three: every task becomes stale. */
+/** Number of starts by kind; `all` counts those of either. `goBack` increments all three. */
 const turns = { surface: 0, scene: 0, all: 0 };
 /** Finished fraction of the scene; null while none is being built. */
 let sceneFraction = null;
@@ -73,6 +73,7 @@ async function makeSurface(keys, stale) {
     if (stale()) return;
     page.read = read;
     byId("relief-name").textContent = source?.name ?? titleOf(settings.surface.preset);
+    // A scale that the visitor has entered can be changed.
     byId("scale").hidden = settings.surface.pixel_size === undefined && settings.surface.max_height === undefined;
     showRelief(read);
   }
@@ -132,6 +133,7 @@ function handleFailure(error) {
 /** Returns to the last state whose data were complete, `page.good`. Settings without data, such as the sun, stay. */
 export function goBack() {
   const { good } = page;
+  // Makes all tasks stale.
   for (const kind in turns) turns[kind] += 1;
   pending.surface = pending.scene = null;
   sceneFraction = null;
@@ -140,9 +142,11 @@ export function goBack() {
     page.keys = { relief: null, method: null, scene: null };
     return;
   }
+  // All settings that data depend on.
   const { surface, method, options, shape, resolution } = good.settings;
   page.settings = structuredClone({ ...page.settings, surface, method, options, shape, resolution });
   page.source = good.source;
+  // The artist may already have data that are newer than the good state.
   page.keys = page.adapter ? { ...good.keys, ...held } : good.keys;
   if (page.read !== good.read) {
     page.read = good.read;

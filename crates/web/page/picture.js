@@ -29,7 +29,8 @@ let statusTimer = 0;
 /** Handles an event of the artist (artist.js): a picture that was drawn, a failure, or the loss of the device. */
 export function handleArtistEvent(event) {
   if (event.type === "lost") return handleLoss(event.message);
-  if (event.type === "failed") return showMessage(event.message);
+  // An order of a picture that the worker could not handle gives an "error" (answering.js).
+  if (event.type === "failed" || event.type === "error") return showMessage(event.message);
   // The performance marks are for measurements.
   if (!page.drawn) performance.mark("first-picture");
   if (page.good && !page.making) page.good.at ??= performance.now();

@@ -19,7 +19,7 @@ const BACK: f64 = 0.92;
 /// Height b of the belly's half ellipse, relative to the half width r; chosen by eye.
 const BELLY: f64 = 0.70;
 /// Fraction of the girth that the sheet covers, from rim to rim. Smaller values would bring the rims into view from the
-/// side.
+/// side; larger ones add triangles that no camera above the ground sees.
 const COVERAGE: f64 = 0.76;
 /// Number of steps of the tables of centreline and section. The steps are smaller than the cells of most meshes. More
 /// steps take longer and follow the curves more closely.
@@ -43,9 +43,9 @@ pub(super) struct Body {
     length_cm: f64,
     /// Half width r of the section.
     radius_cm: f64,
-    /// Signed arc length from the top of the back to the angle φ = `i·2π/STEPS − π`, i from 0 to [`STEPS`].
+    /// Arc length from the top of the back to the angle φ = `i·2π/STEPS − π`, with the sign of φ; i from 0 to [`STEPS`].
     arcs_cm: Vec<f64>,
-    /// Signed arc lengths from the top of the back to the rims at v = 0 and v = 1.
+    /// Arc lengths from the top of the back to the rims at v = 0 (negative) and v = 1 (positive).
     rims_cm: (f64, f64),
 }
 
