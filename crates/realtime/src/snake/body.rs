@@ -43,7 +43,8 @@ pub(super) struct Body {
     length_cm: f64,
     /// Half width r of the section.
     radius_cm: f64,
-    /// Arc length from the top of the back to the angle φ = `i·2π/STEPS − π`, with the sign of φ; i from 0 to [`STEPS`].
+    /// Arc length from the top of the back to the angle φ = `i·2π/STEPS − π`, i from 0 to [`STEPS`]. It has the sign
+    /// of φ.
     arcs_cm: Vec<f64>,
     /// Arc lengths from the top of the back to the rims at v = 0 (negative) and v = 1 (positive).
     rims_cm: (f64, f64),
