@@ -116,7 +116,7 @@ impl Renderer {
             scene.sunlight.end_drawing(to_sun);
         }
         for sample in 0..view.samples() {
-            let uniform = FrameUniform { film_eta: shader.film_eta(), ..view.uniform(target.size(), sample)? };
+            let uniform = view.uniform(target.size(), sample, shader.film_eta())?;
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
             report.gpu_ms.raster +=
                 self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth).await?;
