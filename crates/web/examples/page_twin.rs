@@ -4,8 +4,8 @@
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
 //!     page_twin --programs -o programs.json
 //!
-//! The first form draws the picture or BRDF map of the settings, which the page copies and stores (src/settings.rs).
-//! The second writes the examples that the page offers. The third writes the source of every WGSL program.
+//! The first form draws the picture or BRDF map of the page's settings (src/settings.rs). The second writes the examples
+//! that the page offers. The third writes the source of every WGSL program.
 
 use clap::Parser;
 use ndarray::Array3;
@@ -78,19 +78,29 @@ fn main() -> ExitCode {
     }
 }
 
+/// Runs the form of the command that the arguments select.
 fn run(args: &Args) -> Result<(), Box<dyn Error>> {
-    let gpu = || -> Result<Gpu, Box<dyn Error>> { Ok(Gpu::open(AdapterChoice::from_env()?)?) };
     if let Some(list) = &args.examples {
-        return examples(gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
+        return examples(open_gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
     }
     if args.programs {
         let programs: BTreeMap<_, _> = sunbeam_realtime::every_program()?.into_iter().collect();
         return Ok(std::fs::write(&args.output, serde_json::to_string(&programs)?)?);
     }
+    draw(args)
+}
+
+/// Opens the adapter that the environment selects.
+fn open_gpu() -> Result<Gpu, Box<dyn Error>> {
+    Ok(Gpu::open(AdapterChoice::from_env()?)?)
+}
+
+/// Draws the picture or BRDF map of the settings and writes its files.
+fn draw(args: &Args) -> Result<(), Box<dyn Error>> {
     let path = args.settings.as_deref().ok_or("settings are missing")?;
     let settings = Settings::from_json(&std::fs::read_to_string(path)?)?;
     let bytes = args.file.as_ref().map(std::fs::read).transpose()?;
-    let gpu = gpu()?;
+    let gpu = open_gpu()?;
     let drawing = Drawing::new(&gpu, &settings, bytes.as_deref())?;
     let (pixels, (width, height)) = match args.map {
         Some(side) => (drawing.map(side)?, (side as u32, side as u32)),
