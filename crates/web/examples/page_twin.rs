@@ -4,8 +4,8 @@
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
 //!     page_twin --programs -o programs.json
 //!
-//! The first form draws the picture or BRDF map of the page's settings (src/settings.rs). The second writes the examples
-//! that the page offers. The third writes the source of every WGSL program.
+//! The first form draws the picture or BRDF map of the page's settings (src/settings.rs). The second writes the page's
+//! examples. The third writes the source of every WGSL program.
 
 use clap::Parser;
 use ndarray::Array3;
