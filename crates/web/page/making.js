@@ -62,21 +62,27 @@ export async function makeMissing() {
   }
 }
 
+/** Reads and shows the relief, unless the maker has it already. */
+async function readRelief(keys, stale) {
+  const { engine, settings, source } = page;
+  if (engine.holds(keys.relief)) return;
+  showProgress("Reading the relief");
+  const read = await engine.relief(settings, source?.file, keys.relief);
+  if (stale()) return;
+  page.read = read;
+  byId("relief-name").textContent = source?.name ?? titleOf(settings.surface.preset);
+  // A scale that the visitor has entered can be changed.
+  byId("scale").hidden = settings.surface.pixel_size === undefined && settings.surface.max_height === undefined;
+  showRelief(read);
+}
+
 /** Reads the relief and builds the method's data for the artist, or without WebGPU its evaluator on the CPU. */
 async function makeSurface(keys, stale) {
-  const { engine, settings, source } = page;
+  const { engine, settings } = page;
   engine.cancel();
   views.spectrum.say("");
-  if (!engine.holds(keys.relief)) {
-    showProgress("Reading the relief");
-    const read = await engine.relief(settings, source?.file, keys.relief);
-    if (stale()) return;
-    page.read = read;
-    byId("relief-name").textContent = source?.name ?? titleOf(settings.surface.preset);
-    // A scale that the visitor has entered can be changed.
-    byId("scale").hidden = settings.surface.pixel_size === undefined && settings.surface.max_height === undefined;
-    showRelief(read);
-  }
+  await readRelief(keys, stale);
+  if (stale()) return;
   const { too_much } = await engine.estimate(settings);
   if (too_much) throw Object.assign(new Error(too_much), { kind: "limit" });
   if (stale()) return;
