@@ -81,9 +81,9 @@ impl Change {
     /// The smallest change that ends a step of the artist.
     fn smallest_to_end(step: Step, artist: &Artist) -> Self {
         match (artist.refines(step), artist.has_shot()) {
-            // A first picture or map is finished in spite of new jobs: otherwise a drag would show no pictures.
+            // A new job does not end a first picture or map: otherwise a drag would show no pictures.
             (false, _) => Self::Method,
-            // A picture for a screenshot is finished in spite of a moved cursor.
+            // The cursor does not end a picture for a screenshot.
             (true, true) => Self::Job,
             (true, false) => Self::Cursor,
         }

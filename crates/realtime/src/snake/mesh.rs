@@ -30,8 +30,8 @@ pub struct SnakeMesh {
 }
 
 impl SnakeMesh {
-    /// Builds the mesh. With `n = 2·half_cells`, a scale inside the sheet has two triangles in each of `n²` cells, and
-    /// `4n − 2` triangles in the walls below its free edges.
+    /// Builds the mesh. A scale inside the sheet has two triangles in each of `n²` cells, where `n = 2·half_cells`. The
+    /// walls below its free edges have `4n − 2` triangles.
     ///
     /// ```
     /// use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions};

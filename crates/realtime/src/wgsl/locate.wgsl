@@ -77,8 +77,8 @@ const LOCATE_SUN_VISIBLE: u32 = 1u;
 // Visibility of the sun: the depth map cannot tell, so a ray must.
 const LOCATE_SUN_UNDECIDED: u32 = 2u;
 
-// Start of a ray from the point p in a direction, moved off the surface with normal n so that the ray does not meet the
-// surface again (Mitsuba's `offset_p`).
+// Start of a ray from the point p of a surface with the normal n. The start is moved off the surface, so that the ray
+// does not meet the surface again (Mitsuba's `offset_p`).
 fn locate_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let largest = max(abs(p.x), max(abs(p.y), abs(p.z)));
     let distance = (1.0 + largest) * LOCATE_EPSILON;
@@ -272,8 +272,8 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
 }
 
 // Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the map. The sun is hidden where the pixel's ray
-// meets nothing, where an opaque surface faces away from the sun or the viewer, and where a surface is parallel to a
-// direction. Behind a film it is undecided, because a film lets light pass.
+// meets nothing, and where the surface is parallel to the direction of the sun or the viewer. It is also hidden where an
+// opaque surface faces away from one of them. Behind a film it is undecided, because a film lets light pass.
 fn locate_visibility(found: Located) -> u32 {
     let query = found.query;
     let is_film = query.kind == QUERY_SKIN && locate_is_film();
