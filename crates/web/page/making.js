@@ -13,8 +13,8 @@ import { orderPicture } from "./view.js";
 import { showMessage, showProgress, titleOf } from "./words.js";
 
 /**
- * Delay in ms before the evaluator of spectra is built, which no picture needs. A shorter one would start builds between
- * two quick changes of the settings, which the second change cancels.
+ * Delay in ms before the evaluator of spectra is built, which no picture needs. A shorter one would start builds
+ * between two quick changes of the settings, which the second change cancels.
  */
 const SPECTRA_DELAY_MS = 300;
 

@@ -1,8 +1,8 @@
 //! The smooth body: a flattened cross-section, swept along an S-shaped centreline with a rotation-minimising frame.
 //!
-//! The section consists of two half ellipses, the back and the belly, with a common half width r. Its point at the angle
-//! φ is r·(sin φ·side + b·cos φ·up), with b = [`BACK`] or [`BELLY`]. The angle is 0 on top of the back and ±π below the
-//! belly. `side` is orthogonal to the centreline and to `up`, and points to growing v.
+//! The section consists of two half ellipses, the back and the belly, with a common half width r. Its point at the
+//! angle φ is r·(sin φ·side + b·cos φ·up), with b = [`BACK`] or [`BELLY`]. The angle is 0 on top of the back and ±π
+//! below the belly. `side` is orthogonal to the centreline and to `up`, and points to growing v.
 //!
 //! The skin is a sheet over the upper part of the section; its two edges under the belly are the *rims*. Texture
 //! coordinates are u along the centreline from head to tail and v across the sheet from rim to rim. Both are

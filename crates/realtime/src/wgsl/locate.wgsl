@@ -272,8 +272,8 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
 }
 
 // Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the map. The sun is hidden where the pixel's ray
-// meets nothing, and where the surface is parallel to the direction of the sun or the viewer. It is also hidden where an
-// opaque surface faces away from one of them. Behind a film it is undecided, because a film lets light pass.
+// meets nothing, and where the surface is parallel to the direction of the sun or the viewer. It is also hidden where
+// an opaque surface faces away from one of them. Behind a film it is undecided, because a film lets light pass.
 fn locate_visibility(found: Located) -> u32 {
     let query = found.query;
     let is_film = query.kind == QUERY_SKIN && locate_is_film();
