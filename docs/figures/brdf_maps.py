@@ -186,11 +186,12 @@ def figures() -> dict:
         drawn = {name: draw(sheet, maps, folder) for name, sheet in by_name.items()}
         elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
         summed = [surfaces.blazed_tile, *xenopeltis, *elaphe]
-        taylor = [sums(surface) for surface in summed]
-        checks.check_against_direct_sum(taylor[0], surfaces.blazed_tile)
+        blazed_sums = sums(surfaces.blazed_tile)
+        elaphe_sums = [sums(surface) for surface in elaphe]
+        taylor = [blazed_sums, *(sums(surface) for surface in xenopeltis), *elaphe_sums]
+        checks.check_against_direct_sum(blazed_sums, surfaces.blazed_tile)
         plot(taylor, folder / "taylor-sums.svg")
-        # The page shows pictures of the sums of Elaphe, which are the last.
-        partial = [Drawing(*each) for found in taylor[-len(elaphe) :] for each in pictures(found)]
+        partial = [Drawing(*each) for found in elaphe_sums for each in pictures(found)]
         drawn["partial-sums"] = draw(Sheet("partial-sums", 5, partial), maps, folder)
         made = {
             "panel": PANEL,

@@ -58,9 +58,8 @@ async function rest() {
 }
 
 /**
- * Draws the next finer picture and updates `shown`. Returns whether `shown` has changed: not if there is no finer
- * picture, if data are missing, or if a change has stopped the drawing. `handledChanges` is the number of changes that
- * `drawAll` has handled.
+ * Draws the next finer picture and updates `shown`. Returns false if `shown` stays: there is no finer picture, data are
+ * missing, or a change has stopped the drawing. `handledChanges` is the number of changes that `drawAll` has handled.
  */
 async function step(handledChanges) {
   // Serial number of the order at the start of the drawing, since the view may change while it is drawn.

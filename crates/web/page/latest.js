@@ -1,11 +1,11 @@
 // Calls of which only the last one matters, such as those for every movement of the pointer.
 
 /**
- * Wraps the asynchronous function `task` so that it runs once at a time. Of the calls during a run, only the last one is
- * made, after the run.
+ * Wraps the asynchronous function `task` so that it runs once at a time. Of the calls during a run, only the last one
+ * is made, after the run.
  *
- * The wrapped function returns a promise of whether this call ran the task: true after all runs, or false at once if the
- * run of another call goes on. Errors of the task reach the call that ran it.
+ * The wrapped function returns a promise of whether this call ran the task: true after all runs, or false at once if
+ * the run of another call goes on. Errors of the task reach the call that ran it.
  */
 export function onlyLatest(task) {
   let running = false;
