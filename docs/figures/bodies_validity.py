@@ -26,10 +26,10 @@ THEORIES = {
 def figures() -> dict:
     """Misplaced power of each theory, and errors of `rigorous` and of the judges.
 
-    `rows` has an entry for each grating. Its `misplaced` lists by theory, for each of LIGHTS_DEG, the mean over the
-    wavelengths. `error` is the rms difference of an order's power between `rigorous` and the judge. `unsettled` has by
-    preset the largest change of an order's power between a judge's two resolutions. Raises SetupError if the numbers
-    contradict the page.
+    `rows` has an entry for each grating. Its `misplaced` has a list for each theory: the means over the wavelengths,
+    one for each of LIGHTS_DEG. `error` is the rms difference of an order's power between `rigorous` and the judge.
+    `unsettled` has by preset the largest change of an order's power between a judge's two resolutions. Raises
+    SetupError if the numbers contradict the page.
     """
     judged = transmitted.load()
     rows, rigorous_errors = [], []

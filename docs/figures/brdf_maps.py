@@ -54,8 +54,12 @@ def method(name: str, *options) -> tuple:
 
 
 FLSS, PQ = method("flss"), method("pq")
+# Names and options of the methods that are compared for each surface.
+FLSS_AND_PQ = (("FLSS", FLSS), ("PQ", PQ))
 # NMM as published, without quadrature weights.
 UNWEIGHTED_NMM = method("nmm", "--weighted", "false")
+# Factor on the side of the maps of the sheet `methods` (`Panel.fine`), above FINE, because the box CENTRE is small.
+FINE_METHODS = 5
 
 
 def sheets(surfaces: Surfaces) -> list[Sheet]:
@@ -64,50 +68,17 @@ def sheets(surfaces: Surfaces) -> list[Sheet]:
     blazed, blazed_tile = surfaces.blazed, surfaces.blazed_tile
     elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
     skins = [*elaphe, *xenopeltis]
-
-    def first_order(caption: str, options: tuple, surface: Surface = blazed, fine: int = FINE) -> Panel:
-        """A map of a blazed grating, with order −1 in its inset."""
-        return Panel(caption, surface, options, box=FIRST_ORDER, fine=fine)
-
-    gems = method("stam", "--stam-form", "gems", "--period-um", PERIOD_UM)
-    methods = [
-        first_order("(a) FLSS", FLSS, fine=5),
-        Panel("(a) FLSS, centre", blazed, FLSS, box=CENTRE, fine=5),
-        first_order("(b) NMM", UNWEIGHTED_NMM, blazed_tile, fine=5),
-        Panel("(b) NMM, centre", blazed_tile, UNWEIGHTED_NMM, box=CENTRE, fine=5),
-        first_order("NMM, weighted", method("nmm"), blazed_tile, fine=5),
-        first_order("(c) PQ", PQ, fine=5),
-        # A display colour, which cannot be compared with reflectances.
-        Panel("(d) Stam, GPU Gems", blazed, gems, box=FIRST_ORDER, fine=5, exposure=1, compared=False),
-        first_order("Stam, spacing alone", method("stam"), fine=5),
-    ]
-    flss_and_pq = (("FLSS", FLSS), ("PQ", PQ))
-    xenopeltis_pq = [
-        Panel(f"{surface.name}\nθi {deg}°, {name}", surface, options, deg)
-        for surface in xenopeltis
-        for deg in (0, 20)
-        for name, options in flss_and_pq
-    ]
-    small = surfaces.cut(xenopeltis[0], SMALL_UM)
-    repeated = method("pq", "--repeats", SMALL_REPEATS)
-    xenopeltis_pq += [
-        Panel(f"{small.name}\nPQ, {SMALL_REPEATS} × {SMALL_REPEATS} tiles", small, repeated),
-        Drawing(f"{small.name}\nthe tile", cut_out(small, SMALL_UM, None, PANEL)),
-    ]
     return [
         Sheet("cut-outs", 3, cut_outs(surfaces)),
-        Sheet("gratings", 3, [first_order("blazed", FLSS), *(Panel(s.name, s, FLSS) for s in skins)]),
-        Sheet("methods", 4, methods),
-        Sheet("steps-blazed", 3, [first_order(f"{nm} nm", method("flss", "--lambda-step", nm)) for nm in STEPS_NM]),
-        *(
-            Sheet(f"steps-{key(s)}", 3, [Panel(f"{nm} nm", s, method("flss", "--lambda-step", nm)) for nm in STEPS_NM])
-            for s in elaphe
-        ),
-        Sheet("pq-blazed", 2, [first_order(name, options) for name, options in flss_and_pq]),
+        Sheet("gratings", 3, [first_order("blazed", blazed, FLSS), *(Panel(s.name, s, FLSS) for s in skins)]),
+        Sheet("methods", 4, every_method(blazed, blazed_tile)),
+        Sheet("steps-blazed", 3, [first_order(f"{nm} nm", blazed, flss_in_steps(nm)) for nm in STEPS_NM]),
+        *(Sheet(f"steps-{key(s)}", 3, [Panel(f"{nm} nm", s, flss_in_steps(nm)) for nm in STEPS_NM]) for s in elaphe),
+        Sheet("pq-blazed", 2, [first_order(name, blazed, options) for name, options in FLSS_AND_PQ]),
         Sheet(
-            "pq-elaphe", 2, [Panel(f"{s.name}\n{name}", s, options) for s in elaphe for name, options in flss_and_pq]
+            "pq-elaphe", 2, [Panel(f"{s.name}\n{name}", s, options) for s in elaphe for name, options in FLSS_AND_PQ]
         ),
-        Sheet("pq-xenopeltis", 4, xenopeltis_pq),
+        Sheet("pq-xenopeltis", 4, xenopeltis_pq(surfaces, xenopeltis)),
         Sheet("coherence", 3, [windowed(blazed, f"σs {um:g} µm", um) for um in SIGMAS_UM]),
         # With σs as the window's standard deviation the coherence length is 4σs.
         Sheet("coherence-literal", 3, [windowed(blazed, f"4σs = {4 * um:g} µm", 4 * um) for um in SIGMAS_UM[:3]]),
@@ -117,6 +88,51 @@ def sheets(surfaces: Surfaces) -> list[Sheet]:
             Sheet(f"angles-{key(s)}", 4, [Panel(f"θi {deg}°", s, FLSS, deg, compared=False) for deg in THETA_I_DEG])
             for s in xenopeltis
         ),
+    ]
+
+
+def flss_in_steps(step_nm: float) -> tuple:
+    """FLSS with this step between wavelengths."""
+    return method("flss", "--lambda-step", step_nm)
+
+
+def first_order(caption: str, surface: Surface, options: tuple, fine: int = FINE) -> Panel:
+    """A map of a blazed grating, with order −1 in its inset."""
+    return Panel(caption, surface, options, box=FIRST_ORDER, fine=fine)
+
+
+def every_method(blazed: Surface, blazed_tile: Surface) -> list[Panel]:
+    """The blazed grating by each method, with insets of order −1 or of the centre."""
+    gems = method("stam", "--stam-form", "gems", "--period-um", PERIOD_UM)
+    return [
+        first_order("(a) FLSS", blazed, FLSS, FINE_METHODS),
+        Panel("(a) FLSS, centre", blazed, FLSS, box=CENTRE, fine=FINE_METHODS),
+        first_order("(b) NMM", blazed_tile, UNWEIGHTED_NMM, FINE_METHODS),
+        Panel("(b) NMM, centre", blazed_tile, UNWEIGHTED_NMM, box=CENTRE, fine=FINE_METHODS),
+        first_order("NMM, weighted", blazed_tile, method("nmm"), FINE_METHODS),
+        first_order("(c) PQ", blazed, PQ, FINE_METHODS),
+        # A display colour, which cannot be compared with reflectances.
+        Panel("(d) Stam, GPU Gems", blazed, gems, box=FIRST_ORDER, fine=FINE_METHODS, exposure=1, compared=False),
+        first_order("Stam, spacing alone", blazed, method("stam"), FINE_METHODS),
+    ]
+
+
+def xenopeltis_pq(surfaces: Surfaces, xenopeltis: list[Surface]) -> list[Panel | Drawing]:
+    """Figure 2.9: FLSS and PQ on Xenopeltis, then PQ on a small tile that repeats, and a drawing of the tile."""
+    small = surfaces.cut(xenopeltis[0], SMALL_UM)
+    return [
+        *(
+            Panel(f"{surface.name}\nθi {deg}°, {name}", surface, options, deg)
+            for surface in xenopeltis
+            for deg in (0, 20)
+            for name, options in FLSS_AND_PQ
+        ),
+        Panel(
+            f"{small.name}\nPQ, {SMALL_REPEATS} × {SMALL_REPEATS} tiles",
+            small,
+            method("pq", "--repeats", SMALL_REPEATS),
+        ),
+        Drawing(f"{small.name}\nthe tile", cut_out(small, SMALL_UM, None, PANEL)),
     ]
 
 
@@ -170,11 +186,12 @@ def figures() -> dict:
         drawn = {name: draw(sheet, maps, folder) for name, sheet in by_name.items()}
         elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
         summed = [surfaces.blazed_tile, *xenopeltis, *elaphe]
-        taylor = [sums(surface) for surface in summed]
-        checks.check_against_direct_sum(taylor[0], surfaces.blazed_tile)
+        blazed_sums = sums(surfaces.blazed_tile)
+        elaphe_sums = [sums(surface) for surface in elaphe]
+        taylor = [blazed_sums, *(sums(surface) for surface in xenopeltis), *elaphe_sums]
+        checks.check_against_direct_sum(blazed_sums, surfaces.blazed_tile)
         plot(taylor, folder / "taylor-sums.svg")
-        # The page shows pictures of the sums of Elaphe, which are the last.
-        partial = [Drawing(*each) for found in taylor[-len(elaphe) :] for each in pictures(found)]
+        partial = [Drawing(*each) for found in elaphe_sums for each in pictures(found)]
         drawn["partial-sums"] = draw(Sheet("partial-sums", 5, partial), maps, folder)
         made = {
             "panel": PANEL,

@@ -154,7 +154,7 @@ def empty(call: str, inputs: Inputs) -> mi.Float:
     """A number per element that depends on all arguments of the call: a kernel that reads them, without a BSDF.
 
     A BSDF may ignore an argument: `roughconductor` reads no `u1`, and no wavelengths for `pdf`. The time of such reads
-    is subtracted nevertheless, so the BSDF's time comes out slightly too small.
+    is subtracted, too, so the BSDF's time comes out slightly too small.
     """
     read = dr.sum(inputs.u2) + inputs.u1 if call == "sample" else dr.sum(inputs.wo)
     read = read + dr.sum(inputs.si.wi)

@@ -116,7 +116,7 @@ impl Renderer {
             scene.sunlight.end_drawing(to_sun);
         }
         for sample in 0..view.samples() {
-            let uniform = FrameUniform { film_eta: shader.film_eta(), ..view.uniform(target.size(), sample)? };
+            let uniform = view.uniform(target.size(), sample, shader.film_eta())?;
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
             report.gpu_ms.raster +=
                 self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth).await?;
@@ -164,7 +164,7 @@ impl Renderer {
         });
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, bindings, &[]);
-        pass.draw(0..scene.corners(), 0..1);
+        pass.draw(0..scene.corners, 0..1);
         drop(pass);
         clock.run(gpu, encoder).await
     }

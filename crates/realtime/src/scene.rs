@@ -1,4 +1,7 @@
 //! A scene on the GPU: mesh, tree of bounding boxes, pigment and the sun's depth map.
+//!
+//! The depth map tells for most pixels whether the sun is visible. For the others, a ray through the tree does
+//! (locate.wgsl).
 
 use super::mesh::Mesh;
 use super::scene_data::SceneData;
@@ -6,8 +9,8 @@ use super::sunlight::Sunlight;
 use super::{Gpu, GpuError};
 use crate::snake::PigmentTexture;
 
-/// Number of texels along each side of the sun's depth map. A finer map takes longer to draw; a coarser one leaves more
-/// pixels to rays.
+/// Number of texels along each side of the sun's depth map, a multiple of 64 ([`Sunlight::new`]). A finer map takes
+/// longer to draw; a coarser one leaves more pixels to rays.
 const SUNLIGHT_SIDE: u32 = 1024;
 /// Number of texels along each side of the sun's depth map of a draft. The map is drawn again for each picture while
 /// the sun moves, so its time matters more than its resolution.
@@ -26,11 +29,11 @@ pub struct Scene {
     /// The sun's depth map.
     pub(super) sunlight: Sunlight,
     /// Number of corners of all triangles, three for each.
-    corners: u32,
+    pub(super) corners: u32,
 }
 
 impl Scene {
-    /// Uploads the mesh with a tree over its triangles, and the pigment.
+    /// Builds the tree over the mesh's triangles and uploads mesh, tree and pigment.
     ///
     /// # Errors
     /// The errors of [`SceneData::new`] and [`Scene::of`].
@@ -65,10 +68,5 @@ impl Scene {
             sunlight: Sunlight::new(gpu, data.bounds(), sunlight_side)?,
             corners: data.corners(),
         })
-    }
-
-    /// Number of corners of all triangles, three for each.
-    pub(super) fn corners(&self) -> u32 {
-        self.corners
     }
 }

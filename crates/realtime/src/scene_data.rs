@@ -43,8 +43,8 @@ struct Header {
     high: [f32; 3],
 }
 
-/// Smallest number of u32 of a pigment texture. The struct `Pigment` in `resolve.wgsl` takes at least 16 bytes: two u32
-/// and one texel are 12 bytes, rounded up to a multiple of 8.
+/// Smallest number of u32 of a pigment texture. The struct `Pigment` in `resolve.wgsl` takes at least 16 bytes: a
+/// `vec2<u32>` and one texel are 12 bytes, rounded up to a multiple of 8, the alignment of the vector.
 const PIGMENT_WORDS_MIN: usize = 4;
 /// Magic number at the beginning of the bytes, the characters "sun1".
 const MAGIC: u32 = u32::from_le_bytes(*b"sun1");
@@ -77,7 +77,7 @@ impl SceneData {
         for (length, part) in lengths.iter_mut().zip(parts) {
             *length = u32::try_from(part.len()).map_err(|_| GpuError::Mesh {
                 found: format!("{} triangles", mesh.triangles.len()),
-                accepted: "less than 4 GB each of vertices, triangles, tree nodes and pigment",
+                accepted: "less than 4 GiB each of vertices, triangles, tree nodes and pigment",
             })?;
         }
         let points = || mesh.positions.iter().map(|&position| Vec3::from(position));
@@ -158,6 +158,7 @@ impl SceneData {
 /// The struct `Pigment` of `resolve.wgsl`: width and height, then the encoded sRGB of each texel with red in the lowest
 /// byte.
 fn pigment_words(pigment: &PigmentTexture) -> Vec<u32> {
+    // The sides are at most 16 384 pixels (`pigment_texture`), so they fit in 32 bits.
     let size = [pigment.width as u32, pigment.height as u32];
     let texels = pigment.pixels.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
     let mut words: Vec<u32> = size.into_iter().chain(texels).collect();

@@ -4,8 +4,11 @@
 //! `chosen`. A submission processes a range of this list. [`Shader`] adapts two numbers from submission to submission:
 //!
 //! - the number of queries in the range, so that a submission takes about [`SUBMISSION_MS`];
-//! - the number of parts of an answer (src/methods/common.wgsl), which doubles when the adapter ends long loops early.
-//!   Each part is a submission of its own, and the parts are summed on the GPU.
+//! - the number of parts of an answer, which doubles when the adapter ends long loops early. A part has the terms of
+//!   every n-th iteration of the method's loop (src/methods/common.wgsl). Each part is a submission of its own, and the
+//!   parts are summed on the GPU.
+//!
+//! blocking.rs has the blocking forms of the asynchronous functions.
 
 use super::clock::Clock;
 use super::layout::{self, Optics, OpticsUniform, Query, RangeUniform};
@@ -53,7 +56,7 @@ pub struct Shader {
     optics_uniform: wgpu::Buffer,
     /// The uniform struct [`RangeUniform`] of the current submission.
     range_uniform: wgpu::Buffer,
-    /// Number (u32) of answers of the current submission whose loops the adapter ended early.
+    /// Number (u32) of answers of the current submission whose loops the adapter ended early (shade.wgsl).
     cut_short: wgpu::Buffer,
     /// Number of queries of the next submission, adapted by [`Shader::run`].
     planned_queries: AtomicU32,
@@ -260,6 +263,7 @@ impl Shader {
                 if self.stop.load(Relaxed) {
                     return Err(GpuError::Stopped);
                 }
+                // `two` lets the shader detect that loops ended early (shade.wgsl).
                 let range = RangeUniform { first, count, part, parts, two: 2 };
                 let (ms, is_part_cut_short) = self.submit(gpu, &clock, bindings, &range).await?;
                 spent.gpu_ms += ms;
@@ -314,6 +318,7 @@ impl Shader {
 /// Number of queries of the next submission. The last one was planned for `planned` queries but had `submitted`, fewer
 /// at the end of a list. The longest of its parts took `ms` milliseconds.
 fn next_queries(planned: u32, submitted: u32, ms: f64) -> u32 {
+    // The lower bound of the time avoids a division by zero: clocks may be coarse.
     let fitting = f64::from(submitted) * SUBMISSION_MS / ms.max(1e-6);
     if submitted < planned && fitting > f64::from(planned) {
         // A submission smaller than planned does not show that more than planned would fit.
@@ -348,6 +353,7 @@ mod tests {
         let direction = |x: f32, y: f32| [x, y, (1.0 - x * x - y * y).sqrt()];
         let queries: Vec<Query> = (0..200)
             .map(|i| Query::new(direction(0.3, 1e-3), direction(-0.9 + 0.008 * i as f32, -1e-3)))
+            // The mirror direction.
             .chain([Query::new(direction(0.3, 0.0), direction(-0.3, 0.0))])
             .collect();
         let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };

@@ -29,7 +29,8 @@ impl Shape {
     pub const ALL: [Self; 3] = [Self::Snake, Self::Flat, Self::Sphere];
     /// Linear sRGB reflectance of the pigment of square and sphere, that of the snake's back.
     pub const BARE_PIGMENT: [f64; 3] = BACK_REFLECTANCE;
-    /// Middle of the square, in cm. In x and y it is the target of the default camera.
+    /// Middle of the square, in cm. In x and y it is the target of the default camera; its height keeps it clear of the
+    /// ground.
     pub const FLAT_CENTRE_CM: [f64; 3] = [-1.0, 0.55, 0.05];
     /// Half the side of the square, in cm.
     pub const FLAT_HALF_SIDE_CM: f64 = 2.6;
@@ -178,6 +179,7 @@ mod tests {
             let [a, b, c] = corners(&mesh, triangle);
             let [ua, ub, uc] = triangle.map(|corner| mesh.uvs[corner as usize]);
             let (du1, dv1, du2, dv2) = (ub[0] - ua[0], ub[1] - ua[1], uc[0] - ua[0], uc[1] - ua[1]);
+            // ∂P/∂u, from two edges and their differences of texture coordinates.
             let tangent = ((b - a) * dv2 - (c - a) * dv1) / (du1 * dv2 - du2 * dv1);
             let [x, y, _] = ((a + b + c) / 3.0).to_array();
             let centre = Shape::SPHERE_CENTRE_CM.map(|place| place as f32);

@@ -4,14 +4,17 @@ use super::layout::{self, Query};
 use super::{Gpu, GpuError};
 use bytemuck::{Pod, Zeroable};
 
-/// Lengths of the lists of pixels: the members before `entries` of the struct `Lists` in `locate.wgsl`, which
-/// documents them.
+/// Lengths of the lists of pixels: the members before `entries` of the struct `Lists` in `locate.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ListLengths {
+    /// Number of queries that the method answers.
     pub chosen: u32,
+    /// Number of pixels that need a ray through the tree.
     pub rest: u32,
+    /// Number of pixels with a triangle.
     pub skin: u32,
+    /// Number of pixels without a triangle.
     pub bare: u32,
 }
 
@@ -114,6 +117,7 @@ impl Target {
     /// a point outside.
     pub fn pixel_at(&self, x: f64, y: f64) -> Option<(u32, u32)> {
         let inside = |coordinate: f64| (0.0..1.0).contains(&coordinate);
+        // The product may be rounded up to `count`.
         let pixel = |coordinate: f64, count: u32| ((coordinate * f64::from(count)) as u32).min(count - 1);
         (inside(x) && inside(y)).then(|| (pixel(x, self.width), pixel(y, self.height)))
     }
@@ -142,10 +146,10 @@ impl Target {
         Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
-    /// The query of one pixel's last sample; columns count from the left and rows from the top.
+    /// The query of the last sample of a pixel inside the picture; columns count from the left and rows from the top.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], also for a pixel outside the picture, [`GpuError::Lost`].
+    /// [`GpuError::Refused`], also for a row outside the picture, [`GpuError::Lost`].
     pub async fn read_query_async(&self, gpu: &Gpu, column: u32, row: u32) -> Result<Query, GpuError> {
         let index = u64::from(row) * u64::from(self.width) + u64::from(column);
         let staging = gpu.staging(QUERY_BYTES);

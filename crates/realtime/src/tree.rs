@@ -42,8 +42,8 @@ pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
         })
         .collect();
     // The arguments of the closure are the node's box, the index of its first child, the index after its subtree, and
-    // the index of its leaf, which is that of the triangle. For an inner node the last one is `u32::MAX`, `TRACE_NONE`
-    // in trace.wgsl.
+    // the index of its leaf. A leaf has the index of its triangle. An inner node has `u32::MAX`, `TRACE_NONE` in
+    // trace.wgsl.
     Bvh::build_par(&mut leaves).flatten_custom(&|bounds, _, next, triangle| Node {
         low: bounds.min.into(),
         triangle,

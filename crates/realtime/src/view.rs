@@ -9,12 +9,16 @@ use glam::DVec3;
 use std::str::FromStr;
 use sunbeam::scattering::ComplexIndex;
 
-/// Diffuse reflectance of the ground, linear sRGB.
+/// Diffuse reflectance of the ground, linear sRGB: a dark, slightly reddish soil, so that the snake stands out.
 pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
 /// Refractive index of keratin, the material of a snake's scales.
 pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
-/// Factor on the reflectance of the pigment texture.
+/// Factor on the reflectance of the pigment texture. Larger values hide the diffraction colours on the nearly black
+/// snake.
 pub const PIGMENT_SCALE: f32 = 0.35;
+/// Accepted numbers of samples along each side of a pixel. The upper bound limits the time of a picture to that of 4096
+/// samples of each pixel.
+const SUPERSAMPLE: std::ops::RangeInclusive<u32> = 1..=64;
 
 /// A pinhole camera; z is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +34,36 @@ pub struct Camera {
 impl Default for Camera {
     fn default() -> Self {
         Self { origin: [-1.2, -7.0, 8.5], target: [-1.0, 0.55, 0.9], fov_deg: 30.0 }
+    }
+}
+
+/// The image plane of a camera, at the distance 1 from it.
+struct ImagePlane {
+    /// Unit vector from the camera to the middle of the plane.
+    forward: DVec3,
+    /// Vector from the middle of the plane to its right edge.
+    right: DVec3,
+    /// Vector from the middle of the plane to its lower edge.
+    down: DVec3,
+}
+
+impl Camera {
+    /// The image plane of a picture with this width and height in pixels. Its vectors are those of Mitsuba's `look_at`
+    /// and `perspective`: rows are stored from the top, and the field of view is the horizontal one.
+    ///
+    /// # Errors
+    /// [`GpuError::Parameter`] for a viewing direction that is zero or vertical.
+    fn image_plane(&self, (width, height): (u32, u32)) -> Result<ImagePlane, GpuError> {
+        let Self { origin, target, fov_deg } = *self;
+        let forward = (DVec3::from(target) - DVec3::from(origin)).try_normalize();
+        let right = forward.and_then(|forward| forward.cross(DVec3::Z).try_normalize());
+        let (Some(forward), Some(right)) = (forward, right) else {
+            let found = format!("{target:?} seen from {origin:?}");
+            return refuse("camera-target", &found, "a place neither at the camera, nor straight above or below it");
+        };
+        let right_edge = right * (0.5 * fov_deg).to_radians().tan();
+        let lower_edge = forward.cross(right) * (right_edge.length() * f64::from(height) / f64::from(width));
+        Ok(ImagePlane { forward, right: right_edge, down: lower_edge })
     }
 }
 
@@ -164,67 +198,60 @@ impl View {
     /// # Errors
     /// [`GpuError::Parameter`].
     pub fn check(&self) -> Result<(), GpuError> {
-        self.uniform((1, 1), 0).map(|_| ())
-    }
-
-    /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the samples
-    /// of a pixel from 0, by rows from the upper left one. The caller sets `film_eta`, which is 0 here.
-    ///
-    /// The camera's vectors are those of Mitsuba's `look_at` and `perspective`: rows are stored from the top, and the
-    /// field of view is the horizontal one.
-    ///
-    /// # Errors
-    /// The errors of [`View::check`].
-    pub(super) fn uniform(&self, (width, height): (u32, u32), sample: u32) -> Result<FrameUniform, GpuError> {
-        let Camera { origin, target, fov_deg } = self.camera;
+        let fov_deg = self.camera.fov_deg;
         if !(fov_deg > 0.0 && fov_deg < 180.0) {
             return refuse("fov", &fov_deg, "in (0, 180) degrees");
         }
         if !self.rotation_deg.is_finite() {
             return refuse("rotation", &self.rotation_deg, "finite");
         }
-        if !(1..=64).contains(&self.supersample) {
+        if !SUPERSAMPLE.contains(&self.supersample) {
             return refuse("supersample", &self.supersample, "1 to 64");
         }
-        let share = if let Blend::FixedMix { share } = self.blend { share } else { 0.0 };
-        if !(0.0..=1.0).contains(&share) {
+        if let Blend::FixedMix { share } = self.blend
+            && !(0.0..=1.0).contains(&share)
+        {
             return refuse("share", &share, "in [0, 1]");
         }
-        let forward = (DVec3::from(target) - DVec3::from(origin)).try_normalize();
-        let right = forward.and_then(|forward| forward.cross(DVec3::Z).try_normalize());
-        let (Some(forward), Some(right)) = (forward, right) else {
-            let found = format!("{target:?} seen from {origin:?}");
-            return refuse("camera-target", &found, "a place neither at the camera, nor straight above or below it");
-        };
-        // Vectors from the middle of the image plane, which lies at the distance 1, to its right and lower edge.
-        let right_edge = right * (0.5 * fov_deg).to_radians().tan();
-        let lower_edge = forward.cross(right) * (right_edge.length() * f64::from(height) / f64::from(width));
+        self.camera.image_plane((1, 1)).map(|_| ())
+    }
+
+    /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the samples
+    /// of a pixel from 0, by rows from the upper left one. `film_eta` is the refractive index of a mesh that is a film,
+    /// or 0.
+    ///
+    /// # Errors
+    /// The errors of [`View::check`].
+    pub(super) fn uniform(&self, size: (u32, u32), sample: u32, film_eta: f32) -> Result<FrameUniform, GpuError> {
+        self.check()?;
+        let ImagePlane { forward, right, down } = self.camera.image_plane(size)?;
         // Position in the pixel of the cell `i` of a row or column of cells.
         let subpixel = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
+        // The numbers are the values of `Frame.blend` in frame.wgsl.
+        let (blend, share) = match self.blend {
+            Blend::Physical => (0, 0.0),
+            Blend::FixedMix { share } => (1, share),
+            Blend::None => (2, 0.0),
+        };
         Ok(FrameUniform {
-            origin: DVec3::from(origin).as_vec3().to_array(),
-            width,
+            origin: DVec3::from(self.camera.origin).as_vec3().to_array(),
+            width: size.0,
             forward: forward.as_vec3().to_array(),
-            height,
-            right: right_edge.as_vec3().to_array(),
+            height: size.1,
+            right: right.as_vec3().to_array(),
             share,
-            down: lower_edge.as_vec3().to_array(),
+            down: down.as_vec3().to_array(),
             pigment_scale: PIGMENT_SCALE,
             to_sun: DVec3::from(self.light.to_sun).as_vec3().to_array(),
-            // The numbers are the values of `Frame.blend` in frame.wgsl.
-            blend: match self.blend {
-                Blend::Physical => 0,
-                Blend::FixedMix { .. } => 1,
-                Blend::None => 2,
-            },
+            blend,
             subpixel: [subpixel(sample % self.supersample), subpixel(sample / self.supersample)],
             rotation: [cos as f32, sin as f32],
             soil: SOIL,
             weight: 1.0 / self.samples() as f32,
             is_first: u32::from(sample == 0),
             has_ground: u32::from(self.ground),
-            film_eta: 0.0,
+            film_eta,
             padding: 0,
         })
     }

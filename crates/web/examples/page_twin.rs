@@ -4,8 +4,8 @@
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
 //!     page_twin --programs -o programs.json
 //!
-//! The first form draws the picture or BRDF map of the settings. The second writes the examples of the page. The third
-//! writes the source of every WGSL program.
+//! The first form draws the picture or BRDF map of the page's settings (src/settings.rs). The second writes the page's
+//! examples. The third writes the source of every WGSL program.
 
 use clap::Parser;
 use ndarray::Array3;
@@ -20,8 +20,10 @@ use sunbeam::table::Progress;
 use sunbeam_realtime::{AdapterChoice, Gpu, Renderer, Scene, SceneData, Shader, Target};
 use sunbeam_web::{MethodData, Relief, Settings, direction, image};
 
-/// Size of the examples' pictures in pixels, and rays along each side of a pixel.
-const THUMBNAIL: ((u32, u32), u32) = ((288, 192), 3);
+/// Width and height of the examples' pictures in pixels.
+const THUMBNAIL_SIZE: (u32, u32) = (288, 192);
+/// Rays along each side of a pixel of the examples' pictures. More rays make edges smoother and take longer.
+const THUMBNAIL_SUPERSAMPLE: u32 = 3;
 
 /// Draws the page's pictures natively.
 #[derive(Parser)]
@@ -76,19 +78,29 @@ fn main() -> ExitCode {
     }
 }
 
+/// Runs the form of the command that the arguments select.
 fn run(args: &Args) -> Result<(), Box<dyn Error>> {
-    let gpu = || -> Result<Gpu, Box<dyn Error>> { Ok(Gpu::open(AdapterChoice::from_env()?)?) };
     if let Some(list) = &args.examples {
-        return examples(gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
+        return examples(open_gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
     }
     if args.programs {
         let programs: BTreeMap<_, _> = sunbeam_realtime::every_program()?.into_iter().collect();
         return Ok(std::fs::write(&args.output, serde_json::to_string(&programs)?)?);
     }
+    draw(args)
+}
+
+/// Opens the adapter that the environment selects.
+fn open_gpu() -> Result<Gpu, Box<dyn Error>> {
+    Ok(Gpu::open(AdapterChoice::from_env()?)?)
+}
+
+/// Draws the picture or BRDF map of the settings and writes its files.
+fn draw(args: &Args) -> Result<(), Box<dyn Error>> {
     let path = args.settings.as_deref().ok_or("settings are missing")?;
     let settings = Settings::from_json(&std::fs::read_to_string(path)?)?;
     let bytes = args.file.as_ref().map(std::fs::read).transpose()?;
-    let gpu = gpu()?;
+    let gpu = open_gpu()?;
     let drawing = Drawing::new(&gpu, &settings, bytes.as_deref())?;
     let (pixels, (width, height)) = match args.map {
         Some(side) => (drawing.map(side)?, (side as u32, side as u32)),
@@ -140,11 +152,11 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// Writes index.json, the scans and the pictures of the examples in the file `list` (crates/web/examples.json) into
-/// `folder`. Without an adapter there are no pictures, and a line says so.
+/// Writes index.json, the files and the pictures of the examples in the file `list` (crates/web/examples.json) into
+/// `folder`. Without an adapter there are no pictures, and a line on stderr says so.
 ///
-/// An example has a scan in `scans`, or a cut: the lower left corner of a preset, which is written as its file. Without
-/// both it is a preset.
+/// The surface of an example is a preset, unless the example names a file. The file is a scan in the folder `scans`. If
+/// the example has a cut, this function makes the file from the lower left corner of a preset instead.
 fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path) -> Result<(), Box<dyn Error>> {
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(list)?)?;
     std::fs::create_dir_all(folder)?;
@@ -158,9 +170,7 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
         let mut bytes = None;
         if let Some(file) = text(&example["file"]) {
             if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
-                let preset: Preset = text(&cut["preset"]).unwrap_or_default().parse()?;
-                let side_um = cut["side_um"].as_f64().ok_or("an example is cut to no size")?;
-                preset.build(None, None)?.cropped(0.0, 0.0, side_um, side_um)?.write(folder.join(&file))?;
+                write_cut(&cut, &folder.join(&file))?;
             }
             // A file that is already in the folder, such as the cut, is preferred to a scan.
             let own = Some(folder).filter(|folder| folder.join(&file).exists());
@@ -175,13 +185,21 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
         }
         let settings = Settings::from_json(&example["settings"].to_string())?;
         if let Some(gpu) = gpu {
-            let (size, supersample) = THUMBNAIL;
-            let pixels = Drawing::new(gpu, &settings, bytes.as_deref())?.picture(size, supersample)?;
+            let drawing = Drawing::new(gpu, &settings, bytes.as_deref())?;
+            let pixels = drawing.picture(THUMBNAIL_SIZE, THUMBNAIL_SUPERSAMPLE)?;
             let picture = format!("{name}.png");
-            std::fs::write(folder.join(&picture), image::picture_png(&pixels, size, settings.exposure)?)?;
+            std::fs::write(folder.join(&picture), image::picture_png(&pixels, THUMBNAIL_SIZE, settings.exposure)?)?;
             example["thumbnail"] = json!(picture);
         }
         index.push(example);
     }
     Ok(std::fs::write(folder.join("index.json"), serde_json::to_string_pretty(&index)?)?)
+}
+
+/// Writes the cut of an example to a file: the lower left corner of the preset `cut["preset"]`, a square with sides of
+/// `cut["side_um"]` µm.
+fn write_cut(cut: &Value, path: &Path) -> Result<(), Box<dyn Error>> {
+    let preset: Preset = cut["preset"].as_str().unwrap_or_default().parse()?;
+    let side_um = cut["side_um"].as_f64().ok_or("an example is cut to no size")?;
+    Ok(preset.build(None, None)?.cropped(0.0, 0.0, side_um, side_um)?.write(path)?)
 }

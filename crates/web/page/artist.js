@@ -57,6 +57,27 @@ async function rest() {
   });
 }
 
+/**
+ * Draws the next finer picture and updates `shown`. Returns false if `shown` stays: there is no finer picture, data are
+ * missing, or a change has stopped the drawing. `handledChanges` is the number of changes that `drawAll` has handled.
+ */
+async function step(handledChanges) {
+  // Serial number of the order at the start of the drawing, since the view may change while it is drawn.
+  let serial;
+  const report = await inTurn(() => {
+    ({ serial } = view);
+    return artist?.step();
+  });
+  if (report !== undefined) {
+    shown = { serial, ...JSON.parse(report) };
+    return true;
+  }
+  // An order may need no new picture. The picture shown then gets the serial number of this order.
+  if (!shown || handledChanges !== changeCount || shown.serial === serial) return false;
+  shown.serial = serial;
+  return true;
+}
+
 /** Draws finer and finer pictures until the finest one after the last change is shown. Only one call runs at a time. */
 async function drawAll() {
   if (drawing || !artist) return;
@@ -64,18 +85,7 @@ async function drawAll() {
   try {
     for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
       handledChanges = changeCount;
-      // A step has no report if there is no finer picture, if data are missing, or if a change has stopped it.
-      for (;;) {
-        // The order at the start of the step, since the view may change while it is drawn.
-        let serial;
-        const report = await inTurn(() => {
-          ({ serial } = view);
-          return artist?.step();
-        });
-        if (report !== undefined) shown = { serial, ...JSON.parse(report) };
-        // The new order needs no new picture. The picture shown is reported again with the serial number of this order.
-        else if (shown && handledChanges === changeCount && shown.serial !== serial) shown.serial = serial;
-        else break;
+      while (await step(handledChanges)) {
         postMessage({ type: "drawn", ...shown });
         if (!shown.finest) await rest();
       }

@@ -15,18 +15,72 @@ const SIZE_MIN = 1e-3;
 
 /** Adds the listeners of all controls. */
 export function listenToControls() {
-  // The control with this id changes the field of the surface with the same name. `read(control)` returns the value;
-  // undefined selects the default.
-  const listenForSurface = (id, read) =>
-    byId(id).addEventListener("change", () => {
-      const value = read(byId(id));
-      change(({ surface }) => {
-        if (value === undefined) delete surface[id];
-        else surface[id] = value;
-      });
+  listenToSources();
+  listenToRelief();
+  listenToSun();
+  listenToDiffraction();
+  listenToInterface();
+  listenToPicture();
+  listenToMap();
+  listenToDrops();
+}
+
+/** Number in an input; undefined for an empty one. */
+const number = (input) => (input.value === "" ? undefined : input.valueAsNumber);
+
+/** Sets a field of the surface. Undefined selects the default. */
+function setField(surface, key, value) {
+  if (value === undefined) delete surface[key];
+  else surface[key] = value;
+}
+
+/** The control `id` changes the field of the surface with the same name. `read(control)` returns the value. */
+function listenForSurface(id, read) {
+  byId(id).addEventListener("change", () => {
+    const value = read(byId(id));
+    change(({ surface }) => setField(surface, id, value));
+  });
+}
+
+/** Preset with its period and height, and the button that chooses a file. */
+function listenToSources() {
+  byId("preset").addEventListener("change", () => choosePreset(byId("preset").value));
+  for (const id of ["period", "height"]) listenForSurface(id, number);
+  byId("file").addEventListener("change", () => {
+    const [file] = byId("file").files;
+    if (file) chooseFile(file);
+    // Cleared, so that the same file can be chosen again.
+    byId("file").value = "";
+  });
+}
+
+/** Form for a missing scale, and options of the reader. */
+function listenToRelief() {
+  byId("scale").addEventListener("submit", (event) => {
+    event.preventDefault();
+    change(({ surface }) => {
+      for (const id of ["pixel_size", "max_height"]) setField(surface, id, number(byId(id)));
     });
-  const number = (field) => (field.value === "" ? undefined : field.valueAsNumber);
-  for (const id of ["period", "height", "coherence_length", "eta", "cover_eta"]) listenForSurface(id, number);
+  });
+  for (const id of ["level", "tiling", "fill"]) listenForSurface(id, (field) => field.value);
+  listenForSurface("channel", (field) => field.value.trim() || undefined);
+}
+
+/** Angles of the sun. main.js listens to the sky. */
+function listenToSun() {
+  for (const [id, key] of [["azimuth", "azimuth_deg"], ["elevation", "elevation_deg"]]) {
+    byId(id).addEventListener("input", () => change(({ sun }) => (sun[key] = byId(id).valueAsNumber)));
+  }
+}
+
+/** Method, coherence length, relative sizes and energy conservation. */
+function listenToDiffraction() {
+  byId("method").addEventListener("change", () => change((settings) => {
+    // The options of one method do not apply to another.
+    settings.method = byId("method").value;
+    settings.options = {};
+  }));
+  listenForSurface("coherence_length", number);
   // Sliders of relative sizes, in percent. Each change builds the tables anew, so they act when released.
   for (const [id, key] of [["pattern", "scale"], ["depth", "depth"]]) {
     byId(id).addEventListener("change", () =>
@@ -34,15 +88,28 @@ export function listenToControls() {
     );
     byId(id).addEventListener("input", () => showPercent(id, byId(id).valueAsNumber));
   }
+  listenForSurface("conserve_energy", (field) => field.checked);
+}
+
+/** Material, refractive indices and the choice of a film. */
+function listenToInterface() {
+  byId("material").addEventListener("change", () => {
+    const { eta, k } = byId("material").selectedOptions[0].dataset;
+    // The entry "another index" has no index of its own.
+    if (eta === undefined) return byId("eta").focus();
+    change(({ surface }) => {
+      surface.eta = Number(eta);
+      setField(surface, "k", Number(k) || undefined);
+    });
+  });
+  for (const id of ["eta", "cover_eta"]) listenForSurface(id, number);
   // The library accepts `k` only with `eta`, so both are set. A `k` of 0 is left out.
   byId("k").addEventListener("change", () => change(({ surface }) => {
     surface.k = number(byId("k")) || undefined;
     surface.eta ??= number(byId("eta"));
   }));
-  for (const id of ["level", "tiling", "fill"]) listenForSurface(id, (field) => field.value);
-  listenForSurface("channel", (field) => field.value.trim() || undefined);
-  listenForSurface("conserve_energy", (field) => field.checked);
-  // A film has no cover and does not absorb. The library requires its refractive index.
+  // The library requires the refractive index of a film. It refuses absorption, a cover, shadowing, and any obliquity
+  // factor but the default one.
   byId("transmission").addEventListener("change", () => change(({ surface }) => {
     delete surface.transmission;
     if (!byId("transmission").checked) return;
@@ -50,66 +117,45 @@ export function listenToControls() {
     surface.eta ??= KERATIN_ETA;
     for (const key of ["k", "cover_eta", "shadowing", "obliquity"]) delete surface[key];
   }));
-  byId("preset").addEventListener("change", () => choosePreset(byId("preset").value));
-  byId("file").addEventListener("change", () => {
-    const [file] = byId("file").files;
-    if (file) chooseFile(file);
-    // Cleared, so that the same file can be chosen again.
-    byId("file").value = "";
-  });
-  byId("scale").addEventListener("submit", (event) => {
-    event.preventDefault();
-    change(({ surface }) => {
-      for (const id of ["pixel_size", "max_height"]) {
-        const value = number(byId(id));
-        if (value === undefined) delete surface[id];
-        else surface[id] = value;
-      }
-    });
-  });
-  byId("method").addEventListener("change", () => change((settings) => {
-    // The options of one method do not apply to another.
-    settings.method = byId("method").value;
-    settings.options = {};
-  }));
-  byId("material").addEventListener("change", () => {
-    const { eta, k } = byId("material").selectedOptions[0].dataset;
-    // The entry "another index" has no index of its own.
-    if (eta === undefined) return byId("eta").focus();
-    change(({ surface }) => {
-      surface.eta = Number(eta);
-      if (Number(k)) surface.k = Number(k);
-      else delete surface.k;
-    });
-  });
+}
+
+/** Shape, pigment, exposure and size of the picture, and the buttons on it. */
+function listenToPicture() {
+  for (const radio of document.querySelectorAll("input[name=scene]")) {
+    radio.addEventListener("change", () => change((settings) => (settings.shape = radio.value)));
+  }
   byId("blend").addEventListener("change", () => change((settings) => (settings.pigment = byId("blend").value)));
   byId("exposure").addEventListener("input", () =>
     change((settings) => (settings.exposure = byId("exposure").valueAsNumber)),
   );
-  for (const [id, key] of [["azimuth", "azimuth_deg"], ["elevation", "elevation_deg"]]) {
-    byId(id).addEventListener("input", () => change(({ sun }) => (sun[key] = byId(id).valueAsNumber)));
-  }
+  byId("size").addEventListener("change", orderPicture);
+  new ResizeObserver(() => {
+    if (byId("size").value === "auto") orderPicture();
+  }).observe(byId("frame"));
+  byId("cancel").addEventListener("click", () => {
+    page.engine.cancel();
+    showProgress(null);
+    goBack();
+    // A message, since the next picture overwrites the status line.
+    showMessage(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
+  });
+  byId("recover").addEventListener("click", recover);
+  byId("message").querySelector("button").addEventListener("click", () => showMessage(null));
+  byId("reset").addEventListener("click", resetView);
+}
+
+/** Light of the BRDF map. */
+function listenToMap() {
   for (const [id, key] of [["map_theta", "theta_deg"], ["map_phi", "phi_deg"]]) {
     byId(id).addEventListener("change", () => {
       change(({ map }) => (map[key] = byId(id).valueAsNumber));
       refreshMap();
     });
   }
-  byId("size").addEventListener("change", orderPicture);
-  for (const radio of document.querySelectorAll("input[name=scene]")) {
-    radio.addEventListener("change", () => change((settings) => (settings.shape = radio.value)));
-  }
-  byId("cancel").addEventListener("click", () => {
-    page.engine.cancel();
-    showProgress(null);
-    goBack();
-    // The status line would be overwritten by the next picture.
-    showMessage(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
-  });
-  byId("recover").addEventListener("click", recover);
-  byId("message").querySelector("button").addEventListener("click", () => showMessage(null));
-  byId("reset").addEventListener("click", resetView);
+}
 
+/** Files that are dropped anywhere on the page. */
+function listenToDrops() {
   for (const kind of ["dragenter", "dragover"]) {
     document.addEventListener(kind, (event) => {
       event.preventDefault();
@@ -126,7 +172,4 @@ export function listenToControls() {
     const [file] = event.dataTransfer.files;
     if (file) chooseFile(file);
   });
-  new ResizeObserver(() => {
-    if (byId("size").value === "auto") orderPicture();
-  }).observe(byId("frame"));
 }

@@ -141,7 +141,7 @@ export class Engine {
     if (maker === this.#maker) this.#reflectanceKey = key;
   }
 
-  /** Whether the maker has the evaluator of colours for this key of the method. */
+  /** Whether the maker has the evaluator of colours for this key of the method; false for null. */
   hasReflectance(key) {
     return this.#reflectanceKey !== null && this.#reflectanceKey === key;
   }
@@ -154,7 +154,7 @@ export class Engine {
     if (maker === this.#maker) this.#spectraKey = key;
   }
 
-  /** Whether the maker has the evaluator of spectra for this key of the method. */
+  /** Whether the maker has the evaluator of spectra for this key of the method; false for null. */
   hasSpectra(key) {
     return this.#spectraKey !== null && this.#spectraKey === key;
   }

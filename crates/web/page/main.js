@@ -38,7 +38,7 @@ async function open(hash) {
     const { preset } = complete.surface;
     page.example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset)?.name;
   } else if (page.source?.name !== filename || (sha256 && page.source.sha256 !== sha256)) {
-    // The file is an example, or the visitor has to drop it.
+    // The page does not have the file yet. The file is an example, or the visitor has to drop it.
     const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!sha256 || sum === sha256));
     page.example = example?.name ?? null;
     page.source = example ? await fetched(example) : null;

@@ -49,6 +49,7 @@ answer({
     spectra = null;
     spectra = relief.spectra(settings, progress);
   },
+  // The refractive index may have changed since the evaluators were built (`Settings::keys`).
   map({ settings, theta_deg, phi_deg, side }, progress) {
     reflectance.set_index(settings);
     return reflectance.map(theta_deg, phi_deg, side, progress);

@@ -13,14 +13,14 @@ import { orderPicture } from "./view.js";
 import { showMessage, showProgress, titleOf } from "./words.js";
 
 /**
- * Delay in ms before the evaluator of spectra is built, which no picture needs. A shorter one would start it between
- * two quick changes of the settings, in vain.
+ * Delay in ms before the evaluator of spectra is built, which no picture needs. A shorter one would start builds
+ * between two quick changes of the settings, which the second change cancels.
  */
 const SPECTRA_DELAY_MS = 300;
 
 /** Promises of the last task of each kind; null before the first and after a return to the last good state. */
 const pending = { surface: null, scene: null };
-/** Number of starts by kind; `all` counts those of either. `goBack` increments all three: every task becomes stale. */
+/** Number of starts by kind; `all` counts those of either. `goBack` increments all three. */
 const turns = { surface: 0, scene: 0, all: 0 };
 /** Finished fraction of the scene; null while none is being built. */
 let sceneFraction = null;
@@ -62,20 +62,27 @@ export async function makeMissing() {
   }
 }
 
+/** Reads and shows the relief, unless the maker has it already. */
+async function readRelief(keys, stale) {
+  const { engine, settings, source } = page;
+  if (engine.holds(keys.relief)) return;
+  showProgress("Reading the relief");
+  const read = await engine.relief(settings, source?.file, keys.relief);
+  if (stale()) return;
+  page.read = read;
+  byId("relief-name").textContent = source?.name ?? titleOf(settings.surface.preset);
+  // A scale that the visitor has entered can be changed.
+  byId("scale").hidden = settings.surface.pixel_size === undefined && settings.surface.max_height === undefined;
+  showRelief(read);
+}
+
 /** Reads the relief and builds the method's data for the artist, or without WebGPU its evaluator on the CPU. */
 async function makeSurface(keys, stale) {
-  const { engine, settings, source } = page;
+  const { engine, settings } = page;
   engine.cancel();
   views.spectrum.say("");
-  if (!engine.holds(keys.relief)) {
-    showProgress("Reading the relief");
-    const read = await engine.relief(settings, source?.file, keys.relief);
-    if (stale()) return;
-    page.read = read;
-    byId("relief-name").textContent = source?.name ?? titleOf(settings.surface.preset);
-    byId("scale").hidden = settings.surface.pixel_size === undefined && settings.surface.max_height === undefined;
-    showRelief(read);
-  }
+  await readRelief(keys, stale);
+  if (stale()) return;
   const { too_much } = await engine.estimate(settings);
   if (too_much) throw Object.assign(new Error(too_much), { kind: "limit" });
   if (stale()) return;
@@ -132,6 +139,7 @@ function handleFailure(error) {
 /** Returns to the last state whose data were complete, `page.good`. Settings without data, such as the sun, stay. */
 export function goBack() {
   const { good } = page;
+  // Makes all tasks stale.
   for (const kind in turns) turns[kind] += 1;
   pending.surface = pending.scene = null;
   sceneFraction = null;
@@ -140,9 +148,11 @@ export function goBack() {
     page.keys = { relief: null, method: null, scene: null };
     return;
   }
+  // All settings that data depend on.
   const { surface, method, options, shape, resolution } = good.settings;
   page.settings = structuredClone({ ...page.settings, surface, method, options, shape, resolution });
   page.source = good.source;
+  // The artist may already have data that are newer than the good state.
   page.keys = page.adapter ? { ...good.keys, ...held } : good.keys;
   if (page.read !== good.read) {
     page.read = good.read;

@@ -11,29 +11,46 @@ const DIELECTRICS = [{ name: "Keratin", eta: KERATIN_ETA }, { name: "Polycarbona
 
 /** Shows all settings. Fields without a value show the default that the library takes. */
 export function showControls() {
-  const { settings } = page;
-  const { surface } = settings;
-  const put = (id, value) => {
-    // The visitor may be typing in the field with the focus.
-    if (document.activeElement !== byId(id)) byId(id).value = value ?? "";
-  };
-  const preset = page.engine.catalogue.presets.find(({ name }) => name === surface.preset);
+  const { catalogue } = page.engine;
+  const { surface } = page.settings;
+  showSource(surface, catalogue.presets.find(({ name }) => name === surface.preset));
+  showDiffraction(page.settings, catalogue.methods.find(({ name }) => name === page.settings.method));
+  showInterface(page.settings);
+  showPictureOptions(page.settings);
+  showSun();
+  showMapLight();
+}
+
+/** Shows a value in a field, unless the visitor may be typing there: the field has the focus. */
+function put(id, value) {
+  if (document.activeElement !== byId(id)) byId(id).value = value ?? "";
+}
+
+/** Shows the source of the relief and the options of the reader. `preset` is undefined for a file. */
+function showSource(surface, preset) {
   byId("preset").value = isFile() ? "" : surface.preset;
   byId("grating").hidden = preset?.period_um === undefined;
   put("period", surface.period ?? preset?.period_um);
   put("height", surface.height ?? preset?.height_um);
-  byId("file-options").hidden = !isFile();
+  for (const radio of document.querySelectorAll("input[name=example]")) {
+    // The values of these radio buttons are positions in the list.
+    radio.checked = page.examples[radio.value]?.name === page.example;
+  }
   put("pixel_size", surface.pixel_size);
   put("max_height", surface.max_height);
+  byId("level").value = surface.level ?? (isFile() ? "plane" : "none");
+  byId("file-options").hidden = !isFile();
   byId("fill").value = surface.fill ?? "none";
   put("channel", surface.channel);
-  byId("level").value = surface.level ?? (isFile() ? "plane" : "none");
+}
+
+/** Shows the method, with the options that depend on it. `method` is its entry in the catalogue. */
+function showDiffraction({ surface, method: name }, method) {
   // The published methods have only periodic tiles.
-  const published = settings.method !== "table";
+  const published = name !== "table";
   byId("tiling").value = published ? "periodic" : (surface.tiling ?? (isFile() ? "aperiodic" : "periodic"));
   byId("tiling").disabled = published;
-  byId("method").value = settings.method;
-  const method = page.engine.catalogue.methods.find(({ name }) => name === settings.method);
+  byId("method").value = name;
   byId("method-note").textContent = method?.title ?? "";
   put("coherence_length", surface.coherence_length);
   for (const [id, size] of [["pattern", surface.scale], ["depth", surface.depth]]) {
@@ -41,29 +58,32 @@ export function showControls() {
     byId(id).value = percent;
     showPercent(id, percent);
   }
-  put("cover_eta", surface.cover_eta);
-  byId("transmission").checked = surface.transmission === "film";
-  // Only the colour table shows films.
-  byId("transmission").disabled = settings.method !== "table";
   const canConserve = method?.conserves_energy;
   byId("conserve_energy").disabled = !canConserve;
   byId("conserve_energy").checked = Boolean(canConserve && surface.conserve_energy);
-  put("eta", surface.eta ?? KERATIN_ETA);
-  put("k", surface.k ?? 0);
+}
+
+/** Shows material, refractive indices and the choice of a film. */
+function showInterface({ surface, method }) {
+  const { eta = KERATIN_ETA, k = 0 } = surface;
+  put("eta", eta);
+  put("k", k);
   const material = [...byId("material").options].find(
-    ({ dataset }) => Number(dataset.eta) === (surface.eta ?? KERATIN_ETA) && Number(dataset.k) === (surface.k ?? 0),
+    ({ dataset }) => Number(dataset.eta) === eta && Number(dataset.k) === k,
   );
   byId("material").value = material?.value ?? "other";
-  byId("blend").value = settings.pigment;
-  byId("exposure").value = settings.exposure;
-  byId("exposure-value").textContent = `${settings.exposure > 0 ? "+" : ""}${signed(settings.exposure)} stops`;
-  for (const radio of document.querySelectorAll("input[name=scene]")) radio.checked = radio.value === settings.shape;
-  for (const radio of document.querySelectorAll("input[name=example]")) {
-    // The values of these radio buttons are positions in the list.
-    radio.checked = page.examples[radio.value]?.name === page.example;
-  }
-  showSun();
-  showMapLight();
+  put("cover_eta", surface.cover_eta);
+  byId("transmission").checked = surface.transmission === "film";
+  // Only the colour table shows films.
+  byId("transmission").disabled = method !== "table";
+}
+
+/** Shows shape, pigment and exposure. */
+function showPictureOptions({ shape, pigment, exposure }) {
+  for (const radio of document.querySelectorAll("input[name=scene]")) radio.checked = radio.value === shape;
+  byId("blend").value = pigment;
+  byId("exposure").value = exposure;
+  byId("exposure-value").textContent = `${exposure > 0 ? "+" : ""}${signed(exposure)} stops`;
 }
 
 /** Shows the value of a slider of relative sizes, in percent. */

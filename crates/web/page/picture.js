@@ -2,6 +2,7 @@
 
 import { updateAddress } from "./address.js";
 import { listenToGestures } from "./gestures.js";
+import { onlyLatest } from "./latest.js";
 import { makeMissing } from "./making.js";
 import { angles } from "./map.js";
 import { showMapLight, showSun } from "./panel.js";
@@ -29,7 +30,8 @@ let statusTimer = 0;
 /** Handles an event of the artist (artist.js): a picture that was drawn, a failure, or the loss of the device. */
 export function handleArtistEvent(event) {
   if (event.type === "lost") return handleLoss(event.message);
-  if (event.type === "failed") return showMessage(event.message);
+  // An order of a picture that the worker could not handle gives an "error" (answering.js).
+  if (event.type === "failed" || event.type === "error") return showMessage(event.message);
   // The performance marks are for measurements.
   if (!page.drawn) performance.mark("first-picture");
   if (page.good && !page.making) page.good.at ??= performance.now();
@@ -132,39 +134,29 @@ export function resetView() {
   change((settings) => Object.assign(settings, { camera, sun }));
 }
 
-/** Whether `hover` is running. */
-let hovering = false;
-/** The newest point under the pointer that `hover` has not read yet. */
-let hoverNext = null;
-
 /**
- * Shows the point of the surface under the pointer in the map: the map for its light, read at the direction to the
- * viewer. Coordinates in the picture are in [0, 1) from the upper left. Of calls that come meanwhile, only the last is
- * handled.
+ * Shows a point of the picture in the map: a coarse map for the light at the point, read at the viewer's direction.
+ * Coordinates are in [0, 1) from the upper left. Points off the relief change nothing.
  */
+const showPoint = onlyLatest(async (x, y) => {
+  const found = await page.engine.query(x, y);
+  // The map has the directions above the surface alone. A film may be lit and seen from below.
+  const isBelow = found && Math.min(found.wi[2], found.wo[2]) <= 0;
+  if (!found || (isBelow && page.settings.surface.transmission === "film")) return;
+  const { theta_deg, phi_deg } = angles(found.wi);
+  page.settings.map = { theta_deg: rounded(Math.min(theta_deg, THETA_MAX_DEG)), phi_deg: rounded(phi_deg) };
+  showMapLight();
+  await drawMap(found.wi, DRAFT_SIDE);
+  readAt(found.wo);
+});
+
+/** Shows the point under the pointer in the map, at full resolution once the pointer rests. Shows errors. */
 async function hover(x, y) {
-  hoverNext = [x, y];
-  if (hovering || !page.adapter || !page.drawn) return;
-  hovering = true;
+  if (!page.adapter || !page.drawn) return;
   try {
-    while (hoverNext) {
-      const point = hoverNext;
-      hoverNext = null;
-      const found = await page.engine.query(...point);
-      // The map has the directions above the surface alone. A film may be lit and seen from below.
-      const isBelow = found && Math.min(found.wi[2], found.wo[2]) <= 0;
-      if (!found || (isBelow && page.settings.surface.transmission === "film")) continue;
-      const { theta_deg, phi_deg } = angles(found.wi);
-      page.settings.map = { theta_deg: rounded(Math.min(theta_deg, THETA_MAX_DEG)), phi_deg: rounded(phi_deg) };
-      showMapLight();
-      await drawMap(found.wi, DRAFT_SIDE);
-      readAt(found.wo);
-    }
-    refreshMap();
+    if (await showPoint(x, y)) refreshMap();
   } catch (error) {
     // `handleLoss` reports the loss of the device.
     if (error.kind !== "lost" && error.kind !== "cancelled") showMessage(error.message);
-  } finally {
-    hovering = false;
   }
 }

@@ -3,6 +3,7 @@
 // `wi` is the direction to the light and `wo` that to the viewer, as unit vectors in the relief's frame.
 
 import { updateAddress } from "./address.js";
+import { onlyLatest } from "./latest.js";
 import { angles, colourAt, direction, halfway } from "./map.js";
 import { byId, currentKeys, page, views } from "./state.js";
 import { degrees, showMessage, signed } from "./words.js";
@@ -12,32 +13,16 @@ const MAP_SIDE = 128;
 /** Side in pixels of a map that follows the pointer, small enough to be drawn for each of its movements. */
 export const DRAFT_SIDE = 48;
 
-/** Whether `drawMap` is running. */
-let mapping = false;
-/** Light and side of the newest map that is not drawn yet: {wi, side}. */
-let mapNext = null;
-
-/** Draws the map for light from `wi`. Of calls that come while a map is drawn, only the last is drawn after it. */
-export async function drawMap(wi, side) {
-  mapNext = { wi, side };
-  if (mapping) return;
-  mapping = true;
-  try {
-    while (mapNext) {
-      const next = mapNext;
-      mapNext = null;
-      const rgb = await mapOf(next.wi, next.side);
-      if (!rgb) continue;
-      page.map = { rgb, ...next };
-      views.map.show(page.engine.quick.map_picture(rgb, next.side), next.side);
-      page.wi = next.wi;
-      if (page.wo) readAt(page.wo);
-      else views.map.mark(next.wi, null);
-    }
-  } finally {
-    mapping = false;
-  }
-}
+/** Draws the map for light from `wi`, with `side` pixels along each side. */
+export const drawMap = onlyLatest(async (wi, side) => {
+  const rgb = await mapOf(wi, side);
+  if (!rgb) return;
+  page.map = { rgb, wi, side };
+  views.map.show(page.engine.quick.map_picture(rgb, side), side);
+  page.wi = wi;
+  if (page.wo) readAt(page.wo);
+  else views.map.mark(wi, null);
+});
 
 /** Promise of the map for light from `wi`: the `rgb` of map.js. Null if its data are not built yet. */
 export function mapOf(wi, side) {
@@ -82,27 +67,20 @@ export function readAt(wo) {
   readSpectrum();
 }
 
-/** Whether `readSpectrum` is running. */
-let reading = false;
-/** Whether `readSpectrum` has been called since it last asked for a spectrum. */
-let readNext = false;
+/** Computes and shows the spectrum at page.wi and page.wo. */
+const showSpectrum = onlyLatest(async () => {
+  const values = await page.engine.spectrum(page.settings, page.wi, page.wo);
+  page.spectrum = values;
+  if (values.length) views.spectrum.show(values);
+  else views.spectrum.say(`${page.settings.method} has no spectrum`);
+});
 
-/** Shows the spectrum at page.wi and page.wo. Calls during a computation lead to one more computation at its end. */
+/** Shows the spectrum at page.wi and page.wo if its data exist. Errors go to the plot. */
 export async function readSpectrum() {
-  readNext = true;
-  if (reading || !page.wo || !page.engine.hasSpectra(currentKeys().method)) return;
-  reading = true;
+  if (!page.wo || !page.engine.hasSpectra(currentKeys().method)) return;
   try {
-    while (readNext) {
-      readNext = false;
-      const values = await page.engine.spectrum(page.settings, page.wi, page.wo);
-      page.spectrum = values;
-      if (values.length) views.spectrum.show(values);
-      else views.spectrum.say(`${page.settings.method} has no spectrum`);
-    }
+    await showSpectrum();
   } catch (error) {
     if (error.kind !== "cancelled") views.spectrum.say(error.message);
-  } finally {
-    reading = false;
   }
 }

@@ -50,6 +50,7 @@ export function listenToSaving() {
   onClick("save-png", async () => save(await page.engine.png(), `${fileStem()}.png`, "image/png"));
   onClick("save-exr", async () => {
     const rgb = await mapOf(direction(page.settings.map.theta_deg, page.settings.map.phi_deg), EXR_SIDE);
+    // Null while the data of the map are being built.
     if (rgb) save(page.engine.quick.map_exr(rgb, EXR_SIDE), `${fileStem()}-brdf.exr`, "image/x-exr");
   });
   const settings = () => JSON.stringify(page.settings);

@@ -5,7 +5,7 @@
 
 import { svg } from "./svg.js";
 
-/** Half the side of the drawing, in the units of its viewBox. */
+/** Half the side of the drawing, in the units of its viewBox (index.html). */
 const HALF = 52;
 /** Radius of the horizon in the same units. */
 const RADIUS = 44;
@@ -25,7 +25,8 @@ export class Sky {
     this.#element = element;
     element.append(svg("circle", { class: "rim", r: RADIUS }));
     for (const elevation of [30, 60]) element.append(svg("circle", { r: RADIUS * Math.cos(elevation * RADIAN) }));
-    element.append(this.#ray, svg("text", { x: 0, y: 51.5 }, "you"), this.#sun);
+    // The text stands between the horizon and the lower edge.
+    element.append(this.#ray, svg("text", { x: 0, y: HALF - 0.5 }, "you"), this.#sun);
     const drag = (event) => {
       const box = element.getBoundingClientRect();
       const x = (((event.clientX - box.x) / box.width) * 2 * HALF - HALF) / RADIUS;

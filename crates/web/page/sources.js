@@ -66,7 +66,7 @@ export function showWanted() {
   byId("wanted").textContent = `This link is about the file ${wanted.name}${sum}. Drop it here to see the picture.`;
 }
 
-/** Selects an example: its file, if it has one, and its settings. Camera, sun and map stay unless it sets them. */
+/** Selects an example with its settings and file, if any. Camera, sun and map stay unless the settings have them. */
 export async function chooseExample(example) {
   let source = null;
   if (example.file) {

@@ -177,7 +177,7 @@ impl Relief {
     fn tables(&self, settings: &Settings) -> BuildDemand {
         let model = settings.model();
         let purpose = match settings.method {
-            // Albedos of one relative size, whose time is the unit of `energy`.
+            // A page has reliefs of a single relative size, whose table of albedos takes the unit of time.
             MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: 1.0 },
             _ => Purpose::Table,
         };

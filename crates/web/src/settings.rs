@@ -15,9 +15,10 @@ use sunbeam::table::{Model, Tiling};
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture};
 use sunbeam_realtime::{Blend, Camera, KERATIN, Light, Mesh, Optics, Orbit, Shape, View};
 
-/// Accepted exposures in stops.
+/// Accepted exposures in stops: factors on the radiance of about a millionth to a million.
 const EXPOSURE_STOPS: RangeInclusive<f64> = -20.0..=20.0;
-/// Accepted values of [`Settings::resolution`].
+/// Accepted values of [`Settings::resolution`]. Larger values take more time and memory, which grow with the square;
+/// smaller ones make the outline of the snake angular.
 const RESOLUTION: RangeInclusive<f64> = 0.5..=8.0;
 /// Accepted elevations of the sun in degrees.
 pub(crate) const SUN_ELEVATION_DEG: RangeInclusive<f64> = Light::ELEVATION_MIN_DEG..=90.0;

@@ -55,12 +55,33 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
 /// The XML scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor
 /// [`Pigment::Mix`]. The scene has the plugin's own model of the relief instead, over the pigment of
 /// [`Pigment::Physical`].
-pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
+pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
         scene.push_str(text);
         scene.push('\n');
     };
+    scene_comment(settings, &mut line);
+    line("<scene version=\"3.0.0\">");
+    // Light is reflected once, as in the page's picture.
+    line("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
+    scene_camera(settings, size, &mut line);
+    scene_shape(settings, &mut line);
+    if settings.ground {
+        line("    <shape type=\"rectangle\">");
+        line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
+        line("        <bsdf type=\"diffuse\">");
+        line(&format!("            <rgb name=\"reflectance\" value=\"{}, {}, {}\"/>", SOIL[0], SOIL[1], SOIL[2]));
+        line("        </bsdf>");
+        line("    </shape>");
+    }
+    scene_sun(settings, &mut line);
+    line("</scene>");
+    scene
+}
+
+/// Writes the comment at the head of the scene, line by line: the commands that make the mesh and draw the picture.
+fn scene_comment(settings: &Settings, line: &mut impl FnMut(&str)) {
     line("<!-- The picture of the page, lit by the sun alone; lengths in cm, z up. Save this as picture.xml, then run");
     line("");
     if settings.shape == Shape::Snake {
@@ -80,9 +101,10 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
         line("     relief that it approximates.");
     }
     line("-->");
-    line("<scene version=\"3.0.0\">");
-    // Light is reflected once, as in the page's picture.
-    line("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
+}
+
+/// Writes the XML of the camera and its film of `width` × `height` pixels, line by line.
+fn scene_camera(settings: &Settings, (width, height): (u32, u32), line: &mut impl FnMut(&str)) {
     let Camera { origin, target, fov_deg } = settings.camera.orbit().camera();
     line("    <sensor type=\"perspective\">");
     line(&format!("        <float name=\"fov\" value=\"{fov_deg}\"/>"));
@@ -96,26 +118,19 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     line(&format!("            <integer name=\"height\" value=\"{height}\"/>"));
     line("        </film>");
     line("    </sensor>");
-    scene_shape(settings, &mut line);
-    if settings.ground {
-        line("    <shape type=\"rectangle\">");
-        line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
-        line("        <bsdf type=\"diffuse\">");
-        line(&format!("            <rgb name=\"reflectance\" value=\"{}, {}, {}\"/>", SOIL[0], SOIL[1], SOIL[2]));
-        line("        </bsdf>");
-        line("    </shape>");
-    }
+}
+
+/// Writes the XML of the sun, line by line. Its irradiance π lights a white diffuse surface that faces the sun to a
+/// radiance of 1.
+fn scene_sun(settings: &Settings, line: &mut impl FnMut(&str)) {
     let (azimuth, elevation) = (settings.sun.azimuth_deg.to_radians(), settings.sun.elevation_deg.to_radians());
     let to_sun = [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
-    // An irradiance of π lights a white diffuse surface that faces the sun to a radiance of 1.
     line("    <emitter type=\"directional\">");
     line(&format!("        <vector name=\"direction\" value=\"{}\"/>", coordinates(to_sun.map(|c| -c), ", ")));
     line("        <spectrum name=\"irradiance\" type=\"d65\">");
     line(&format!("            <float name=\"scale\" value=\"{}\"/>", std::f64::consts::PI));
     line("        </spectrum>");
     line("    </emitter>");
-    line("</scene>");
-    scene
 }
 
 /// Writes the XML of the shape with its material, line by line.

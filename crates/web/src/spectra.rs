@@ -63,19 +63,19 @@ impl Spectra {
     /// the viewer. The result is empty if the method has no values by wavelength. It is 0 unless both directions lie
     /// above the surface.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
-        let none = || vec![0.0; SPECTRUM_COUNT];
-        let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return none() };
-        let Some(pair) = Pair::new(wi, wo) else { return none() };
-        let interface = match self.model.body {
+        let black = || vec![0.0; SPECTRUM_COUNT];
+        let Some(Inside { wi, wo, factor: cover, .. }) = Inside::new(self.cover, wi, wo) else { return black() };
+        let Some(pair) = Pair::new(wi, wo) else { return black() };
+        let cover_and_interface = match self.model.body {
             // A film has no cover, and its values include the interface.
             Some(_) => 1.0,
-            None => factor * pair.interface(Some(self.index), self.model.obliquity),
+            None => cover * pair.interface(Some(self.index), self.model.obliquity),
         };
         let f_r = |wavelength_nm: f64| match &self.source {
-            Source::Surface(surface) => Some(interface * surface.eval(wi, wo, wavelength_nm)),
+            Source::Surface(surface) => Some(cover_and_interface * surface.eval(wi, wo, wavelength_nm)),
             Source::Method(method) => {
                 let relief = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32)?;
-                Some(interface * self.model.angular_factor(&pair) * f64::from(relief))
+                Some(cover_and_interface * self.model.angular_factor(&pair) * f64::from(relief))
             }
         };
         let wavelengths_nm = (0..SPECTRUM_COUNT).map(|i| FIRST_NM + STEP_NM * i as f64);

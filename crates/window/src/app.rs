@@ -55,7 +55,7 @@ pub(crate) struct App {
     scene: Option<Task<(Mesh, PigmentTexture)>>,
     /// The method while it is being built.
     building: Option<(Recipe, Task<Built>)>,
-    /// The recipe of the last build, successful or not.
+    /// The recipe of the last build, successful or not. A build that has failed is not repeated.
     tried: Option<Recipe>,
     /// The job that was last sent to the drawer.
     job: Option<Job>,
@@ -114,26 +114,8 @@ impl App {
     /// Takes the results of other threads. Starts to build the method of the settings, if its recipe is new and no
     /// build is under way.
     fn collect(&mut self, ctx: &egui::Context) {
-        if let Some(outcome) = self.scene.as_ref().and_then(Task::poll) {
-            self.scene = None;
-            match outcome {
-                Ok((mesh, pigment)) => self.drawer.set_scene(mesh, pigment),
-                Err(error) => self.error = Some(error),
-            }
-        }
-        if let Some((recipe, task)) = &self.building
-            && let Some(outcome) = task.poll()
-        {
-            let name = recipe.name();
-            self.building = None;
-            match outcome {
-                Ok(Built { method, seconds }) => {
-                    self.facts.method = Some(MethodFacts { name, build_seconds: seconds, bytes: None });
-                    self.drawer.set_method(method);
-                }
-                Err(error) => self.error = Some(error),
-            }
-        }
+        self.collect_scene();
+        self.collect_method();
         let recipe = self.settings.recipe();
         if self.building.is_none() && self.tried.as_ref() != Some(&recipe) {
             self.error = None;
@@ -146,6 +128,34 @@ impl App {
         }
         while let Some(event) = self.drawer.next_event() {
             self.handle(event, ctx);
+        }
+    }
+
+    /// Hands the mesh to the drawer once it is made.
+    fn collect_scene(&mut self) {
+        if let Some(outcome) = self.scene.as_ref().and_then(Task::poll) {
+            self.scene = None;
+            match outcome {
+                Ok((mesh, pigment)) => self.drawer.set_scene(mesh, pigment),
+                Err(error) => self.error = Some(error),
+            }
+        }
+    }
+
+    /// Hands the method to the drawer once it is built.
+    fn collect_method(&mut self) {
+        if let Some((recipe, task)) = &self.building
+            && let Some(outcome) = task.poll()
+        {
+            let name = recipe.name();
+            self.building = None;
+            match outcome {
+                Ok(Built { method, seconds }) => {
+                    self.facts.method = Some(MethodFacts { name, build_seconds: seconds, bytes: None });
+                    self.drawer.set_method(method);
+                }
+                Err(error) => self.error = Some(error),
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 use crate::open::{Start, open};
 use crate::settings::Settings;
 use crate::sun::Sun;
+use std::ops::RangeInclusive;
 use sunbeam::config::Theory;
 use sunbeam_cli::Outcome;
 use sunbeam_cli::method_args::MethodArgs;
@@ -14,6 +15,8 @@ use sunbeam_realtime::{AdapterChoice, KERATIN, Orbit};
 
 /// Default file name of a screenshot.
 const SCREENSHOT: &str = "sunbeam.png";
+/// Accepted values of `--picture-scale`. The control in the window offers a smaller range.
+const PICTURE_SCALE: RangeInclusive<f32> = 0.1..=4.0;
 
 /// Draw the snake in a window
 ///
@@ -56,7 +59,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     if !args.exposure.is_finite() {
         return Err(format!("parameter \"exposure\" is {}, but must be finite", args.exposure).into());
     }
-    if !(0.1..=4.0).contains(&args.picture_scale) {
+    if !PICTURE_SCALE.contains(&args.picture_scale) {
         return Err(format!("parameter \"picture-scale\" is {}, but must be 0.1 to 4", args.picture_scale).into());
     }
     let (kind, options, surface, cache) = Realtime::new(&args.method, &args.surface)?.into_parts();

@@ -15,13 +15,16 @@ use sunbeam::table::COHERENCE_LENGTH_UM;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 
-/// Range of the exposure slider.
+// Ranges of controls. They have the usual values; options of the command line accept more.
+/// Exposure in stops.
 const EXPOSURE_STOPS: RangeInclusive<f64> = -6.0..=12.0;
-/// Range of the control for pixels of the picture per pixel of the window, along each side.
+/// Pixels of the picture per pixel of the window, along each side.
 const SCALE: RangeInclusive<f32> = 0.1..=2.0;
-/// Range of the control for the real part of the refractive index.
+/// Rays along each side of a pixel.
+const SUPERSAMPLE: RangeInclusive<u32> = 1..=8;
+/// Real part of the refractive index.
 const INDEX_ETA: RangeInclusive<f64> = 0.01..=20.0;
-/// Range of the control for the imaginary part of the refractive index.
+/// Imaginary part of the refractive index.
 const INDEX_K: RangeInclusive<f64> = 0.0..=20.0;
 
 /// All controls, from top to bottom.
@@ -139,7 +142,7 @@ fn show_picture(ui: &mut Ui, settings: &mut Settings) {
         number(ui, "Share", share, 0.0..=1.0, 0.005, "");
     }
     switch(ui, "Ground", &mut settings.view.ground);
-    number(ui, "Rays per pixel side", &mut settings.view.supersample, 1..=8, 0.05, "");
+    number(ui, "Rays per pixel side", &mut settings.view.supersample, SUPERSAMPLE, 0.05, "");
     number(ui, "Resolution", &mut settings.scale, SCALE, 0.01, " x");
 }
 

@@ -1,7 +1,7 @@
 //! The thread that draws. The window posts orders; the thread reads them between steps of the [`Artist`], and sends its
 //! results as events. An order may end the step under way, if the step is not worth finishing ([`Change`]).
 
-use super::artist::{Artist, Done, Failure, Picture, Shot};
+use super::artist::{Artist, Done, Failure, Picture, Shot, Step};
 use super::hemisphere::BrdfMap;
 use eframe::egui;
 use std::path::PathBuf;
@@ -75,6 +75,19 @@ enum Change {
     Job,
     /// Another point under the cursor, or a screenshot.
     Cursor,
+}
+
+impl Change {
+    /// The smallest change that ends a step of the artist.
+    fn smallest_to_end(step: Step, artist: &Artist) -> Self {
+        match (artist.refines(step), artist.has_shot()) {
+            // A new job does not end a first picture or map: otherwise a drag would show no pictures.
+            (false, _) => Self::Method,
+            // The cursor does not end a picture for a screenshot.
+            (true, true) => Self::Job,
+            (true, false) => Self::Cursor,
+        }
+    }
 }
 
 impl Drawer {
@@ -170,14 +183,7 @@ impl Shared {
                 reporter.report(Event::Failed(error.to_string()));
             }
             let Some(step) = artist.next_step() else { continue };
-            // A first picture or map is finished in spite of new jobs: otherwise a drag would show no pictures. A
-            // picture for a screenshot is finished in spite of a moved cursor.
-            let interruptible_by = match (artist.refines(step), artist.has_shot()) {
-                (false, _) => Change::Method,
-                (true, true) => Change::Job,
-                (true, false) => Change::Cursor,
-            };
-            if !self.begin(interruptible_by) {
+            if !self.begin(Change::smallest_to_end(step, &artist)) {
                 continue;
             }
             let done = artist.work(step);

@@ -40,8 +40,8 @@ fn area(side: usize) -> f64 {
     (side * side) as f64
 }
 
-/// Draws a map with `side` pixels along each side for the light at the surface point `seen`, and updates the estimate
-/// `pace`, where the pixels of the map count as rays.
+/// Draws a map with `side` pixels along each side for the light at the surface point `seen`. Updates the estimate
+/// `pace`, for which the pixels of the map count as rays.
 ///
 /// # Errors
 /// The errors of [`Shader::brdf_map`].

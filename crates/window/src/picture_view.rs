@@ -12,6 +12,8 @@ const MAP_POINTS_MAX: f32 = 150.0;
 const MAP_FRACTION_MAX: f32 = 0.4;
 /// Distance of note and map from the picture's edges in points.
 const MARGIN_POINTS: f32 = 12.0;
+/// Length of each arm of the viewer's cross in the BRDF map, in points.
+const CROSS_POINTS: f32 = 4.0;
 /// Texture coordinates of a whole texture.
 const WHOLE: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
 
@@ -38,12 +40,7 @@ pub(crate) fn show(
         painter.image(texture, area, WHOLE, Color32::WHITE);
     }
     if let Some(note) = note {
-        let at = area.center_top() + vec2(0.0, MARGIN_POINTS);
-        let font = egui::FontId::proportional(15.0);
-        let galley = painter.layout_no_wrap(note.to_owned(), font, Color32::WHITE);
-        let text = egui::Align2::CENTER_TOP.anchor_size(at, galley.size());
-        painter.rect_filled(text.expand(6.0), 4.0, Color32::from_black_alpha(180));
-        painter.galley(text.min, galley, Color32::WHITE);
+        show_note(&painter, area, note);
     }
     steer(ui, &response, settings);
     let pixels = area.size() * ui.pixels_per_point();
@@ -55,6 +52,16 @@ pub(crate) fn show(
     };
     let cursor = response.hover_pos().and_then(position);
     (response, PictureArea { size, cursor })
+}
+
+/// Shows a line of white text on a dark ground at the top of the picture's area.
+fn show_note(painter: &egui::Painter, area: Rect, note: &str) {
+    let at = area.center_top() + vec2(0.0, MARGIN_POINTS);
+    let font = egui::FontId::proportional(15.0);
+    let galley = painter.layout_no_wrap(note.to_owned(), font, Color32::WHITE);
+    let text = egui::Align2::CENTER_TOP.anchor_size(at, galley.size());
+    painter.rect_filled(text.expand(6.0), 4.0, Color32::from_black_alpha(180));
+    painter.galley(text.min, galley, Color32::WHITE);
 }
 
 /// Moves camera and sun. A drag with the left button turns the camera. With the middle button or shift, it shifts the
@@ -86,13 +93,14 @@ pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     painter.circle_filled(disc.center(), 0.5 * side, Color32::from_black_alpha(220));
     painter.image(texture, disc, WHOLE, Color32::WHITE);
     painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
-    // Position in the map of a direction with the components x and y in the grating's frame.
+    // Position in the map of a direction with the components x and y in the grating's frame; y grows upwards there.
     let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));
     let viewer = at(map.wo[0], map.wo[1]);
     let cross = Stroke::new(1.0, Color32::WHITE);
-    painter.line_segment([viewer - vec2(4.0, 0.0), viewer + vec2(4.0, 0.0)], cross);
-    painter.line_segment([viewer - vec2(0.0, 4.0), viewer + vec2(0.0, 4.0)], cross);
+    for arm in [vec2(CROSS_POINTS, 0.0), vec2(0.0, CROSS_POINTS)] {
+        painter.line_segment([viewer - arm, viewer + arm], cross);
+    }
     let theta = map.wi[2].clamp(-1.0, 1.0).acos().to_degrees();
     let text = format!("θi {theta:.0}°, white at {:.2} /sr", 1.0 / map.exposure);
     let font = egui::FontId::proportional(11.0);

@@ -5,8 +5,10 @@ use sunbeam_realtime::{DEGREES_PER_POINT, GpuError, Light};
 
 /// Side in points of the widget with the disc of the sky.
 const WIDGET_POINTS: f32 = 92.0;
-/// Radius of the disc in points; the sun at its edge still lies within the widget.
-const DISC_RADIUS_POINTS: f32 = 0.5 * WIDGET_POINTS - 4.0;
+/// Radius of the sun in points.
+const SUN_RADIUS_POINTS: f32 = 6.0;
+/// Radius of the disc in points. The sun at its edge, with its outline, still lies within the widget.
+const DISC_RADIUS_POINTS: f32 = 0.5 * WIDGET_POINTS - SUN_RADIUS_POINTS - 1.0;
 
 /// Direction of the sun. Drags are in points of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +80,7 @@ impl Sun {
         }
         let sun: Pos2 = centre + radius * self.position(camera_azimuth_deg);
         painter.line_segment([centre, sun], Stroke::new(1.0, faint));
-        painter.circle(sun, 6.0, Color32::from_rgb(255, 214, 90), Stroke::new(1.0, Color32::BLACK));
+        painter.circle(sun, SUN_RADIUS_POINTS, Color32::from_rgb(255, 214, 90), Stroke::new(1.0, Color32::BLACK));
         response
             .on_hover_text("The sky from above, you at the lower edge. Drag the sun, here or with the right button.");
     }

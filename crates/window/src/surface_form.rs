@@ -72,6 +72,7 @@ impl SurfaceForm {
             let edit = egui::TextEdit::singleline(&mut self.path).hint_text("skin.gsf").desired_width(f32::INFINITY);
             open = ui.add(edit).lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         });
+        // The values of these numbers when they are switched on are examples, not findings about the file.
         optional(ui, "Pixel size", &mut self.pixel_size_um, 0.065, PIXEL_UM, 0.001, " µm");
         optional(ui, "Max height", &mut self.max_height_um, 0.4, HEIGHT_UM, 0.005, " µm");
         row(ui, "", |ui| open |= ui.button("Open").clicked());

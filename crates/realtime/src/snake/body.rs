@@ -1,8 +1,8 @@
 //! The smooth body: a flattened cross-section, swept along an S-shaped centreline with a rotation-minimising frame.
 //!
-//! The section consists of two half ellipses, the back and the belly, with a common half width r. At the angle φ, which
-//! is 0 on top of the back and ±π below the belly, its point is r·(sin φ·side + b·cos φ·up), with b = [`BACK`] or
-//! [`BELLY`]. `side` is orthogonal to the centreline and to `up`, and points to growing v.
+//! The section consists of two half ellipses, the back and the belly, with a common half width r. Its point at the
+//! angle φ is r·(sin φ·side + b·cos φ·up), with b = [`BACK`] or [`BELLY`]. The angle is 0 on top of the back and ±π
+//! below the belly. `side` is orthogonal to the centreline and to `up`, and points to growing v.
 //!
 //! The skin is a sheet over the upper part of the section; its two edges under the belly are the *rims*. Texture
 //! coordinates are u along the centreline from head to tail and v across the sheet from rim to rim. Both are
@@ -19,7 +19,7 @@ const BACK: f64 = 0.92;
 /// Height b of the belly's half ellipse, relative to the half width r; chosen by eye.
 const BELLY: f64 = 0.70;
 /// Fraction of the girth that the sheet covers, from rim to rim. Smaller values would bring the rims into view from the
-/// side.
+/// side; larger ones add triangles that no camera above the ground sees.
 const COVERAGE: f64 = 0.76;
 /// Number of steps of the tables of centreline and section. The steps are smaller than the cells of most meshes. More
 /// steps take longer and follow the curves more closely.
@@ -43,9 +43,10 @@ pub(super) struct Body {
     length_cm: f64,
     /// Half width r of the section.
     radius_cm: f64,
-    /// Signed arc length from the top of the back to the angle φ = `i·2π/STEPS − π`, i from 0 to [`STEPS`].
+    /// Arc length from the top of the back to the angle φ = `i·2π/STEPS − π`, i from 0 to [`STEPS`]. It has the sign
+    /// of φ.
     arcs_cm: Vec<f64>,
-    /// Signed arc lengths from the top of the back to the rims at v = 0 and v = 1.
+    /// Arc lengths from the top of the back to the rims at v = 0 (negative) and v = 1 (positive).
     rims_cm: (f64, f64),
 }
 
@@ -76,7 +77,8 @@ impl Body {
         let (sin, cos) = self.angle(self.rims_cm.0 + v * self.width_cm()).sin_cos();
         let b = relative_height(cos);
         let offset = self.radius_cm * (side * sin + up * (b * cos));
-        // Orthogonal to the tangent of the ellipse, side·cos − up·b·sin.
+        // Orthogonal to the tangent of the ellipse, side·cos − up·b·sin, and to `forward`, along which a
+        // rotation-minimising frame moves all points of the section.
         let normal = (side * (sin * b) + up * cos).normalize();
         (centre + offset, normal)
     }
@@ -152,7 +154,8 @@ fn carry(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3 {
     let reflect = |x: DVec3, axis: DVec3| x - axis * (2.0 * axis.dot(x) / axis.length_squared());
     let reflected_forward = reflect(forward, chord);
     let reflected_up = reflect(up, chord);
-    // The second reflection maps the reflected direction to the next one, unless they are equal.
+    // The second reflection maps the reflected direction to the next one. None is needed if they are equal up to
+    // rounding errors, about 1e-16 in each component.
     let axis = next - reflected_forward;
     if axis.length_squared() < 1e-24 { reflected_up } else { reflect(reflected_up, axis) }
 }

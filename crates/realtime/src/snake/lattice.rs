@@ -89,8 +89,8 @@ pub(super) struct Traits {
 }
 
 impl Traits {
-    /// Random traits. Each deviates from its mean by at most `variation`, in [0, 1], times the number below. Meshes
-    /// depend on the order of the random numbers.
+    /// Random traits. Each deviates from its mean by at most `variation`, in [0, 1], times the number below, which is
+    /// chosen by eye. Meshes depend on the order of the random numbers.
     fn random(random: &mut impl Rng, variation: f64) -> Self {
         let mut vary = |largest: f64| variation * largest * random.random_range(-1.0..1.0);
         Self {
@@ -268,7 +268,8 @@ impl Lattice {
     /// head lie on top.
     pub(super) fn on_top(&self, point: DVec2) -> (i64, i64) {
         let (first_i, middle_j) = (point.x.floor() as i64 - 1, point.y.round() as i64);
-        // The scales around the point, from head to tail.
+        // The scales around the point, from head to tail. A scale reaches about one half scale from its centre, so the
+        // covering one is among them.
         let nearby = || {
             (first_i..=first_i + 3)
                 .flat_map(|i| (middle_j - 2..=middle_j + 2).map(move |j| (i, j)))

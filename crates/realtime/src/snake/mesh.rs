@@ -30,8 +30,8 @@ pub struct SnakeMesh {
 }
 
 impl SnakeMesh {
-    /// Builds the mesh. With `n = 2·half_cells`, a scale inside the sheet has two triangles in each of `n²` cells, and
-    /// `4n − 2` triangles in the walls below its free edges.
+    /// Builds the mesh. A scale inside the sheet has two triangles in each of `n²` cells, where `n = 2·half_cells`. The
+    /// walls below its free edges have `4n − 2` triangles.
     ///
     /// ```
     /// use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions};
@@ -106,14 +106,12 @@ impl Builder {
                     indices.push(None);
                     continue;
                 }
-                let node = if (x, y) == (0, 0) {
-                    Some((i - 1, j))
-                } else if (x, y) == (n, 0) {
-                    Some((i, j - 1))
-                } else if (x, y) == (0, n) {
-                    Some((i, j + 1))
-                } else {
-                    None
+                // The node at a corner of the grid. The tip lies above its node and is an ordinary vertex.
+                let node = match (x, y) {
+                    (0, 0) => Some((i - 1, j)),
+                    (x, 0) if x == n => Some((i, j - 1)),
+                    (0, y) if y == n => Some((i, j + 1)),
+                    _ => None,
                 };
                 let index = if let Some(node) = node {
                     *self.nodes.entry(node).or_insert_with(|| self.mesh.push(&self.surface.node(node)))
@@ -137,12 +135,15 @@ impl Builder {
     fn add_cells(&mut self, scale: (i64, i64)) {
         for x in 0..self.cells {
             for y in 0..self.cells {
-                let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| self.vertex(scale, x, y));
+                let cell = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
+                let mut corners = cell.map(|(x, y)| self.vertex(scale, x, y));
                 // Cells are cut along the scale's axis, because scales bend more across it. The cell at the root is cut
                 // the other way: its corner at the root is narrow.
-                let first = usize::from((x, y) == (0, 0));
-                let corners: Vec<u32> = corners.into_iter().cycle().skip(first).take(4).flatten().collect();
-                self.mesh.add_polygon(&corners);
+                if (x, y) == (0, 0) {
+                    corners.rotate_left(1);
+                }
+                let on_sheet: Vec<u32> = corners.into_iter().flatten().collect();
+                self.mesh.add_polygon(&on_sheet);
             }
         }
     }

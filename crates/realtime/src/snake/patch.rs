@@ -47,7 +47,7 @@ impl<'a> Patch<'a> {
     }
 
     /// A point of an edge, from its end nearer to the root (`t` = 0) to its other end (`t` = 1). On the scales at the
-    /// two ends of the sheet, the edges beyond the end are mirror images of the others, so that the sheet ends in a
+    /// two ends of the sheet, the edges beyond the end are mirror images of the others. The sheet then ends in a
     /// straight line.
     fn edge(&self, edge: Edge, t: f64) -> DVec2 {
         let (i, j) = self.scale;

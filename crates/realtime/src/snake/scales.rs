@@ -5,8 +5,9 @@
 //!
 //! The scale comes out from under two scales nearer to the head, one on its left and one on its right. The coordinate x
 //! is 0 on the foot of the left scale, and 1 at the tip of the covered scale. It follows from the gauge in the
-//! coordinates of the left scale (lattice.rs): `x = (gauge − 1)/(gauge(2, 1) − 1)`. The coordinate y is that of the
-//! right scale.
+//! coordinates of the left scale (lattice.rs): `x = (gauge − 1)/(gauge(2, 1) − 1)`. In these coordinates the covered
+//! scale has its centre at (1, 1) and its tip at (2, 1), apart from random displacements. The coordinate y is that of
+//! the right scale.
 
 use glam::DVec2;
 

@@ -1,5 +1,6 @@
 // Camera, light and blending of a picture; counterpart of `FrameUniform` in layout.rs, with the same memory layout.
-// Lengths are in cm, the unit of the mesh. Vectors are in the scene's frame, where z points up.
+// view.rs computes the values. Lengths are in cm, the unit of the mesh. Vectors are in the scene's frame, where z
+// points up.
 
 // Data of one sample of a picture.
 struct Frame {

@@ -77,8 +77,8 @@ const LOCATE_SUN_VISIBLE: u32 = 1u;
 // Visibility of the sun: the depth map cannot tell, so a ray must.
 const LOCATE_SUN_UNDECIDED: u32 = 2u;
 
-// Start of a ray from the point p in a direction, moved off the surface with normal n so that the ray does not meet the
-// surface again (Mitsuba's `offset_p`).
+// Start of a ray from the point p of a surface with the normal n. The start is moved off the surface, so that the ray
+// does not meet the surface again (Mitsuba's `offset_p`).
 fn locate_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let largest = max(abs(p.x), max(abs(p.y), abs(p.z)));
     let distance = (1.0 + largest) * LOCATE_EPSILON;
@@ -272,8 +272,8 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
 }
 
 // Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the map. The sun is hidden where the pixel's ray
-// meets nothing, where an opaque surface faces away from the sun or the viewer, and where a surface is parallel to a
-// direction. Behind a film it is undecided, because a film lets light pass.
+// meets nothing, and where the surface is parallel to the direction of the sun or the viewer. It is also hidden where
+// an opaque surface faces away from one of them. Behind a film it is undecided, because a film lets light pass.
 fn locate_visibility(found: Located) -> u32 {
     let query = found.query;
     let is_film = query.kind == QUERY_SKIN && locate_is_film();
@@ -336,13 +336,18 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
         skin |= u32(textureLoad(seen, vec2<u32>(column + i, row), 0).x != 0u) << i;
     }
     let skin_count = countOneBits(skin);
-    var to_skin = atomicAdd(&lists.skin, skin_count);
-    var to_bare = locate_pixel_count() - atomicAdd(&lists.bare, count - skin_count);
+    // Entry for the next pixel with a triangle, and the entry after that for the next one without.
+    var next_skin = atomicAdd(&lists.skin, skin_count);
+    var after_bare = locate_pixel_count() - atomicAdd(&lists.bare, count - skin_count);
     for (var i = 0u; i < count; i++) {
-        let is_skin = ((skin >> i) & 1u) != 0u;
-        to_bare -= u32(!is_skin);
-        lists.entries[select(to_bare, to_skin, is_skin)] = locate_packed(vec2<u32>(column + i, row));
-        to_skin += u32(is_skin);
+        let packed = locate_packed(vec2<u32>(column + i, row));
+        if ((skin >> i) & 1u) != 0u {
+            lists.entries[next_skin] = packed;
+            next_skin += 1u;
+        } else {
+            after_bare -= 1u;
+            lists.entries[after_bare] = packed;
+        }
     }
 }
 
@@ -381,6 +386,21 @@ fn locate_skin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     locate_store(pixel, found, missed || (found.query.kind == QUERY_SKIN && locate_is_film()));
 }
 
+// Intersection of a pixel's ray with the mesh: with the rasteriser's triangle, or with the nearest triangle if the ray
+// misses that one. Pixels without a triangle of the rasteriser have none.
+fn locate_intersection(pixel: vec2<u32>, ray: vec3<f32>) -> Hit {
+    // The texture holds the triangle plus 1.
+    let seen_triangle = textureLoad(seen, pixel, 0).x;
+    var hit = Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
+    if seen_triangle != 0u {
+        hit = trace_triangle(frame.origin, ray, seen_triangle - 1u);
+        if hit.triangle == TRACE_NONE {
+            hit = trace(frame.origin, ray, TRACE_FAR, false);
+        }
+    }
+    return hit;
+}
+
 // Writes the queries of `rest` by rays through the tree. For these pixels locate_store has added the weight of the
 // sample to the picture, but no radiance.
 @compute @workgroup_size(64)
@@ -391,19 +411,12 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
     let pixel = locate_unpacked(lists.entries[locate_pixel_count() + number]);
     let ray = locate_ray(pixel);
-    // The texture holds the triangle plus 1. Without a triangle, the corners of triangle 0 are read but not used.
-    let seen_triangle = textureLoad(seen, pixel, 0).x;
-    var triangle = max(seen_triangle, 1u) - 1u;
-    var hit = Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
-    if seen_triangle != 0u {
-        hit = trace_triangle(frame.origin, ray, triangle);
-        if hit.triangle == TRACE_NONE {
-            hit = trace(frame.origin, ray, TRACE_FAR, false);
-            triangle = select(hit.triangle, triangle, hit.triangle == TRACE_NONE);
-        }
-    }
+    let hit = locate_intersection(pixel, ray);
+    // For a miss the corners of triangle 0 are read but not used.
+    let triangle = select(hit.triangle, 0u, hit.triangle == TRACE_NONE);
     let found = locate_hit(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
     var visibility = locate_visibility(found);
+    // Fraction of the sunlight that passes films on the way to the point.
     var passed = 1.0;
     if visibility == LOCATE_SUN_UNDECIDED && locate_is_film() {
         passed = locate_sun_fraction(found);
@@ -440,11 +453,11 @@ fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_work
         let index = locate_index(locate_unpacked(lists.entries[first + i]));
         lit |= u32(queries[index].lit != 0u && queries[index].kind == QUERY_SKIN) << i;
     }
-    var to = atomicAdd(&lists.chosen, countOneBits(lit));
+    var next = atomicAdd(&lists.chosen, countOneBits(lit));
     while lit != 0u {
         let entry = lists.entries[first + firstTrailingBit(lit)];
-        chosen[to] = locate_index(locate_unpacked(entry));
-        to += 1u;
+        chosen[next] = locate_index(locate_unpacked(entry));
+        next += 1u;
         // Clears the lowest bit.
         lit &= lit - 1u;
     }

@@ -4,8 +4,9 @@
 // Fresnel reflectance (fresnel.wgsl), O the obliquity factor, and M shadowing and masking (both pair.wgsl). With the
 // small-slope factor Q (small_slope.wgsl), f_r is Q·M times the relief's factor.
 //
-// Under a cover of index n, these factors are taken for the directions inside the cover, and f_r is multiplied by
-// T(θi)·T(θo)/n², with the transmittance T of its flat side. With θ' the angle inside, n·cosθ' = √(n² − sin²θ).
+// Under a cover of index n, these factors are taken for the directions inside the cover. f_r is multiplied by
+// T(θi)·T(θo)/n², where T is the transmittance of the cover's flat side. The angle θ' inside the cover follows from
+// n·cosθ' = √(n² − sin²θ).
 // The functions for covers are counterparts of `Cover` in src/scattering/cover.rs.
 
 // Value of `Optics.answers` for methods whose answer is the relief's factor.

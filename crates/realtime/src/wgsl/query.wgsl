@@ -26,6 +26,6 @@ struct Query {
     lit: u32,
     // Texture coordinates of the skin; (0, 0) on the ground.
     uv: vec2<f32>,
-    // Fraction of the sunlight that arrives at the point: 0 in shadow, 1 in direct sun, between them behind films.
+    // Fraction of the sunlight that arrives at the point: 0 in shadow, 1 in direct sun, a value between behind films.
     sun: f32,
 }

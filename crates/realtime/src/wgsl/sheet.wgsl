@@ -18,6 +18,7 @@ fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
     let sums = vec2<f32>(c + inside, eps * c + inside);
     // Transmittances of one of the film's two sides for s and p.
     let one_side = 4.0 * c * inside * vec2<f32>(1.0, eps) / (sums * sums);
+    // Mean over s and p of the squares, since light passes two sides.
     return 0.5 * dot(one_side, one_side);
 }
 

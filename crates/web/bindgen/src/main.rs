@@ -18,6 +18,7 @@ fn main() -> ExitCode {
     }
 }
 
+/// Reads the arguments and writes the library.
 fn run() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let (Some(input), Some(folder), None) = (arguments.next(), arguments.next(), arguments.next()) else {
