@@ -1,4 +1,7 @@
-"""A wrapper of a BSDF that keeps its values and draws cosine-weighted or uniform samples, to compare samplers."""
+"""A wrapper of a BSDF that keeps its values and draws cosine-weighted or uniform samples.
+
+The part `sampling` compares these simple samplers with the plugin's own.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +29,7 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
             self.m_components = [flags]
             self.m_flags = flags
 
+        # `sample1` would select a component, of which there is one.
         def sample(self, ctx, si, sample1, sample2, active=True):
             sample = mi.BSDFSample3f()
             sample.wo = to_direction(sample2)
