@@ -219,8 +219,8 @@ def plasmons() -> dict:
 
     `curves` are those of several heights over the angle of incidence, `dips` the first dip of each. `limit_deg` is the
     angle of this dip as the height tends to 0. `wave` is the surface plasmon's wave number on flat silver over that of
-    light in vacuum. An order j excites it where sin θi − jλ/d = ±`wave`. `expected_deg` has these θi for order −1 (+`wave`) and order 2 (−`wave`), under |j|.
-    `flat_tm` is the reflectance of flat silver at the first of them.
+    light in vacuum. An order j excites it where sin θi − jλ/d = ±`wave`. `expected_deg` has these θi for order −1
+    (+`wave`) and order 2 (−`wave`), under |j|. `flat_tm` is the reflectance of flat silver at the first of them.
     """
     n = index("Ag", PLASMON_NM)
     wave = surface_plasmon(n)

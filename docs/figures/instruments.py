@@ -30,7 +30,7 @@ PART = "instruments"
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
 # Text formats. Native readers may refuse such files, and Gwyddion asks its user for their sizes.
 TEXT = ("asc", "xyz")
-# Relative difference below which heights and pixels count as equal. Scales in text files have seven digits.
+# Relative difference below which heights and pixel edges count as equal. Scales in text files have seven digits.
 SAME = 1e-6
 
 
@@ -138,7 +138,7 @@ def read(path: Path) -> Sample:
 
 
 def converter() -> Any:
-    """The module `sunbeam_mitsuba.convert` of the checkout."""
+    """The module `sunbeam_mitsuba.convert` of the checkout, whose package need not be installed."""
     if str(REPOSITORY / "python") not in sys.path:
         sys.path.insert(0, str(REPOSITORY / "python"))
     import sunbeam_mitsuba.convert as convert
@@ -200,10 +200,10 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
     relief = sample.reading.relief
     found = []
     for key, field in load(str(made)).items():
+        # Channels are data fields under keys such as "/0/data"; the file has other entries too.
         if not key.endswith("/data") or np.shape(field.data) != relief.heights_um.shape:
             continue
-        unit = field.si_unit_z.unitstr if field.si_unit_z else None
-        if unit != "m":
+        if not field.si_unit_z or field.si_unit_z.unitstr != "m":
             continue
         # Gwyddion's first row is the top, the relief's that of the smallest y.
         heights_um = np.array(field.data)[::-1] * 1e6
@@ -242,7 +242,11 @@ def gwyddion_version() -> str:
 
 
 def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
-    """A row for the format `name`: extensions, numbers of maps and of refused files, and summaries of comparisons."""
+    """A row for the format that the library calls `name`.
+
+    It has the format's full name, extensions, numbers of maps and of refused files, and the `summary` of each
+    comparison.
+    """
     reader = converter().library().lookup_reader_by_format[name]
     own = [row for row in maps if row["format"] == name]
     return {

@@ -1,7 +1,11 @@
 """The part `lab`: the laboratory set-up, figure 2.19 of Single 2014, and its spots against the grating equation.
 
-The frame and the symbols are those of mitsuba_scenes/laboratory.py. Orders of an *ensemble* (docs/model.md#coherence)
-have Gaussian lobes, whose standard deviation in spatial frequency is 1/(2√2πs); s is a quarter of the coherence length.
+A beam lights a *sample*, a skin or a grating, on a *bench*, and a screen catches the diffracted light
+(mitsuba_scenes/laboratory.py, which defines frame and symbols). Each sample is photographed in white light for the page
+and at three wavelengths for the positions of its spots.
+
+Orders of an *ensemble* (docs/model.md#coherence) have Gaussian lobes, whose standard deviation in spatial frequency is
+1/(2√2πs); s is a quarter of the coherence length.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Pixels of a measured picture along the screen's distance.
+# Resolution of a measured picture: number of pixels along a length equal to the screen's distance.
 MEASURED_PIXELS = 400.0
 # Height of a measured picture, as a fraction of the screen's distance.
 MEASURED_HEIGHT = 0.1
@@ -50,7 +54,7 @@ CLIPPED = 0.01
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)
-# Factor on the period that a negative control takes as the true one.
+# Factor on the period in a negative control, which must shift the spots by more than their measured errors.
 WRONG_PERIOD = 1.02
 # The set-up of figure 2.19, where the mirror-reflected beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
@@ -150,7 +154,10 @@ def scans() -> list[Sample]:
 
 
 def period(skin: dict, axis: str) -> dict:
-    """The dominant period along `axis` of the unrotated heights: `period_um`, and `direction_deg` of its waves."""
+    """The dominant period along `axis` of the heights: `period_um`, and `direction_deg` of its waves from +x.
+
+    The rotation of the skin is ignored.
+    """
     relief = {name: value for name, value in skin.items() if name != "rotation"}
     return json.loads(sunbeam("height-field", *surface_words(relief)))["periods"][axis]
 
@@ -222,7 +229,7 @@ def figures() -> dict:
     """The set-up's dimensions, and positions of all spots; writes the pictures of the screens."""
     folder, summaries = images("lab"), []
     use_variant()
-    # One BSDF for all samples with the same skin, so that its tables are built once.
+    # BSDFs by skin. Samples with the same skin share one, so that its tables are built once.
     bsdfs: dict[str, mi.BSDF] = {}
     for sample in samples():
         key = json.dumps(sample.skin)

@@ -20,7 +20,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .map_surfaces import Surface
 
-# Side of a panel, and of a map without an inset, in pixels.
+# Side of a panel in pixels, and of a map without an inset.
 PANEL = 168
 # Default factor on the side of a map with an inset. Such factors are odd, so that the centre of each pixel of the panel
 # is the centre of a pixel of the map.
@@ -83,7 +83,7 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A panel that is not a map: a finished picture, PANEL pixels wide and high."""
+    """A panel that is no map: a finished picture, PANEL pixels wide and high."""
 
     caption: str
     picture: Image.Image
@@ -172,7 +172,7 @@ def picture_of(panel: Panel, png: Path) -> Image.Image:
     pixels = np.array(Image.open(png).convert("RGB"))
     size = len(pixels)
     pixels[~disc(size)] = PAPER
-    # Every `step`-th pixel of the map, the middle one of each block.
+    # A block of `step` × `step` pixels of the map becomes one pixel of the panel, the block's middle one.
     step = size // PANEL
     image = Image.fromarray(np.ascontiguousarray(pixels[step // 2 :: step, step // 2 :: step]))
     if panel.box is None:

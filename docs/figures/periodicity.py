@@ -60,7 +60,7 @@ BLAZED_HEIGHT_UM = 0.25
 BLAZED_PERIODS = 26
 # Edge of the tile of the preset `elaphe`: 57 periods.
 ELAPHE_TILE_UM = 57 * 1.14426
-# Numbers of tiles for PQ, by grating.
+# Numbers of repeats of the tile along x for PQ, by grating. The last of `blazed` make Single 2014's tile.
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
 # Size of the sub-regions of `xenopeltis`; two fit along each axis of the tile.
 REGION_SIZE_UM = 33
@@ -141,6 +141,7 @@ def measured_skin(skin: str, folder: Path) -> Measured:
         words = words_of(part_um, pixel_um, folder / f"{skin}-{name}.npy")
         return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
 
+    # An evaluation reads its file at once, so parts follow one another under one name.
     def evaluated(part_um: np.ndarray) -> Evaluation:
         return evaluate_scan(relief("part", part_um))
 

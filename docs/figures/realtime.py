@@ -80,7 +80,10 @@ def render(folder: Path, *words) -> dict:
 
 
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
-    """Microseconds of shading per lit pixel, the number of lit pixels, and size and build time of the method's data."""
+    """Microseconds of shading per lit pixel, `us`, and size and build time of the method's data, `mb` and `build_s`.
+
+    `surface` has arguments of `sunbeam render`.
+    """
     repeats = REPEATS if method in FAST_METHODS else SLOW_REPEATS
     report = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
     return {

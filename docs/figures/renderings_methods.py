@@ -46,7 +46,7 @@ DISC_LIGHT = Light(180, 70, "directional", 0)
 CD_UM = 1.6
 # Spacing in a public demonstration of the shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
 DEMO_UM = 10.0
-# Options of the method `stam` for GPU Gems' form.
+# Option of the method `stam` that selects GPU Gems' form.
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
@@ -142,7 +142,7 @@ def cut_outs(file: Path) -> list[dict]:
 def draw(studio: Studio, shots: list[Shot]) -> tuple[list[Drawn], np.ndarray]:
     """Draws shots that share object, rotation, light and view, each with its own exposure.
 
-    Also returns the array of `pairs_of`, the directions at their pixels.
+    Returns the pictures, and the directions at their pixels as by `pairs_of`.
     """
     pairs = pairs_of(studio, shots[0])
     return [exposed(studio, shot, hues.lit(pairs)) for shot in shots], pairs
@@ -238,6 +238,7 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
                 }
             )
         flss, stam, _ = found[-3:]
+        # Twice as many dark pixels count as a lack of colours.
         more_dark = stam["dark_near"] > 2 * flss["dark_near"]
         insist(PART, more_dark, f"GPU Gems' form lacks colours near highlights on {title}")
         insist(PART, stam["hues"] < flss["hues"], f"GPU Gems' form has more discrete colours on {title}")
