@@ -1,6 +1,7 @@
 """The part `tour-scan`: effect of an atomic-force microscope's tip on gratings and skins, and on their colours.
 
-Reliefs repeat, and heights are indexed [iy, ix] with y = 0 first.
+Each relief is imaged by tips of several radii (tip.py). The image is compared with the relief itself: its orders, its
+period, and the colours of its BRDF map. Reliefs repeat, and heights are indexed [iy, ix] with y = 0 first.
 """
 
 from __future__ import annotations
@@ -111,7 +112,7 @@ def worst(surfaces: dict) -> dict:
 
 
 def tiles(folder: Path) -> Iterator[Tile]:
-    """The reliefs of all surfaces; files in between are written to `folder`."""
+    """The reliefs of all surfaces; temporary files are written to `folder`."""
     for name in GRATINGS:
         # Position in the period, in [0, 1).
         position = (np.arange(round(PERIOD_UM / STEP_UM)) + 0.5) * STEP_UM / PERIOD_UM

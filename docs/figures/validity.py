@@ -46,12 +46,12 @@ BOUND = 0.05
 REACHES_DEG = (30.0, 60.0, 75.0)
 # Presets whose slopes are listed for comparison.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
-# Coherence lengths at which the sums of the model with energy conservation are listed.
+# Coherence lengths at which the sums of the model with energy conservation are listed, from the plugin's default on.
 COHERENCE_LENGTHS_UM = (65.0, 400.0, 4000.0)
 
 
 def row(kind: str, slope: float | None, grating: Grating) -> dict:
-    """A row of the table: misplaced power and sum over the orders of each model, by angle of incidence.
+    """A row of the table: misplaced power of each model, and the `sum` of its orders' powers, by angle of incidence.
 
     `misplaced_te` and `misplaced_tm` are those of `stam` with energy conservation in each polarisation.
     """

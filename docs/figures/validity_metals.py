@@ -49,7 +49,7 @@ PERFECT_JUDGE = "boundary integral"
 METAL_JUDGES = {"sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
 # Theories in the order of the page.
 THEORIES = (SCALAR, FRESNEL, EXACT)
-# Largest accepted ratio of the time of a call with `theory = rigorous` to one with `scalar`; the page states it.
+# Largest accepted ratio of the time of a BSDF call with `theory = rigorous` to one with `scalar`; the page states it.
 COST_MAX = 1.5
 # Period and height in µm of the timed sinusoid.
 TIMED_UM = (0.8, 0.12)
@@ -131,7 +131,7 @@ def by_metal(judged: list[tuple[Judged, dict]]) -> dict:
     return found
 
 
-def tabled() -> list[Setting]:
+def tabled_gratings() -> list[Setting]:
     """The gratings of `tables`: the first random one of each shape in each medium, with the index at INDEX_NM.
 
     A shape without random gratings in a medium is taken from the perfect conductor's.
@@ -154,7 +154,7 @@ def tables() -> dict:
     rng = np.random.default_rng(SEED)
     rows: list[dict] = []
     errors_by_metal: dict[str, list[np.ndarray]] = {}
-    for grating in tabled():
+    for grating in tabled_gratings():
         lights = [
             replace(
                 grating,
