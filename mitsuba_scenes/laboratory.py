@@ -7,8 +7,8 @@ Light path: the beam's emitter → the sample → the screen, in a direction sam
 camera is in the plane of the sample and sees it edge-on, so it sees the screen alone. The film is parallel to the
 screen, so each pixel is a square on the screen.
 
-Symbols: θi is the beam's angle with the sample's normal, λ the wavelength, d the sample's spacing (period), θo the
-angle of the diffracted light with the normal. Order j leaves at `sin θo = jλ/d − sin θi` and meets the screen at
+Symbols: λ is the wavelength, and d the sample's spacing (period). θi is the beam's angle with the sample's normal, and
+θo that of the diffracted light. Order j leaves at `sin θo = jλ/d − sin θi` and meets the screen at
 `x = distance_mm · tan(θo + tilt)`. The spatial frequency of a point of the screen is (sin θo + sin θi)/λ, which is j/d.
 """
 

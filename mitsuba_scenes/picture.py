@@ -103,8 +103,8 @@ def check(pixels: np.ndarray, name: str) -> None:
 def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
     """8-bit sRGB, (height, width, 3), of linear pixels times 2^stops, with compressed highlights.
 
-    A pixel whose brightest channel p exceeds k = KNEE is scaled so that p becomes k + (1 − k) e/(e + s), with e = p − k
-    and s = SHOULDER. The curve tends to 1.
+    Let p be a pixel's brightest channel, k = KNEE, s = SHOULDER and e = p − k. Where p exceeds k, the pixel is scaled
+    so that p becomes k + (1 − k) e/(e + s). The curve tends to 1.
     """
     linear = np.maximum(pixels * 2.0**exposure_stops, 0)
     # One factor for the three channels keeps the hue.

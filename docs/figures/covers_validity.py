@@ -1,7 +1,7 @@
 """The part `covers-validity`: gratings under a clear cover against independent solvers.
 
-Three comparisons: both theories on random gratings (`drawn`), the phase screen on perfect conductors with and without a
-cover (`case`), and the light that both theories omit (`to_and_fro`).
+`drawn` compares both theories on random gratings. `case` compares the phase screen on perfect conductors with and
+without a cover. `to_and_fro` estimates the light that both theories omit.
 
 - The solvers, the *judges* (tests/judges/gratings), solve for light and orders in a medium of the cover's index. Their
   powers are multiplied by the transmittances of the cover's flat side, on the way in and on the way out.
@@ -232,8 +232,8 @@ def reflected_inside(grating: Grating, nm: float, sine: float) -> dict[int, tupl
     """Efficiencies (s, p) of each order, by its number, when the grating reflects light inside polycarbonate.
 
     The light comes across the grooves. `sine` is the sine of its angle with the normal inside the cover, positive for
-    light from the side of +x. In a cover of index n a grating diffracts like one n times as large in air, in a metal
-    whose index is divided by n.
+    light from the side of +x. In a cover of index n a grating diffracts like one in air that is n times as large. The
+    metal's index is then divided by n.
     """
     n, metal = POLYCARBONATE, index(TO_AND_FRO_METAL, nm) / POLYCARBONATE
     words = ["--preset", grating.preset, "--period", n * grating.period, "--height", n * grating.height]
@@ -259,10 +259,11 @@ def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     """Fractions of unpolarised light that leave after one reflection by the grating, and after more than one.
 
     Powers add up, since a cover is much thicker than the coherence length of light. In each polarisation state R[j, k]
-    is the grating's efficiency into order j for light that comes down along order k, and T_j the flat side's
-    transmittance for order j, 0 where the order is totally reflected. The power after one reflection is
-    a = T_0 R[:, 0], since incident light comes down along order 0. The sum over all reflections obeys
-    b = a + R diag(1 − T) b. The results are the means over s and p of T·a and T·(b − a).
+    is the grating's efficiency into order j for light that comes down along order k. T_j is the flat side's
+    transmittance for order j, 0 where the order is totally reflected.
+
+    The power after one reflection is a = T_0 R[:, 0], since incident light comes down along order 0. The sum over all
+    reflections obeys b = a + R diag(1 − T) b. The results are the means over s and p of T·a and T·(b − a).
     """
     # λ/d and sin θi.
     ratio, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))

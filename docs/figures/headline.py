@@ -80,8 +80,12 @@ def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
 def cell_lines(made: dict) -> list[str]:
     """The cells as lines of a text table: a line for each material of a cell.
 
-    Columns: seconds of a picture, their ratio to those of `roughconductor`, the same ratio of CPU seconds, the relative
-    error, seconds until the error is `aim`, their ratio to those of `roughconductor`, and the number of rounds.
+    Columns:
+
+    - `s`, `/ rough`, `by cpu`: seconds of a picture, their ratio to those of `roughconductor`, and that of CPU seconds;
+    - `error`: the relative error of the measured picture;
+    - `s to aim`, `/ rough`: seconds until the error is `aim`, and their ratio to those of `roughconductor`;
+    - `rounds`: the number of rounds.
     """
     side = round(made["nominal_pixels"] ** 0.5)
     found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]

@@ -1,8 +1,8 @@
 """The part `lab`: the laboratory set-up, figure 2.19 of Single 2014, and its spots against the grating equation.
 
-A beam lights a *sample*, a skin or a grating, on a *bench*, and a screen catches the diffracted light
-(mitsuba_scenes/laboratory.py, which defines frame and symbols). Each sample is photographed in white light for the page
-and at three wavelengths for the positions of its spots.
+On a *bench* a beam lights a *sample*, a skin or a grating, and a screen catches the diffracted light. Its frame and
+symbols are defined in mitsuba_scenes/laboratory.py. Each sample is photographed in white light for the page, and at
+three wavelengths for the positions of its spots.
 
 Orders of an *ensemble* (docs/model.md#coherence) have Gaussian lobes, whose standard deviation in spatial frequency is
 1/(2√2πs); s is a quarter of the coherence length.
@@ -256,10 +256,13 @@ def figures() -> dict:
 
 
 def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
-    """The sample's `spots` (rows of `measured`), and their largest and rms distances from the grating equation.
+    """The sample's `spots`, which are rows of `measured`, and their distances from the grating equation.
 
-    `wrong_period_mm` is the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
-    `by_order` has the mean period from the spots of each order.
+    - `worst_mm`, `worst_deg`, `rms_mm`: the largest and the rms distance on the screen, and the largest angle.
+    - `wrong_period_mm`: the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
+    - `spacing_um`: the true period. `measured_spacing_um` is the mean of the periods from all spots, and `by_order` has
+      their means by order.
+    - `is_drawn`: whether the set-up is that of figure 2.19.
     """
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
     wrong_mm = []

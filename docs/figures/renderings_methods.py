@@ -208,8 +208,11 @@ def symmetry(folder: Path) -> list[dict]:
 def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
     """Figure 2.22: draws Xenopeltis by FLSS, by GPU Gems' form and path-traced; returns a row for each picture.
 
-    A row has the fractions of dark pixels near highlights (`dark_near`) and among all lit pixels (`dark`), the
-    effective number of `hues`, and the fraction of the coloured pixels in the three fullest bins of hues, `three_bins`.
+    - `dark_near`, `dark`: the fractions of dark pixels near highlights, and among all lit pixels.
+    - `hues`: the effective number of hues.
+    - `three_bins`: the fraction of the coloured pixels in the three fullest bins of hues.
+
+    Raises SetupError if the numbers contradict the page.
     """
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():

@@ -1,9 +1,9 @@
 """Taylor series of a phase screen in double precision: its bound, its sum, and four partial sums.
 
-The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md). Here h is the height above the lowest point,
-κ = 2π(1 + cosθo)/λ at normal incidence, and F the Fourier transform under the coherence window. The series is that of
-Single 2014 without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 … 3. Amplitudes
-are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py.
+The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md). Here h is the height above the lowest point. κ
+is 2π(1 + cosθo)/λ, at normal incidence, and F is the Fourier transform under the coherence window. The series is that
+of Single 2014 without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 … 3.
+Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py.
 """
 
 from __future__ import annotations

@@ -127,8 +127,9 @@ def tiles(folder: Path) -> Iterator[Tile]:
 def surface_figures(tile: Tile, folder: Path) -> dict:
     """Orders, period and rms height of a relief itself, and under `tips` as imaged by each tip.
 
-    The orders are the two strongest of the relief itself; `share` is an order's fraction of the light. `rise_nm` is the
-    mean by which the image is higher. `delta_e` and `delta_e_p99` are mean and 99th percentile of the change of colour.
+    - `orders`: the two strongest orders of the relief itself. `share` is an order's fraction of the light.
+    - `rise_nm`: the mean height of the image above the relief.
+    - `delta_e`, `delta_e_p99`: mean and 99th percentile of the change of colour, ΔE₂₀₀₀.
     """
     words = tile.write(folder)
     period_um = period_of(words)
@@ -182,8 +183,8 @@ def period_of(words: tuple) -> float:
 def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
     """Fractions of the light at normal incidence and WAVELENGTH_NM in orders along x, by scalar diffraction.
 
-    Those of a grating are by `sunbeam orders`. Those of a skin, orders ±1 alone, are the power of its phase screen in a
-    window about the order's spatial frequency, with WINDOW relative to that of `period_um`.
+    For a grating `sunbeam orders` computes them. A skin has orders ±1 alone: the power of its phase screen in a window
+    about the spatial frequency ±1/`period_um`. WINDOW is the window's half width relative to this frequency.
     """
     if tile.name in GRATINGS:
         report = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))
