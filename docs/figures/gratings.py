@@ -101,9 +101,11 @@ def steepest_ratio(relief: Relief, metal: str | None, ratio: float) -> float:
 def blazed(folder: Path) -> dict:
     """A right-angled echelette: curves in both media, efficiencies `at_blaze`, and positions of TM's anomalies.
 
-    `te_peak` is λ/d and value of TE's maximum by medium. Each of `anomalies` has the expected λ/d, `passing_off` in a
-    perfect conductor and `plasmon` in aluminium, and the λ/d found, `perfect` and `Al`. The latter have the resolution
-    `step`. `folder` gets the file of heights.
+    - `te_peak`: λ/d and value of TE's maximum by medium.
+    - `anomalies`: the expected λ/d, `passing_off` in a perfect conductor and `plasmon` in aluminium, and the λ/d found,
+      `perfect` and `Al`. `step` is the resolution of the latter two.
+
+    `folder` gets the file of heights.
     """
     relief = echelette(PERIOD_UM, ECHELETTE_SAMPLES, folder / "echelette.npy")
     slope_deg = blaze_angle_deg(ECHELETTE_SAMPLES)
@@ -135,9 +137,10 @@ def blazed(folder: Path) -> dict:
 def sinusoidal() -> dict:
     """Holographic gratings of three depths, and the shallowest in a perfect conductor against its phase screen.
 
-    The phase screen's efficiency in order 1 is J1², listed as `screen` beside the exact curves `shallow`. The largest
-    efficiencies are `screen_most`, at λ/d = `screen_most_ratio`, and `shallow_most`. `rayleigh` is the largest
-    difference from Rayleigh's expansion for the second depth, whose steepest slope is `rayleigh_slope`.
+    - `shallow`: the shallowest grating's curve, with the phase screen's efficiency J1² in order 1 as `screen`.
+    - `screen_most`, `screen_most_ratio`, `shallow_most`: the screen's largest efficiency and its λ/d, and the curve's.
+    - `rayleigh`, `rayleigh_slope`: the largest difference from Rayleigh's expansion for the second depth, and the
+      steepest slope there.
     """
     shallow_depth, rayleigh_depth = SINUSOID_DEPTHS[:2]
 
@@ -217,10 +220,13 @@ def dip(height_um: float, near_deg: float) -> tuple[float, float]:
 def plasmons() -> dict:
     """Dips of order 0 of sinusoids in silver, where light excites surface plasmons.
 
-    `curves` are those of several heights over the angle of incidence, `dips` the first dip of each. `limit_deg` is the
-    angle of this dip as the height tends to 0. `wave` is the surface plasmon's wave number on flat silver over that of
-    light in vacuum. An order j excites it where sin θi − jλ/d = ±`wave`. `expected_deg` has these θi for order −1
-    (+`wave`) and order 2 (−`wave`), under |j|. `flat_tm` is the reflectance of flat silver at the first of them.
+    An order j excites a plasmon where sin θi − jλ/d = ±`wave`, on shallow gratings.
+
+    - `wave`: the plasmon's wave number on flat silver over that of light in vacuum.
+    - `expected_deg`: θi for order −1 (+`wave`) and order 2 (−`wave`), under |j|.
+    - `curves`, `dips`: curves of several heights over the angle of incidence, and the first dip of each.
+    - `limit_deg`: the angle of the first dip as the height tends to 0.
+    - `flat_tm`: the reflectance of flat silver at the first expected angle.
     """
     n = index("Ag", PLASMON_NM)
     wave = surface_plasmon(n)

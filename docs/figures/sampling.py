@@ -46,9 +46,11 @@ def figures(
     """All numbers of the part; draws the times to an error.
 
     `words` are further arguments of `sunbeam bench`. `spp`, `reference_spp` and `repetitions` replace the constants of
-    these names. `rows` has the statistics of the sampling weight for each surface, `weights` the worst of them by
-    angle. `pictures` has a row of `picture` for each surface in each light. `headline` and `costs` are times in
-    Mitsuba.
+    these names. The numbers are
+
+    - `rows`, `weights`: statistics of the sampling weight for each surface, and the worst of them by angle;
+    - `pictures`: a row of `picture` for each surface in each light;
+    - `headline`, `costs`: the cost in Mitsuba by headline.py, and by `cost` in each of VARIANTS.
     """
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     costs = headline.figures()

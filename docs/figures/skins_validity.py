@@ -74,9 +74,10 @@ def summary(values: list[float], judged: list[Answer], near: bool) -> dict:
 def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...]) -> dict:
     """A crop's properties, the misplaced power of each form on it, and the judge's accuracy.
 
-    `of_flat` is the reflected power relative to a flat surface, a mean over near lights. `balance` is the judge's
-    largest error of the power balance, and `residual` the largest residual of its equations. `by_light` has the
-    misplaced power by form, in the order of the judge's answers.
+    - `near`, `grazing`: the `summary` of each form over these lights.
+    - `of_flat`: the reflected power relative to a flat surface, a mean over near lights.
+    - `balance`, `residual`: the judge's largest error of the power balance, and largest residual of its equations.
+    - `by_light`: the misplaced power by form, in the order of the judge's answers.
     """
     by_form = {form.name: misplaced_by_light(relief, case, form, judged) for form in forms}
     near = [answer for answer in judged if is_near(answer)]

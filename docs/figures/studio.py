@@ -61,9 +61,13 @@ class Shot:
     options: dict = field(default_factory=dict)
     mark: Callable[[Image.Image], None] | None = None
 
-    def scene(self, method: str | None = None) -> str:
-        """A key of the picture by `method`, equal for shots that differ in caption, mark and own method alone."""
-        return repr(replace(self, caption="", method=method, mark=None))
+    def picture_key(self) -> str:
+        """A key of the picture, equal for shots that differ in caption and mark alone."""
+        return repr(replace(self, caption="", mark=None))
+
+    def scene_key(self) -> str:
+        """A key of the scene, equal for shots that differ in caption, mark and method alone."""
+        return repr(replace(self, caption="", mark=None, method=None))
 
 
 class Taken(NamedTuple):
@@ -108,7 +112,7 @@ class Studio:
 
     def shoot(self, shot: Shot) -> Taken:
         """The picture of a shot, taken at the first call."""
-        key = shot.scene(shot.method)
+        key = shot.picture_key()
         if key not in self._taken:
             exr = self.folder / f"{len(self._taken)}.exr"
             # Stam's obliquity factor, as in Single 2014; for a metal it is the default.
@@ -193,7 +197,7 @@ def compare_earlier(reference: Drawn, earlier: list[Drawn]) -> None:
     The differences are means of CIEDE2000, `delta_e_mean`, and of FLIP, `flip`.
     """
     for other in earlier:
-        if other.shot.method is not None and other.shot.scene() == reference.shot.scene():
+        if other.shot.method is not None and other.shot.scene_key() == reference.shot.scene_key():
             report = realtime.compare(reference.exr, other.exr, exposure=EXPOSURE_STOPS)
             other.figures["delta_e_mean"] = report["delta_e_2000"]["mean"]
             other.figures["flip"] = report["flip"]["mean"]

@@ -251,7 +251,13 @@ def cost() -> dict:
 def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
     """All numbers on metals; writes the plot to `path`.
 
-    `limits` has the result of `smallest_period_um` for each kind, metal and theory, by `reaches_deg`.
+    - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged.
+    - `rows`, `by_metal`: the results of `by_shape` and `by_metal`.
+    - `mueller`: errors of all elements of Mueller matrices by EXACT.
+    - `limits`: the result of `smallest_period_um` for each kind, metal and theory, at each of `reaches_deg`. `bound` is
+      the accepted misplaced power.
+
+    Raises SetupError if the numbers contradict the page.
     """
     answers = load()
     judged = [(answer, powers(answer)) for answer in answers]
