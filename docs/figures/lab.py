@@ -54,7 +54,7 @@ CLIPPED = 0.01
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)
-# Factor on the period in a negative control, which must shift the spots by more than their measured errors.
+# Factor on the period in a negative control. The page lists the shift of the spots beside their measured errors.
 WRONG_PERIOD = 1.02
 # The set-up of figure 2.19, where the mirror-reflected beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)

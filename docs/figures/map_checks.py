@@ -105,21 +105,21 @@ def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
 
 
 def white_spot(maps: Maps, panels: list[Panel]) -> dict:
-    """Mean CIELAB chroma by FLSS and by NMM within a radius about the centre, where NMM is white.
+    """Mean CIELAB chroma by FLSS and by NMM within a radius about the centre, where NMM has a white spot.
 
-    NMM has no wavelength there, since the radius is that of order 1 of the tile at the shortest one. Each map is
-    exposed so that its largest value is 1. The panels are recognised by their captions.
+    NMM sums over the wavelengths of diffraction orders. It has none there and returns white, since the radius is that
+    of order 1 of the tile at the shortest wavelength. Each map is exposed so that its largest value is 1. The panels
+    are recognised by their captions.
     """
     radius = VISIBLE_UM[0] / TILE_UM
     found = {"radius": radius}
     for panel in panels:
         name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
         if name:
-            _, exposure = maps.drawn(panel.words())
+            exposure = maps.drawn(panel.words()).exposure
             # The default exposure clips 1 % of the disc. A thousandth of it clips nothing, and the division by the
             # largest value replaces it.
-            exr, _ = maps.drawn(panel.words(), exposure / 1000)
-            linear = decoded(exr.with_suffix(".png"))
+            linear = decoded(maps.drawn(panel.words(), exposure / 1000).png)
             linear /= linear.max()
             # The radius is reduced by half a pixel, so that all of a pixel is inside.
             inside = distance(panel.size, 0.0) < radius - 1 / panel.size
@@ -198,8 +198,7 @@ def right_side(maps: Maps, panels: list[Panel]) -> dict:
     """
     rows = []
     for panel in panels:
-        exr, _ = maps.map_of(panel)
-        a, b = np.moveaxis(lab(decoded(exr.with_suffix(".png")))[..., 1:], -1, 0)
+        a, b = np.moveaxis(lab(decoded(maps.map_of(panel).png))[..., 1:], -1, 0)
         mirror = -math.sin(math.radians(panel.theta_i_deg))
         chroma = np.where(disc(panel.size) & (distance(panel.size, mirror) > MIRROR_RADIUS), np.hypot(a, b), 0)
         right = chroma[:, panel.size // 2 :]

@@ -54,7 +54,7 @@ def measured(*words) -> dict:
 def surface_figures(surface: dict) -> dict:
     """A surface's properties, and selections of its entries for the page's tables.
 
-    - `kappa_h`: the largest phase of the relief (docs/glossary.md).
+    - `kappa_h`: κH, the largest phase about the middle of the heights' range, at the shortest wavelength.
     - `oracle`: errors of the benchmark's reference against the direct sum.
     - `defaults`: each method with its default options. `off_front` names those that another entry of the method beats.
     - `choices`: for each of DELTA_E_LIMITS the fastest entry of any method, and the fastest of FLSS.
