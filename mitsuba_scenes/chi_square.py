@@ -18,8 +18,9 @@ WAVELENGTHS_NM = [410.0, 487.5, 561.0, 655.0]
 class HemisphereDomain:
     """The unit square mapped to the upper hemisphere, with equal areas to equal solid angles.
 
-    The class has the interface of the domains of `mitsuba.chi2`. Unlike Mitsuba's `SphericalDomain`, it does not
-    distort orders near the normal, and its edge is the horizon.
+    The class has the interface of the domains of `mitsuba.chi2`: the bounds and the aspect ratio of a rectangle, and
+    the maps from it to directions and back. Unlike Mitsuba's `SphericalDomain`, it does not distort orders near the
+    normal, and its edge is the horizon.
     """
 
     def bounds(self):

@@ -21,7 +21,10 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
     to_direction, density = warps[kind]
 
     class HemisphereSampled(mi.BSDF):
-        """Values of `nested` with the samples and densities of the warp, as one glossy component."""
+        """Values of `nested` with the samples and densities of the warp, as one glossy component.
+
+        The methods are those of `mi.BSDF`.
+        """
 
         def __init__(self, props):
             super().__init__(props)

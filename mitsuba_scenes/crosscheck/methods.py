@@ -65,9 +65,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     reports = {}
     for name in (*METHODS, TABLE_KEPT):
         method = "table" if name == TABLE_KEPT else name
-        # The published methods have the patch model only.
-        model = "ensemble" if method == "table" else "patch"
-        skin = {**case.skin, **REFERENCE, "model": model, "conserve_energy": name == TABLE_KEPT}
+        skin = {**case.skin, **_realtime_parameters(name)}
         reports[name] = realtime.render(exr(name), method, files.mesh, skin, light, view, SUPERSAMPLE)
     # The path tracer sums over the same wavelengths, with the same weights, as FLSS.
     quadrature = Quadrature.of_report(reports["flss"])
@@ -103,6 +101,13 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         "reference_seconds": reference_seconds,
         "against_the_reference": compared,
     }
+
+
+def _realtime_parameters(name: str) -> dict:
+    """Parameters of the skin for the realtime picture `name`, one of METHODS or TABLE_KEPT."""
+    # The published methods have the patch model only.
+    model = "ensemble" if name in ("table", TABLE_KEPT) else "patch"
+    return {**REFERENCE, "model": model, "conserve_energy": name == TABLE_KEPT}
 
 
 def _compared(name: str, exr: Callable[[str], Path], mask: Path, reports: dict) -> dict:
