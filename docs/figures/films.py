@@ -42,13 +42,13 @@ PART = "films"
 SIZE = (480, 320)
 # Wavelength in nm and period in µm of figure 1.2's drawing in periodicity.md.
 DRAWN = (550.0, 1.25)
-# Half width of the screen, all of which is measured.
+# Half width of the measured strip, which is as wide as the screen.
 HALF_SCREEN_CM = 25.0
 # Edge of a measured pixel on the screen. The slit's image is two pixels wide.
 PIXEL_CM = 0.08
 # Height of the measuring camera above the axis, where the film's mount hides nothing.
 CAMERA_ABOVE_CM = 13.0
-# Samples a pixel of the measurement: 2 million paths.
+# Samples a pixel of the measurement: 2 million paths for the picture of 625 × 350 pixels.
 MEASURED_SPP = 9
 # Mean of the two yellow lines, which are nearer to each other than the slit is wide.
 YELLOW_NM = 578.05

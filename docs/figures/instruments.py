@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from gwyfile import load as load_gwy
 
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 from mitsuba_scenes.tool import sunbeam
@@ -101,7 +102,7 @@ def untried(formats: list[dict], refused: list[dict]) -> list[str]:
 
 
 def reasons(refused: list[dict]) -> dict[str, int]:
-    """Numbers of refused files: profiles, bare arrays, without a unit, with a size above the limit, unreadable.
+    """Numbers of refused files by the reason: profiles, bare arrays, no unit, a size above the limit, unreadable.
 
     Raises SetupError for a message of none or of several kinds, so that a changed message is not counted wrongly.
     """
@@ -186,8 +187,8 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
 def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
     """Differences from Gwyddion, and whether they are those of its mirror image along y, `mirrored`.
 
-    The compared channel is that with the smallest differences among channels in metres with the relief's size. `None`
-    for text, without such a channel, and without Gwyddion.
+    Gwyddion's file may have several channels. Those in metres with the relief's size are compared, and the smallest
+    differences are returned. `None` for text, without such a channel, and without Gwyddion.
     """
     if sample.format in TEXT or shutil.which("gwyddion") is None:
         return None
@@ -195,11 +196,9 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
     run_gwyddion(f"--convert-to-gwy={made}", str(sample.path))
     if not made.exists():
         return None
-    from gwyfile import load
-
     relief = sample.reading.relief
     found = []
-    for key, field in load(str(made)).items():
+    for key, field in load_gwy(str(made)).items():
         # Channels are data fields under keys such as "/0/data"; the file has other entries too.
         if not key.endswith("/data") or np.shape(field.data) != relief.heights_um.shape:
             continue

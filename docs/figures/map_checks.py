@@ -64,7 +64,10 @@ def along_x(surface: Surface, x: np.ndarray, *options) -> np.ndarray:
 
 
 def reference(surface: Surface) -> dict:
-    """Largest difference of the reference from the direct double-precision sum, relative to the sum's largest value."""
+    """Largest difference of REFERENCE_SPECTRUM from the direct sum in double precision, at PAIRS random points.
+
+    It is relative to the largest value of the sum.
+    """
     generator = random.Random(1)
 
     def direction() -> list[float]:
