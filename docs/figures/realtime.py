@@ -1,4 +1,8 @@
-"""The part `realtime`: shading times of the realtime renderer's methods, and the stages of a frame."""
+"""The part `realtime`: shading times of the realtime renderer's methods, and the stages of a frame.
+
+`sunbeam render` measures the times on the GPU. Shading alone is timed for each method and surface; a whole frame is
+timed for the default method.
+"""
 
 from __future__ import annotations
 
