@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // 30° from the normal.
     let wi = [0.5, 0.0, 0.75f64.sqrt()];
     let mut random = Pcg64::seed_from_u64(1);
+    // Sums of the samples' weights f·cosθ/pdf, one for each wavelength. Their means estimate the albedo.
     let mut sum = [0.0; 4];
     let mut below_horizon = 0;
     for _ in 0..COUNT {

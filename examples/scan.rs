@@ -18,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let ((nx, ny), (lx, ly), (low, high)) = (field.size(), field.extent_um(), field.range_um());
     println!("{nx} × {ny} pixels, {lx:.2} × {ly:.2} µm, heights over {:.3} µm", high - low);
+    // `false`: the height field is a piece of a surface, whose edges do not join.
     let found = periods(&field, false);
     for (axis, period) in [("x", found.x), ("y", found.y)] {
         if let Some(period) = period {

@@ -10,16 +10,17 @@ from collections.abc import Callable
 import drjit as dr
 import mitsuba as mi
 
-# The four wavelengths that one spectral path carries: arbitrary values, spread over the visible range. The BSDF's
-# density for such a path is the mean of the densities at the four wavelengths.
+# Default for the four wavelengths that one spectral path carries: arbitrary values, spread over the visible range. The
+# BSDF's density for such a path is the mean of the densities at the four wavelengths.
 WAVELENGTHS_NM = [410.0, 487.5, 561.0, 655.0]
 
 
 class HemisphereDomain:
     """The unit square mapped to the upper hemisphere, with equal areas to equal solid angles.
 
-    The class has the interface of the domains of `mitsuba.chi2`. Unlike Mitsuba's `SphericalDomain`, it does not
-    distort orders near the normal, and its edge is the horizon.
+    The class has the interface of the domains of `mitsuba.chi2`: the bounds and the aspect ratio of a rectangle, and
+    the maps from it to directions and back. Unlike Mitsuba's `SphericalDomain`, it does not distort orders near the
+    normal, and its edge is the horizon.
     """
 
     def bounds(self):
@@ -36,8 +37,10 @@ class HemisphereDomain:
 
 
 class SphereDomain(HemisphereDomain):
-    """A rectangle twice as wide as high, mapped to the sphere: the half x < 1 to the upper hemisphere, as in
-    `HemisphereDomain`, and the half x ≥ 1 to the lower hemisphere, mirrored at the horizon.
+    """A rectangle twice as wide as high, mapped to the sphere, with equal areas to equal solid angles.
+
+    The half x < 1 is the upper hemisphere, as in `HemisphereDomain`. The half x ≥ 1 is the lower hemisphere, which is
+    the upper one mirrored at the horizon.
     """
 
     def bounds(self):

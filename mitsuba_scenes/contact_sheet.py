@@ -28,7 +28,8 @@ def contact_sheet(
     """Writes rows of (picture file, caption) to `output`, from the top left; rows may differ in length.
 
     Every picture is scaled to `width` and to the proportions of the first one. Captions may have several lines; all
-    rows leave space for the longest caption. The default font, Pillow's own, has neither Greek letters nor µ.
+    rows leave space for the caption with the most lines. The default font, Pillow's own, has neither Greek letters nor
+    µ.
     """
     with Image.open(rows[0][0][0]) as first:
         height = round(width * first.height / first.width)

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import argparse
 import gc
+import itertools
 import json
 import os
 import platform
 import re
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -35,7 +37,7 @@ from .render import EXPOSURE_STOPS
 from .scene import View
 from .side_by_side import side_by_side
 from .skin import preset_skin, scanned_skin, skin_bsdf
-from .snake import snake_files
+from .snake import SnakeFiles, snake_files
 
 # Presets of the first row of the sheet, with their captions.
 SKINS = {"blazed": "Blazed", "elaphe": "Elaphe, procedural", "xenopeltis": "Xenopeltis, procedural"}
@@ -141,52 +143,15 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     variant = use_variant(variant)
     files = snake_files()
     rows = shots()
-    count, done = sum(len(row) for row in rows) + len(FOILS_AND_FILMS), 0
+    count = sum(len(row) for row in rows) + len(FOILS_AND_FILMS)
+    announce = announcer(count)
+    pictures: dict[str, dict] = {}
     report = {"variant": variant, "resolution": [view.width, view.height], "spp": spp, "versions": versions()}
-    report["pictures"] = {}
-    sheet, bsdf_of_skin = [], {}
-    for row in rows:
-        sheet.append([])
-        for name, caption, skin, light in row:
-            done += 1
-            print(f"[{done}/{count}] {caption} ...", end=" ", flush=True)
-            # Pictures with equal parameters of the skin share one BSDF, so its tables are built once.
-            key = json.dumps(skin, sort_keys=True)
-            bsdf = bsdf_of_skin.get(key) or skin_bsdf(skin, files.pigment)
-            # The first of two passes includes compiling, the second does not.
-            result = picture.render(bsdf, files, light, view, spp, passes=2)
-            bsdf_of_skin[key] = result.bsdf
-            picture.check(result.pixels, name)
-            png = picture.write(result.pixels, output / f"{name}.exr", EXPOSURE_STOPS)
-            print(stage_times(result.seconds), flush=True)
-            sheet[-1].append((png, caption))
-            report["pictures"][name] = {
-                "files": [f"{name}.exr", f"{name}.png"],
-                "light": vars(light),
-                "skin": skin,
-                "seconds": result.seconds,
-                "tables": tables(str(result.bsdf)),
-                "bsdf": str(result.bsdf),
-                "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
-            }
+    report["pictures"] = pictures
+    sheet = snake_rows(rows, files, view, spp, output, announce, pictures)
     # A kernel contains the code of all existing BSDFs, so those of the skins are deleted before others are rendered.
-    del bsdf, result
-    bsdf_of_skin.clear()
     gc.collect()
-    sheet.append([])
-    for name, (caption, make_scene, camera) in FOILS_AND_FILMS.items():
-        done += 1
-        print(f"[{done}/{count}] {caption} ...", end=" ", flush=True)
-        scene = make_scene(replace(camera, width=view.width, height=view.height))
-        pixels, seconds = picture.render_scene(scene, spp, passes=2)
-        picture.check(pixels, name)
-        sheet[-1].append((picture.write(pixels, output / f"{name}.exr", FOILS_AND_FILMS_EXPOSURE_STOPS), caption))
-        print(stage_times(seconds), flush=True)
-        report["pictures"][name] = {
-            "files": [f"{name}.exr", f"{name}.png"],
-            "seconds": seconds,
-            "mean_rgb": pixels.mean(axis=(0, 1)).tolist(),
-        }
+    sheet.append(foils_and_films_row(view, spp, output, announce, pictures))
     contact_sheet(sheet, output / "contact-sheet.png", view.width)
     # The report is written before the comparison, which needs a GPU adapter and may fail.
     write_report(report, output, start)
@@ -202,6 +167,74 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     report["crosscheck"] = crosscheck(output / "crosscheck", short=True)
     write_report(report, output, start)
     insist(report["crosscheck"])
+
+
+def announcer(count: int) -> Callable[[str], None]:
+    """A function that prints the number and the caption of each of `count` pictures before it is rendered."""
+    numbers = itertools.count(1)
+
+    def announce(caption: str) -> None:
+        print(f"[{next(numbers)}/{count}] {caption} ...", end=" ", flush=True)
+
+    return announce
+
+
+def snake_rows(
+    rows: list[list[Shot]],
+    files: SnakeFiles,
+    view: View,
+    spp: int,
+    output: Path,
+    announce: Callable[[str], None],
+    pictures: dict[str, dict],
+) -> list[list[tuple[Path, str]]]:
+    """Renders the shots and adds their entries of the report to `pictures`; returns the sheet's (PNG, caption)."""
+    sheet: list[list[tuple[Path, str]]] = []
+    bsdf_of_skin: dict[str, mi.BSDF] = {}
+    for row in rows:
+        sheet.append([])
+        for name, caption, skin, light in row:
+            announce(caption)
+            # Pictures with equal parameters of the skin share one BSDF, so its tables are built once.
+            key = json.dumps(skin, sort_keys=True)
+            bsdf = bsdf_of_skin.get(key) or skin_bsdf(skin, files.pigment)
+            # The first of two passes includes compiling, the second does not.
+            result = picture.render(bsdf, files, light, view, spp, passes=2)
+            bsdf_of_skin[key] = result.bsdf
+            picture.check(result.pixels, name)
+            png = picture.write(result.pixels, output / f"{name}.exr", EXPOSURE_STOPS)
+            print(stage_times(result.seconds), flush=True)
+            sheet[-1].append((png, caption))
+            pictures[name] = {
+                "files": [f"{name}.exr", f"{name}.png"],
+                "light": vars(light),
+                "skin": skin,
+                "seconds": result.seconds,
+                "tables": tables(str(result.bsdf)),
+                "bsdf": str(result.bsdf),
+                "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
+            }
+    return sheet
+
+
+def foils_and_films_row(
+    view: View, spp: int, output: Path, announce: Callable[[str], None], pictures: dict[str, dict]
+) -> list[tuple[Path, str]]:
+    """Renders FOILS_AND_FILMS at the resolution of `view`; results are those of `snake_rows` for one row."""
+    row = []
+    for name, (caption, make_scene, camera) in FOILS_AND_FILMS.items():
+        announce(caption)
+        scene = make_scene(replace(camera, width=view.width, height=view.height))
+        pixels, seconds = picture.render_scene(scene, spp, passes=2)
+        picture.check(pixels, name)
+        row.append((picture.write(pixels, output / f"{name}.exr", FOILS_AND_FILMS_EXPOSURE_STOPS), caption))
+        print(stage_times(seconds), flush=True)
+        pictures[name] = {
+            "files": [f"{name}.exr", f"{name}.png"],
+            "seconds": seconds,
+            "mean_rgb": pixels.mean(axis=(0, 1)).tolist(),
+        }
+    return row
 
 
 def write_report(report: dict, output: Path, start: float) -> None:

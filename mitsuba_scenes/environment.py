@@ -14,11 +14,14 @@ from pathlib import Path
 
 import mitsuba as mi
 
+# Folder of the checkout.
 REPOSITORY = Path(__file__).resolve().parent.parent
 # Folder that Mitsuba's file resolver searches; it contains plugins/.
 PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_MITSUBA", REPOSITORY / "target" / "mitsuba"))
+# The compiled plugin.
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
+# Mitsuba's variant of the programs, unless another is chosen: vectorised and spectral.
 DEFAULT_VARIANT = "llvm_ad_spectral"
 # The variant that needs neither LLVM nor a GPU.
 FALLBACK_VARIANT = "scalar_spectral"

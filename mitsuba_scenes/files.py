@@ -48,7 +48,8 @@ def python_scenes(files: SnakeFiles) -> dict[str, dict]:
 def with_files(scene: dict, folder: Path, stem: str) -> dict:
     """Writes the scene's bitmaps and height fields into `folder`. Returns the scene with the names of their files.
 
-    A bitmap is written as `stem`-PARAMETER.exr. A height field, a `filename` with an absolute path, keeps its name.
+    A bitmap is written as `stem`-PARAMETER.exr, so the parameters with bitmaps must differ in name within a scene. A
+    height field, a `filename` with an absolute path, keeps its name.
     """
     written = {}
     for key, value in scene.items():
@@ -69,7 +70,7 @@ def export(scene: dict, path: Path) -> Path:
     `width`, `height` and `spp` are defaults that the command `mitsuba` can replace.
     """
     state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), with_files(scene, path.parent, path.stem))
-    # Mitsuba names the defaults resx and resy, and writes its own version, which earlier ones would refuse.
+    # Mitsuba names the defaults resx and resy. It writes its own version, which earlier releases would refuse.
     text = mi.parser.write_string(state).replace("resx", "width").replace("resy", "height")
     path.write_text(re.sub(r'(<scene version=)"[^"]*"', r'\1"3.0.0"', text))
     return path

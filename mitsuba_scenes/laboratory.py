@@ -7,8 +7,8 @@ Light path: the beam's emitter → the sample → the screen, in a direction sam
 camera is in the plane of the sample and sees it edge-on, so it sees the screen alone. The film is parallel to the
 screen, so each pixel is a square on the screen.
 
-Symbols: θi is the beam's angle with the sample's normal, λ the wavelength, d the sample's spacing (period), θo the
-angle of the diffracted light with the normal. Order j leaves at `sin θo = jλ/d − sin θi` and meets the screen at
+Symbols: λ is the wavelength, and d the sample's spacing (period). θi is the beam's angle with the sample's normal, and
+θo that of the diffracted light. Order j leaves at `sin θo = jλ/d − sin θi` and meets the screen at
 `x = distance_mm · tan(θo + tilt)`. The spatial frequency of a point of the screen is (sin θo + sin θi)/λ, which is j/d.
 """
 
@@ -114,13 +114,11 @@ def line(wavelength_nm: float) -> dict:
 def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
     """The scene as a dictionary. `bsdf` is the sample's, a dictionary or an object; `spectrum` the beam's radiance."""
     transform = mi.ScalarTransform4f
-    width, height = bench.size
     from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
     to_light = [math.sin(from_axis), 0.0, math.cos(from_axis)]
     # The bound on the cosine avoids a division by zero for beams parallel to the screen.
     beam_length = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
     emitter = [beam_length * component for component in to_light]
-    camera = [0.0, CAMERA_Y_MM, 0.0]
     # Mitsuba's rectangle has edges of length 2.
     half_width, half_height = 0.5 * SCREEN_SCALE * bench.width_mm, 0.5 * SCREEN_SCALE * bench.height_mm
     screen = transform().translate([0, 0, bench.distance_mm]) @ transform().scale([half_width, half_height, 1])
@@ -128,29 +126,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
         "type": "scene",
         # Russian roulette starts beyond the longest path, so it is off.
         "integrator": {"type": "ptracer", "max_depth": SEGMENTS, "rr_depth": 100},
-        "sensor": {
-            "type": "perspective",
-            # Mitsuba's camera, looking along +z, has +x at its left; the scale mirrors it.
-            "to_world": transform().look_at(camera, [0, CAMERA_Y_MM, 1], [0, 1, 0]) @ transform().scale([-1, 1, 1]),
-            "fov_axis": "x",
-            "fov": 2 * math.degrees(math.atan(0.5 * bench.width_mm / bench.distance_mm)),
-            "near_clip": 1.0,
-            "far_clip": 1e4,
-            "sampler": {"type": "independent"},
-            "film": {
-                "type": "hdrfilm",
-                "width": width,
-                # The film is centred on the camera's y. The crop is its upper part, centred on y = 0.
-                "height": height + 2 * round(-CAMERA_Y_MM * bench.pixels_per_mm),
-                "crop_width": width,
-                "crop_height": height,
-                "crop_offset_x": 0,
-                "crop_offset_y": 0,
-                "pixel_format": "rgb",
-                "component_format": "float32",
-                "rfilter": {"type": "box"},
-            },
-        },
+        "sensor": camera(bench),
         "beam": {
             "type": "disk",
             "to_world": transform().look_at(emitter, [0, 0, 0], [0, 1, 0]) @ transform().scale(bench.beam_radius_mm),
@@ -170,6 +146,36 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
     }
 
 
+def camera(bench: Bench) -> dict:
+    """The camera in the plane of the sample, as a dictionary. Its picture is the photographed part of the screen."""
+    transform = mi.ScalarTransform4f
+    width, height = bench.size
+    # Mitsuba's camera, looking along +z, has +x at its left; the scale mirrors it.
+    mirror = transform().scale([-1, 1, 1])
+    return {
+        "type": "perspective",
+        "to_world": transform().look_at([0, CAMERA_Y_MM, 0], [0, CAMERA_Y_MM, 1], [0, 1, 0]) @ mirror,
+        "fov_axis": "x",
+        "fov": 2 * math.degrees(math.atan(0.5 * bench.width_mm / bench.distance_mm)),
+        "near_clip": 1.0,
+        "far_clip": 1e4,
+        "sampler": {"type": "independent"},
+        "film": {
+            "type": "hdrfilm",
+            "width": width,
+            # The film is centred on the camera's y. The crop is its upper part, centred on y = 0.
+            "height": height + 2 * round(-CAMERA_Y_MM * bench.pixels_per_mm),
+            "crop_width": width,
+            "crop_height": height,
+            "crop_offset_x": 0,
+            "crop_offset_y": 0,
+            "pixel_format": "rgb",
+            "component_format": "float32",
+            "rfilter": {"type": "box"},
+        },
+    }
+
+
 def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) -> np.ndarray:
     """The screen in linear sRGB, (rows, columns, 3) from the top down, with about `paths` paths from the beam.
 
@@ -184,7 +190,7 @@ def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) ->
 
 def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]:
     """Column and row of a point of the screen on the film, in pixels from the top left corner."""
-    sensor = mi.load_dict(bench_scene({"type": "diffuse"}, bench, line(550.0))["sensor"])
+    sensor = mi.load_dict(camera(bench))
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
     found, _ = sensor.sample_direction(si, mi.Point2f(0.5))

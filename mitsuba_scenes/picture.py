@@ -68,9 +68,10 @@ def render(
 
 
 def render_scene(scene: dict, spp: int, passes: int = 1) -> tuple[np.ndarray, dict]:
-    """Renders a scene, in place of the sampler's number of samples with `spp` as in `render`.
+    """Renders a scene dictionary in at least `passes` passes; `spp` replaces the sampler's number of samples.
 
-    Returns the picture in linear sRGB, (height, width, 3), and the seconds of the stages from `scene` on.
+    `spp` and `passes` are as in `render`, and the passes have the seeds 0, 1, …. Returns the picture in linear sRGB,
+    (height, width, 3), and the `seconds` of `render` without `tables`.
     """
     film = scene["sensor"]["film"]
     passes = max(passes, math.ceil(film["width"] * film["height"] * spp / PATHS_PER_PASS))
@@ -78,6 +79,7 @@ def render_scene(scene: dict, spp: int, passes: int = 1) -> tuple[np.ndarray, di
     start = time.perf_counter()
     loaded = mi.load_dict(scene)
     seconds = {"scene": time.perf_counter() - start}
+    # The sum over the passes, which becomes an array with the first one.
     pixels, times = 0, []
     for seed in range(passes):
         start = time.perf_counter()
@@ -101,8 +103,8 @@ def check(pixels: np.ndarray, name: str) -> None:
 def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
     """8-bit sRGB, (height, width, 3), of linear pixels times 2^stops, with compressed highlights.
 
-    A pixel whose brightest channel p exceeds k = KNEE is scaled so that p becomes k + (1 − k) e/(e + s), with e = p − k
-    and s = SHOULDER. The curve tends to 1.
+    Let p be a pixel's brightest channel, k = KNEE, s = SHOULDER and e = p − k. Where p exceeds k, the pixel is scaled
+    so that p becomes k + (1 − k) e/(e + s). The curve tends to 1.
     """
     linear = np.maximum(pixels * 2.0**exposure_stops, 0)
     # One factor for the three channels keeps the hue.

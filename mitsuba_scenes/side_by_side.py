@@ -26,7 +26,7 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
 
     The light is a directional sun without sky. Neither renderer conserves energy here (docs/model.md#energy). The
     realtime renderer uses its method `table`, the colour table (docs/realtime.md). `view` sets the resolution; its
-    camera must be the default one.
+    camera must be the default one. `spp` is the number of Mitsuba's samples per pixel.
 
     Result: `mitsuba_seconds` (see `picture.render`), `realtime`, the report of `sunbeam render`, and `compared`, the
     report of `realtime.compare`.

@@ -24,14 +24,14 @@ PRESETS = {
     "cd": {},
 }
 
-# Length of the snake, and width of its sheet of scales around the body, in half scales: the defaults of `sunbeam
-# snake`. A scale is two half scales long and wide, and overlaps its neighbours.
+# Length of the snake, and width of its sheet of scales around the body, in half scales. They are the defaults of
+# `sunbeam snake`. A scale is two half scales long and wide, and overlaps its neighbours.
 ROWS = (27, 17)
 # Exponent of the outline of a scale, equal to that of the mesh (crates/realtime/src/snake/lattice.rs).
 OUTLINE = 1.4
 # Texels per half scale of the textures that vary from scale to scale.
 TEXELS = 48
-# Relative sizes of the pattern on the scales: uniform between these two.
+# Smallest and largest relative size of the pattern on the scales, whose sizes are uniform in this range.
 SIZES = (0.85, 1.0)
 # Standard deviation in degrees of the pattern's angle on the scales.
 TURN_DEG = 4.0
@@ -81,10 +81,10 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
 def scale_values(values: np.ndarray) -> np.ndarray:
     """A picture over the snake's UVs, (rows, columns) with row 0 at v = 0, that has one number on each scale.
 
-    Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. i is from −1
-    to 28 and j from −1 to 18, since scales beyond the edges of the picture reach into it. Index −1 is the last row or
-    column of `values`. Tips are those of a regular lattice; the mesh's are displaced at random by up to a twentieth of
-    a half scale.
+    Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. Scales
+    beyond the edges of the picture reach into it, so i is from −1 to 28 and j from −1 to 18. `values` is (30, 20), and
+    its last row and column are those of index −1. Tips are those of a regular lattice; the mesh's are displaced at
+    random by up to a twentieth of a half scale.
     """
     rows_u, rows_v = ROWS
     v, u = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
@@ -94,6 +94,7 @@ def scale_values(values: np.ndarray) -> np.ndarray:
         for j in range(-1, rows_v + 2):
             if (i + j) % 2:
                 continue
+            # The square of texels that the scale can cover: from one half scale before its centre to one beyond it.
             rows, columns = (slice(max(k - 1, 0) * TEXELS, max(k + 1, 0) * TEXELS) for k in (j, i))
             along, across = u[rows, columns] - i, np.abs(v[rows, columns] - j)
             # lattice.rs explains the outline: an arc towards the tail, and parallel sides towards the head.

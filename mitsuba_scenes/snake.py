@@ -22,9 +22,10 @@ class SnakeFiles:
 
 
 def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
-    """Paths of the snake's files in `folder`; its mesh has `resolution` times the default's cells in each direction.
+    """Paths of the snake's files in `folder`.
 
-    The files are written if one is missing or older than the executable `tool`. Raises SetupError where they cannot be
+    `resolution` is the factor of `sunbeam snake --resolution` on the number of the mesh's cells in each direction. The
+    files are written if one is missing or older than the executable `tool`. Raises SetupError where they cannot be
     written.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")

@@ -72,7 +72,8 @@ def test_scene_keys_ignore_caption_mark_and_method():
     from docs.figures.studio import Shot
 
     shot = Shot("a", {"preset": "blazed"}, "flss")
-    assert shot.scene() == Shot("b", {"preset": "blazed"}, None, mark=print).scene()
-    assert shot.scene() != Shot("a", {"preset": "cd"}, "flss").scene()
-    assert shot.scene() != Shot("a", {"preset": "blazed"}, "flss", view=View(10, 10)).scene()
-    assert shot.scene("flss") != shot.scene(None)
+    assert shot.scene_key() == Shot("b", {"preset": "blazed"}, None, mark=print).scene_key()
+    assert shot.scene_key() != Shot("a", {"preset": "cd"}, "flss").scene_key()
+    assert shot.scene_key() != Shot("a", {"preset": "blazed"}, "flss", view=View(10, 10)).scene_key()
+    assert shot.picture_key() == Shot("b", {"preset": "blazed"}, "flss", mark=print).picture_key()
+    assert shot.picture_key() != Shot("a", {"preset": "blazed"}, None).picture_key()

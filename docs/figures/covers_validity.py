@@ -1,19 +1,25 @@
 """The part `covers-validity`: gratings under a clear cover against independent solvers.
 
-The solvers, the *judges* (tests/judges/gratings), solve for light and orders in a medium of the cover's index. A power
-is the fraction of unpolarised light from air in an order that leaves into air. *Misplaced* power is the fraction of the
-leaving light that a theory puts into wrong orders. SCALAR is the phase screen, EXACT is `theory = rigorous`
-(tests/judges/gratings/theories.py). *Bare* gratings have no cover.
+`drawn` compares both theories on random gratings. `case` compares the phase screen on perfect conductors with and
+without a cover. `to_and_fro` estimates the light that both theories omit.
 
-Light *to and fro* is reflected by the cover's flat side back to the grating before it leaves; the theories omit it.
-Symbols for it: n is the cover's index, λ the wavelength in vacuum, d the period and θi the angle of incidence in air.
-Order j has the direction cosine q_j = jλ/d − sin θi along x, in units of the wave number in vacuum. It propagates in
-the cover if |q_j| < n and in air if |q_j| < 1. Reflection by the flat side leaves q_j unchanged.
+- The solvers, the *judges* (tests/judges/gratings), solve for light and orders in a medium of the cover's index. Their
+  powers are multiplied by the transmittances of the cover's flat side, on the way in and on the way out.
+- A power is the fraction of unpolarised light from air in an order that leaves into air.
+- *Misplaced* power is the fraction of the leaving light that a theory puts into wrong orders.
+- SCALAR is the phase screen, EXACT is `theory = rigorous` (tests/judges/gratings/theories.py).
+- *Bare* gratings have no cover.
+- Light *to and fro* is reflected by the cover's flat side back to the grating before it leaves.
+
+Symbols: n is the cover's index, λ the wavelength in vacuum, d the period and θi the angle of incidence in air. Order j
+has the direction cosine q_j = jλ/d − sin θi along x, in units of the wave number in vacuum. It propagates in the cover
+if |q_j| < n and in air if |q_j| < 1. Reflection by the flat side leaves q_j unchanged.
 """
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,13 +53,14 @@ from .validity_sweeps import angles_of
 PART = "covers-validity"
 # Index of polycarbonate at 589 nm. The rounded 1.58 would let orders of the page's gratings graze the surface inside.
 POLYCARBONATE = 1.585
-# Largest accepted rms error of an order's power by `rigorous`.
+# Largest accepted rms error of an order's power by EXACT. The judges' own errors are up to half of it.
 EXACT_RMS_MAX = 1e-3
-# Upper ends of the ranges of angles of incidence, from 0° on, by which random settings are grouped.
+# Upper ends of the ranges of angles of incidence, from 0° on, by which random settings are grouped. The settings end at
+# the last one.
 REACHES_DEG = (30.0, 60.0, 75.0)
 # Metal of the gratings of TO_AND_FRO.
 TO_AND_FRO_METAL = "Al"
-# Gratings of the table of light to and fro: kind and grating. The first is so shallow that it is a mirror.
+# Gratings of the table of light to and fro: kind on the page, and grating. The first is so shallow that it is a mirror.
 TO_AND_FRO = (
     ("flat", Grating("sinusoidal", 2.5, 1e-4)),
     ("sinusoid", sweeps.sinusoid(2.5, 10.0)),
@@ -63,35 +70,59 @@ TO_AND_FRO = (
 )
 
 
-def relative(found: np.ndarray, true: np.ndarray) -> float:
+@dataclass(frozen=True)
+class Compared:
+    """Powers of one setting's orders by the theories and by the judge; arrays are (orders,).
+
+    The judge's powers in the cover become powers in air by the transmittances of the flat side. The model has the means
+    over s and p; polarised light has each state's own.
+    """
+
+    answer: Judged
+    scalar: np.ndarray
+    exact: np.ndarray
+    #: The judge's powers with mean transmittances.
+    by_means: np.ndarray
+    #: The judge's powers with each state's transmittances.
+    by_states: np.ndarray
+    #: Misplaced power of SCALAR under the cover, against `by_means`.
+    covered: float
+    #: Misplaced power of SCALAR without the cover, against EXACT.
+    bare: float
+
+
+def compared(answer: Judged) -> Compared:
+    """Compares both theories with the judge's answer for one setting."""
+    scalar, by_means = covers.powers(answer, SCALAR), covers.through_means(answer)
+    bare = {theory: covers.powers(answer, theory, cover_eta=1.0) for theory in (SCALAR, EXACT)}
+    return Compared(
+        answer=answer,
+        scalar=scalar,
+        exact=covers.powers(answer, EXACT),
+        by_means=by_means,
+        by_states=covers.through_states(answer),
+        covered=misplaced_fraction(scalar, by_means),
+        bare=misplaced_fraction(bare[SCALAR], bare[EXACT]),
+    )
+
+
+def misplaced_fraction(found: np.ndarray, true: np.ndarray) -> float:
     """Misplaced power of the powers `found`, as a fraction of the light that leaves by the powers `true`."""
     return misplaced(found, true) / float(true.sum())
 
 
-def compared(answer: Judged) -> dict:
-    """Powers of one setting's orders under the cover, (orders,): by SCALAR, by EXACT, and twice by the judge.
-
-    The judge's powers inside are multiplied by the flat side's transmittances: by their means over s and p under
-    `means`, by those of each state under `states`. `bare` is the misplaced power of SCALAR without the cover, with
-    EXACT as the truth. `answer` is the judge's answer itself.
-    """
-    bare = {theory: covers.powers(answer, theory, cover_eta=1.0) for theory in (SCALAR, EXACT)}
-    return {
-        "answer": answer,
-        SCALAR: covers.powers(answer, SCALAR),
-        EXACT: covers.powers(answer, EXACT),
-        "means": covers.through_means(answer),
-        "states": covers.through_states(answer),
-        "bare": relative(bare[SCALAR], bare[EXACT]),
-    }
+def errors(differences: list[np.ndarray]) -> dict:
+    """Rms, 99th percentile and largest error over the orders of all settings; one array (orders,) for each setting."""
+    return summary(np.concatenate(differences))
 
 
-def errors(group: list[dict], theory: str, truth: str) -> dict:
-    """Summary of a theory's errors in all orders of a group of `compared`, from the powers under the key `truth`."""
-    return summary(np.concatenate([each[theory] - each[truth] for each in group]))
+def in_spans(made: list[Compared]) -> list[list[Compared]]:
+    """The comparisons in each range of angles that ends at one of REACHES_DEG."""
+    ranges = zip((0.0, *REACHES_DEG), REACHES_DEG)
+    return [[each for each in made if low <= each.answer.setting.theta_deg < high] for low, high in ranges]
 
 
-def by_span(made: list[dict]) -> list[dict]:
+def by_span(made: list[Compared]) -> list[dict]:
     """Mean misplaced power of SCALAR, bare and covered: a row for each shape, in metals and in the dielectric.
 
     `spans` has an entry for each range of angles, with its number of `settings`.
@@ -99,39 +130,39 @@ def by_span(made: list[dict]) -> list[dict]:
     rows = []
     for dielectric in (False, True):
         for shape in METAL_JUDGES:
-            settings = [each["answer"].setting for each in made]
-            group = [e for e, s in zip(made, settings) if s.shape == shape and (s.metal == DIELECTRIC) == dielectric]
-            spans = []
-            for chosen in in_spans(group):
-                covered = [relative(each[SCALAR], each["means"]) for each in chosen]
-                bare = [each["bare"] for each in chosen]
-                means = {"bare": float(np.mean(bare)), "covered": float(np.mean(covered))}
-                spans.append({"settings": len(chosen), **means})
+            group = [
+                each
+                for each in made
+                if each.answer.setting.shape == shape and (each.answer.setting.metal == DIELECTRIC) == dielectric
+            ]
+            spans = [
+                {
+                    "settings": len(chosen),
+                    "bare": float(np.mean([each.bare for each in chosen])),
+                    "covered": float(np.mean([each.covered for each in chosen])),
+                }
+                for chosen in in_spans(group)
+            ]
             rows.append({"shape": shape, "dielectric": dielectric, "spans": spans})
     return rows
-
-
-def in_spans(made: list[dict]) -> list[list[dict]]:
-    """The entries of `made` (results of `compared`) in each range of angles that ends at one of REACHES_DEG."""
-    ranges = zip((0.0, *REACHES_DEG), REACHES_DEG)
-    return [[each for each in made if low <= each["answer"].setting.theta_deg < high] for low, high in ranges]
 
 
 def drawn() -> dict:
     """Errors on the random gratings, in `rows` by medium and shape.
 
-    `exact` has the errors of EXACT over all rows, `misplaced` the result of `by_span`. `states` has by range of angles
-    the errors of EXACT from powers with each state's transmittance. `unsettled` is the judge's own largest error.
-    Raises SetupError if the rms error of EXACT reaches EXACT_RMS_MAX.
+    Each row has the errors of both theories; `unsettled` is the judge's own largest error. `exact` has the errors of
+    EXACT over all rows. `misplaced` is the result of `by_span`. `states` has the errors of EXACT against powers with
+    each state's transmittances, for each range of angles. `left_out` is the number of settings whose judge has not
+    converged. Raises SetupError if the rms error of EXACT in a row reaches EXACT_RMS_MAX.
     """
     made = [compared(answer) for answer in load(COVERED)]
-    groups: dict[tuple[str, str], list[dict]] = {}
+    groups: dict[tuple[str, str], list[Compared]] = {}
     for each in made:
-        setting = each["answer"].setting
+        setting = each.answer.setting
         groups.setdefault((setting.metal, setting.shape), []).append(each)
     rows = []
     for (medium, shape), group in groups.items():
-        exact = errors(group, EXACT, "means")
+        exact = errors([each.exact - each.by_means for each in group])
         insist(PART, exact["rms"] < EXACT_RMS_MAX, f"exact is right in {medium}, {shape}")
         rows.append(
             {
@@ -139,24 +170,28 @@ def drawn() -> dict:
                 "shape": shape,
                 "judge": METAL_JUDGES[shape],
                 "settings": len(group),
-                "orders": sum(len(each["answer"].orders) for each in group),
-                "unsettled": max(each["answer"].unsettled for each in group),
-                "scalar": errors(group, SCALAR, "means"),
+                "orders": sum(len(each.answer.orders) for each in group),
+                "unsettled": max(each.answer.unsettled for each in group),
+                "scalar": errors([each.scalar - each.by_means for each in group]),
                 "exact": exact,
             }
         )
     return {
         "rows": rows,
         "misplaced": by_span(made),
-        "exact": errors(made, EXACT, "means"),
-        "states": [errors(chosen, EXACT, "states") for chosen in in_spans(made)],
+        "exact": errors([each.exact - each.by_means for each in made]),
+        "states": [errors([each.exact - each.by_states for each in chosen]) for chosen in in_spans(made)],
         "settings": len(made),
         "left_out": len(left_out(COVERED)),
     }
 
 
-def answered(grating: Grating, light: Light) -> Judged:
-    """The orders of a perfect conductor under polycarbonate by the boundary integral, the judge."""
+def judged_perfect(grating: Grating, light: Light) -> Judged:
+    """Orders and powers of a perfect conductor under polycarbonate by its judge, the boundary integral.
+
+    Their numerical error is not estimated: `unsettled` is 0.
+    """
+    # A setting has positive angles; light from the side of −x has the azimuth 180°.
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     size = (grating.period, grating.height)
     setting = Setting("none", grating.preset, *size, light.wavelength_nm, theta_deg, phi_deg, cover_eta=POLYCARBONATE)
@@ -166,19 +201,20 @@ def answered(grating: Grating, light: Light) -> Judged:
 def case(kind: str, slope_deg: float | None, grating: Grating) -> dict:
     """Misplaced power on a perfect conductor, bare and under polycarbonate, as means over the wavelengths.
 
-    `bare` lists that of `stam, limited` by angle of incidence, `covered` that of each model by its name and angle.
-    `exact` is the largest error of an order's power by EXACT under the cover. `slope_deg` is None for lamellar
-    gratings.
+    `bare` lists the misplaced power of the model `stam, limited` by angle of incidence. `covered` lists it by angle for
+    each model, under the model's name. `exact` is the largest error of an order's power by EXACT under the cover.
+    `slope_deg` is None for lamellar gratings.
     """
     angles_deg = angles_of(grating)
     lights = [Light(nm, angle) for angle in angles_deg for nm in sweeps.WAVELENGTHS_NM]
-    judged = [answered(grating, light) for light in lights]
+    judged = [judged_perfect(grating, light) for light in lights]
     true = [covers.through_means(answer) for answer in judged]
-    off = [np.abs(covers.powers(answer, EXACT) - power).max() for answer, power in zip(judged, true)]
+    exact_errors = [np.abs(covers.powers(answer, EXACT) - power).max() for answer, power in zip(judged, true)]
     covered = {}
     for model in MODELS:
         found = efficiencies(grating, model, lights, cover_eta=POLYCARBONATE)
-        by_light = np.array([relative(a, b) for a, b in zip(found, true)])
+        by_light = np.array([misplaced_fraction(a, b) for a, b in zip(found, true)])
+        # `lights` go through all wavelengths at an angle before the next angle.
         covered[model.name] = by_light.reshape(len(angles_deg), -1).mean(axis=1).tolist()
     return {
         "kind": kind,
@@ -188,15 +224,16 @@ def case(kind: str, slope_deg: float | None, grating: Grating) -> dict:
         "angles_deg": list(angles_deg),
         "bare": [sweeps.mean_error(grating, STAM_LIMITED, angle) for angle in angles_deg],
         "covered": covered,
-        "exact": float(max(off)),
+        "exact": float(max(exact_errors)),
     }
 
 
 def reflected_inside(grating: Grating, nm: float, sine: float) -> dict[int, tuple[float, float]]:
-    """Efficiencies of s and p by order, for the reflection of light inside polycarbonate by the grating.
+    """Efficiencies (s, p) of each order, by its number, when the grating reflects light inside polycarbonate.
 
-    The light comes across the grooves from the side of +x for a positive `sine`, that of its angle inside. In a cover
-    of index n the grating diffracts as the grating n times as large in air, with the metal's index divided by n.
+    The light comes across the grooves. `sine` is the sine of its angle with the normal inside the cover, positive for
+    light from the side of +x. In a cover of index n a grating diffracts like one in air that is n times as large. The
+    metal's index is then divided by n.
     """
     n, metal = POLYCARBONATE, index(TO_AND_FRO_METAL, nm) / POLYCARBONATE
     words = ["--preset", grating.preset, "--period", n * grating.period, "--height", n * grating.height]
@@ -207,38 +244,45 @@ def reflected_inside(grating: Grating, nm: float, sine: float) -> dict[int, tupl
     return {order["order"]: (order["te"], order["tm"]) for order in report["orders"]}
 
 
+def reflectances_inside(grating: Grating, nm: float, orders: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """The matrices R of `to_and_fro`, [state, to, from], for all orders that propagate in the cover and their q."""
+    position = {int(order): i for i, order in enumerate(orders)}
+    reflectance = np.zeros((2, len(orders), len(orders)))
+    for i, order in enumerate(orders):
+        # Light that comes down along an order with q comes from the side of −q.
+        for step, pair in reflected_inside(grating, nm, -q[i] / POLYCARBONATE).items():
+            reflectance[:, position[int(order) + step], i] = pair
+    return reflectance
+
+
 def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     """Fractions of unpolarised light that leave after one reflection by the grating, and after more than one.
 
     Powers add up, since a cover is much thicker than the coherence length of light. In each polarisation state R[j, k]
-    is the grating's efficiency into order j for light that comes down along order k, and T_j the flat side's
-    transmittance for order j, 0 where the order is totally reflected. The power after one reflection is
-    a = T_0 R[:, 0], since incident light comes down along order 0. The sum over all reflections obeys
-    b = a + R diag(1 − T) b. The results are the means over s and p of T·a and T·(b − a).
+    is the grating's efficiency into order j for light that comes down along order k. T_j is the flat side's
+    transmittance for order j, 0 where the order is totally reflected.
+
+    The power after one reflection is a = T_0 R[:, 0], since incident light comes down along order 0. The sum over all
+    reflections obeys b = a + R diag(1 − T) b. The results are the means over s and p of T·a and T·(b − a).
     """
     # λ/d and sin θi.
     ratio, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))
+    # |q| < n bounds |j| by (n + sin θi) d/λ.
     most = int((POLYCARBONATE + 1) / ratio) + 1
     orders = np.arange(-most, most + 1)
-    # The orders that propagate in the cover, and their q.
     orders = orders[np.abs(orders * ratio - sine) < POLYCARBONATE]
     q = orders * ratio - sine
-    position = {int(order): i for i, order in enumerate(orders)}
-    count = len(orders)
-    # R as [state, to, from]. Light that comes down along an order with q comes from the side of −q.
-    reflectance = np.zeros((2, count, count))
-    for i, order in enumerate(orders):
-        for step, pair in reflected_inside(grating, light.wavelength_nm, -q[i] / POLYCARBONATE).items():
-            reflectance[:, position[int(order) + step], i] = pair
+    reflectance = reflectances_inside(grating, light.wavelength_nm, orders, q)
     # T as [state, order].
-    transmittance = np.zeros((2, count))
+    transmittance = np.zeros((2, len(orders)))
     in_air = np.abs(q) < 1
     transmittance[:, in_air] = transmittances(POLYCARBONATE, np.sqrt(1 - q[in_air] ** 2)).T
     arriving = transmittances(POLYCARBONATE, np.cos(np.radians(light.theta_i_deg)))
+    mirror = int(np.flatnonzero(orders == 0)[0])
     once, later = 0.0, 0.0
     for state in range(2):
-        first = arriving[state] * reflectance[state][:, position[0]]
-        every = np.linalg.solve(np.eye(count) - reflectance[state] * (1 - transmittance[state]), first)
+        first = arriving[state] * reflectance[state][:, mirror]
+        every = np.linalg.solve(np.eye(len(orders)) - reflectance[state] * (1 - transmittance[state]), first)
         once += 0.5 * float(transmittance[state] @ first)
         later += 0.5 * float(transmittance[state] @ (every - first))
     return once, later

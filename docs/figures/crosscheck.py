@@ -33,8 +33,10 @@ COLOURS_VARIANT = "llvm_ad_rgb"
 def figures() -> dict:
     """All numbers of the part. Raises `Disagreement` if the renderers disagree or a negative control passes.
 
-    `median` and `p99` summarise the relative errors at points over all surfaces and lights: the range of the medians,
-    and the largest 99th percentile.
+    - `points`, `gratings`: the `point_figures` of each light, by surface.
+    - `median`, `p99`: the range of the medians of the relative errors in `points`, and their largest 99th percentile.
+    - `pictures`, `methods`: the results of `picture_figures` and `method_figures`, by surface.
+    - `variant`, `gratings_variant`: Mitsuba's variants of the comparisons.
     """
     folder = REPOSITORY / "out" / "crosscheck"
     variant = use_variant(fall_back=False)
@@ -56,7 +58,10 @@ def figures() -> dict:
 
 
 def gratings(folder: Path) -> dict:
-    """A row of `point_figures` for each light on each of GRATINGS, whose orders are solved by Maxwell's equations."""
+    """The `point_figures` of each light on each of GRATINGS, whose orders are solved by Maxwell's equations.
+
+    `folder` gets the pictures. Selects COLOURS_VARIANT.
+    """
     use_variant(COLOURS_VARIANT, fall_back=False)
     files, found = snake_files(), {}
     for case in GRATINGS:

@@ -24,7 +24,7 @@ RADIAL_CELLS = 4
 def write_disc(ply: Path) -> Path:
     """Writes the horizontal ring as PLY in cm, with normals along +z and texture coordinates in [0, 1]; returns `ply`.
 
-    The rings of vertices at v = 0 and v = 1 coincide, since their texture coordinates differ.
+    The radii at v = 0 and at v = 1 are the same line with different texture coordinates, so its vertices appear twice.
     """
     v, u = np.meshgrid(np.linspace(0, 1, ANGULAR_CELLS + 1), np.linspace(0, 1, RADIAL_CELLS + 1), indexing="ij")
     radius_cm, angle = INNER_RADIUS_CM + (OUTER_RADIUS_CM - INNER_RADIUS_CM) * u, 2 * np.pi * v

@@ -1,7 +1,10 @@
 """The part `films`: pictures of transparent films, lines on the spectrometer's screen, and films in a white furnace.
 
-Figures 1.1 and 1.2 of Single 2014 are the spectrometer's. Order m of a line is at x = D tan(asin(mλ/d)), where D is
-SCREEN_CM.
+The scenes are those of mitsuba_scenes/films.py. The spectrometer, which is figures 1.1 and 1.2 of Single 2014, sends
+light through a film onto a screen. Order m of a line is there at x = D tan(asin(mλ/d)). λ is the wavelength, d the
+film's period, and D its distance SCREEN_CM from the screen.
+
+A *white furnace* is uniform light of radiance 1 from everywhere. A film that lost no light would have radiance 1 in it.
 """
 
 from __future__ import annotations
@@ -37,30 +40,38 @@ from .page import images, insist
 PART = "films"
 # Width and height of the pictures in pixels.
 SIZE = (480, 320)
-# Wavelength and period of figure 1.2's drawing in periodicity.md.
+# Wavelength in nm and period in µm of figure 1.2's drawing in periodicity.md.
 DRAWN = (550.0, 1.25)
-# Half width of the part of the screen that is measured.
+# Half width of the measured strip, which is as wide as the screen.
 HALF_SCREEN_CM = 25.0
 # Edge of a measured pixel on the screen. The slit's image is two pixels wide.
 PIXEL_CM = 0.08
 # Height of the measuring camera above the axis, where the film's mount hides nothing.
 CAMERA_ABOVE_CM = 13.0
-# Samples a pixel of the measurement: 2 million paths.
+# Samples a pixel of the measurement: 2 million paths for the picture of 625 × 350 pixels.
 MEASURED_SPP = 9
 # Mean of the two yellow lines, which are nearer to each other than the slit is wide.
 YELLOW_NM = 578.05
-# Half width of the window about an expected position in which a line is measured. The next line's image is outside.
+# Half width of the window about an expected position in which a line is measured. It holds the slit's image, 0.16 cm
+# wide at normal incidence, without the next line's.
 NEAR_CM = 0.35
-# Films in the furnace: height in µm of a sinusoid of PERIOD_UM, and the theory. A flat one has no orders.
+# Films in the furnace: height in µm of a sinusoid of PERIOD_UM, and the theory. A film of height 0 is flat.
 FURNACE_FILMS = ((0.0, "scalar"), (0.1, "scalar"), (0.2, "scalar"), (0.4, "scalar"), (0.4, "rigorous"))
-# Values of `transmission` for the spheres in the furnace, a shell and a solid ball.
-BODIES = ("film", "interface")
 # Angles at which sheets of film are seen in the furnace, across their grooves.
 FURNACE_ANGLES_DEG = (0.0, 30.0, 60.0)
-# Longest path in the furnace, beyond which a shell has no light left.
+# Largest number of segments of a path in the furnace. Light that has not left a shell by then is negligible.
 FURNACE_DEPTH = 64
-# Samples a pixel in the furnace, whose pictures have 24 pixels across.
+# Width and height of pictures in the furnace in pixels.
+FURNACE_PIXELS = 24
+# Samples a pixel in the furnace.
 FURNACE_SPP = 144
+# Vertical and horizontal field of view in the furnace. With FURNACE_DISTANCE the picture just holds the unit sphere.
+FURNACE_FOV_DEG = 6.0
+# Distance of the camera from the origin in the furnace, in radii of the sphere. Larger ones make rays more parallel.
+FURNACE_DISTANCE = 20.0
+# Radius about the picture's centre within which radiance is averaged, in radii of the sphere. It excludes the sphere's
+# edge, where pixels are partly empty.
+FURNACE_RADIUS = 0.95
 
 
 def single_line(view: View) -> dict:
@@ -85,20 +96,24 @@ def position_cm(order: int, wavelength_nm: float, period_um: float = PERIOD_UM) 
 
 
 def profile(scene: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Positions x in cm of columns of the spectrometer's screen, and their brightness at the height of the axis.
+    """Positions x in cm on the spectrometer's screen, (columns,), and the brightness there at the height of the axis.
 
     The room's light is off. A camera above the film sees the screen from the front, so columns are equally wide there.
+    The picture reaches from 1 cm below the axis up to CAMERA_ABOVE_CM + 1 cm above the camera.
     """
     columns, rows = round(2 * HALF_SCREEN_CM / PIXEL_CM), round((2 * CAMERA_ABOVE_CM + 2) / PIXEL_CM)
+    # The camera is 1 cm behind the film, which is at y = 0, and looks along +y.
     distance, height = SCREEN_CM - 1, AXIS_CM + CAMERA_ABOVE_CM
     view = View(columns, rows, (0, 1, height), (0, 2, height), 2 * math.degrees(math.atan(HALF_SCREEN_CM / distance)))
+    # The scene's sampler and reconstruction filter stay.
     sensor = {**scene["sensor"], **{key: view.sensor(MEASURED_SPP)[key] for key in ("fov", "to_world")}}
     sensor["film"] = {**sensor["film"], "width": columns, "height": rows}
     dark = {key: value for key, value in scene.items() if key != "room"}
     pixels = np.array(mi.render(mi.load_dict({**dark, "sensor": sensor}), spp=MEASURED_SPP))
     # The slit's image is 3 cm high; its middle 2 cm are the last rows of the picture.
     strip = pixels[-round(2 / PIXEL_CM) :]
-    return ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * HALF_SCREEN_CM, strip.clip(0).sum(axis=(0, 2))
+    x_cm = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * HALF_SCREEN_CM
+    return x_cm, strip.clip(0).sum(axis=(0, 2))
 
 
 def line_cm(x_cm: np.ndarray, brightness: np.ndarray, expected_cm: float) -> float:
@@ -109,8 +124,9 @@ def line_cm(x_cm: np.ndarray, brightness: np.ndarray, expected_cm: float) -> flo
 
 
 def measured_lines() -> list[dict]:
-    """Expected and measured positions in cm of orders 1 and 2 of mercury's lines, on both sides."""
+    """Expected and measured positions, `cm` and `found_cm`, of orders ±1 and ±2 of mercury's lines."""
     x_cm, brightness = profile(spectrometer_scene())
+    # YELLOW_NM stands for the two lines beyond 570 nm.
     lines_nm = [nm for nm in MERCURY if nm < 570] + [YELLOW_NM]
     rows = []
     for order in (-2, -1, 1, 2):
@@ -123,13 +139,14 @@ def measured_lines() -> list[dict]:
 def off_of_single_line() -> float:
     """Largest distance in cm of the first orders of DRAWN from their expected positions."""
     x_cm, brightness = profile(single_line(SPECTROMETER_VIEW))
-    return max(abs(line_cm(x_cm, brightness, x) - x) for x in (position_cm(order, *DRAWN) for order in (-1, 1)))
+    expected_cm = [position_cm(order, *DRAWN) for order in (-1, 1)]
+    return max(abs(line_cm(x_cm, brightness, expected) - expected) for expected in expected_cm)
 
 
 def furnace(shape: dict) -> float:
-    """Mean radiance of a shape within a uniform light of radiance 1, where it covers 0.95 of the unit sphere's disc."""
-    size, fov_deg, distance = 24, 6.0, 20.0
-    view = View(size, size, (0, -distance, 0), (0, 0, 0), fov_deg)
+    """Mean radiance of a shape in the furnace, over a disc of FURNACE_RADIUS that the shape must fill."""
+    size = FURNACE_PIXELS
+    view = View(size, size, (0, -FURNACE_DISTANCE, 0), (0, 0, 0), FURNACE_FOV_DEG)
     sensor = {**view.sensor(FURNACE_SPP), "sampler": {"type": "independent"}}
     sensor["film"] = {**sensor["film"], "pixel_format": "luminance", "rfilter": {"type": "box"}}
     scene = {
@@ -142,13 +159,19 @@ def furnace(shape: dict) -> float:
         np.array(mi.render(mi.load_dict({**scene, **content}), spp=FURNACE_SPP))[..., 0]
         for content in ({"shape": shape}, {})
     )
+    # Pixel centres from -1 to 1, scaled to lengths in the plane y = 0.
     y, x = (np.mgrid[:size, :size] + 0.5) / size * 2 - 1
-    on_disc = np.hypot(x, y) * math.tan(math.radians(0.5 * fov_deg)) * distance < 0.95
+    half_width = math.tan(math.radians(0.5 * FURNACE_FOV_DEG)) * FURNACE_DISTANCE
+    on_disc = np.hypot(x, y) * half_width < FURNACE_RADIUS
+    # The picture without the shape is the unit of radiance.
     return float(covered[on_disc].mean() / empty.mean())
 
 
 def furnace_film(height_um: float, theory: str) -> dict:
-    """The plugin of a film with a sinusoidal relief, or of a flat one."""
+    """The plugin of a film with a sinusoidal relief, or of a flat one.
+
+    The radiance in the furnace hardly depends on the coherence length, since it sums over orders.
+    """
     if height_um == 0:
         return film({"preset": "flat"}, coherence_um=60.0)
     return film({"preset": "sinusoidal", "period": PERIOD_UM, "height": height_um, "theory": theory}, coherence_um=30.0)
@@ -161,20 +184,30 @@ def sheet(bsdf: dict, angle_deg: float) -> dict:
 
 
 def in_furnace(height_um: float, theory: str) -> dict:
-    """Radiances in the furnace: a film at each of FURNACE_ANGLES_DEG, a closed shell of it, and a solid ball.
+    """Radiances in the furnace: the film as sheets at FURNACE_ANGLES_DEG, as a closed shell, and as a solid ball.
 
-    The rigorous theory has no ball.
+    The rigorous theory has no solid bodies, so `solid` is None.
     """
     bsdf = furnace_film(height_um, theory)
-    bodies = BODIES if theory == "scalar" else BODIES[:1]
-    radiances = [furnace({"type": "sphere", "bsdf": {**bsdf, "transmission": kind}}) for kind in bodies]
-    shell, solid = (*radiances, None)[:2]
-    sheets = [furnace(sheet(bsdf, angle)) for angle in FURNACE_ANGLES_DEG]
-    return {"height_um": height_um, "theory": theory, "sheets": sheets, "shell": shell, "solid": solid}
+
+    def sphere(transmission: str) -> float:
+        return furnace({"type": "sphere", "bsdf": {**bsdf, "transmission": transmission}})
+
+    return {
+        "height_um": height_um,
+        "theory": theory,
+        "sheets": [furnace(sheet(bsdf, angle)) for angle in FURNACE_ANGLES_DEG],
+        "shell": sphere("film"),
+        "solid": sphere("interface") if theory == "scalar" else None,
+    }
 
 
 def figures() -> dict:
-    """Renders the pictures; returns expected and measured positions of lines, and radiances in the furnace."""
+    """Renders the pictures; returns expected and measured positions of lines, and radiances in the furnace.
+
+    `off_cm` is the largest distance between both positions, of mercury's lines and, under `drawn`, of DRAWN. Raises
+    SetupError if a line is off by a pixel or more, or a film in the furnace is brighter than the furnace.
+    """
     use_variant(fall_back=False)
     for name, (make, view, spp) in PICTURES.items():
         pixels, _ = render_scene(make(replace(view, width=SIZE[0], height=SIZE[1])), spp)

@@ -34,7 +34,7 @@ def sphere() -> BenchmarkScene:
 
 
 def figures(variants: tuple = VARIANTS) -> list[dict]:
-    """Rows of {variant, name, load_s, render_s, process_s} for the sphere's materials."""
+    """A row for each variant and material of the sphere: `variant`, `name`, and the times of `in_fresh_process`."""
     names = [*sphere().surfaces, REFERENCE]
     return [
         {"variant": variant, "name": name, **in_fresh_process(variant, name)} for variant in variants for name in names
@@ -42,7 +42,10 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
 
 
 def in_fresh_process(variant: str, name: str) -> dict:
-    """Seconds to create the material, of the first render, and of the whole process including imports."""
+    """Seconds to create the material, `load_s`, of the first render, `render_s`, and of the whole process, `process_s`.
+
+    `process_s` includes imports.
+    """
     with TemporaryDirectory() as folder:
         # An earlier process puts the tables into the cache. Another folder keeps its kernels from the measured process.
         child(variant, name, Path(folder) / "before", ONLY_TABLES)
@@ -52,7 +55,10 @@ def in_fresh_process(variant: str, name: str) -> dict:
 
 
 def child(variant: str, name: str, kernels: Path, *words: str) -> str:
-    """Runs `main` in a process with its kernel cache in the new folder `kernels`; returns the last line it printed."""
+    """Runs `main` in a process with its kernel cache in the new folder `kernels`.
+
+    Returns the last line that it printed, empty if there is none. Raises SetupError if it fails.
+    """
     kernels.mkdir()
     done = subprocess.run(
         [sys.executable, "-m", __name__, variant, name, *words],

@@ -39,7 +39,8 @@ PERIOD_UM = 1 / 1.2
 ECHELETTE_SAMPLES = (50, 553)
 # λ/d at which orders pass off in a Littrow mount in order 1: orders 3 and −2 at 2/5, orders 2 and −1 at 2/3.
 PASSING_OFF = (2 / 5, 2 / 3)
-# Offsets in λ/d of extra points about Wood's anomalies, where orders pass off and curves are steep.
+# Offsets in λ/d of extra points about Wood's anomalies, where orders pass off and curves are steep. More are positive,
+# since surface plasmons shift the anomalies of metals to longer wavelengths.
 ANOMALY_OFFSETS = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.018, 0.023, 0.028)
 
 
@@ -63,9 +64,9 @@ SINUSOID_DEPTHS = (0.05, 0.14, 0.3)
 LAMELLAR_DEPTH = 0.3
 # Height of a lamellar grating over that of the sinusoid with the same first harmonic.
 EQUIVALENT_HEIGHT = np.pi / 4
-# Smallest λ/d at which both are compared, beyond the anomaly at 2/3.
+# Smallest λ/d at which the lamellar grating and this sinusoid are compared, beyond the anomaly at 2/3.
 EQUIVALENT_FROM = 0.8
-# λ/d of the sweep over depth: grooves are 0.625 wavelengths wide, so TE light propagates in them.
+# λ/d of the lamellar grating's sweep over depth. Its grooves are 0.625 wavelengths wide, so TE light enters them.
 LAMELLAR_RATIO = 0.8
 # Period of the sinusoids in silver of the plasmon figure.
 PLASMON_PERIOD_UM = 0.8
@@ -90,7 +91,7 @@ def curves_by_medium(relief: Relief) -> dict[str, dict]:
 
 
 def steepest_ratio(relief: Relief, metal: str | None, ratio: float) -> float:
-    """The λ/d near `ratio` at which TM is steepest, to the step of the fine curve."""
+    """The λ/d near `ratio` at which the relief's TM curve is steepest, to the step of the fine curve."""
     near = ratio + np.linspace(-ANOMALY_HALF_WIDTH, ANOMALY_HALF_WIDTH, ANOMALY_POINTS)
     tm = littrow_curve(relief, near, metal)["tm"]
     steepest = int(np.argmax(np.abs(np.diff(tm))))
@@ -100,9 +101,11 @@ def steepest_ratio(relief: Relief, metal: str | None, ratio: float) -> float:
 def blazed(folder: Path) -> dict:
     """A right-angled echelette: curves in both media, efficiencies `at_blaze`, and positions of TM's anomalies.
 
-    `te_peak` is λ/d and value of TE's maximum by medium. An anomaly has the expected λ/d, `passing_off` in a perfect
-    conductor and `plasmon` in aluminium, and the λ/d found, `perfect` and `Al`, with the resolution `step`. `folder`
-    gets the file of heights.
+    - `te_peak`: λ/d and value of TE's maximum by medium.
+    - `anomalies`: the expected λ/d, `passing_off` in a perfect conductor and `plasmon` in aluminium, and the λ/d found,
+      `perfect` and `Al`. `step` is the resolution of the latter two.
+
+    `folder` gets the file of heights.
     """
     relief = echelette(PERIOD_UM, ECHELETTE_SAMPLES, folder / "echelette.npy")
     slope_deg = blaze_angle_deg(ECHELETTE_SAMPLES)
@@ -134,8 +137,10 @@ def blazed(folder: Path) -> dict:
 def sinusoidal() -> dict:
     """Holographic gratings of three depths, and the shallowest in a perfect conductor against its phase screen.
 
-    The screen's efficiency in order 1 is J1², `screen`. `rayleigh` is the largest difference from Rayleigh's expansion
-    for the second depth, whose steepest slope is `rayleigh_slope`.
+    - `shallow`: the shallowest grating's curve, with the phase screen's efficiency J1² in order 1 as `screen`.
+    - `screen_most`, `screen_most_ratio`, `shallow_most`: the screen's largest efficiency and its λ/d, and the curve's.
+    - `rayleigh`, `rayleigh_slope`: the largest difference from Rayleigh's expansion for the second depth, and the
+      steepest slope there.
     """
     shallow_depth, rayleigh_depth = SINUSOID_DEPTHS[:2]
 
@@ -213,11 +218,15 @@ def dip(height_um: float, near_deg: float) -> tuple[float, float]:
 
 
 def plasmons() -> dict:
-    """Dips of order 0 of sinusoids in silver: curves of several heights, the first dip of each, and its shallow limit.
+    """Dips of order 0 of sinusoids in silver, where light excites surface plasmons.
 
-    `wave` is the surface plasmon's wave number on flat silver over that of light in vacuum. An order j excites it where
-    sin θi − jλ/d = ±`wave`. `expected_deg` has these θi for order −1 (+`wave`) and order 2 (−`wave`), under |j|.
-    `flat_tm` is the reflectance of flat silver at the first of them.
+    An order j excites a plasmon where sin θi − jλ/d = ±`wave`, on shallow gratings.
+
+    - `wave`: the plasmon's wave number on flat silver over that of light in vacuum.
+    - `expected_deg`: θi for order −1 (+`wave`) and order 2 (−`wave`), under |j|.
+    - `curves`, `dips`: curves of several heights over the angle of incidence, and the first dip of each.
+    - `limit_deg`: the angle of the first dip as the height tends to 0.
+    - `flat_tm`: the reflectance of flat silver at the first expected angle.
     """
     n = index("Ag", PLASMON_NM)
     wave = surface_plasmon(n)
@@ -229,10 +238,10 @@ def plasmons() -> dict:
         str(height): mirror_curve(preset("sinusoidal", PLASMON_PERIOD_UM, height), "Ag", PLASMON_NM, (0, 45, 181))
         for height in PLASMON_HEIGHTS_UM
     }
-    dips = [
-        dict(zip(("height_um", "theta_deg", "tm"), (height, *dip(height, expected_deg["1"]))))
-        for height in PLASMON_HEIGHTS_UM
-    ]
+    dips = []
+    for height in PLASMON_HEIGHTS_UM:
+        theta_deg, tm = dip(height, expected_deg["1"])
+        dips.append({"height_um": height, "theta_deg": theta_deg, "tm": tm})
     # The angle of the dip is linear in the square of the height; two shallow gratings give its value at height 0.
     (low_deg, _), (high_deg, _) = (dip(height, expected_deg["1"]) for height in SHALLOW_UM)
     squares = np.square(SHALLOW_UM)
@@ -265,6 +274,7 @@ def check(made: dict) -> None:
     step = made["blazed"]["step"]
     for row in made["blazed"]["anomalies"]:
         insist(PART, abs(row["perfect"] - row["passing_off"]) <= step, "a perfect conductor's anomaly is Rayleigh's")
+        # Grooves of finite depth shift the plasmon a little beyond its place on a flat metal: here by up to 3 steps.
         between = row["passing_off"] - step <= row["Al"] <= row["plasmon"] + 3 * step
         insist(PART, between, "aluminium's anomaly lies between Rayleigh's and a little beyond the plasmon")
     dips = made["plasmons"]["dips"]

@@ -24,7 +24,7 @@ class Relief:
 
 
 def preset(name: str, period_um: float, height_um: float | None = None) -> Relief:
-    """A preset of `sunbeam` with this period and height; without a height, one for a curve over heights."""
+    """A preset of `sunbeam` with this period and height. Without a height it suits sweeps over the height only."""
     height_words = () if height_um is None else ("--height", height_um)
     return Relief(("--preset", name, "--period", period_um, *height_words), period_um)
 
@@ -33,7 +33,7 @@ def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     """A sawtooth with a right angle at its ridges, whose long facet rises along +x; writes its heights to `path`.
 
     `samples` are the numbers of samples of the short facet and of the period. They determine the slope b of the long
-    facet, since the short facet takes sin²b of the period. Both corners lie on samples.
+    facet, since the short facet takes the fraction sin²b of the period. So ridge and groove lie on samples.
     """
     short, count = samples
     slope = np.radians(blaze_angle_deg(samples))
@@ -46,7 +46,7 @@ def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
 
 
 def blaze_angle_deg(samples: tuple[int, int]) -> float:
-    """Slope of the long facet of `echelette`."""
+    """Slope of the long facet of the `echelette` with these samples."""
     return float(np.degrees(np.arcsin(np.sqrt(samples[0] / samples[1]))))
 
 
@@ -64,9 +64,10 @@ def solved(relief: Relief, *words) -> dict:
 
 
 def littrow(relief: Relief, ratio: float, metal: str | None) -> dict:
-    """TE and TM efficiencies of the retroreflected order at λ/d = `ratio`, and the error of the power balance.
+    """Efficiencies `te` and `tm` of the retroreflected order at λ/d = `ratio`, and the error `balance` of all powers.
 
-    Light comes from −x, the side that the long facets of `echelette` face, at sin θi = ratio/2. The order is −1.
+    Light comes from −x, the side that the long facets of `echelette` face, at sin θi = ratio/2. For this side the order
+    that returns has the number −1.
     """
     wavelength_nm = 1e3 * relief.period_um * ratio
     report = solved(relief, *littrow_words(relief.period_um, ratio), *material_words(metal, wavelength_nm))
@@ -86,7 +87,7 @@ def efficiencies(report: dict, order: int) -> dict:
 
 
 def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
-    """The curve over the λ/d `ratios`: lists of TE and TM, and the largest error of the power balance."""
+    """The curve over the λ/d `ratios`: lists `te` and `tm` of `littrow`, and the largest error `balance`."""
     points = [littrow(relief, float(ratio), metal) for ratio in ratios]
     return {
         "ratio": [float(ratio) for ratio in ratios],
@@ -97,7 +98,10 @@ def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
 
 
 def littrow_against_height(name: str, period_um: float, ratio: float, heights_um: tuple[float, float, int]) -> dict:
-    """The curve of a preset in a perfect conductor over its height; `heights_um` are first, last and their number."""
+    """The retroreflected order of a preset in a perfect conductor over its height, as lists.
+
+    `heights_um` are the first height, the last, and their number.
+    """
     over = ("--over", "height", "--range", ",".join(map(str, heights_um)))
     points = solved(preset(name, period_um), *littrow_words(period_um, ratio), *over)["points"]
     orders = [efficiencies(point, -1) for point in points]
@@ -109,7 +113,10 @@ def littrow_against_height(name: str, period_um: float, ratio: float, heights_um
 
 
 def mirror_curve(relief: Relief, metal: str, wavelength_nm: float, angles_deg: tuple[float, float, int]) -> dict:
-    """TM efficiency of order 0 over the angle of incidence; `angles_deg` are first, last and their number."""
+    """TM efficiency of order 0 over the angle of incidence, as lists.
+
+    `angles_deg` are the first angle, the last, and their number.
+    """
     over = ("--over", "theta-i", "--range", ",".join(map(str, angles_deg)))
     words = ("--wavelength", wavelength_nm, *over, *material_words(metal, wavelength_nm))
     points = solved(relief, *words)["points"]

@@ -1,6 +1,7 @@
 """The plugin's cost in Mitsuba: time to an error, calls, the first picture, and RGB against spectral.
 
-A cell is a scene in a variant of Mitsuba, in which materials are compared (time_to_error.py).
+A cell is a scene in a variant of Mitsuba, in which materials are compared (time_to_error.py). The page's part
+`sampling` and `benches/mitsuba_cost.py` use the measurements; `cell_lines` and `lines` print them as text.
 """
 
 from __future__ import annotations
@@ -77,7 +78,15 @@ def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
 
 
 def cell_lines(made: dict) -> list[str]:
-    """The cells as lines of a text table: a line for each material of a cell, with ratios to `roughconductor`."""
+    """The cells as lines of a text table: a line for each material of a cell.
+
+    Columns:
+
+    - `s`, `/ rough`, `by cpu`: seconds of a picture, their ratio to those of `roughconductor`, and that of CPU seconds;
+    - `error`: the relative error of the measured picture;
+    - `s to aim`, `/ rough`: seconds until the error is `aim`, and their ratio to those of `roughconductor`;
+    - `rounds`: the number of rounds.
+    """
     side = round(made["nominal_pixels"] ** 0.5)
     found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]
     heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"

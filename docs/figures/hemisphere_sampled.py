@@ -1,4 +1,7 @@
-"""A wrapper of a BSDF that keeps its values and draws cosine-weighted or uniform samples, to compare samplers."""
+"""A wrapper of a BSDF that keeps its values and draws cosine-weighted or uniform samples.
+
+The part `sampling` compares these simple samplers with the plugin's own.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
     to_direction, density = warps[kind]
 
     class HemisphereSampled(mi.BSDF):
-        """Values of `nested` with the samples and densities of the warp, as one glossy component."""
+        """Values of `nested` with the samples and densities of the warp, as one glossy component.
+
+        The methods are those of `mi.BSDF`.
+        """
 
         def __init__(self, props):
             super().__init__(props)
@@ -26,6 +32,7 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
             self.m_components = [flags]
             self.m_flags = flags
 
+        # `sample1` would select a component, of which there is one.
         def sample(self, ctx, si, sample1, sample2, active=True):
             sample = mi.BSDFSample3f()
             sample.wo = to_direction(sample2)

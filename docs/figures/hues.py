@@ -1,6 +1,7 @@
 """Statistics of a picture's colours: mean a* and b*, hues, and dark pixels near highlights.
 
-Pictures are linear sRGB with any exposure. Each is exposed by `shown`, so that statistics of different methods compare.
+The part `renderings-methods` compares published methods by them. Pictures are linear sRGB with any exposure. Each is
+exposed by `shown`, so that statistics of different methods compare.
 Colours are CIELAB: lightness L*, and a* and b*, whose polar coordinates are hue and chroma.
 """
 
@@ -15,13 +16,14 @@ from .rgb_against_spectral import XYZ_OF_SRGB, lab
 CLIPPED = 0.01
 # Relative luminance below which an exposed pixel counts as dark.
 DARK = 0.01
-# CIELAB chroma above which a pixel counts as coloured; paler colours have no distinct hue.
+# CIELAB chroma, √(a*² + b*²), above which a pixel counts as coloured; paler colours have no distinct hue.
 COLOURED = 10.0
 # Width of the bins of hues in degrees.
 BIN_DEG = 10
 # Range of hues that count as blue, in degrees.
 BLUE_DEG = (240.0, 300.0)
-# Range of the angle between half vector and normal of pixels that count as near a highlight, in degrees.
+# Range in degrees of the angle between half vector and normal of pixels that count as near a highlight. The highlight
+# itself, of order 0, is nearer.
 NEAR_DEG = (3.0, 10.0)
 
 
@@ -42,7 +44,7 @@ def hue_deg(colours: np.ndarray) -> np.ndarray:
 
 
 def cast(pixels: np.ndarray) -> dict:
-    """Mean a* and b* of linear pixels (count, 3), their colour cast."""
+    """Colour cast of linear pixels (count, 3): their mean a* and b*."""
     colours = lab(shown(pixels))
     return {"a": float(colours[:, 1].mean()), "b": float(colours[:, 2].mean())}
 
@@ -50,7 +52,7 @@ def cast(pixels: np.ndarray) -> dict:
 def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
     """Mean a* and b* of `pixels`, and the hue of that mean, over those that are coloured and blue in the reference.
 
-    Both are linear pixels (count, 3) of the same scene. `count` is the number of blue pixels.
+    Both are linear pixels (count, 3) of the same scene. `count` is the number of blue pixels; at 0 the means are NaN.
     """
     before, after = lab(shown(reference)), lab(shown(pixels))
     hue = hue_deg(before)
@@ -79,7 +81,10 @@ def histogram(pixels: np.ndarray) -> np.ndarray:
 
 
 def effective_hues(shares: np.ndarray) -> float:
-    """Number of equally full bins with the same entropy as a `histogram`; small for few hues."""
+    """Number of hues in a `histogram`: the exponential of its entropy, which is n for n equally full bins.
+
+    It is 1 for a histogram of zeros.
+    """
     filled = shares[shares > 0]
     return float(np.exp(-(filled * np.log(filled)).sum()))
 

@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from gwyfile import load as load_gwy
 
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 from mitsuba_scenes.tool import sunbeam
@@ -30,7 +31,7 @@ PART = "instruments"
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
 # Text formats. Native readers may refuse such files, and Gwyddion asks its user for their sizes.
 TEXT = ("asc", "xyz")
-# Relative difference below which heights and pixels count as equal. Scales in text files have seven digits.
+# Relative difference below which heights and pixel edges count as equal. Scales in text files have seven digits.
 SAME = 1e-6
 
 
@@ -101,7 +102,7 @@ def untried(formats: list[dict], refused: list[dict]) -> list[str]:
 
 
 def reasons(refused: list[dict]) -> dict[str, int]:
-    """Numbers of refused files: profiles, bare arrays, without a unit, with a size above the limit, unreadable.
+    """Numbers of refused files by the reason: profiles, bare arrays, no unit, a size above the limit, unreadable.
 
     Raises SetupError for a message of none or of several kinds, so that a changed message is not counted wrongly.
     """
@@ -138,7 +139,7 @@ def read(path: Path) -> Sample:
 
 
 def converter() -> Any:
-    """The module `sunbeam_mitsuba.convert` of the checkout."""
+    """The module `sunbeam_mitsuba.convert` of the checkout, whose package need not be installed."""
     if str(REPOSITORY / "python") not in sys.path:
         sys.path.insert(0, str(REPOSITORY / "python"))
     import sunbeam_mitsuba.convert as convert
@@ -186,8 +187,8 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
 def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
     """Differences from Gwyddion, and whether they are those of its mirror image along y, `mirrored`.
 
-    The compared channel is that with the smallest differences among channels in metres with the relief's size. `None`
-    for text, without such a channel, and without Gwyddion.
+    Gwyddion's file may have several channels. Those in metres with the relief's size are compared, and the smallest
+    differences are returned. `None` for text, without such a channel, and without Gwyddion.
     """
     if sample.format in TEXT or shutil.which("gwyddion") is None:
         return None
@@ -195,15 +196,13 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
     run_gwyddion(f"--convert-to-gwy={made}", str(sample.path))
     if not made.exists():
         return None
-    from gwyfile import load
-
     relief = sample.reading.relief
     found = []
-    for key, field in load(str(made)).items():
+    for key, field in load_gwy(str(made)).items():
+        # Channels are data fields under keys such as "/0/data"; the file has other entries too.
         if not key.endswith("/data") or np.shape(field.data) != relief.heights_um.shape:
             continue
-        unit = field.si_unit_z.unitstr if field.si_unit_z else None
-        if unit != "m":
+        if not field.si_unit_z or field.si_unit_z.unitstr != "m":
             continue
         # Gwyddion's first row is the top, the relief's that of the smallest y.
         heights_um = np.array(field.data)[::-1] * 1e6
@@ -242,7 +241,11 @@ def gwyddion_version() -> str:
 
 
 def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
-    """A row for the format `name`: extensions, numbers of maps and of refused files, and summaries of comparisons."""
+    """A row for the format that the library calls `name`.
+
+    It has the format's full name, extensions, numbers of maps and of refused files, and the `summary` of each
+    comparison.
+    """
     reader = converter().library().lookup_reader_by_format[name]
     own = [row for row in maps if row["format"] == name]
     return {

@@ -1,7 +1,11 @@
 """The part `lab`: the laboratory set-up, figure 2.19 of Single 2014, and its spots against the grating equation.
 
-The frame and the symbols are those of mitsuba_scenes/laboratory.py. Orders of an *ensemble* (docs/model.md#coherence)
-have Gaussian lobes, whose standard deviation in spatial frequency is 1/(2√2πs); s is a quarter of the coherence length.
+On a *bench* a beam lights a *sample*, a skin or a grating, and a screen catches the diffracted light. Its frame and
+symbols are defined in mitsuba_scenes/laboratory.py. Each sample is photographed in white light for the page, and at
+three wavelengths for the positions of its spots.
+
+Orders of an *ensemble* (docs/model.md#coherence) have Gaussian lobes, whose standard deviation in spatial frequency is
+1/(2√2πs); s is a quarter of the coherence length.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Pixels of a measured picture along the screen's distance.
+# Resolution of a measured picture: number of pixels along a length equal to the screen's distance.
 MEASURED_PIXELS = 400.0
 # Height of a measured picture, as a fraction of the screen's distance.
 MEASURED_HEIGHT = 0.1
@@ -50,7 +54,7 @@ CLIPPED = 0.01
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)
-# Factor on the period that a negative control takes as the true one.
+# Factor on the period in a negative control. The page lists the shift of the spots beside their measured errors.
 WRONG_PERIOD = 1.02
 # The set-up of figure 2.19, where the mirror-reflected beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
@@ -150,7 +154,10 @@ def scans() -> list[Sample]:
 
 
 def period(skin: dict, axis: str) -> dict:
-    """The dominant period along `axis` of the unrotated heights: `period_um`, and `direction_deg` of its waves."""
+    """The dominant period along `axis` of the heights: `period_um`, and `direction_deg` of its waves from +x.
+
+    The rotation of the skin is ignored.
+    """
     relief = {name: value for name, value in skin.items() if name != "rotation"}
     return json.loads(sunbeam("height-field", *surface_words(relief)))["periods"][axis]
 
@@ -222,7 +229,7 @@ def figures() -> dict:
     """The set-up's dimensions, and positions of all spots; writes the pictures of the screens."""
     folder, summaries = images("lab"), []
     use_variant()
-    # One BSDF for all samples with the same skin, so that its tables are built once.
+    # BSDFs by skin. Samples with the same skin share one, so that its tables are built once.
     bsdfs: dict[str, mi.BSDF] = {}
     for sample in samples():
         key = json.dumps(sample.skin)
@@ -249,10 +256,13 @@ def figures() -> dict:
 
 
 def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
-    """The sample's `spots` (rows of `measured`), and their largest and rms distances from the grating equation.
+    """The sample's `spots`, which are rows of `measured`, and their distances from the grating equation.
 
-    `wrong_period_mm` is the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
-    `by_order` has the mean period from the spots of each order.
+    - `worst_mm`, `worst_deg`, `rms_mm`: the largest and the rms distance on the screen, and the largest angle.
+    - `wrong_period_mm`: the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
+    - `spacing_um`: the true period. `measured_spacing_um` is the mean of the periods from all spots, and `by_order` has
+      their means by order.
+    - `is_drawn`: whether the set-up is that of figure 2.19.
     """
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
     wrong_mm = []

@@ -36,6 +36,8 @@ VISIBLE_UM = (0.38, 0.78)
 MIRROR_RADIUS = 0.15
 # Number of directions at which the amplitudes of Taylor's series are compared with the direct sum.
 COMPARED_DIRECTIONS = 8
+# Half height in direction sines of the strip about y = 0 that counts as the orders along x.
+STRIP = 0.1
 
 
 def lobe_length_um(surface: Surface) -> float:
@@ -62,7 +64,10 @@ def along_x(surface: Surface, x: np.ndarray, *options) -> np.ndarray:
 
 
 def reference(surface: Surface) -> dict:
-    """Largest difference of the reference from the direct double-precision sum, relative to the sum's largest value."""
+    """Largest difference of REFERENCE_SPECTRUM from the direct sum in double precision, at PAIRS random points.
+
+    It is relative to the largest value of the sum.
+    """
     generator = random.Random(1)
 
     def direction() -> list[float]:
@@ -71,7 +76,11 @@ def reference(surface: Surface) -> dict:
         x, y = radius * math.cos(azimuth), radius * math.sin(azimuth)
         return [x, y, math.sqrt(1 - x * x - y * y)]
 
-    queries = [{"wi": [0, 0, 1], "wo": direction(), "wavelength": generator.uniform(380, 780)} for _ in range(PAIRS)]
+    shortest_nm, longest_nm = (1e3 * um for um in VISIBLE_UM)
+    queries = [
+        {"wi": [0, 0, 1], "wo": direction(), "wavelength": generator.uniform(shortest_nm, longest_nm)}
+        for _ in range(PAIRS)
+    ]
     exact = responses(surface, queries, "--method", "exact", "--model", "patch")
     found = responses(surface, queries, *REFERENCE_SPECTRUM)
     return {"pairs": PAIRS, "worst": float(abs(exact - found).max() / exact.max())}
@@ -80,15 +89,15 @@ def reference(surface: Surface) -> dict:
 def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     """Mean errors in the first orders of maps with different steps between wavelengths, a panel for each step.
 
-    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < 0.1, and are lit. `delta_e` has the errors
+    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < STRIP, and are lit. `delta_e` has the errors
     by step in nm, `first_seen` is the smallest step with a visible error, or `None`. `line_nm` is λd/(2√2πs) at
-    CHECKED_NM, the standard deviation over the wavelength of order 1's power in one direction.
+    CHECKED_NM, the standard deviation of order 1's power in one direction, as a function of the wavelength.
     """
     surface = panels[0].surface
     period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]
     sine = abs(sines(panels[0].size))
     visible = (sine > VISIBLE_UM[0] / period_um) & (sine < VISIBLE_UM[1] / period_um)
-    orders = visible[None, :] & (sine < 0.1)[:, None] & maps.lit(panels[0])
+    orders = visible[None, :] & (sine < STRIP)[:, None] & maps.lit(panels[0])
     errors = [maps.compare(panel, orders)["delta_e_2000"]["mean"] for panel in panels]
     return {
         "period_um": period_um,
@@ -99,20 +108,21 @@ def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
 
 
 def white_spot(maps: Maps, panels: list[Panel]) -> dict:
-    """Mean CIELAB chroma by FLSS and by NMM within the radius about the centre where NMM has no wavelength.
+    """Mean CIELAB chroma by FLSS and by NMM within a radius about the centre, where NMM has a white spot.
 
-    The radius is that of order 1 of the tile at the shortest wavelength. White is the largest value of each map. The
-    panels are recognised by their captions.
+    NMM sums over the wavelengths of diffraction orders. It has none there and returns white, since the radius is that
+    of order 1 of the tile at the shortest wavelength. Each map is exposed so that its largest value is 1. The panels
+    are recognised by their captions.
     """
     radius = VISIBLE_UM[0] / TILE_UM
     found = {"radius": radius}
     for panel in panels:
         name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
         if name:
-            _, exposure = maps.drawn(panel.words())
-            # The default exposure clips 1 % of the disc; a thousandth of it clips nothing.
-            exr, _ = maps.drawn(panel.words(), exposure / 1000)
-            linear = decoded(exr.with_suffix(".png"))
+            exposure = maps.drawn(panel.words()).exposure
+            # The default exposure clips 1 % of the disc. A thousandth of it clips nothing, and the division by the
+            # largest value replaces it.
+            linear = decoded(maps.drawn(panel.words(), exposure / 1000).png)
             linear /= linear.max()
             # The radius is reduced by half a pixel, so that all of a pixel is inside.
             inside = distance(panel.size, 0.0) < radius - 1 / panel.size
@@ -126,7 +136,7 @@ def distance(size: int, x: float) -> np.ndarray:
 
 
 def decoded(png) -> np.ndarray:
-    """The displayed picture in linear sRGB."""
+    """The displayed picture `png` in linear sRGB, (rows, columns, 3), by the inverse of sRGB's gamma curve."""
     encoded = np.asarray(Image.open(png).convert("RGB")) / 255.0
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
@@ -149,9 +159,10 @@ def spread(surface: Surface) -> dict:
 
 
 def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
-    """Minimum between orders −1 and −2 at CHECKED_NM, relative to the weaker order, by Single 2014's σs.
+    """Smallest response between orders −1 and −2 at CHECKED_NM, relative to the weaker order, for each σs.
 
-    σs is read in two ways: as the coherence length (`window`), and as the window's standard deviation (`deviation`).
+    σs is the width of the coherence window in Single 2014, which can be read in two ways: as the coherence length
+    (`window`), or as the window's standard deviation (`deviation`).
     """
     order = -CHECKED_NM / 1e3 / PERIOD_UM
     x = np.linspace(2 * order, order, 401)
@@ -190,8 +201,7 @@ def right_side(maps: Maps, panels: list[Panel]) -> dict:
     """
     rows = []
     for panel in panels:
-        exr, _ = maps.map_of(panel)
-        a, b = np.moveaxis(lab(decoded(exr.with_suffix(".png")))[..., 1:], -1, 0)
+        a, b = np.moveaxis(lab(decoded(maps.map_of(panel).png))[..., 1:], -1, 0)
         mirror = -math.sin(math.radians(panel.theta_i_deg))
         chroma = np.where(disc(panel.size) & (distance(panel.size, mirror) > MIRROR_RADIUS), np.hypot(a, b), 0)
         right = chroma[:, panel.size // 2 :]

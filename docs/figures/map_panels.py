@@ -20,7 +20,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .map_surfaces import Surface
 
-# Side of a panel, and of a map without an inset, in pixels.
+# Side of a panel in pixels, and of a map without an inset.
 PANEL = 168
 # Default factor on the side of a map with an inset. Such factors are odd, so that the centre of each pixel of the panel
 # is the centre of a pixel of the map.
@@ -46,9 +46,21 @@ class Box(NamedTuple):
     y_max: float
 
 
+class DrawnMap(NamedTuple):
+    """The EXR of a map, with linear values, and the exposure of the PNG beside it, as a factor."""
+
+    exr: Path
+    exposure: float
+
+    @property
+    def png(self) -> Path:
+        """The map as displayed."""
+        return self.exr.with_suffix(".png")
+
+
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A map: a surface, the options of a method, and a caption.
+    """A map: a surface, the options of a method, and a caption. Light comes from the side of +x, at `theta_i_deg`.
 
     With a `box` the map has `fine` times the pixels of a panel along each side, and an inset shows the box. The
     reference map is of the surface, or of `reference_surface` if given; it determines the exposure unless `exposure`, a
@@ -83,7 +95,7 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A panel that is not a map: a finished picture, PANEL pixels wide and high."""
+    """A panel that is no map: a finished picture, PANEL pixels wide and high."""
 
     caption: str
     picture: Image.Image
@@ -99,14 +111,14 @@ class Sheet:
 
 
 class Maps:
-    """Draws maps into a folder, each once. A map is an EXR with linear values, and beside it a PNG as displayed."""
+    """Draws maps into a folder, each once."""
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self._drawn: dict[tuple, tuple[Path, float]] = {}
+        self._drawn: dict[tuple, DrawnMap] = {}
 
-    def drawn(self, words: tuple, exposure: float | None = None) -> tuple[Path, float]:
-        """The EXR of the map with the arguments `words` of `sunbeam brdf-map`, and the PNG's exposure as a factor.
+    def drawn(self, words: tuple, exposure: float | None = None) -> DrawnMap:
+        """The map with the arguments `words` of `sunbeam brdf-map`.
 
         By default the command chooses the exposure that clips 1 % of the disc.
         """
@@ -115,15 +127,15 @@ class Maps:
             exr = self.folder / f"map-{len(self._drawn)}.exr"
             exposed = () if exposure is None else ("--exposure", exposure)
             report = json.loads(sunbeam("brdf-map", "-o", exr, "--png", exr.with_suffix(".png"), *words, *exposed))
-            self._drawn[key] = (exr, report["exposure"])
+            self._drawn[key] = DrawnMap(exr, report["exposure"])
         return self._drawn[key]
 
-    def map_of(self, panel: Panel) -> tuple[Path, float]:
-        """The EXR of the panel's map, and its exposure, the panel's own or the reference's."""
-        return self.drawn(panel.words(), panel.exposure or self.reference(panel)[1])
+    def map_of(self, panel: Panel) -> DrawnMap:
+        """The panel's map. The exposure is the panel's own, or else the reference's."""
+        return self.drawn(panel.words(), panel.exposure or self.reference(panel).exposure)
 
-    def reference(self, panel: Panel) -> tuple[Path, float]:
-        """The EXR of the panel's reference map, and its exposure."""
+    def reference(self, panel: Panel) -> DrawnMap:
+        """The panel's reference map."""
         return self.drawn(panel.reference_words())
 
     def error(self, panel: Panel) -> dict:
@@ -138,18 +150,20 @@ class Maps:
 
     def lit(self, panel: Panel) -> np.ndarray:
         """Mask of the pixels where the displayed reference is not black."""
-        return np.asarray(Image.open(self.reference(panel)[0].with_suffix(".png"))).max(axis=-1) > 0
+        return np.asarray(Image.open(self.reference(panel).png)).max(axis=-1) > 0
 
     def compare(self, panel: Panel, mask: np.ndarray) -> dict:
         """The report of `sunbeam compare` of the map with its reference where `mask` is true.
 
         Both are compared at the reference's exposure.
         """
-        (reference, exposure), (exr, _) = self.reference(panel), self.map_of(panel)
+        reference, compared = self.reference(panel), self.map_of(panel)
         png = self.folder / "mask.png"
         Image.fromarray(np.where(mask, 255, 0).astype(np.uint8)).save(png)
         # `compare` takes the exposure in stops.
-        return json.loads(sunbeam("compare", reference, exr, "--exposure", math.log2(exposure), "--mask", png))
+        return json.loads(
+            sunbeam("compare", reference.exr, compared.exr, "--exposure", math.log2(reference.exposure), "--mask", png)
+        )
 
 
 def sines(size: int) -> np.ndarray:
@@ -172,7 +186,7 @@ def picture_of(panel: Panel, png: Path) -> Image.Image:
     pixels = np.array(Image.open(png).convert("RGB"))
     size = len(pixels)
     pixels[~disc(size)] = PAPER
-    # Every `step`-th pixel of the map, the middle one of each block.
+    # A block of `step` × `step` pixels of the map becomes one pixel of the panel, the block's middle one.
     step = size // PANEL
     image = Image.fromarray(np.ascontiguousarray(pixels[step // 2 :: step, step // 2 :: step]))
     if panel.box is None:
@@ -200,7 +214,7 @@ def draw(sheet: Sheet, maps: Maps, folder: Path) -> dict:
         if isinstance(panel, Drawing):
             picture = panel.picture
         else:
-            picture = picture_of(panel, maps.map_of(panel)[0].with_suffix(".png"))
+            picture = picture_of(panel, maps.map_of(panel).png)
             if panel.compared:
                 errors.append({"caption": caption.replace("\n", ", "), **maps.error(panel)})
                 caption += f"\nΔE {short(errors[-1]['delta_e_mean'])}, lit {short(errors[-1]['delta_e_lit'])}"

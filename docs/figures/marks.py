@@ -1,6 +1,7 @@
 """Marks on pictures of the snake: boxes, insets, a compass, the direction of the light.
 
-The scene's frame is that of mitsuba_scenes/scene.py: cm, z up. In pictures x is to the right, and y down from the top.
+All functions draw onto the picture in place. The scene's frame is that of mitsuba_scenes/scene.py: cm, z up. In
+pictures x is to the right, and y down from the top.
 """
 
 from __future__ import annotations
@@ -28,7 +29,10 @@ CONE_RADIUS_CM = 0.35
 
 
 def project(view: View, point_cm) -> tuple[float, float]:
-    """Position of a point of the scene in the picture, (x, y) in pixels from the upper left corner."""
+    """Position of a point of the scene in the picture, (x, y) in pixels from the upper left corner.
+
+    The view must not be along z, which is up in the picture.
+    """
     origin = np.array(view.origin_cm, dtype=float)
     forward = np.array(view.target_cm) - origin
     forward /= np.linalg.norm(forward)
@@ -75,11 +79,15 @@ def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, 
 
 
 def light_cone(picture: Image.Image, view: View, light: Light, apex_cm) -> None:
-    """Draws a cone from the point `apex_cm` towards the sun. Its base is drawn last, as if it faced the camera."""
+    """Draws a cone from the point `apex_cm` towards the sun, which must not be in the zenith.
+
+    The base is drawn last, as if it faced the camera.
+    """
     to_sun = light.to_sun()
     across = np.cross(to_sun, [0, 0, 1])
     across /= np.linalg.norm(across)
     up = np.cross(to_sun, across)
+    # The base is a polygon with 48 corners.
     turns = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     centre = np.array(apex_cm) + CONE_CM * to_sun
     base = [centre + CONE_RADIUS_CM * (np.cos(turn) * across + np.sin(turn) * up) for turn in turns]

@@ -19,6 +19,7 @@ from mitsuba_scenes.environment import REPOSITORY, SetupError
 from . import card
 from .wrap import wrapped
 
+# Folder of the documentation.
 DOCS = REPOSITORY / "docs"
 # Presets that imitate measured skins; pages mark them as procedural.
 PROCEDURAL = ("elaphe", "xenopeltis")

@@ -1,9 +1,9 @@
 """The part `periodicity`: spacings from peak angles, table 1.1 and figures 1.8 to 1.10 of Single 2014.
 
 The peak angle at each wavelength gives a spacing (spacing.py). The page lists mean and variance of the spacing over the
-wavelengths, for presets by the methods FLSS, NMM and PQ (docs/realtime.md), and for scans by the direct sum. A *ridge*
-is a range of wavelengths whose spacings agree. Single 2014's values are `theirs`. Where data have `inside`, it states
-whether the value is between the smallest and the largest spacing, or ratio of spacings, of the scans' strips.
+wavelengths. Presets are evaluated by the methods FLSS, NMM and PQ (docs/realtime.md), and scans by the direct sum. A
+*ridge* is a range of wavelengths whose spacings agree. Single 2014's values are `theirs`. `inside` states whether such
+a value is within the range of the scans' strips.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ BLAZED_HEIGHT_UM = 0.25
 BLAZED_PERIODS = 26
 # Edge of the tile of the preset `elaphe`: 57 periods.
 ELAPHE_TILE_UM = 57 * 1.14426
-# Numbers of tiles for PQ, by grating.
+# Numbers of repeats of the tile along x for PQ, by grating. The last of `blazed` make Single 2014's tile.
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
 # Size of the sub-regions of `xenopeltis`; two fit along each axis of the tile.
 REGION_SIZE_UM = 33
@@ -141,6 +141,7 @@ def measured_skin(skin: str, folder: Path) -> Measured:
         words = words_of(part_um, pixel_um, folder / f"{skin}-{name}.npy")
         return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
 
+    # An evaluation reads its file at once, so parts follow one another under one name.
     def evaluated(part_um: np.ndarray) -> Evaluation:
         return evaluate_scan(relief("part", part_um))
 
@@ -217,9 +218,9 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
     """Spacings by PQ of the presets `blazed`, whose tile is one period, and `elaphe`, for several repeats of the tile.
 
     A row's `coherent_um` is the length of the repeated tile. Its `order` is the length of one tile over the mean
-    spacing, which is a whole number for a peak on an order of the tile. `nearest` is the number of repeats whose
-    variance is nearest to Single 2014's. Raises SetupError unless one tile of `elaphe` peaks midway between orders, as
-    the page says.
+    spacing: a whole number if the peak is on an order of the tile. `nearest` is the number of repeats whose variance is
+    nearest to Single 2014's, on a logarithmic scale. Raises SetupError unless one tile of `elaphe` peaks midway between
+    orders, as the page says.
     """
     blazed = relief.name == "blazed"
     tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)
@@ -280,9 +281,14 @@ def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found:
 def sub_regions(folder: Path, measured: dict, plain: Evaluation) -> dict:
     """The two ridges of *Xenopeltis* with sub-regions; draws its spacings beside those of strips of the scan.
 
-    `plain` is the evaluation without sub-regions. `lower_nm` and `upper_nm` are the ridges' mean spacings, and
-    `share_lower` is the fraction of the wavelengths on the lower one. `toggles` counts changes of the ridge along the
-    wavelengths. Raises SetupError if there are no two separate ridges.
+    `plain` is the evaluation without sub-regions. The result has
+
+    - `lower_nm`, `upper_nm`: the ridges' mean spacings;
+    - `share_lower`: the fraction of the wavelengths on the lower ridge;
+    - `toggles`: the number of changes of the ridge along the wavelengths;
+    - `size_um`, `spread`, `strips`: REGION_SIZE_UM, REGION_SPREAD and STRIPS.
+
+    Raises SetupError if there are no two separate ridges.
     """
     words = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
     found = evaluate(Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"]), "--method", "flss")

@@ -1,4 +1,8 @@
-"""The part `polarisation`: degree of linear polarisation in pictures of gratings. Lengths are in cm, z is up."""
+"""The part `polarisation`: degree of linear polarisation in pictures of gratings, √(Q² + U²)/I by Stokes components.
+
+A disc and a ball in aluminium and glass are path-traced in a polarised variant of Mitsuba, by the scalar theory and by
+Maxwell's equations. Lengths of the scenes are in cm, z is up.
+"""
 
 from __future__ import annotations
 
@@ -45,6 +49,8 @@ DARK = 0.02
 # Quantile of the degree of polarisation that is reported as its largest value, so that single noisy pixels do not
 # count.
 LARGEST = 0.99
+# Smallest accepted ratio of largest degrees where the page says that one surface polarises more than another.
+MORE = 1.5
 # Cameras of the pictures.
 SPHERE = View(*SIZE, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 1), fov_deg=32)
 DISC = View(*SIZE, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
@@ -89,14 +95,18 @@ def linear_degree(picture: np.ndarray) -> np.ndarray:
 
 
 def largest_degree(picture: np.ndarray) -> float:
-    """The quantile LARGEST of the degree of linear polarisation."""
+    """The quantile LARGEST of the degree of linear polarisation of a `stokes` picture."""
     return float(np.nanquantile(linear_degree(picture), LARGEST))
 
 
 def figures() -> dict:
-    """The largest degree of polarisation of each picture, `most`, and the pictures' settings; draws the pictures."""
+    """The largest degree of polarisation of each picture, `most`, and the pictures' settings; draws the pictures.
+
+    Raises SetupError if the degrees contradict the page.
+    """
     use_variant(VARIANT, fall_back=False)
     folder = images(PART)
+    # The mesh is needed while scenes are loaded, and deleted afterwards.
     ply = write_disc(folder / "disc.ply")
     cases = [
         ("compact disc, aluminium, scalar", disc(TRACKS, ply), DISC),
@@ -116,9 +126,9 @@ def figures() -> dict:
     most = {row["name"]: row["most"] for row in rows}
     for surface in ("grooved disc, aluminium", "blazed sphere, aluminium"):
         scalar, rigorous = (most[f"{surface}, {theory}"] for theory in THEORIES)
-        insist(PART, rigorous > 1.5 * scalar, f"orders of the {surface} polarise more than its interface")
+        insist(PART, rigorous > MORE * scalar, f"orders of the {surface} polarise more than its interface")
     glass, metal = most["blazed sphere, glass of 1.5, scalar"], most["blazed sphere, aluminium, scalar"]
-    insist(PART, glass > 1.5 * metal, "glass polarises more than aluminium")
+    insist(PART, glass > MORE * metal, "glass polarises more than aluminium")
     draw(folder / "degree.jpg", pictures)
     return {"rows": rows, "size": list(SIZE), "spp": SPP, "variant": VARIANT}
 

@@ -1,6 +1,8 @@
 """The part `published-figures`: for each figure of Single 2014, a thesis, the checked numbers from other parts' data.
 
-Keys of dictionaries are the numbers of the figures and tables. Values are text for the column *checked* of the page.
+The parts `slits`, `films`, `periodicity`, `brdf-maps`, `renderings`, `renderings-methods` and `lab` measure the
+numbers. This part only formats them. Keys of dictionaries are the numbers of the figures and tables. Values are text
+for the column *checked* of the page.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ def data(part: str) -> dict:
 
 
 def first_row(rows: list[dict], **wanted) -> dict:
-    """The first row whose keys have the values `wanted`."""
+    """The first row whose keys have the values `wanted`; raises StopIteration without one."""
     return next(row for row in rows if all(row[key] == value for key, value in wanted.items()))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from mitsuba_scenes.environment import use_variant
 
+# Mitsuba's variant of the evaluations.
 VARIANT = "llvm_ad_spectral"
 # Number of wavelengths that the variant evaluates for one pair of directions.
 CARRIED = 4
@@ -26,7 +27,10 @@ DEEPEST_UM = 400 * 0.36 / (4 * np.pi)
 
 
 def random_surface(random: np.random.Generator, folder: Path) -> dict:
-    """The plugin's dictionary for a random surface: a preset, or a random relief that is written to `folder`."""
+    """The plugin's dictionary for a random surface: a preset, or a random relief that is written to `folder`.
+
+    Ranges extend beyond those of practice, to provoke numbers that are not finite. Heights are white noise.
+    """
 
     def log_uniform(low: float, high: float) -> float:
         return float(np.exp(random.uniform(np.log(low), np.log(high))))
@@ -73,8 +77,8 @@ def directions(random: np.random.Generator, count: int) -> np.ndarray:
 def questions(count: int, surfaces: int, seed: int = 1) -> dict:
     """Evaluates `count` questions, rounded up to equal numbers for each of `surfaces` random surfaces.
 
-    Returns the number of questions, `asked`, and the sums of the counts of `one_surface`, or the largest value for
-    `reciprocity`.
+    Returns the number of questions, `asked`, and the results of `one_surface` over all surfaces: sums of the counts,
+    and the largest `reciprocity`.
     """
     use_variant(VARIANT)
     random = np.random.default_rng(seed)

@@ -1,4 +1,8 @@
-"""The part `realtime`: shading times of the realtime renderer's methods, and the stages of a frame."""
+"""The part `realtime`: shading times of the realtime renderer's methods, and the stages of a frame.
+
+`sunbeam render` measures the times on the GPU. Shading alone is timed for each method and surface; a whole frame is
+timed for the default method.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +84,10 @@ def render(folder: Path, *words) -> dict:
 
 
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
-    """Microseconds of shading per lit pixel, the number of lit pixels, and size and build time of the method's data."""
+    """Microseconds of shading per lit pixel, `us`, and size and build time of the method's data, `mb` and `build_s`.
+
+    `surface` has arguments of `sunbeam render`.
+    """
     repeats = REPEATS if method in FAST_METHODS else SLOW_REPEATS
     report = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
     return {

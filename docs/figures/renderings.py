@@ -1,4 +1,8 @@
-"""The part `renderings`: figures 2.14 to 2.18 of Single 2014 by FLSS on the GPU, and path-traced in Mitsuba."""
+"""The part `renderings`: figures 2.14 to 2.18 of Single 2014 by FLSS on the GPU, and path-traced in Mitsuba.
+
+Each figure has a function that draws its sheet of pictures (studio.py) and returns its numbers. They show the snake
+with a scanned skin, the procedural preset that imitates it, or a blazed grating.
+"""
 
 from __future__ import annotations
 
@@ -239,8 +243,7 @@ def sun_of(travels: tuple[float, float, float]) -> Light:
 def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     """Figure 2.18: Elaphe under two paths of the sun, and the change of the picture along each step.
 
-    A row of `steps` has the angle between both suns and the mean CIEDE2000 between both pictures, in total and per
-    degree. `suns` has the direction of the sun in each panel.
+    A row of `steps` has the results of `change` for two panels. `suns` has the direction of the sun in each panel.
     """
     skin = measured(skins, "elaphe")
     enlarge = partial(inset, centre=INSET_AT, half=INSET_HALF)
@@ -262,28 +265,30 @@ def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     steps, suns = [], []
     for way, column in shots.items():
         for k, shot in enumerate(column):
-            light = shot.light
-            azimuth_deg, elevation_deg = light.azimuth_deg, light.elevation_deg
-            suns.append({"way": way, "panel": k + 1, "azimuth_deg": azimuth_deg, "elevation_deg": elevation_deg})
+            sun = {"azimuth_deg": shot.light.azimuth_deg, "elevation_deg": shot.light.elevation_deg}
+            suns.append({"way": way, "panel": k + 1, **sun})
         for k, (before, after) in enumerate(zip(column, column[1:])):
-            cosine = float(np.clip(before.light.to_sun() @ after.light.to_sun(), -1, 1))
-            sun_deg = math.degrees(math.acos(cosine))
-            mask, ends = studio.mask(before), by_renderer(after)
-            changes = {
-                key: mean_delta_e(studio.shoot(start).exr, studio.shoot(ends[key]).exr, mask)
-                for key, start in by_renderer(before).items()
-            }
-            steps.append(
-                {
-                    "way": way,
-                    "from": k + 1,
-                    "to": k + 2,
-                    "sun_deg": sun_deg,
-                    **{f"delta_e_{key}": value for key, value in changes.items()},
-                    **{f"delta_e_{key}_per_deg": value / sun_deg for key, value in changes.items()},
-                }
-            )
+            steps.append({"way": way, "from": k + 1, "to": k + 2, **change(studio, before, after)})
     return {"sheet": sheet, "label": skin.label, "steps": steps, "suns": suns}
+
+
+def change(studio: Studio, before: Shot, after: Shot) -> dict:
+    """Angle `sun_deg` between the suns of two shots, and the mean CIEDE2000 between their pictures by each renderer.
+
+    The differences are `delta_e_…`, in total and per degree.
+    """
+    cosine = float(np.clip(before.light.to_sun() @ after.light.to_sun(), -1, 1))
+    sun_deg = math.degrees(math.acos(cosine))
+    mask, ends = studio.mask(before), by_renderer(after)
+    changes = {
+        key: mean_delta_e(studio.shoot(start).exr, studio.shoot(ends[key]).exr, mask)
+        for key, start in by_renderer(before).items()
+    }
+    return {
+        "sun_deg": sun_deg,
+        **{f"delta_e_{key}": value for key, value in changes.items()},
+        **{f"delta_e_{key}_per_deg": value / sun_deg for key, value in changes.items()},
+    }
 
 
 def mesh_counts(resolution: float) -> dict:

@@ -46,7 +46,7 @@ DISC_LIGHT = Light(180, 70, "directional", 0)
 CD_UM = 1.6
 # Spacing in a public demonstration of the shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
 DEMO_UM = 10.0
-# Options of the method `stam` for GPU Gems' form.
+# Option of the method `stam` that selects GPU Gems' form.
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
@@ -142,7 +142,7 @@ def cut_outs(file: Path) -> list[dict]:
 def draw(studio: Studio, shots: list[Shot]) -> tuple[list[Drawn], np.ndarray]:
     """Draws shots that share object, rotation, light and view, each with its own exposure.
 
-    Also returns the array of `pairs_of`, the directions at their pixels.
+    Returns the pictures, and the directions at their pixels as by `pairs_of`.
     """
     pairs = pairs_of(studio, shots[0])
     return [exposed(studio, shot, hues.lit(pairs)) for shot in shots], pairs
@@ -208,8 +208,11 @@ def symmetry(folder: Path) -> list[dict]:
 def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
     """Figure 2.22: draws Xenopeltis by FLSS, by GPU Gems' form and path-traced; returns a row for each picture.
 
-    A row has the fractions of dark pixels near highlights (`dark_near`) and among all lit pixels (`dark`), the
-    effective number of `hues`, and the fraction of the coloured pixels in the three fullest bins of hues, `three_bins`.
+    - `dark_near`, `dark`: the fractions of dark pixels near highlights, and among all lit pixels.
+    - `hues`: the effective number of hues.
+    - `three_bins`: the fraction of the coloured pixels in the three fullest bins of hues.
+
+    Raises SetupError if the numbers contradict the page.
     """
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():
@@ -238,6 +241,7 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
                 }
             )
         flss, stam, _ = found[-3:]
+        # Twice as many dark pixels count as a lack of colours.
         more_dark = stam["dark_near"] > 2 * flss["dark_near"]
         insist(PART, more_dark, f"GPU Gems' form lacks colours near highlights on {title}")
         insist(PART, stam["hues"] < flss["hues"], f"GPU Gems' form has more discrete colours on {title}")

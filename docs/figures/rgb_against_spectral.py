@@ -31,7 +31,7 @@ BUDGET_S = 4.0
 RENDERS_MIN = 2
 # Largest number of averaged renders.
 RENDERS_MAX = 256
-# Mean luminance of the spectral picture at the exposure of the comparison: middle grey, white being 1.
+# Mean luminance of the spectral picture at the exposure of the comparison: middle grey, relative to white.
 GREY = 0.18
 
 # Matrix from linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1. Row 1 gives the
@@ -44,7 +44,7 @@ WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 
 def figures(budget_s: float = BUDGET_S) -> list[dict]:
-    """Rows of {scene, material} and the figures of `difference`, for each scene with the scan in each medium."""
+    """A row for each scene with the scan in each medium: `scene`, `material`, and the figures of `difference`."""
     surface, _ = scanned_surface()
     rows = []
     for scene in scenes():
@@ -85,12 +85,13 @@ def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
 def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     """Differences of two converged pictures.
 
-    `delta_e_mean` and `delta_e_p95` are mean and 95th percentile of ΔE76 over pixels, after one exposure for both.
-    `noise_delta_e_mean` and `noise_delta_e_p95` estimate the ΔE76 that noise alone would cause, from half the
-    difference of each picture's halves. Half that difference has the rms of the noise of their mean. `delta_e_rms` is
-    the rms difference without noise: the root of the mean product of the differences of two pairs of halves, whose
-    noise is independent. `energy_ratio` is the ratio of sums over pixels and channels, `channel_ratios` those of sums
-    over pixels, RGB over spectral.
+    - `delta_e_mean`, `delta_e_p95`: mean and 95th percentile of ΔE76 over pixels, after one exposure for both pictures.
+    - `noise_delta_e_mean`, `noise_delta_e_p95`: estimates of the ΔE76 that noise alone would cause. Half the difference
+      of a picture's halves has the rms of the noise of their mean; both pictures' noise adds in squares.
+    - `delta_e_rms`: the rms difference without noise. It is the root of the mean product of two differences with
+      independent noise, those of the first halves and of the second halves.
+    - `energy_ratio`: the ratio, RGB over spectral, of sums over pixels and channels.
+    - `channel_ratios`: the ratios, RGB over spectral, of sums over pixels for each channel.
     """
     exposure = GREY / (spectral.mean(axis=0) @ XYZ_OF_SRGB[1]).mean()
     rgb, spectral = rgb * exposure, spectral * exposure

@@ -45,9 +45,12 @@ def figures(
 ) -> dict:
     """All numbers of the part; draws the times to an error.
 
-    `words` are further arguments of `sunbeam bench`. `rows` has the statistics of the sampling weight for each surface,
-    `weights` the worst of them by angle. `pictures` has a row of `picture` for each surface in each light. `headline`
-    and `costs` are times in Mitsuba.
+    `words` are further arguments of `sunbeam bench`. `spp`, `reference_spp` and `repetitions` replace the constants of
+    these names. The numbers are
+
+    - `rows`, `weights`: statistics of the sampling weight for each surface, and the worst of them by angle;
+    - `pictures`: a row of `picture` for each surface in each light;
+    - `headline`, `costs`: the cost in Mitsuba by headline.py, and by `cost` in each of VARIANTS.
     """
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     costs = headline.figures()
@@ -93,8 +96,8 @@ def by_angle(rows: list[dict]) -> list[dict]:
 def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions: int) -> dict:
     """Errors and times of pictures of one surface in one light, under `ways` for each sampler.
 
-    The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py. Errors are measured where the
-    reference is not black.
+    `light` is a key of LIGHTS. The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py.
+    Errors are relative, over the pixels where the reference is not black.
     """
     files = snake_files()
     bsdf = mi.load_dict({"type": "diffraction", "eta": KERATIN, "obliquity": "stam", **preset_skin(surface)})
@@ -106,7 +109,8 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
         return mi.load_dict(parts)
 
     scenes = {"importance": scene(bsdf)} | {kind: scene(hemisphere_sampled(bsdf, kind)) for kind in KINDS}
-    # Seeds from 1000 on are those of the reference, so it contains none of the pictures under test.
+    # The reference is a mean of pictures with `spp` samples. Its seeds from 1000 on keep it independent of the pictures
+    # under test.
     truth = np.mean([render(scenes["importance"], 1000 + i).image for i in range(reference_spp // spp)], axis=0)
     mask = truth.sum(axis=2) > 0
     ways = []
@@ -134,6 +138,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
 def cost(variant: str, repetitions: int) -> dict:
     """Render times of the diffraction BSDFs and of Mitsuba's in a variant, and their ratios to each of REFERENCES."""
     use_variant(variant, fall_back=False)
+    # Larger pictures hide the fixed cost of a render better, and take longer.
     result = measure(repetitions, View(128, 128), spp=16, max_depth=6)
     relative = {reference: ratios(result, reference) for reference in REFERENCES}
     rows = [

@@ -1,6 +1,8 @@
 """The part `sizes-and-covers`: RGB against spectral pictures with textures of sizes and covers, and the cost of both.
 
-*Sizes* are the plugin's parameters `scale` and `depth`. The pictures are filled by the ball of benchmark_scenes.py.
+*Sizes* are the plugin's parameters `scale` and `depth`, which shrink a relief along the surface and in height. The
+pictures are filled by the ball of benchmark_scenes.py. The *kinds* of surface are a bare relief, one with textures of
+sizes, one under a cover, and one with both.
 """
 
 from __future__ import annotations
@@ -68,7 +70,7 @@ def kinds(mirror: bool) -> dict[str, dict]:
 
 
 def figures(budget_s: float = BUDGET_S, repeats: int = REPEATS) -> dict:
-    """All numbers of the part, with the settings."""
+    """All numbers of the part, with the settings: `colours` and `calls` are the results of these functions."""
     return {
         "picture_s": budget_s,
         "size": list(SIZE),

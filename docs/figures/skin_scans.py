@@ -81,8 +81,9 @@ def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
 def size_rows(folder: Path) -> list[dict]:
     """A row for each skin and each of its `sizes`: that of the scan, and those of random crops of the preset.
 
-    Of the crops, which are as large as the scan, a row has the mean, `crops`, and the 5 % and 95 % quantiles, `low` and
-    `high`. `tile` is the peak to valley of the whole preset, `None` for other sizes.
+    - `what`: the key of the size in `sizes`. `scan` is its value on the scan.
+    - `crops`, `low`, `high`: the mean and the 5 % and 95 % quantiles over crops as large as the scan.
+    - `tile`: the peak to valley of the whole preset, `None` for other sizes.
     """
     rows = []
     for skin in SKINS:

@@ -74,9 +74,10 @@ def summary(values: list[float], judged: list[Answer], near: bool) -> dict:
 def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...]) -> dict:
     """A crop's properties, the misplaced power of each form on it, and the judge's accuracy.
 
-    `of_flat` is the reflected power relative to a flat surface, a mean over near lights. `balance` is the judge's
-    largest error of the power balance, and `residual` the largest residual of its equations. `by_light` has the
-    misplaced power by form, in the order of the judge's answers.
+    - `near`, `grazing`: the `summary` of each form over these lights.
+    - `of_flat`: the reflected power relative to a flat surface, a mean over near lights.
+    - `balance`, `residual`: the judge's largest error of the power balance, and largest residual of its equations.
+    - `by_light`: the misplaced power by form, in the order of the judge's answers.
     """
     by_form = {form.name: misplaced_by_light(relief, case, form, judged) for form in forms}
     near = [answer for answer in judged if is_near(answer)]
@@ -145,6 +146,7 @@ def one_dimension() -> float:
 
 def reciprocity() -> float:
     """The difference of an order's power when light returns along it, for the strongest order but the mirror's."""
+    # A direction without symmetry: 40° from the normal, at an azimuth of 35°.
     relief, light = synthetic(), Light(550.0, 40.0, 35.0)
     there = solve(relief, light.wavelength_nm, light.theta_deg, light.phi_deg, KERATIN)
     strongest = int(np.argmax(there.unpolarised * ((there.jx != 0) | (there.jy != 0))))
@@ -184,22 +186,11 @@ def figures() -> dict | None:
         return None
     by_case = answers("skins")
     scans = {skin: scanned(skin) for skin in SKINS}
-    for case in BASE:
-        if case.crop.name == "A":
-            relief = relief_of(case, scans)
-            free, limited = (
-                misplaced_by_light(relief, case, form, by_case[case.key]) for form in (SMALL_SLOPE, SMALL_SLOPE_LIMITED)
-            )
-            insist(PART, np.allclose(free, limited, rtol=1e-6), "limiting small_slope changes nothing")
+    check_limiter(scans, by_case)
     rows = [{"key": case.key, **row(case, relief_of(case, scans), by_case[case.key], FORMS)} for case in BASE]
     varied = [row(case, relief_of(case, scans), by_case[case.key], (SMALL_SLOPE, STAM)) for case in VARIED]
     skins = [skin_figures(skin, rows, by_case) for skin in SKINS]
-    gains = {}
-    for of_skin in skins:
-        stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
-        insist(PART, small_slope < stam, f"small_slope is better than stam on {of_skin['skin']}")
-        gains[of_skin["skin"]] = stam / small_slope
-    insist(PART, gains["elaphe"] > 2 and gains["xenopeltis"] < 1.2, "the gain is on the gentler skin")
+    check_gain(skins)
     draw(images(PART) / "angles.svg", skins)
     for of_crop in (*rows, *varied):
         del of_crop["by_light"]
@@ -217,6 +208,30 @@ def figures() -> dict | None:
         "calls": list(CALLS),
         "cost": cost(),
     }
+
+
+def check_limiter(scans: dict, by_case: dict) -> None:
+    """Raises SetupError unless energy conservation leaves small_slope unchanged on crop A of each skin.
+
+    `scans` has the results of `scanned` by skin, and `by_case` the judge's answers by the `key` of a case.
+    """
+    for case in BASE:
+        if case.crop.name == "A":
+            relief = relief_of(case, scans)
+            free, limited = (
+                misplaced_by_light(relief, case, form, by_case[case.key]) for form in (SMALL_SLOPE, SMALL_SLOPE_LIMITED)
+            )
+            insist(PART, np.allclose(free, limited, rtol=1e-6), "limiting small_slope changes nothing")
+
+
+def check_gain(skins: list[dict]) -> None:
+    """Raises SetupError unless small_slope misplaces less than stam on both skins, and far less on Elaphe alone."""
+    gains = {}
+    for of_skin in skins:
+        stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
+        insist(PART, small_slope < stam, f"small_slope is better than stam on {of_skin['skin']}")
+        gains[of_skin["skin"]] = stam / small_slope
+    insist(PART, gains["elaphe"] > 2 and gains["xenopeltis"] < 1.2, "the gain is on the gentler skin")
 
 
 def skin_figures(skin: str, rows: list[dict], by_case: dict) -> dict:

@@ -26,9 +26,9 @@ from matplotlib.ticker import MultipleLocator
 from .page import images, insist
 
 PART = "slits"
-# Numbers of slits in figure 1.5.
-THEIRS = (1, 2, 3)
-# Numbers of slits of this page.
+# Numbers of slits in the wide graph, those of Single 2014's figure 1.5.
+WIDE_COUNTS = (1, 2, 3)
+# Numbers of slits in the close graph, in the colour strips and in the table.
 COUNTS = (1, 2, 3, 5, 7, 10, 50)
 # Distance of the screen, given with figure 1.5.
 DISTANCE_MM = 500.0
@@ -184,11 +184,11 @@ def sine_of(x_mm) -> np.ndarray:
 
 
 def draw_intensity(path: Path) -> None:
-    """Figure 1.5: relative intensity against position, for THEIRS over a wide range and for COUNTS about order 0."""
+    """Figure 1.5: relative intensity against position, for WIDE_COUNTS over a wide range and COUNTS about order 0."""
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     wide, close = figure.subplots(2, 1)
     colours = ("0.4", "tab:blue", "tab:green", "tab:olive", "tab:orange", "tab:red", "black")
-    for ax, counts, half_mm in ((wide, THEIRS, WIDE_MM), (close, COUNTS, CLOSE_MM)):
+    for ax, counts, half_mm in ((wide, WIDE_COUNTS, WIDE_MM), (close, COUNTS, CLOSE_MM)):
         x_mm = np.linspace(-half_mm, half_mm, 2401)
         for count, colour in zip(counts, colours):
             intensity = relative_intensity(Slits(count), sine_of(x_mm), PLOTTED_NM)

@@ -48,8 +48,9 @@ class Relief:
 class Evaluation:
     """The report of `sunbeam evaluate`, and the response S/λ² (wavelengths, angles of view).
 
-    The report has for each of `wavelengths_nm` the peak angle θr, `peaks_deg`, and the mean and variance of the
-    spacing.
+    The report has for each of `wavelengths_nm` the peak angle θr, `peaks_deg`. `mean_nm` and `variance_nm2` are those
+    of the spacing over the wavelengths. The angles of view go from the first to the second of `angles_deg`, in steps of
+    `angle_step_deg`.
     """
 
     report: dict

@@ -54,10 +54,15 @@ def measured(*words) -> dict:
 def surface_figures(surface: dict) -> dict:
     """A surface's properties, and selections of its entries for the page's tables.
 
-    `oracle` compares the benchmark's reference with the direct sum. `choices` has for each limit the fastest entry of
-    any method and of FLSS. `steps`, `taylor` and `orders` are entries of FLSS: the default with all wavelength steps,
-    those with Taylor's series, and those with Chebyshev's in steps of 5 nm. `tables` and `spectral` are the entries
-    with tables of colours and of spectra.
+    - `kappa_h`: κH, the largest phase about the middle of the heights' range, at the shortest wavelength.
+    - `oracle`: errors of the benchmark's reference against the direct sum.
+    - `defaults`: each method with its default options. `off_front` names those that another entry of the method beats.
+    - `choices`: for each of DELTA_E_LIMITS the fastest entry of any method, and the fastest of FLSS.
+    - `steps`: FLSS with its default options but all wavelength steps.
+    - `taylor`: FLSS with Taylor's series.
+    - `orders`: FLSS with Chebyshev's series in steps of 5 nm.
+    - `others`: the methods NMM, PQ and Stam.
+    - `tables`, `spectral`: the tables of colours and of spectra.
     """
     entries = [entry_figures(entry) for entry in surface["entries"]]
     flss = of_method(entries, "flss")
@@ -87,9 +92,10 @@ def surface_figures(surface: dict) -> dict:
 
 
 def entry_figures(entry: dict) -> dict:
-    """The page's figures of one entry; times are per evaluation.
+    """The page's figures of one entry, rounded; times are per evaluation.
 
-    `group` identifies all options but the wavelength step. `gpu_…` are `None` without an adapter.
+    `group` identifies all options but the wavelength step. `mb` and `build_s` are those of the method's data. `gpu_…`
+    are `None` without an adapter. Errors have the names of the report.
     """
     gpu = entry.get("gpu")
     parameters = entry["parameters"]

@@ -22,7 +22,7 @@ from .questions import questions
 PART = "stability"
 # Number of random evaluations in Mitsuba, and number of random surfaces among which they are divided.
 QUESTIONS = (10_000_000, 100)
-# Both numbers in a quick run, `--quick`.
+# The numbers of QUESTIONS in a quick run, `--quick`.
 QUICK_QUESTIONS = (20_000, 2)
 # Value at which larger errors and overflows are drawn; amplitudes are at most 1.
 LOST = 10.0
@@ -45,9 +45,14 @@ SERIES = (
 def figures(*words: str) -> dict:
     """All numbers of the part; draws the sweeps. `words` are further arguments of `sunbeam bench`.
 
-    Besides the command's report: `in_mitsuba` has the results of `questions`. `visible`, `dead_f32` and `dead_f64` are
-    the first points at which Taylor's series is off by 1e-3, and by 1 in single and in double precision. `worst` and
-    `flss_worst` are largest errors, and `refused` is the first κH at which FLSS refuses Taylor's series.
+    They are the command's report, and
+
+    - `in_mitsuba`: the results of `questions`;
+    - `deepest`: the point of the deepest relief;
+    - `visible`: the first point at which Taylor's series in single precision is off by more than 1e-3;
+    - `dead_f32`, `dead_f64`: the first points at which it is off by more than 1, in single and in double precision;
+    - `worst`, `flss_worst`: the largest errors of Chebyshev's series and the tables, and of FLSS;
+    - `refused`: the first κH at which FLSS refuses Taylor's series, or `None`.
     """
     report = json.loads(sunbeam("bench", "--what", "stability", *words))
     folder = images(PART)

@@ -1,7 +1,8 @@
 """Stam's shader of GPU Gems and FLSS in BRDF maps at normal incidence: peak angles and symmetry.
 
-*GPU Gems' form* has a bump of each colour channel in each order n, centred where d|u|/n is a fixed wavelength, with
-the spacing d (docs/realtime.md#stam-and-the-shader-of-gpu-gems). A map's pixels are direction sines in [−1, 1]².
+*GPU Gems' form* has a bump of each colour channel in each order n. It is centred where d|u|/n is a fixed wavelength;
+d is the spacing, and u the x component of wi + wo (docs/realtime.md#stam-and-the-shader-of-gpu-gems). A map's pixels
+are direction sines in [−1, 1]².
 """
 
 from __future__ import annotations
@@ -74,10 +75,12 @@ def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) 
 def disc_peaks(folder: Path, spacing_um: float, demo_um: float) -> dict:
     """Peak angles of the first order of a compact disc by FLSS, and by GPU Gems' form at three spacings.
 
-    The spacings are that of the tracks, that of a public demonstration, and the one that fits the mean of FLSS's
-    channels. `flss_nm` are the wavelengths at FLSS's peaks by the grating equation. In a row of `gems`, `degrees` are
-    the peaks, `equation_deg` where the grating equation puts GEMS_TOPS_UM, and `largest_off_deg` is the largest
-    difference from FLSS over the channels.
+    The spacings are `spacing_um` of the tracks, `demo_um` of a public demonstration, and a fitted one: the mean over
+    the channels of the spacing that puts the bump on FLSS's peak. The result has
+
+    - `flss_deg`, `flss_nm`: FLSS's peaks, and the wavelengths there by the grating equation;
+    - `gems`: a row for each spacing. `degrees` are the peaks, and `equation_deg` the angles of GEMS_TOPS_UM by the
+      grating equation. `largest_off_deg` is the largest difference from FLSS over the channels.
     """
     skin = {"preset": "cd"}
     flss = peaks(brdf_map(folder, skin, PEAKS_SIZE, FLSS), spacing_um, FLSS_RANGE_UM)

@@ -1,4 +1,8 @@
-"""Pictures of the snake or of a disc by the realtime renderer or path-traced, on sheets with captions."""
+"""Pictures of the snake or of a disc by the realtime renderer or path-traced, on sheets with captions.
+
+A `Shot` describes a picture, the `Studio` takes it, and `draw` arranges the shots of a `Sheet` in one picture file with
+times and differences.
+"""
 
 from __future__ import annotations
 
@@ -57,9 +61,13 @@ class Shot:
     options: dict = field(default_factory=dict)
     mark: Callable[[Image.Image], None] | None = None
 
-    def scene(self, method: str | None = None) -> str:
-        """A key of the picture by `method`, equal for shots that differ in caption, mark and own method alone."""
-        return repr(replace(self, caption="", method=method, mark=None))
+    def picture_key(self) -> str:
+        """A key of the picture, equal for shots that differ in caption and mark alone."""
+        return repr(replace(self, caption="", mark=None))
+
+    def scene_key(self) -> str:
+        """A key of the scene, equal for shots that differ in caption, mark and method alone."""
+        return repr(replace(self, caption="", mark=None, method=None))
 
 
 class Taken(NamedTuple):
@@ -104,7 +112,7 @@ class Studio:
 
     def shoot(self, shot: Shot) -> Taken:
         """The picture of a shot, taken at the first call."""
-        key = shot.scene(shot.method)
+        key = shot.picture_key()
         if key not in self._taken:
             exr = self.folder / f"{len(self._taken)}.exr"
             # Stam's obliquity factor, as in Single 2014; for a metal it is the default.
@@ -175,15 +183,34 @@ def seconds_text(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
 
 
+class Drawn(NamedTuple):
+    """A shot on a sheet, its figures for the page, and its linear picture."""
+
+    shot: Shot
+    figures: dict
+    exr: Path
+
+
+def compare_earlier(reference: Drawn, earlier: list[Drawn]) -> None:
+    """Adds the differences from a path-traced reference to the figures of earlier GPU pictures of the same scene.
+
+    The differences are means of CIEDE2000, `delta_e_mean`, and of FLIP, `flip`.
+    """
+    for other in earlier:
+        if other.shot.method is not None and other.shot.scene_key() == reference.shot.scene_key():
+            report = realtime.compare(reference.exr, other.exr, exposure=EXPOSURE_STOPS)
+            other.figures["delta_e_mean"] = report["delta_e_2000"]["mean"]
+            other.figures["flip"] = report["flip"]["mean"]
+
+
 def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -> dict:
     """Writes the sheet into `folder` with pictures `width` pixels wide; returns the figures of its pictures.
 
-    A path-traced picture is the reference of the earlier GPU pictures of the same scene on the sheet. `compared` lists
-    these, with mean CIEDE2000 and FLIP. In `pictures`, which lists all, both are `None` for other pictures.
+    `pictures` lists all pictures, and `compared` the GPU pictures that have a path-traced reference. The reference
+    follows them on the sheet. `delta_e_mean` and `flip` are `None` without a reference.
     """
     cells: list[list[tuple[Path, str]]] = []
-    # Shot, figures and linear picture of everything drawn so far.
-    drawn: list[tuple[Shot, dict, Path]] = []
+    drawn: list[Drawn] = []
     for row in sheet.rows:
         cells.append([])
         for shot in row:
@@ -195,13 +222,10 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
                 "delta_e_mean": None,
                 "flip": None,
             }
+            taken = Drawn(shot, figures, exr)
             if shot.method is None:
-                for other, others_figures, others_exr in drawn:
-                    if other.method is not None and other.scene() == shot.scene():
-                        report = realtime.compare(exr, others_exr, exposure=EXPOSURE_STOPS)
-                        others_figures["delta_e_mean"] = report["delta_e_2000"]["mean"]
-                        others_figures["flip"] = report["flip"]["mean"]
-            drawn.append((shot, figures, exr))
+                compare_earlier(taken, drawn)
+            drawn.append(taken)
             caption = f"{shot.caption}, {seconds_text(seconds)}"
             cells[-1].append((_marked(shot, png), caption))
             print(f"{sheet.name}: {caption}", flush=True)
@@ -209,7 +233,7 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
     contact_sheet(cells, whole, width)
     with Image.open(whole) as made:
         made.save(folder / f"{sheet.name}.jpg", quality=88)
-    pictures = [figures for _, figures, _ in drawn]
+    pictures = [each.figures for each in drawn]
     return {
         "name": sheet.name,
         "title": sheet.title,

@@ -1,6 +1,7 @@
 """The part `sweeps-scale`: overhead of sweeps (docs/sweeps.md), and a simulation of many workers by the measured costs.
 
-A *case* is a surface in one setting, here an angle of incidence. The driver sends cases to workers in batches.
+A *case* is a surface in one setting, here an angle of incidence. The driver sends cases to workers in batches. Sweeps
+run as users run them, in processes of their own; scripts in other processes measure the cost of their steps.
 """
 
 from __future__ import annotations
@@ -146,36 +147,28 @@ RELIEFS = [
 def figures() -> dict:
     """All measured costs, and the simulation. Raises SetupError if a bound is exceeded.
 
-    `waiting` and `maps` compare sweeps by 1 and 2 workers with plain loops, over cases that wait and over maps. `parts`
-    and `small` are the costs of cases with and without pictures. `finished` and `trivial` are large sweeps that run
-    twice. `start_seconds` is the fixed cost of a sweep, `batch_seconds` that of a batch.
+    - `waiting`, `maps`: sweeps by 1 and 2 workers against plain loops, over cases that wait and over maps.
+    - `parts`, `small`: the costs of cases with and without pictures, by CASE_COSTS.
+    - `tables`: the costs of tables, by TABLE_COSTS.
+    - `finished`, `trivial`: large sweeps that run twice.
+    - `start_seconds`, `batch_seconds`: the fixed cost of a sweep, and that of a batch.
+    - `load_before`, `load_after`: the machine's load average about the measurements.
     """
+    load_before = os.getloadavg()[0]
     with TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        load_before = os.getloadavg()[0]
-        waiting = {
-            workers: sweep(folder / f"wait{workers}", CASES, COLOUR, workers, wait_seconds=1.0) for workers in (1, 2)
-        }
-        single = sweep(folder / "one", 1, COLOUR, 1, wait_seconds=0.0)
-        finished, trivial = (
-            # The second run of a sweep in the same folder finds all results.
-            [sweep(folder / name, count, COLOUR, 2, wait_seconds=0.0) for _ in range(2)]
-            for name, count in (("finished", FINISHED), ("trivial", TRIVIAL))
-        )
-        batches = sweep(folder / "empty", BATCHES, COLOUR, 1, wait_seconds=0.0, batch_cases=1)
-        parts = run_script(CASE_COSTS, write_spec(folder / "parts", CASES, MAP), env=environment())
-        maps = {workers: sweep(folder / f"map{workers}", CASES, MAP, workers) for workers in (1, 2)}
-        small = run_script(CASE_COSTS, write_spec(folder / "small", SMALL_CASES, COLOUR), env=environment())
-        cache = environment(SUNBEAM_CACHE_DIR=str(folder / "cache"))
-        tables = run_script(TABLE_COSTS, json.dumps(RELIEFS), env=cache)
+        runs = sweeps(Path(temporary))
+        parts, small, tables = case_and_table_costs(Path(temporary))
+    waiting, maps, finished, trivial = (runs[name] for name in ("waiting", "maps", "finished", "trivial"))
+    start_seconds = runs["single"]["seconds"]
     # The sweep of a single case has the fixed cost of a sweep alone.
-    batch_seconds = (batches["seconds"] - single["seconds"]) / BATCHES
+    batch_seconds = (runs["batches"]["seconds"] - start_seconds) / BATCHES
     costs = Costs(
         batch_seconds=batch_seconds,
         case_seconds=CASE_SECONDS,
         write_seconds=small["write_seconds"],
         result_bytes=small["case_bytes"],
-        table_bytes=tables[1]["bytes"],
+        # The last of RELIEFS, a skin, has the larger tables.
+        table_bytes=tables[-1]["bytes"],
     )
     made = {
         "processor": processor(),
@@ -184,7 +177,7 @@ def figures() -> dict:
         "cases": CASES,
         "waiting": [row(workers, run, float(CASES), waiting[1]) for workers, run in waiting.items()],
         "maps": [row(workers, run, parts["loop_seconds"], maps[1]) for workers, run in maps.items()],
-        "start_seconds": single["seconds"],
+        "start_seconds": start_seconds,
         "parts": parts,
         "small": small,
         "batch_seconds": batch_seconds,
@@ -197,6 +190,35 @@ def figures() -> dict:
     }
     check(made)
     return made
+
+
+def sweeps(folder: Path) -> dict:
+    """The results of `sweep` for all measured sweeps, which run in subfolders of `folder`.
+
+    `waiting` and `maps` are by number of workers. `finished` and `trivial` have the first and the second run. `single`
+    has one case, and `batches` has batches of one.
+    """
+    return {
+        "waiting": {
+            workers: sweep(folder / f"wait{workers}", CASES, COLOUR, workers, wait_seconds=1.0) for workers in (1, 2)
+        },
+        "single": sweep(folder / "one", 1, COLOUR, 1, wait_seconds=0.0),
+        **{
+            # The second run of a sweep in the same folder finds all results.
+            name: [sweep(folder / name, count, COLOUR, 2, wait_seconds=0.0) for _ in range(2)]
+            for name, count in (("finished", FINISHED), ("trivial", TRIVIAL))
+        },
+        "batches": sweep(folder / "empty", BATCHES, COLOUR, 1, wait_seconds=0.0, batch_cases=1),
+        "maps": {workers: sweep(folder / f"map{workers}", CASES, MAP, workers) for workers in (1, 2)},
+    }
+
+
+def case_and_table_costs(folder: Path) -> tuple[dict, dict, list[dict]]:
+    """The results of CASE_COSTS for maps and for colours, and those of TABLE_COSTS."""
+    parts = run_script(CASE_COSTS, write_spec(folder / "parts", CASES, MAP), env=environment())
+    small = run_script(CASE_COSTS, write_spec(folder / "small", SMALL_CASES, COLOUR), env=environment())
+    cache = environment(SUNBEAM_CACHE_DIR=str(folder / "cache"))
+    return parts, small, run_script(TABLE_COSTS, json.dumps(RELIEFS), env=cache)
 
 
 def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:

@@ -1,7 +1,7 @@
 """A discrete-event simulation of a sweep with any number of workers, by the measured costs of its steps.
 
 Two servers handle one request at a time: the driver with its scheduler, and the shared file system. Workers compute in
-parallel. A worker requests a batch of cases from the driver, computes them one by one, and writes each result to the
+parallel. A worker requests a batch of cases from the driver and computes them one by one. It writes each result to the
 file system before it begins the next case. Times are in seconds.
 """
 
@@ -45,11 +45,31 @@ class Storage:
     cache_bytes_per_second: float | None = None
 
 
+class Server:
+    """Handles one request at a time, in the order of arrival."""
+
+    def __init__(self) -> None:
+        # Time from which on the server is free.
+        self.free_at = 0.0
+        # Total time in use.
+        self.busy = 0.0
+
+    def handle(self, now: float, seconds: float) -> float:
+        """Takes a request that arrives at the time `now` and needs `seconds`; returns the time at which it is done."""
+        self.free_at = max(self.free_at, now) + seconds
+        self.busy += seconds
+        return self.free_at
+
+
 def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
     """Simulates `cases` cases, each with its own surface.
 
-    Returns the duration in hours, the fraction of the workers' time spent on cases, `efficiency`, the number of cases
-    in a batch, and the fractions of time in which the servers are busy. `limit` is the busier server, or "none".
+    - `hours`: the duration of the sweep.
+    - `efficiency`: the fraction of the workers' time spent on cases.
+    - `batch`: the number of cases in a batch.
+    - `scheduler_busy`, `files_busy`: the fractions of the duration in which the servers are in use.
+    - `limit`: the busier server if it is in use for more than BUSY, or else "none".
+    - `results_gb`, `tables_gb`: the sizes of all results and of all tables.
     """
     target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * workers)
     batch = max(1, min(int(target / costs.case_seconds), BATCH_CASES_MAX))
@@ -57,8 +77,7 @@ def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
     file_seconds = 1 / storage.files_per_second
     if storage.cache_bytes_per_second is not None:
         file_seconds += costs.table_bytes / storage.cache_bytes_per_second
-    # Times at which the servers are free, and for which they have been busy.
-    driver_free, files_free, driver_busy, files_busy, end = 0.0, 0.0, 0.0, 0.0, 0.0
+    driver, files, end = Server(), Server(), 0.0
     # Cases that no worker has yet, and the cases of each worker's batch that are not finished.
     left, unfinished = cases, [0] * workers
     # The time of each worker's next event: the end of a case, or the request for a batch if nothing is unfinished.
@@ -67,21 +86,19 @@ def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
         now, worker = heapq.heappop(events)
         if unfinished[worker]:
             unfinished[worker] -= 1
-            files_free = max(files_free, now) + file_seconds
-            files_busy += file_seconds
-            written = max(files_free, now + costs.write_seconds)
+            # The local disk may take longer than the shared file system.
+            written = max(files.handle(now, file_seconds), now + costs.write_seconds)
             next_event = written + costs.case_seconds if unfinished[worker] else written
             heapq.heappush(events, (next_event, worker))
         elif left:
             unfinished[worker] = min(batch, left)
             left -= unfinished[worker]
-            driver_free = max(driver_free, now) + costs.batch_seconds
-            driver_busy += costs.batch_seconds
-            heapq.heappush(events, (driver_free + costs.case_seconds, worker))
+            received = driver.handle(now, costs.batch_seconds)
+            heapq.heappush(events, (received + costs.case_seconds, worker))
         else:
             # No case is left for this worker.
             end = max(end, now)
-    busy = {"scheduler": driver_busy / end, "file system": files_busy / end}
+    busy = {"scheduler": driver.busy / end, "file system": files.busy / end}
     busier = max(busy, key=lambda server: busy[server])
     return {
         "workers": workers,

@@ -13,7 +13,7 @@ from sunbeam_mitsuba.sweep import work
 
 
 def waiting(job, case, held):
-    """Waits; returns, as `work.compute` does, the record of a successful case and its pictures, here none."""
+    """Waits; returns the record of a successful case, and no pictures. It has the signature of `work.compute`."""
     start = time.perf_counter()
     time.sleep(float(os.environ["SUNBEAM_SWEEP_WAIT_SECONDS"]))
     record = work.record_of(job, case, "")

@@ -26,8 +26,9 @@ def figures() -> dict:
 def surface_figures(*source) -> dict:
     """The numbers of one surface, given by the command's arguments `source`.
 
-    It is built twice. `build_s` includes the albedo's table, which conserving energy needs, and `bare_s` does not.
-    `error` is relative. `taps` are the nodes that a look-up reads along each axis. `albedo` and `albedo_kept` are means
+    The tables are built twice: `build_s` includes the albedo's table, which energy conservation needs, and `bare_s`
+    does not. `mb` is the size of all tables in megabytes. `error` is the measured relative error of the spectral table,
+    and `taps` are the nodes that a look-up in it reads along each axis. `albedo` and `albedo_kept` are mean albedos
     without and with energy conservation.
     """
     report, bare = (

@@ -1,9 +1,9 @@
 """Taylor series of a phase screen in double precision: its bound, its sum, and four partial sums.
 
-The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md). Here h is the height above the lowest point,
-κ = 2π(1 + cosθo)/λ at normal incidence, and F the Fourier transform under the coherence window. The series is that of
-Single 2014 without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 … 3. Amplitudes
-are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py.
+The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md). Here h is the height above the lowest point. κ
+is 2π(1 + cosθo)/λ, at normal incidence, and F is the Fourier transform under the coherence window. The series is that
+of Single 2014 without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 … 3.
+Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py.
 """
 
 from __future__ import annotations
@@ -50,7 +50,10 @@ class Sums:
     limits: np.ndarray
 
     def bound(self, terms: int) -> float:
-        """Lagrange's bound of the remainder after N terms: `xᴺ/N!`, as no derivative of e^(ix) exceeds 1."""
+        """Lagrange's bound of the remainder after N = `terms` terms: xᴺ/N!, as no derivative of e^(ix) exceeds 1.
+
+        Bounds above e³⁰⁰ are cut off there, so that their product in `bound_of_the_source` does not overflow.
+        """
         return float(np.exp(min(terms * log(self.argument) - lgamma(terms + 1), 300.0)))
 
     def bound_of_the_source(self, terms: int) -> float:
@@ -58,9 +61,10 @@ class Sums:
         return float(np.exp(min(self.argument, 300.0))) * self.bound(terms)
 
     def figures(self) -> dict:
-        """Name, largest argument, and numbers of terms: of each sum, and at which each bound is below CONVERGED.
+        """Name, largest argument, and numbers of terms from which on errors and bounds are at most CONVERGED.
 
-        `part_over_whole` is the rms of the first part over that of the whole, the size of what cancels.
+        `whole` and `parts` are the numbers of the sums, `bound` and `bound_of_the_source` those of the bounds.
+        `part_over_whole` is the rms of the first part over that of the whole. It tells by how much the parts cancel.
         """
 
         def least(error) -> int:
@@ -81,7 +85,7 @@ class Sums:
 
 
 def sums(surface: Surface) -> Sums:
-    """The sums over the map of a surface."""
+    """The series of a surface in each direction of the map, at normal incidence."""
     heights_um = surface.heights_um - surface.heights_um.min()
     top_um = heights_um.max()
     argument = float(4 * pi * top_um / WAVELENGTH_UM)

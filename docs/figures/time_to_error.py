@@ -1,8 +1,8 @@
 """Time of a picture to a given error, and its ratio to that with Mitsuba's material.
 
-A *cell* is a scene in a variant. Its pictures are rendered in rounds, one picture of each material per round, until the
-cell's time is over. Ratios compare times of the same round, so that other programs on the machine affect both alike.
-Pictures are linear sRGB, (rows, columns, 3).
+A *cell* is a scene in a variant of Mitsuba. Its pictures are rendered in rounds, one picture of each material per
+round, until the cell's time is over. Ratios compare times of the same round, so that other programs on the machine
+affect both alike. Pictures are linear sRGB, (rows, columns, 3).
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from .cost import ratios
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "scalar_rgb", "scalar_spectral")
 # Relative rms error at which times are stated.
 ERROR = 0.05
-# Fraction of the mean brightness that is the unit of relative errors for darker pixels.
+# Fraction of the mean brightness that is the unit of relative errors for darker pixels. Smaller values let dark pixels
+# dominate the error.
 FLOOR = 0.1
 # Picture sizes (width, height). Each material gets the largest at which ROUNDS_AIM rounds fit into the cell's time. The
 # fixed cost of a render, some hundredths of a second with Dr.Jit, is then small. Errors of all materials are measured
@@ -37,9 +38,11 @@ NOMINAL_PIXELS = 256 * 256
 ROUNDS_MIN = 3
 # Largest number of rounds of a cell.
 ROUNDS_MAX = 25
-# Number of rounds that should fit into a cell's time; the picture size is chosen for it.
+# Number of rounds that should fit into a cell's time, by which picture sizes are chosen. Larger values give smaller
+# pictures.
 ROUNDS_AIM = 4
-# Number of pictures of the smallest size for a material's error, if its rounds have another size.
+# Number of pictures of the smallest size for a material's error, if its rounds have another size. More make the error
+# more certain.
 NOISE_PICTURES = 8
 # Default seconds of a cell, without building tables and compiling.
 BUDGET_S = 6.0
@@ -134,31 +137,16 @@ def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
 
 
 def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> dict:
-    """Measures a cell in about `budget_s` seconds; the figures of each material are those of `ways`."""
+    """Measures a cell in about `budget_s` seconds; `ways` has the figures of each material, by the function `ways`."""
     use_variant(variant, fall_back=False)
     bsdfs = {name: mi.load_dict(bsdf) for name, bsdf in scene.bsdfs().items()}
     scenes = {name: scene.load(bsdf, SIZES[0]) for name, bsdf in bsdfs.items()}
-
-    def seconds(name: str, size: tuple[int, int]) -> float:
-        """Seconds of a render of this size, which the material's scene keeps."""
-        resize(scenes[name], size)
-        if not variant.startswith("scalar"):
-            # The first render compiles the kernel of this size.
-            render(scenes[name], seed=1)
-        rendered = render(scenes[name], seed=2)
-        # On a busy machine short renders mostly wait, so the smaller of both times counts.
-        return min(rendered.seconds, rendered.cpu_s)
-
+    compiled = not variant.startswith("scalar")
     limit_s = budget_s / len(scenes) / ROUNDS_AIM
-    sizes = {name: fitting_size(lambda size, name=name: seconds(name, size), limit_s) for name in scenes}
-    runs: dict[str, list[Render]] = {name: [] for name in scenes}
-    start = time.perf_counter()
-    # Another round is begun if it is expected to end within the budget.
-    while (rounds := len(runs[REFERENCE])) < ROUNDS_MAX and (
-        rounds < ROUNDS_MIN or (time.perf_counter() - start) * (rounds + 1) / rounds < budget_s
-    ):
-        for name in scenes:
-            runs[name].append(render(scenes[name], seed=3 + rounds))
+    sizes = {
+        name: fitting_size(lambda size, name=name: seconds_at(scenes[name], size, compiled), limit_s) for name in scenes
+    }
+    runs = timed_rounds(scenes, budget_s)
     pictures = {name: [run.image for run in of_material] for name, of_material in runs.items()}
     # Materials with larger pictures are rendered again at the smallest size, for their errors.
     for name, size in sizes.items():
@@ -179,9 +167,38 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
     }
 
 
+def seconds_at(scene: mi.Scene, size: tuple[int, int], compiled: bool) -> float:
+    """Seconds of a render of this size (width, height), which the scene keeps.
+
+    `compiled` is whether the variant compiles kernels, as those of Dr.Jit do.
+    """
+    resize(scene, size)
+    if compiled:
+        # The first render compiles the kernel of this size.
+        render(scene, seed=1)
+    rendered = render(scene, seed=2)
+    # On a busy machine short renders mostly wait, so the smaller of both times counts.
+    return min(rendered.seconds, rendered.cpu_s)
+
+
+def timed_rounds(scenes: dict[str, mi.Scene], budget_s: float) -> dict[str, list[Render]]:
+    """Renders of each material's scene, one per round, for about `budget_s` seconds."""
+    runs: dict[str, list[Render]] = {name: [] for name in scenes}
+    start = time.perf_counter()
+    for rounds in range(ROUNDS_MAX):
+        expected_s = (time.perf_counter() - start) * (rounds + 1) / max(rounds, 1)
+        if rounds >= ROUNDS_MIN and expected_s >= budget_s:
+            break
+        for name, scene in scenes.items():
+            # Seeds 1 and 2 are those of `seconds_at`.
+            runs[name].append(render(scene, seed=3 + rounds))
+    return runs
+
+
 def ways(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
     """Figures of each material from its timed renders and its pictures of the smallest size, relative to REFERENCE.
 
+    `size` is that of the timed pictures. `mean` is the mean value of `pictures`, and errors are those of `noise`.
     `rendered_s` is the median time of a render. `seconds` and all other times are scaled to NOMINAL_PIXELS.
     `time_ratio` is at equal samples per pixel, within a round. `cpu_ratio` is that of CPU seconds, which other programs
     hardly affect. `error_time_ratio` is that of times to equal relative error, each against its own converged picture.

@@ -31,8 +31,8 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
     for cell in cells:
         by_name = {way["name"]: way["seconds_to_error"] for way in cell["ways"]}
         # The variants' lines lie side by side about the middle of the row.
-        variant = VARIANTS.index(cell["variant"])
-        colour, offset = COLOURS[cell["variant"]], 0.18 * (variant - 0.5 * (len(VARIANTS) - 1))
+        place = VARIANTS.index(cell["variant"]) - 0.5 * (len(VARIANTS) - 1)
+        colour, offset = COLOURS[cell["variant"]], 0.18 * place
         for name, seconds in by_name.items():
             if name == REFERENCE:
                 continue
@@ -40,6 +40,7 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
             ax.plot([by_name[REFERENCE], seconds], [y, y], color=colour, lw=1, alpha=0.5)
             ax.plot(by_name[REFERENCE], y, "o", color=colour, markerfacecolor="white", ms=5)
             ax.plot(seconds, y, "o", color=colour, ms=5)
+    # Empty plots give the legend its entries.
     for variant, colour in COLOURS.items():
         ax.plot([], [], "o", color=colour, label=variant)
     ax.plot([], [], "o", color="grey", markerfacecolor="white", label=REFERENCE)

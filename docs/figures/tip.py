@@ -14,8 +14,11 @@ STEPS = 10
 
 
 def seen_profile(heights_um: np.ndarray, step_um: float, radius_um: float) -> np.ndarray:
-    """The image of one period of a grating, (samples,), at the samples of its profile, which are `step_um` apart."""
-    # Offsets are whole steps, up to this number.
+    """The image of one period of a grating, (samples,), at the samples of its profile, which are `step_um` apart.
+
+    `step_um` should be far below the radius, since offsets u are whole steps.
+    """
+    # The largest offset in steps.
     reach = int(radius_um / step_um)
     # Offset 0 is included, so the image is never below the relief.
     offsets = np.arange(-reach, reach + 1)

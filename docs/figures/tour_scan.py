@@ -1,6 +1,7 @@
 """The part `tour-scan`: effect of an atomic-force microscope's tip on gratings and skins, and on their colours.
 
-Reliefs repeat, and heights are indexed [iy, ix] with y = 0 first.
+Each relief is imaged by tips of several radii (tip.py). The image is compared with the relief itself: its orders, its
+period, and the colours of its BRDF map. Reliefs repeat, and heights are indexed [iy, ix] with y = 0 first.
 """
 
 from __future__ import annotations
@@ -111,7 +112,7 @@ def worst(surfaces: dict) -> dict:
 
 
 def tiles(folder: Path) -> Iterator[Tile]:
-    """The reliefs of all surfaces; files in between are written to `folder`."""
+    """The reliefs of all surfaces; temporary files are written to `folder`."""
     for name in GRATINGS:
         # Position in the period, in [0, 1).
         position = (np.arange(round(PERIOD_UM / STEP_UM)) + 0.5) * STEP_UM / PERIOD_UM
@@ -126,8 +127,9 @@ def tiles(folder: Path) -> Iterator[Tile]:
 def surface_figures(tile: Tile, folder: Path) -> dict:
     """Orders, period and rms height of a relief itself, and under `tips` as imaged by each tip.
 
-    The orders are the two strongest of the relief itself; `share` is an order's fraction of the light. `rise_nm` is the
-    mean by which the image is higher. `delta_e` and `delta_e_p99` are mean and 99th percentile of the change of colour.
+    - `orders`: the two strongest orders of the relief itself. `share` is an order's fraction of the light.
+    - `rise_nm`: the mean height of the image above the relief.
+    - `delta_e`, `delta_e_p99`: mean and 99th percentile of the change of colour, ΔE₂₀₀₀.
     """
     words = tile.write(folder)
     period_um = period_of(words)
@@ -181,8 +183,8 @@ def period_of(words: tuple) -> float:
 def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
     """Fractions of the light at normal incidence and WAVELENGTH_NM in orders along x, by scalar diffraction.
 
-    Those of a grating are by `sunbeam orders`. Those of a skin, orders ±1 alone, are the power of its phase screen in a
-    window about the order's spatial frequency, with WINDOW relative to that of `period_um`.
+    For a grating `sunbeam orders` computes them. A skin has orders ±1 alone: the power of its phase screen in a window
+    about the spatial frequency ±1/`period_um`. WINDOW is the window's half width relative to this frequency.
     """
     if tile.name in GRATINGS:
         report = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))

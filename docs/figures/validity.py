@@ -46,12 +46,12 @@ BOUND = 0.05
 REACHES_DEG = (30.0, 60.0, 75.0)
 # Presets whose slopes are listed for comparison.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
-# Coherence lengths at which the sums of the model with energy conservation are listed.
+# Coherence lengths at which the sums of the model with energy conservation are listed, from the plugin's default on.
 COHERENCE_LENGTHS_UM = (65.0, 400.0, 4000.0)
 
 
 def row(kind: str, slope: float | None, grating: Grating) -> dict:
-    """A row of the table: misplaced power and sum over the orders of each model, by angle of incidence.
+    """A row of the table: misplaced power of each model, and the `sum` of its orders' powers, by angle of incidence.
 
     `misplaced_te` and `misplaced_tm` are those of `stam` with energy conservation in each polarisation.
     """
@@ -82,6 +82,24 @@ def sweep(make: Callable[[float], Grating], values: tuple[float, ...], side: int
         for model in MODELS
     }
     return {"values": list(values), "angles_deg": angles_deg, "misplaced": misplaced}
+
+
+def all_sweeps() -> dict:
+    """Sweeps over the slope of sinusoids, over the facets' slope of sawteeth, and over the period of each kind.
+
+    The facets are turned away from the light, or face it.
+    """
+    by_period = {
+        "sinusoid": sweep(lambda period: sinusoid(period, sweeps.SWEPT_SLOPE_DEG), sweeps.PERIODS_UM),
+        "sawtooth": sweep(lambda period: sawtooth(period, sweeps.SWEPT_FACET_DEG), sweeps.PERIODS_UM),
+        "lamellar": sweep(lambda period: Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM), sweeps.PERIODS_UM),
+    }
+    return {
+        "slope": sweep(lambda slope: sinusoid(sweeps.PERIOD_UM, slope), sweeps.SLOPES_DEG),
+        "facets_away": sweep(lambda facet: sawtooth(sweeps.PERIOD_UM, facet), sweeps.FACETS_DEG),
+        "facets_facing": sweep(lambda facet: sawtooth(sweeps.PERIOD_UM, facet), sweeps.FACETS_DEG, side=-1),
+        "period": by_period,
+    }
 
 
 def limits(swept: dict, falling: bool = False) -> dict:
@@ -146,26 +164,21 @@ def surfaces() -> list[dict]:
 def figures() -> dict:
     """All numbers of the part; writes its plots.
 
-    `cases` has a `row` for each of CASES; `rms` and `rms_gentle` are rms errors of an order's efficiency over all CASES
-    and over the gentlest. `sweeps` has misplaced power over slopes, over facets that are turned away from the light or
-    face it, and over periods; `rules` has the limits of these sweeps. `energy` and `flat` are errors of the rigorous
-    solver, in the power balance and on a mirror.
+    - `cases`: a `row` for each of CASES.
+    - `rms`, `rms_gentle`: rms errors of an order's efficiency over all CASES, and over the gentlest.
+    - `largest_sum`: the largest sum of a model's efficiencies over the orders, in any light on any of CASES.
+    - `sweeps`, `rules`: the result of `all_sweeps`, and the `limits` of these sweeps.
+    - `energy`, `flat`: errors of the rigorous solver, in the power balance and on a mirror.
+    - `lights`: the number of all lights on CASES.
     """
     folder = images(PART)
-    slopes = sweep(lambda slope: sinusoid(sweeps.PERIOD_UM, slope), sweeps.SLOPES_DEG)
-    away = sweep(lambda facet: sawtooth(sweeps.PERIOD_UM, facet), sweeps.FACETS_DEG)
-    facing = sweep(lambda facet: sawtooth(sweeps.PERIOD_UM, facet), sweeps.FACETS_DEG, side=-1)
-    by_period = {
-        "sinusoid": sweep(lambda period: sinusoid(period, sweeps.SWEPT_SLOPE_DEG), sweeps.PERIODS_UM),
-        "sawtooth": sweep(lambda period: sawtooth(period, sweeps.SWEPT_FACET_DEG), sweeps.PERIODS_UM),
-        "lamellar": sweep(lambda period: Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM), sweeps.PERIODS_UM),
-    }
+    swept = all_sweeps()
     mean_nm = float(np.mean(sweeps.WAVELENGTHS_NM))
     gratings = [grating for _, _, grating in CASES]
     comparisons = [each for grating in gratings for each in compared(grating, angles_of(grating))]
     plots.angles(folder / "angles.svg")
-    plots.slopes(folder / "slopes.svg", slopes, away, facing, BOUND)
-    plots.periods(folder / "periods.svg", by_period, mean_nm, BOUND)
+    plots.slopes(folder / "slopes.svg", swept["slope"], swept["facets_away"], swept["facets_facing"], BOUND)
+    plots.periods(folder / "periods.svg", swept["period"], mean_nm, BOUND)
     # A mirror reflects all light.
     flat = solve(Sinusoid(2.5, 0.0), 550.0, 60.0)
     return {
@@ -197,13 +210,13 @@ def figures() -> dict:
         "bound": BOUND,
         "reaches_deg": list(REACHES_DEG),
         "rules": {
-            "slope": limits(slopes),
-            "away": limits(away),
-            "facing": limits(facing),
-            "period": {kind: limits(swept, falling=True) for kind, swept in by_period.items()},
+            "slope": limits(swept["slope"]),
+            "away": limits(swept["facets_away"]),
+            "facing": limits(swept["facets_facing"]),
+            "period": {kind: limits(of_kind, falling=True) for kind, of_kind in swept["period"].items()},
         },
         "mean_nm": mean_nm,
-        "sweeps": {"slope": slopes, "facets_away": away, "facets_facing": facing, "period": by_period},
+        "sweeps": swept,
         "limiting": limiting(),
         "surfaces": surfaces(),
         "metals": metals.figures(folder / "metals.svg", BOUND, REACHES_DEG),

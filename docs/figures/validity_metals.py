@@ -49,7 +49,7 @@ PERFECT_JUDGE = "boundary integral"
 METAL_JUDGES = {"sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
 # Theories in the order of the page.
 THEORIES = (SCALAR, FRESNEL, EXACT)
-# Largest accepted ratio of the time of a call with `theory = rigorous` to one with `scalar`; the page states it.
+# Largest accepted ratio of the time of a BSDF call with `theory = rigorous` to one with `scalar`; the page states it.
 COST_MAX = 1.5
 # Period and height in µm of the timed sinusoid.
 TIMED_UM = (0.8, 0.12)
@@ -131,7 +131,7 @@ def by_metal(judged: list[tuple[Judged, dict]]) -> dict:
     return found
 
 
-def tabled() -> list[Setting]:
+def tabled_gratings() -> list[Setting]:
     """The gratings of `tables`: the first random one of each shape in each medium, with the index at INDEX_NM.
 
     A shape without random gratings in a medium is taken from the perfect conductor's.
@@ -154,7 +154,7 @@ def tables() -> dict:
     rng = np.random.default_rng(SEED)
     rows: list[dict] = []
     errors_by_metal: dict[str, list[np.ndarray]] = {}
-    for grating in tabled():
+    for grating in tabled_gratings():
         lights = [
             replace(
                 grating,
@@ -251,7 +251,13 @@ def cost() -> dict:
 def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
     """All numbers on metals; writes the plot to `path`.
 
-    `limits` has the result of `smallest_period_um` for each kind, metal and theory, by `reaches_deg`.
+    - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged.
+    - `rows`, `by_metal`: the results of `by_shape` and `by_metal`.
+    - `mueller`: errors of all elements of Mueller matrices by EXACT.
+    - `limits`: the result of `smallest_period_um` for each kind, metal and theory, at each of `reaches_deg`. `bound` is
+      the accepted misplaced power.
+
+    Raises SetupError if the numbers contradict the page.
     """
     answers = load()
     judged = [(answer, powers(answer)) for answer in answers]

@@ -27,21 +27,21 @@ from tests.judges.gratings.scalar import (
 
 # Wavelengths over which errors are averaged.
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
-# Angles of incidence on one side.
+# Angles of incidence from the side of +x.
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
-# Sweep over slopes: period of the gratings.
+# Period of the gratings in the sweep over slopes.
 PERIOD_UM = 2.5
 # Largest slopes of the sinusoids in the sweep over slopes.
 SLOPES_DEG = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 45.0)
 # Slopes of the sawteeth's facets in the sweep over slopes. At 5.71° the height is a tenth of the period.
 FACETS_DEG = (1.0, 2.0, 3.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
-# Sweep over periods, at the following shapes.
+# Periods of the sweep over periods.
 PERIODS_UM = (0.8, 1.25, 1.75, 2.5, 3.5, 5.0, 10.0)
-# Sweep over periods: largest slope of the sinusoid.
+# Largest slope of the sinusoid in the sweep over periods.
 SWEPT_SLOPE_DEG = 10.0
-# Sweep over periods: slope of the sawtooth's facets.
+# Slope of the sawtooth's facets in the sweep over periods.
 SWEPT_FACET_DEG = 5.71
-# Sweep over periods: height of the lamellar grating.
+# Height of the lamellar grating in the sweep over periods.
 SWEPT_HEIGHT_UM = 0.125
 
 

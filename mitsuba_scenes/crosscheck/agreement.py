@@ -50,7 +50,7 @@ class Agreement:
 def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:
     """Compares linear pictures, (height, width, 3), where `mask`, (height, width), is set.
 
-    The error of a pixel is |a − b| / max(|a|, |b|), and its brightness max(|a|, |b|), where |·| is the length of a
+    The error of a pixel is |a − b| / max(|a|, |b|), and its brightness max(|a|, |b|). Here |·| is the length of a
     colour as a vector. Raises ValueError for values that are not finite and for fewer than FEWEST_PIXELS pixels to
     compare.
     """

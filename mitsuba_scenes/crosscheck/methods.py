@@ -11,6 +11,7 @@ plugin's ensemble evaluated along the realtime renderer's own rays: the remainin
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,17 +63,15 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         return folder / f"methods-{case.name}-{name.replace(', ', '-').replace(' ', '-')}.exr"
 
     reports = {}
-    for method in METHODS:
-        # The published methods have the patch model only.
-        skin = {**case.skin, **REFERENCE, "model": "ensemble" if method == "table" else "patch"}
-        reports[method] = realtime.render(exr(method), method, files.mesh, skin, light, view, SUPERSAMPLE)
-    skin = {**case.skin, **REFERENCE, "conserve_energy": True}
-    reports[TABLE_KEPT] = realtime.render(exr(TABLE_KEPT), "table", files.mesh, skin, light, view, SUPERSAMPLE)
+    for name in (*METHODS, TABLE_KEPT):
+        method = "table" if name == TABLE_KEPT else name
+        skin = {**case.skin, **_realtime_parameters(name)}
+        reports[name] = realtime.render(exr(name), method, files.mesh, skin, light, view, SUPERSAMPLE)
     # The path tracer sums over the same wavelengths, with the same weights, as FLSS.
     quadrature = Quadrature.of_report(reports["flss"])
 
     same_rays = plugin(case, **REFERENCE)
-    # A view whose pixel centres are the realtime renderer's rays.
+    # A view whose pixel centres are on the realtime renderer's rays.
     ray_view = replace(view, width=SUPERSAMPLE * view.width, height=SUPERSAMPLE * view.height)
     rays = points.trace_points(mi.load_dict(bare_scene(same_rays, files, light, view, 1)), light, ray_view)
     start = time.perf_counter()
@@ -90,17 +89,8 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     is_skin = _by_pixel(rays.seen).all(axis=(1, 3))
     mi.Bitmap(np.where(is_skin, 255, 0).astype(np.uint8)).write(str(mask))
 
-    compared, rows = {}, []
-    for name in (*METHODS, SAME_RAYS, ENERGY_KEPT, TABLE_KEPT):
-        png = exr(name).with_suffix(".png")
-        figures = compared[name] = realtime.compare(exr("reference"), exr(name), mask=mask, png=png)
-        figures[SAME_RAYS] = realtime.compare(exr(SAME_RAYS), exr(name), mask=mask)
-        if name in ("table", TABLE_KEPT):
-            figures[ENERGY_KEPT] = realtime.compare(exr(ENERGY_KEPT), exr(name), mask=mask)
-        if name in reports:
-            figures["gpu_ms"] = reports[name]["gpu_ms"]
-            figures["build_s"] = reports[name]["build_seconds"]
-        rows.append([(png, caption(name, figures))])
+    compared = {name: _compared(name, exr, mask, reports) for name in (*METHODS, SAME_RAYS, ENERGY_KEPT, TABLE_KEPT)}
+    rows = [[(exr(name).with_suffix(".png"), caption(name, figures))] for name, figures in compared.items()]
     contact_sheet(rows, folder / f"methods-{case.name}.png", 3 * PANEL)
     return {
         "light": vars(light),
@@ -111,6 +101,29 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         "reference_seconds": reference_seconds,
         "against_the_reference": compared,
     }
+
+
+def _realtime_parameters(name: str) -> dict:
+    """Parameters of the skin for the realtime picture `name`, one of METHODS or TABLE_KEPT."""
+    # The published methods have the patch model only.
+    model = "ensemble" if name in ("table", TABLE_KEPT) else "patch"
+    return {**REFERENCE, "model": model, "conserve_energy": name == TABLE_KEPT}
+
+
+def _compared(name: str, exr: Callable[[str], Path], mask: Path, reports: dict) -> dict:
+    """The entry of the picture `name` in the report of `check`; writes a PNG of reference, picture and difference.
+
+    `exr` gives the file of each picture, and `reports` has the reports of the realtime pictures.
+    """
+    png = exr(name).with_suffix(".png")
+    figures = realtime.compare(exr("reference"), exr(name), mask=mask, png=png)
+    figures[SAME_RAYS] = realtime.compare(exr(SAME_RAYS), exr(name), mask=mask)
+    if name in ("table", TABLE_KEPT):
+        figures[ENERGY_KEPT] = realtime.compare(exr(ENERGY_KEPT), exr(name), mask=mask)
+    if name in reports:
+        figures["gpu_ms"] = reports[name]["gpu_ms"]
+        figures["build_s"] = reports[name]["build_seconds"]
+    return figures
 
 
 def _by_pixel(rays: np.ndarray) -> np.ndarray:

@@ -17,7 +17,8 @@ from .cases import SCAN, cases, sun
 
 # View of check (a): a few scales of the back, so close that the patch model's speckle is larger than a pixel.
 CLOSE = View(96, 64, fov_deg=8.0)
-# View of check (b): the middle of CLOSE at the same scale. It is smaller because each pixel takes hundreds of rays.
+# View of check (b): the middle of CLOSE with pixels of equal size. It is smaller because each pixel takes hundreds of
+# rays.
 CLOSER = View(48, 32, fov_deg=4.0)
 # View of check (c): the whole snake, as in the demo.
 WHOLE = View(72, 48)

@@ -12,8 +12,8 @@ from typing import Any
 from ._errors import SunbeamError
 from ._relief import is_length
 
-# Parts of the titles, in lower case, of signals that are no relief even if their unit is a length, such as the
-# deflection of a cantilever in nm. The native readers have the same list (crates/height_field/src/file/channel.rs).
+# Parts of the titles, in lower case, of signals that are no relief. Their unit may still be a length, as for the
+# deflection of a cantilever. The native readers have the same list (crates/height_field/src/file/channel.rs).
 # fmt: off
 _NO_RELIEF = (
     "error", "deflection", "amplitude", "phase", "friction", "lateral", "adhesion", "modulus", "dissipation",

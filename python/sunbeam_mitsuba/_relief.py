@@ -96,8 +96,8 @@ def relief_of_topography(topography: Any, unit: str | None = None, top_first: bo
     ``unit`` is for a topography without a unit; where both are given, they must agree. ``top_first`` tells whether
     index 0 along y is the largest y. By default it follows from the topography's origin (:func:`top_is_first`).
 
-    Raises :class:`SunbeamError` for a line scan, for a part of a distributed topography, where the unit or the size is
-    missing, and where the units differ.
+    Raises :class:`SunbeamError` for a line scan and for a part of a distributed topography. Also raises it where the
+    unit or the size is missing, and where the units differ.
     """
     if topography.dim != 2:
         raise SunbeamError("the topography is a line scan; a surface needs a map, with heights along x and y")

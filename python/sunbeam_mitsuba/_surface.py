@@ -140,8 +140,8 @@ class Surface:
 
     - ``preset``, with ``period`` and ``height``, or with ``region_size`` and ``region_spread``;
     - ``filename``, with ``pixel_size``, ``max_height``, ``channel`` and ``fill``;
-    - ``heights_um``, an array ``[iy, ix]`` with ix along +x and iy along +y, and ``pixel_um``, the edge of a pixel in
-      µm or a pair of edges along x and y;
+    - ``heights_um``, an array ``[iy, ix]`` with ix along +x and iy along +y, with ``pixel_um``: the edge of a pixel in
+      µm, or a pair of edges along x and y;
     - ``heights_um``, a ``SurfaceTopography.Topography``, which has its own size and unit.
 
     Heights that are NaN, infinite or masked are holes, and refused unless ``fill`` is ``laplace`` or ``mean``.
@@ -207,8 +207,8 @@ class Surface:
     def eval(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
         """The BSDF f_r in 1/sr, without the cosine.
 
-        With ``transmission``, directions may lie below the surface, and the result is the power of light from ``wi`` to
-        ``wo`` per solid angle and absolute cosine. Directions below an interface are those in the medium.
+        With ``transmission``, directions may lie below the surface. The result is then the power of light from ``wi``
+        to ``wo`` per solid angle and absolute cosine. Directions below an interface are those in the medium.
 
         ``wi`` and ``wo`` have the shape ``[..., 3]`` and broadcast against each other. ``wavelength_nm`` is one number,
         or an array ``[m]`` or ``[..., m]``. The result has the shape ``[...]`` for one number, else ``[..., m]``.

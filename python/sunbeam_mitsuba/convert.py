@@ -76,8 +76,8 @@ def read(
     heights before others; error signals such as deflection are left out. ``pixel_size``, the edge of a pixel in µm, and
     ``unit``, such as ``"nm"``, are for files without them; where both are given, they must agree with the file.
 
-    Raises :class:`SunbeamError` with one line where the file or the library is missing, where the library cannot read
-    the file, where the file lacks the channel, a size or a unit, and where lengths are implausible.
+    Raises :class:`SunbeamError` with one line where the file or the library is missing, and where the library cannot
+    read the file. Also raises it where the file lacks the channel, a size or a unit, and where lengths are implausible.
     """
     path = Path(file)
     if not path.is_file():
