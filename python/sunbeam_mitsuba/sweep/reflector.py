@@ -119,13 +119,13 @@ class _MitsubaReflector:
         use_variant(_VARIANT)
         nm = list(wavelengths_nm)
         means: list[float] = []
-        # The first number chooses the BSDF's lobe, the other two the direction.
-        columns = np.ascontiguousarray(u.T, dtype=np.float32)
+        # Rows of one random number each: Mitsuba's `sample1`, and the two of its `sample2`.
+        variates = np.ascontiguousarray(u.T, dtype=np.float32)
         for first in range(0, len(nm), _WAVELENGTHS_PER_CALL):
             chosen_nm = nm[first : first + _WAVELENGTHS_PER_CALL]
             si = _interactions(list(wi), chosen_nm, len(u))
             # The weight has the shape [_WAVELENGTHS_PER_CALL, samples].
-            sample, weight = self._bsdf.sample(mi.BSDFContext(), si, mi.Float(columns[0]), mi.Point2f(columns[1:]))
+            sample, weight = self._bsdf.sample(mi.BSDFContext(), si, mi.Float(variates[0]), mi.Point2f(variates[1:]))
             reflected = np.where(np.array(sample.wo)[2] > 0, np.array(weight), 0)
             means += reflected.astype(np.float64).mean(axis=1)[: len(chosen_nm)].tolist()
         return np.array(means)
