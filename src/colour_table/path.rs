@@ -49,7 +49,7 @@ pub(super) struct Term {
     first: usize,
     /// Weights of the four spline coefficients read.
     weights: [f32; 4],
-    /// Factors on a power's header, `P(0)` and `P'(0)`.
+    /// Factors on a power's header, `P(0)` and `P'(0)`: the power at κ = 0 and its derivative.
     header_factors: [f32; HEADER],
     /// Factor on the spline, real and imaginary part.
     spline_factor: [f32; 2],
@@ -83,7 +83,7 @@ impl Path {
         colours: &SpectralToRgb,
         reflectance: Reflectance,
     ) -> Vec<Term> {
-        // dλ/λ² = Δρ/r in 1/µm, times the norm of S. The factor 10³ goes with the weights, which are per nm.
+        // dλ/λ² = Δρ/r in 1/µm, times the norm of S. The factor 10³ turns the weights, which are per nm, to per µm.
         let scale = 1e3 * self.step_per_um / ring.radius * table.norm();
         let sampled_w = ring.sampled_w();
         let mut terms = Vec::new();
@@ -218,6 +218,9 @@ impl Records {
 
 impl Term {
     /// `S/norm` on all rays, from the record of the term's point.
+    ///
+    /// With s the value of the spline, a power is `header_factors·(P(0), P'(0)) + spline_factor·s`, or 0 where rounding
+    /// makes it negative. An amplitude has the power `|D(0) + spline_factor·s|²`; its header is D(0).
     fn density(&self, quantity: NodeQuantity, record: &[PerRay]) -> PerRay {
         let components = quantity.components();
         let (header, coefficients) = record.split_at(HEADER);
