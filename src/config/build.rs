@@ -13,10 +13,10 @@
 //! Every build reads its tables from the [`Cache`] if they are there. The [`Origin`] in the result tells whether they
 //! were. Functions with an argument `index` ignore the configuration's `eta` and `k`; `None` reflects everything.
 //!
-//! In a medium of index n the wavelength is λ/n. Tables are over the wavelength λ in air, so for a relief within a medium
-//! they are built for the relief and the coherence window magnified n times. The functions `…_inside` return the
-//! magnified quantities. The medium is a cover ([`Cover`](crate::scattering::Cover)) or, for the scalar theory alone, the
-//! transparent body below. The solver of Maxwell's equations takes a body at its own size.
+//! In a medium of index n the wavelength is λ/n. Tables are over λ, the wavelength in air. For a relief within a medium
+//! they are therefore built for the relief and the coherence window magnified n times. The functions `…_inside` return
+//! the magnified quantities. The medium is a cover ([`Cover`](crate::scattering::Cover)) or, for the scalar theory
+//! alone, the transparent body below. The solver of Maxwell's equations takes a body at its own size.
 //!
 //! Under a cover, indices are relative to the cover's. Shared surfaces take directions inside the cover. Their callers
 //! apply [`SurfaceConfig::cover`], as [`BuiltSurface`] does.

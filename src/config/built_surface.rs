@@ -46,7 +46,7 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
-    /// The surface of a phase screen. `index` is the material's, relative to the cover's; a transparent body ignores it.
+    /// The surface of a phase screen. `index` is the material's, relative to the cover's; transparent bodies ignore it.
     pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>, cover: Option<Cover>) -> Self {
         Self { tables: Tables::Scalar(Box::new(surface), index), cover }
     }

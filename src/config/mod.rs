@@ -212,8 +212,8 @@ fn contradiction(parameter: &'static str, other: impl Into<String>, advice: &'st
     Err(ConfigError::Contradiction { parameter, other: other.into(), advice })
 }
 
-/// Refuses the first of the `checks` that contradicts `other`. A check is a parameter, whether it contradicts, and advice
-/// for the user.
+/// Refuses the first of the `checks` that contradicts `other`. A check is a parameter, whether it contradicts, and
+/// advice for the user.
 fn refuse_contradictions(other: &str, checks: &[(&'static str, bool, &'static str)]) -> Result<(), ConfigError> {
     match checks.iter().find(|(_, contradicts, _)| *contradicts) {
         Some(&(parameter, _, advice)) => contradiction(parameter, other, advice),
