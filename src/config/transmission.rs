@@ -19,8 +19,8 @@ impl SurfaceConfig {
         self.eta.map(|eta| TransparentBody::new(eta, is_film, self.coherence_length))
     }
 
-    /// Factor by which scalar tables magnify the relief and its coherence window (`build.rs`): the index of the cover or
-    /// of the body, which exclude each other.
+    /// Factor by which scalar tables magnify the relief and its coherence window (`build.rs`): the index of the cover
+    /// or of the body, which exclude each other.
     pub fn magnification(&self) -> f64 {
         self.cover_eta.or(self.body().map(|body| body.eta)).unwrap_or(1.0)
     }

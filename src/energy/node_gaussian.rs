@@ -124,6 +124,9 @@ impl NodeGaussian<'_> {
     /// Calls `visit` with each quadrature node of the Gaussian above the horizon: its direction, a factor and an
     /// exponent. `factor·exp(exponent)` is the node's fraction of the Gaussian's integral over the plane of direction
     /// cosines. The exponential is left to the caller, which computes several at once.
+    ///
+    /// The rule depends on the Gaussian's width and its distance from the horizon. In order of cost it is one node, a
+    /// product of Gauss–Hermite rules, or panels.
     pub(super) fn integrate(&self, incidence: &Incidence, mut visit: impl FnMut(Vec3, f64, f64)) {
         let Incidence { wi, wavelength_um, resolved, phase, exact_cut, ridge } = *incidence;
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
@@ -168,15 +171,7 @@ impl NodeGaussian<'_> {
                 }
             }
         } else if exact_cut {
-            // Panels over the part of the hemisphere within the limits.
-            let bounds =
-                [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
-            let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
-            let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
-            hemisphere(bounds, panels, wi[2], |wo, area| {
-                let z = [0, 1].map(|axis| (wo[axis] - centre[axis]) / sigma[axis]);
-                visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
-            });
+            integrate_cut(incidence, centre, sigma, limits, visit);
         } else {
             // Panels along the radius, without the nodes beyond the limits.
             let visit_resolved = |wo: Vec3, factor: f64, exponent: f64| {
@@ -241,6 +236,24 @@ impl NodeGaussian<'_> {
             }
         }
     }
+}
+
+/// [`NodeGaussian::integrate`] with panels over the part of the hemisphere within the limits of the resolved range.
+/// `limits` are in standard deviations from the centre.
+fn integrate_cut(
+    incidence: &Incidence,
+    centre: [f64; 2],
+    sigma: [f64; 2],
+    limits: [[f64; 2]; 2],
+    mut visit: impl FnMut(Vec3, f64, f64),
+) {
+    let bounds = [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
+    let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / incidence.phase));
+    let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
+    hemisphere(bounds, panels, incidence.wi[2], |wo, area| {
+        let z = [0, 1].map(|axis| (wo[axis] - centre[axis]) / sigma[axis]);
+        visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
+    });
 }
 
 /// `√(x² + y²)` of numbers of order one, faster than `hypot`, which guards against overflow.
