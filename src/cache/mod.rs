@@ -170,8 +170,8 @@ impl Cache {
         self.read_or_build(|| Key::of_surface(field, options), || Surface::watched(field, options, progress))
     }
 
-    /// [`Cache::surface`], or the equal surface that this process already holds. Its [`Origin`] is that of the call that
-    /// made it, by any [`Cache`] of this process.
+    /// [`Cache::surface`], or the equal surface that this process already holds. Its [`Origin`] is that of the call
+    /// that made it, by any [`Cache`] of this process.
     ///
     /// # Errors
     /// The errors of [`Cache::surface`].
@@ -187,8 +187,8 @@ impl Cache {
 
     /// The surface of `field` with colours in linear sRGB under D65; shared as by [`Cache::shared_surface`].
     ///
-    /// `index` is the refractive index of the medium below the relief, whose reflectance the colours include; `None` is a
-    /// perfect reflector.
+    /// `index` is the refractive index of the medium below the relief, whose reflectance the colours include; `None` is
+    /// a perfect reflector.
     ///
     /// # Errors
     /// The errors of [`ColourSurface::new`].

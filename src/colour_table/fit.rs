@@ -1,8 +1,11 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
+//! F(u, v, w) is the colour of the scattering vector ([module](super)). A ring has one radius in the plane of (u, v).
+//!
 //! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
 //! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
 //! Above `knee` F no longer follows the square law; below `zero` the constant prevails. Both are values of w.
+//! Evaluators divide by the factor again (`lookup.rs`).
 
 use super::rings::RingPlan;
 use crate::numeric::math::cubic_b_spline;
@@ -57,9 +60,10 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
 /// `sampled_w`.
 ///
 /// Up to the knee F is proportional to `w² + zero²`. With the first sample w_0, and w_k, the first beyond the knee,
-/// `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero. Near the knee F falls short of the square law by a
-/// factor of up to 3. For `zero = 0` this formula would then give up to 2·w_0². So 3·w_0² is subtracted in place of
-/// w_0².
+/// `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero.
+///
+/// Near the knee F falls short of the square law by a factor of up to 3. For `zero = 0` the formula would then give up
+/// to 2·w_0². So 3·w_0² is subtracted in place of w_0².
 fn estimate_zero_squared(values: &[f32], sampled_w: &[f64], knee: f64) -> f64 {
     let w_count = sampled_w.len();
     // Sum of |F| over directions and channels at one sample over w.

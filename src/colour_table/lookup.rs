@@ -1,8 +1,10 @@
 //! Look-up in a [`super::ColourTable`], generic over [`Numbers`].
 //!
-//! A look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the
-//! direction and w. The words of coefficients are those of `pack.rs`. `src/methods/table.wgsl` is the counterpart in
-//! WGSL, with the same arithmetic. Formulas of positions are those of [`ColourLayout`] and [`Ring`].
+//! The table holds the colour F(u, v, w) of the scattering vector, on rings in the plane of (u, v). A look-up reads the
+//! four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the direction and w. The
+//! words of coefficients are those of `pack.rs`. Formulas of positions are those of [`ColourLayout`] and [`Ring`].
+//!
+//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic.
 
 use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
@@ -107,8 +109,8 @@ impl<N: Numbers> ColourView<N> {
     /// Coefficients of four words (`pack.rs`), `[channel][word]`.
     ///
     /// The nine stored bits m of a mantissa become the upper bits of a float's mantissa, with the exponent e:
-    /// `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly. With MANTISSA_BITS in e, which
-    /// multiplies by 512, the difference is the packed number.
+    /// `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly. With MANTISSA_BITS in e,
+    /// which multiplies by 512, the difference is the packed number.
     #[inline(always)]
     fn unpack(&self, words: [N::Index; 4]) -> [[N::Real; 4]; 3] {
         let int = N::Index::lit;

@@ -1,4 +1,12 @@
-//! Fills the nodes of albedo tables; see the [module](super) for the steps and the symbols `a`, `b`, `t` and `A`.
+//! Fills the nodes of albedo tables, in the steps of the [module](super).
+//!
+//! ```text
+//! f(wi, wo)  reflectance of the model in 1/sr
+//! a(wi)      its albedo, ∫ f cosθo dωo
+//! A(w)       divisor of a direction. The table holds (A − 1)·cos²θ, with θ the angle of w with the normal
+//! b(w)       known lower bound of the divisor: 1 ≤ b ≤ max(1, A)
+//! t(wi)      least t ≥ 1 with ∫ f min(1, t/b(wo)) cosθo dωo ≤ t: the smallest divisor that the bound b allows
+//! ```
 //!
 //! - The *excess* of an albedo or a divisor is its difference from one, such as `A − 1`.
 //! - A *ridge* is a narrow maximum of `t` along the incidences from which an order leaves along the surface

@@ -1,7 +1,7 @@
 """Submits cases to the workers in batches, a few at a time, and collects the results.
 
-A batch is a Dask task, a call of work.run_batch with some cases. Its target duration makes up for the overhead of a
-task, and its size follows from the measured duration of a case.
+A batch is a Dask task: a call of work.run_batch with some cases. The number of cases follows from their measured
+duration, so that a batch takes about BATCH_SECONDS and the overhead of a task is small.
 
 A worker can die, most often for lack of memory, and Dask then repeats its batch on another worker. After KILLS deaths
 Dask gives the batch up with a KilledWorker error. Then:
@@ -84,7 +84,7 @@ class _Driver:
         self._submitted: dict[Future[Done], list[Case]] = {}
         # Futures of batches that ended. Dask fills the queue in a thread of its own.
         self._ended: queue.Queue[Future[Done]] = queue.Queue()
-        # Exponential mean of a case's duration; 0 before the first batch ends.
+        # Exponential mean of a case's duration in seconds; 0 before the first batch ends.
         self._case_seconds = 0.0
         # Number of the workers' threads, and the time when they were counted.
         self._threads, self._counted_at = 1, 0.0
