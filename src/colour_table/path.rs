@@ -29,8 +29,8 @@ pub(super) const STEPS_MIN: f64 = 64.0;
 /// Visible wavelengths in µm, shortest and longest.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
 
-/// Reflectance of the interface, 0 to 1, as a function of the wavelength in nm and the cosine between either direction
-/// and the half vector.
+/// Reflectance of the interface, or its ratio to a reference, as a function of the wavelength in nm and the cosine
+/// between either direction and the half vector.
 pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// Points of the rays of one group of rings: uniform radial frequencies ρ, in cycles/µm.
