@@ -19,6 +19,7 @@ import numpy as np
 from ..command import describe, find_command
 from ..errors import SweepError
 from ..limits import LENGTH_UM, Numbers, Value, shown
+from ..reflector import Reflector
 from .want import Answer, Column, Options, Question, Want, WantError
 
 # Smallest spacing at which the peak is searched, relative to the expected period. It excludes order 2: at its angle the
@@ -38,15 +39,18 @@ class Peaks(Want):
     """``[want.peaks]``: ``wavelengths_nm`` (450 to 650 in steps of 25), ``angle_step_deg`` (0.02), ``period_um``.
 
     Defaults are in parentheses. The peak is the direction in the x–z plane with the largest ``f_r``. It is searched
-    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is
-    ``period_um``, or the surface's parameter ``period``, or the preset's default, or the strongest along x by ``sunbeam
-    height-field``.
+    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is the first that
+    is known:
+
+    - ``period_um``;
+    - the surface's parameter ``period``, or else the preset's default, times the parameter ``scale``;
+    - the strongest period along x by ``sunbeam height-field``.
     """
 
     wavelengths_nm: tuple[float, ...]
     #: Step between the angles of the search.
     angle_step_deg: float
-    #: Expected period; ``None`` for that of the surface.
+    #: Expected period of the relief as it is evaluated; ``None`` for that of the surface.
     period_um: float | None
 
     name = "peaks"
@@ -85,11 +89,13 @@ class Peaks(Want):
     def compute(self, question: Question) -> Answer:
         period_nm = 1e3 * self._period_um(question.parameters)
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
+        # Built first, so that a refused surface is reported as such.
+        reflector = question.reflector()
         rows, spacings_nm, errors_deg = [], [], []
         for nm in self.wavelengths_nm:
             expected_sine = nm / period_nm - sin_i
             # The order is below the horizon where its sine exceeds 1.
-            peak_deg = self._peak_deg(question, nm, period_nm) if abs(expected_sine) < 1 else None
+            peak_deg = self._peak_deg(question, reflector, nm, period_nm) if abs(expected_sine) < 1 else None
             if peak_deg is None:
                 continue
             grating_deg = float(np.degrees(np.arcsin(expected_sine)))
@@ -108,7 +114,7 @@ class Peaks(Want):
         answer.number("rms_error_deg", float(np.sqrt(np.mean(np.square(errors_deg)))))
         return answer
 
-    def _peak_deg(self, question: Question, nm: float, period_nm: float) -> float | None:
+    def _peak_deg(self, question: Question, reflector: Reflector, nm: float, period_nm: float) -> float | None:
         """The angle with the largest ``f_r`` at a wavelength in nm, searched around the order of ``period_nm``.
 
         ``None`` where the search range is almost all below the horizon, and where all values are 0 or one is NaN.
@@ -126,7 +132,7 @@ class Peaks(Want):
             return None
         radians = np.radians(angles_deg)
         wo = np.stack([np.sin(radians), 0 * radians, np.cos(radians)], axis=-1)
-        f = question.reflector().eval(question.wi(), wo, [nm])[:, 0]
+        f = reflector.eval(question.wi(), wo, [nm])[:, 0]
         # A comparison with NaN is false.
         return float(angles_deg[int(f.argmax())]) if f.max() > 0 else None
 
@@ -136,7 +142,7 @@ class Peaks(Want):
             return self.period_um
         given = parameters.get("period") or _PRESET_PERIODS_UM.get(str(parameters.get("preset")))
         if given is not None:
-            return float(given)
+            return float(given) * float(parameters.get("scale", 1.0))
         if find_command() is None:
             raise WantError("the period is not known without the command sunbeam; give want.peaks.period_um")
         along_x = describe(parameters)["periods"]["x"]
