@@ -39,8 +39,8 @@ class Peaks(Want):
     """``[want.peaks]``: ``wavelengths_nm`` (450 to 650 in steps of 25), ``angle_step_deg`` (0.02), ``period_um``.
 
     Defaults are in parentheses. The peak is the direction in the x–z plane with the largest ``f_r``. It is searched
-    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is the first that
-    is known:
+    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is the first
+    known one of
 
     - ``period_um``;
     - the surface's parameter ``period``, or else the preset's default, times the parameter ``scale``;
