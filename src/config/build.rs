@@ -3,23 +3,26 @@
 //! | result | function | shared in this process |
 //! | --- | --- | --- |
 //! | heights | [`SurfaceConfig::height_field`], [`SurfaceConfig::raw_height_field`] | no |
-//! | scalar surface at wavelengths | [`SurfaceConfig::build`] | no |
-//! | scalar surface at wavelengths, in linear sRGB | [`SurfaceConfig::build_shared`], `…_colours` | yes |
-//! | grating at wavelengths, in linear sRGB | [`SurfaceConfig::build_shared_grating`], `…_colours` | yes |
+//! | bare scalar surface at wavelengths | [`SurfaceConfig::build`] | no |
+//! | scalar surface at wavelengths | [`SurfaceConfig::build_shared`] | yes |
+//! | scalar surface in linear sRGB | [`SurfaceConfig::build_shared_colours`] | yes |
+//! | grating at wavelengths | [`SurfaceConfig::build_shared_grating`] | yes |
+//! | grating in linear sRGB | [`SurfaceConfig::build_shared_grating_colours`] | yes |
 //! | Jones matrices of a grating | [`SurfaceConfig::build_shared_jones`] | yes |
 //! | surface by the configuration's theory | [`SurfaceConfig::build_by_theory`] | gratings only |
-//! | the same, of heights from an array | [`SurfaceConfig::build_of`] | gratings only |
+//! | surface of heights from an array | [`SurfaceConfig::build_of`] | gratings only |
 //!
 //! Every build reads its tables from the [`Cache`] if they are there. The [`Origin`] in the result tells whether they
 //! were. Functions with an argument `index` ignore the configuration's `eta` and `k`; `None` reflects everything.
 //!
 //! In a medium of index n the wavelength is λ/n. Tables are over λ, the wavelength in air. For a relief within a medium
-//! they are therefore built for the relief and the coherence window magnified n times. The functions `…_inside` return
-//! the magnified quantities. The medium is a cover ([`Cover`](crate::scattering::Cover)) or, for the scalar theory
-//! alone, the transparent body below. The solver of Maxwell's equations takes a body at its own size.
+//! they are therefore built for the relief and the coherence window magnified n times. The medium is a cover
+//! ([`Cover`](crate::scattering::Cover)) or, for the scalar theory alone, the transparent body below. The solver of
+//! Maxwell's equations takes a body at its own size.
 //!
-//! Under a cover, indices are relative to the cover's. Shared surfaces take directions inside the cover. Their callers
-//! apply [`SurfaceConfig::cover`], as [`BuiltSurface`] does.
+//! Under a cover, indices are relative to the cover's. The functions `…_inside` return magnified lengths and relative
+//! indices. Shared surfaces take directions inside the cover. Their callers apply [`SurfaceConfig::cover`], as
+//! [`BuiltSurface`] does.
 
 use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory, contradiction};
 use crate::cache::{Cache, CacheError, Origin};
