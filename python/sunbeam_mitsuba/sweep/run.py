@@ -124,16 +124,19 @@ def run(
                 write_sheet(spec, read_rows(spec.output, cases), facts)
                 write_summary(spec, "finished", {**facts, "seconds": round(time.perf_counter() - start, 3)})
             except (SweepError, StoreError) as error:
-                if counter.done == 0:
-                    raise SweepError(str(error)) from error
-                # Finished cases are kept, so the user may begin the sweep again.
-                progress_text = f"{counter.done} of {counter.total} cases are done"
-                raise SweepError(f"{error} ({progress_text}; the same command goes on with the rest)") from error
+                raise SweepError(_with_progress(str(error), counter)) from error
     except StoreError as error:
         raise SweepError(str(error)) from error
     finally:
         store.close()
     return Outcome(spec.output, len(cases), counter.failed, time.perf_counter() - start)
+
+
+def _with_progress(message: str, counter: Progress) -> str:
+    """The message of an error, with the number of finished cases, which are kept."""
+    if counter.done == 0:
+        return message
+    return f"{message} ({counter.done} of {counter.total} cases are done; the same command goes on with the rest)"
 
 
 def _pending_cases(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Case], int]:
