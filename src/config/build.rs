@@ -213,7 +213,7 @@ impl SurfaceConfig {
     }
 
     /// [`SurfaceConfig::build_shared`] in linear sRGB. The colours include the reflectance of an interface of the index
-    /// `fresnel`; for `None` the caller applies it.
+    /// `fresnel`; `None` leaves it out.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build_shared`].

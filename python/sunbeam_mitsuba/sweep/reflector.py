@@ -1,8 +1,8 @@
 """BSDF and albedo of a surface for the figures: by the C interface (``Surface``), or by the plugin's BSDF in Mitsuba.
 
 Mitsuba evaluates surfaces with parameters that only its BSDF has, such as ``material``. The C interface evaluates all
-others and needs no Mitsuba variant. Mitsuba compiles its code in *variants*, combinations of a backend and a
-representation of colour, of which a process has one at a time; the second half of this file selects and uses them.
+others and needs no Mitsuba variant. Mitsuba is compiled in *variants*, combinations of a backend and a representation
+of colour. A process uses one at a time; the second half of this file selects it.
 
 Directions are unit vectors in the surface's frame (z is its normal) and point away from the surface: ``wi`` towards the
 light, ``wo`` towards the viewer.
