@@ -7,8 +7,9 @@
 //! are integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is
 //! integrated over the hemisphere (`quadrature.rs`). *Ridges* of the albedo are defined at [`Ridge`].
 //!
-//! Frequencies follow from the wavelength λ, and the phase rate κ from λ" = λ/d, with d the relative depth of the
-//! relief (`scattering/size.rs`). Without resizing λ" is λ.
+//! For a relief with its pattern s times as wide and its heights d times as large as the table's, frequencies follow
+//! from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelength of a query is λ'. Without
+//! resizing λ, λ' and λ" are equal.
 
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
@@ -180,7 +181,7 @@ impl<'a> AlbedoIntegral<'a> {
         nodes
     }
 
-    /// λ" in µm of a query at the wavelength λ in µm.
+    /// λ" in µm of a query at a wavelength in µm.
     fn depth_wavelength_um(&self, wavelength_um: f64) -> f64 {
         self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm)
     }

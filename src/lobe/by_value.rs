@@ -92,7 +92,8 @@ pub(crate) fn sample_direction<'a>(
     let nm = wavelengths_nm[chosen];
     // `sample_mixture` divides its first number again, now for one wavelength: into the uniform part below
     // UNIFORM_FRACTION and the fraction above.
-    let rescaled = if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
+    let rescaled =
+        if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
     let draw = |_, u, active| lobe.draw(wi, to_below, nm, u, active);
     let [x, y, z] = sample_mixture::<Double<'a>, 1>([rescaled, u[1], u[2]], lobe.accepts(wi), draw);
     (z != 0.0).then_some([x, y, if to_below { -z } else { z }])
