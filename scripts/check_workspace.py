@@ -26,17 +26,13 @@ ALONE = {
     "normal,build": ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"],
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
-# Arguments of the Makefile's first build, `-p PACKAGE … --features FEATURE`, which runs while pip downloads.
+# Value of the Makefile's variable GROUND: arguments `-p PACKAGE … --features FEATURE` of its first build, which runs
+# while pip downloads.
 GROUND = " ".join(re.findall(r"^GROUND [:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
 # Packages that make up the library and its C interface.
 LIBRARY = ["sunbeam", "sunbeam-c", "sunbeam-fourier", "sunbeam-guard", "sunbeam-height-field", "sunbeam-rigorous"]
 # Limit on the library's dependencies, equal to their current number, so that every addition is a deliberate one.
 DEPENDENCIES_MAX = 15
-
-
-def features(edges: str, *selection: str) -> set[str]:
-    """Packages of a build in the form "NAME VERSION with FEATURES". Arguments are those of `tree`."""
-    return tree(edges, "{p} with {f}", *selection)
 
 
 def tree(edges: str, form: str, *selection: str) -> set[str]:
@@ -46,7 +42,13 @@ def tree(edges: str, form: str, *selection: str) -> set[str]:
     """
     command = ["cargo", "tree", "--locked", "--edges", edges, "--prefix", "none", "--no-dedupe", "--format", form]
     listed = subprocess.run([*command, *selection], check=True, capture_output=True, text=True)
+    # Cargo marks repeated packages and procedural macros, which would make equal packages differ.
     return {line.replace(" (*)", "").replace(" (proc-macro)", "") for line in listed.stdout.splitlines()}
+
+
+def features(edges: str, *selection: str) -> set[str]:
+    """Packages of a build in the form "NAME VERSION with FEATURES". Arguments are those of `tree`."""
+    return tree(edges, "{p} with {f}", *selection)
 
 
 def compiled_twice() -> list[str]:
@@ -80,9 +82,10 @@ def version(text: str) -> tuple[int, int, int]:
 def too_new(own: list[dict], others: list[dict]) -> list[str]:
     """A line for each package that declares a newer Rust than a member that needs it.
 
-    `own` are the members and `others` their dependencies. A further line if the library's packages declare different
-    versions.
+    There is a further line if the library's packages declare different versions. `own` are the members and `others`
+    their dependencies, as `packages` returns them.
     """
+    # Declared Rust by "NAME vVERSION", the form of `cargo tree`.
     declared = {
         f"{package['name']} v{package['version']}": package["rust_version"]
         for package in own + others

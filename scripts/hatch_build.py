@@ -1,4 +1,7 @@
-"""Build hook of the wheel: builds the plugin with Cargo against the building interpreter's Mitsuba."""
+"""Build hook of the wheel: builds the plugin with Cargo against the building interpreter's Mitsuba.
+
+Hatchling, the build backend, runs it for `pip install` and `pip wheel` (pyproject.toml).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ PLUGIN = "release/libsunbeam_mitsuba.so"
 
 
 def stripped(plugin: Path, folder: Path) -> Path:
-    """Copies the plugin without debug information, nine tenths of it, to `diffraction.so` in `folder`.
+    """Copies the plugin to `diffraction.so` in `folder`, without debug information, which is nine tenths of the file.
 
     Returns the copy's path, or the plugin's own where the program `strip` is missing.
     """
@@ -57,6 +60,7 @@ class PluginBuildHook(BuildHookInterface):
         # Plugins by their release of Mitsuba.
         plugins = {importlib.metadata.version("mitsuba"): Path(environment["CARGO_TARGET_DIR"], PLUGIN)}
         if os.environ.get("SUNBEAM_ALL_RELEASES") == "1":
+            # Paths are target/versions/RELEASE/plugins/diffraction.so.
             built = (root / "target" / "versions").glob("*/plugins/diffraction.so")
             plugins = {path.parents[1].name: path for path in built}
             if not plugins:

@@ -29,6 +29,23 @@ HITS = REPOSITORY / "crates/realtime/tests/realtime/data/mitsuba_hits.json"
 WIDTH, HEIGHT = 36, 24
 
 
+def hit(scene: mi.Scene, ray: mi.Ray3f, to_sun: mi.Vector3f) -> dict | None:
+    """The entry of a pixel: the hit of its ray, as the head of this file describes; `None` without a hit."""
+    si = scene.ray_intersect(ray)
+    if not si.is_valid():
+        return None
+    # Mitsuba names the direction to the viewer `wi`.
+    wi, wo = si.to_local(to_sun), si.wi
+    # Where the viewer sees the back of a surface, both directions are mirrored to the front, as by Mitsuba's BSDF
+    # `twosided`.
+    if wo.z < 0:
+        wi.z, wo.z = -wi.z, -wo.z
+    lit = bool(wi.z > 0 and not scene.ray_test(si.spawn_ray(to_sun)))
+    # Seven digits, about the precision of the 32-bit floats.
+    rounded = [float(f"{value:.7g}") for value in [*wi, *wo, *si.uv]]
+    return {"skin": si.shape.id() == "snake", "lit": lit, "wi_wo_uv": rounded}
+
+
 def main() -> None:
     """Traces a ray through the centre of each pixel and writes HITS."""
     mi.set_variant("scalar_rgb")
@@ -37,6 +54,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         mesh = Path(folder) / "snake.ply"
         subprocess.run([REPOSITORY / "target/release/sunbeam", "snake", "-o", mesh], check=True, capture_output=True)
+        # One sample per pixel; the rays below do not depend on this number.
         sensor = mi.load_dict(view.sensor(1))
         scene = mi.load_dict(
             {
@@ -54,19 +72,7 @@ def main() -> None:
         for x in range(WIDTH):
             # Time, random number of the wavelength, place on the film, and place on the aperture.
             ray, _ = sensor.sample_ray(0, 0.5, [(x + 0.5) / WIDTH, (y + 0.5) / HEIGHT], [0.5, 0.5])
-            si = scene.ray_intersect(ray)
-            if not si.is_valid():
-                pixels.append(None)
-                continue
-            skin = si.shape.id() == "snake"
-            # Mitsuba names the direction to the viewer `wi`.
-            wi, wo = si.to_local(to_sun), si.wi
-            # Where the back of a surface is seen, it is mirrored to the front, like Mitsuba's BSDF `twosided` does.
-            if wo.z < 0:
-                wi.z, wo.z = -wi.z, -wo.z
-            lit = bool(wi.z > 0 and not scene.ray_test(si.spawn_ray(to_sun)))
-            rounded = [float(f"{value:.7g}") for value in [*wi, *wo, *si.uv]]
-            pixels.append({"skin": skin, "lit": lit, "wi_wo_uv": rounded})
+            pixels.append(hit(scene, ray, to_sun))
     hits = {"mitsuba": mi.__version__, "width": WIDTH, "height": HEIGHT, "pixels": pixels}
     # A line for each pixel that was hit.
     text = json.dumps(hits).replace('{"skin"', '\n{"skin"')

@@ -66,44 +66,48 @@ def run(*words: object, **variables: str) -> None:
     subprocess.run([str(word) for word in words], check=True, cwd=REPOSITORY, env={**os.environ, **variables})
 
 
+def release_folder(release: str) -> Path:
+    """Folder of the release, in which Mitsuba's file resolver finds the plugin as `plugins/diffraction.so`."""
+    return FOLDER / release
+
+
 def python_of(release: str) -> Path:
     """Interpreter of the release's environment, which is created where it is missing or outdated."""
-    environment = FOLDER / release / "venv"
+    environment = release_folder(release) / "venv"
     python = environment / "bin" / "python"
     lock = (REPOSITORY / "requirements.lock").read_text(encoding="utf-8")
     pinned = [line for line in lock.splitlines() if line.split("==")[0] in SHARED]
     wanted = "\n".join([f"mitsuba=={release}", *pinned]) + "\n"
     # Requirements of the last complete installation.
-    installed = FOLDER / release / "installed.txt"
+    installed = release_folder(release) / "installed.txt"
     if not installed.exists() or installed.read_text(encoding="utf-8") != wanted:
         run(sys.executable, "-m", "venv", "--clear", environment)
-        requirements = FOLDER / release / "requirements.txt"
+        requirements = release_folder(release) / "requirements.txt"
         requirements.write_text(wanted, encoding="utf-8")
         pip = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary=:all:")
         run(python, *pip, "-r", requirements)
+        # The rename comes last, so an interrupted installation is repeated.
         requirements.replace(installed)
     return python
-
-
-def plugin_folder(release: str) -> Path:
-    """Folder in which Mitsuba's file resolver finds the release's plugin as `plugins/diffraction.so`."""
-    return FOLDER / release
 
 
 def build(release: str) -> None:
     """Compiles the plugin against the release's wheel, and copies it to the release's folder."""
     print(f"== the plugin for Mitsuba {release}", flush=True)
     run("cargo", "build", "--release", "--package", "sunbeam-mitsuba", SUNBEAM_PYTHON=str(python_of(release)))
-    plugins = plugin_folder(release) / "plugins"
+    plugins = release_folder(release) / "plugins"
     plugins.mkdir(exist_ok=True)
     shutil.copyfile(REPOSITORY / "target" / "release" / "libsunbeam_mitsuba.so", plugins / "diffraction.so")
 
 
 def means(release: str) -> dict[str, list[float]]:
-    """Mean colours of a picture, `[channels]`, by variant. Each variant has its own process, as in `test`."""
+    """Mean colours of a picture rendered with the release, `[channels]`, by variant.
+
+    Each variant has its own process, for the reason given in `test`.
+    """
     by_variant: dict[str, list[float]] = {}
     for variant in VARIANTS:
-        words = [python_of(release), "-c", PICTURE_PROGRAM, plugin_folder(release), variant]
+        words = [python_of(release), "-c", PICTURE_PROGRAM, release_folder(release), variant]
         done = subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True)
         by_variant[variant] = json.loads(done.stdout)
     return by_variant
@@ -116,7 +120,7 @@ def test(release: str, newest_means: dict[str, list[float]]) -> None:
     """
     print(f"== tests with Mitsuba {release}", flush=True)
     files = [REPOSITORY / "tests" / name for name in TESTS]
-    folder = str(plugin_folder(release))
+    folder = str(release_folder(release))
     # Two processes, since in 3.8.0 an LLVM render fails after a scalar one, also with Mitsuba's own BSDFs.
     for selection in ("scalar", "not scalar"):
         run(python_of(release), "-m", "pytest", "-q", "-k", selection, *files, SUNBEAM_PLUGIN_FOLDER=folder)

@@ -3,7 +3,7 @@
 //! A relief with details of about a micrometre (a grating, a compact disc, the skin of a snake) diffracts each
 //! wavelength into other directions. From a [`HeightField`] this library computes the spectral BSDF by scalar
 //! diffraction theory. The relief's power spectrum is tabulated once, so an evaluation takes a few look-ups. Directions
-//! are sampled in proportion to the tabulated power.
+//! are sampled in proportion to the tabulated power. Gratings can also be computed by Maxwell's equations.
 //!
 //! ```
 //! use sunbeam::{Options, Preset, Surface};

@@ -273,5 +273,13 @@ def test_surfaces_of_unknown_size_count_by_their_estimate(sweep_package, monkeyp
     assert len(held) == 3
 
 
+def test_the_expected_period_of_peaks_follows_the_scale(sweep_package):
+    from sunbeam_mitsuba.sweep.wants.peaks import Peaks
+
+    peaks = Peaks((550.0,), 0.02, None)
+    assert peaks._period_um({"preset": "blazed", "scale": 0.5}) == 1.25
+    assert peaks._period_um({"preset": "blazed", "period": 2.0, "scale": 0.5}) == 1.0
+
+
 def test_the_shared_specification_has_twelve_cases(sweep_package, tmp_path):
     assert len(list(read(sweep_package, tmp_path, SPEC).cases("1"))) == 12

@@ -57,6 +57,7 @@ impl Key {
     /// Key of a height field's tables. `kind` separates the several kinds of tables of one height field.
     fn new(kind: &str, field: &HeightField, options: &Options) -> Self {
         let mut hasher = blake3::Hasher::new();
+        // The length separates the kind, a text of any length, from the bytes after it.
         hasher.update(&(kind.len() as u64).to_le_bytes());
         hasher.update(kind.as_bytes());
         hasher.update(CODE.as_bytes());

@@ -7,8 +7,8 @@
 //! - An unusable folder or entry is no error: the tables are built instead.
 //! - When the folder exceeds its size limit, the least recently used entries are removed.
 //!
-//! Independently of the disk, the `shared_…` functions return tables that this process already holds, once for all
-//! their users ([`Shared`]).
+//! The `shared_…` functions also share tables within this process ([`Shared`]): while a caller holds them, every call
+//! with equal arguments returns these tables, whatever the state of the disk.
 //!
 //! ```
 //! # let folder = tempfile::tempdir()?;
@@ -127,8 +127,8 @@ impl Cache {
         Self::from_variables(|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
     }
 
-    /// [`Cache::from_env`] with `get` in place of the environment. `get` takes the name of a variable and returns its
-    /// value, or `None` where it is not set. Empty values count as not set.
+    /// [`Cache::from_env`] with `get` in place of the environment, for tests. `get` takes the name of a variable and
+    /// returns its value, or `None` where it is not set. Empty values count as not set.
     fn from_variables(get: impl Fn(&str) -> Option<String>) -> Result<Self, CacheError> {
         let given = |name| get(name).filter(|value| !value.is_empty());
         let limit_mb = match given(LIMIT) {
@@ -170,8 +170,8 @@ impl Cache {
         self.read_or_build(|| Key::of_surface(field, options), || Surface::watched(field, options, progress))
     }
 
-    /// [`Cache::surface`], or the equal surface that this process already holds. Its [`Origin`] is that of the first
-    /// call.
+    /// [`Cache::surface`], or the equal surface that this process already holds. Its [`Origin`] is that of the call
+    /// that made it, by any [`Cache`] of this process.
     ///
     /// # Errors
     /// The errors of [`Cache::surface`].
@@ -185,10 +185,10 @@ impl Cache {
         IN_USE.get(Key::of_surface(field, options), || self.surface(field, options, progress))
     }
 
-    /// The surface of `field` in linear sRGB; shared as by [`Cache::shared_surface`].
+    /// The surface of `field` with colours in linear sRGB under D65; shared as by [`Cache::shared_surface`].
     ///
-    /// With an `index` the colours include the interface's factor of a medium of that index; `None` is a perfect
-    /// reflector.
+    /// `index` is the refractive index of the medium below the relief, whose reflectance the colours include; `None` is
+    /// a perfect reflector.
     ///
     /// # Errors
     /// The errors of [`ColourSurface::new`].
@@ -205,8 +205,8 @@ impl Cache {
         IN_USE.get(key, || self.read_or_build(|| key, build))
     }
 
-    /// The grating of a profile on a body by Maxwell's equations; shared as by [`Cache::shared_surface`]. `build_limit`
-    /// multiplies the limits of memory and time of a build.
+    /// The rigorous tables (Maxwell's equations) of a grating with the relief `profile` on `body`; shared as by
+    /// [`Cache::shared_surface`]. `build_limit` multiplies the limits of memory and time of a build.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
@@ -224,12 +224,12 @@ impl Cache {
         IN_USE.get((key, coherence_length_um.to_bits()), || {
             let build = || GratingSurface::of_body(profile, body, coherence_length_um, build_limit, progress);
             let (grating, origin) = self.read_or_build(|| key, build)?;
-            // One entry serves every coherence length: the tables do not depend on it.
+            // One entry serves every coherence length, since the tables do not depend on it.
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })
     }
 
-    /// [`Cache::shared_grating`] in linear sRGB.
+    /// [`Cache::shared_grating`] with colours in linear sRGB under D65.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
@@ -250,6 +250,7 @@ impl Cache {
                 Ok::<_, GratingError>(GratingColourSurface::new(spectral.0.clone()))
             };
             let (grating, origin) = self.read_or_build(|| key, build)?;
+            // An entry may have been written for another coherence length.
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })
     }

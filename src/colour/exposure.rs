@@ -12,8 +12,8 @@ const CLIPPED_FRACTION: f64 = 0.01;
 /// assert_eq!(sunbeam::colour::automatic_exposure(pixels), 2.0);
 /// ```
 pub fn automatic_exposure(pixels: impl Iterator<Item = [f64; 3]>) -> f64 {
-    let peak = |[r, g, b]: [f64; 3]| r.max(g).max(b);
-    let mut peaks: Vec<f64> = pixels.map(peak).filter(|peak| *peak > 0.0).collect();
+    // Largest channels of the lit pixels.
+    let mut peaks: Vec<f64> = pixels.map(|[r, g, b]| r.max(g).max(b)).filter(|peak| *peak > 0.0).collect();
     peaks.sort_by(f64::total_cmp);
     // Only the peaks after this one clip.
     let brightest_kept = ((1.0 - CLIPPED_FRACTION) * peaks.len() as f64) as usize;

@@ -10,6 +10,8 @@ use std::sync::LazyLock;
 /// Weights of a reflectance at each nm, `[red, green, blue, luminance]`: linear sRGB under D65 and the CIE 1931 2°
 /// observer. Each of the four sums to 1 over all wavelengths, so a reflectance of 1 is white.
 ///
+/// The type is empty: all its functions read one static table.
+///
 /// ```
 /// use sunbeam::colour::WavelengthWeights;
 ///

@@ -63,6 +63,7 @@ const COUNT_MAX: usize = 1 << 20;
 pub struct SpectralToRgb {
     first_nm: f64,
     step_nm: f64,
+    /// `[i][channel]` at the wavelength `first_nm + i·step_nm`.
     weights: Vec<[f64; 3]>,
 }
 

@@ -1,4 +1,11 @@
-//! Build of a colour table: the spectral table, samples of all rings, and their spline coefficients in packed words.
+//! Build of a colour table.
+//!
+//! 1. A plan of the rings (`rings.rs`) that fits the limits of memory and time.
+//! 2. The spectral table of the relief.
+//! 3. Samples of the colour F on all rings, integrated over wavelength (`path.rs`).
+//! 4. Spline coefficients of each ring (`fit.rs`), packed in words (`pack.rs`).
+//!
+//! Symbols are those of the [parent module](super).
 
 use super::fit::{FittedRing, fit};
 use super::pack::{exponent_offset, pack};
@@ -16,11 +23,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Upper bound of the [`cost`] of a build: a few seconds on two cores.
+/// Upper bound of the [`cost`] of a build, in products of a [`Term`] and a ray: a few seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
 
-/// Factor by which the coherence length is reduced until the table is small enough. A smaller factor would lose more of
-/// the length than necessary; a larger one takes more plans, which are cheap.
+/// Factor by which the coherence length is reduced until the table is small enough. A smaller factor would reduce the
+/// length more than necessary; a larger one takes more plans, which are cheap.
 const LENGTH_STEP: f64 = 0.95;
 
 /// Standard deviation of the Gaussian window that stands for an aperiodic scan's taper, as a fraction of the scan's
@@ -95,10 +102,11 @@ impl ColourTable {
         demand.check(options.build_limit)?;
         let window = CoherenceWindow::new(coherence_length_um);
         let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);
-        let (of_table, of_rings) = progress.halves();
-        let built = crate::table::build(&spectrum, options.tolerance, &of_table)?;
+        let (table_progress, rings_progress) = progress.halves();
+        let built = crate::table::build(&spectrum, options.tolerance, &table_progress)?;
         let sigma_per_um = order_sigma_per_um(field, options.tiling, coherence_length_um);
-        let rings = fit_rings(&built.table, &plan, sigma_per_um, knee(&spectrum), &weights, reflectance, &of_rings);
+        let rings =
+            fit_rings(&built.table, &plan, sigma_per_um, knee(&spectrum), &weights, reflectance, &rings_progress);
         progress.report(1.0);
         let (layout, words) = assemble(&plan, &rings);
         let report = ColourTableReport {
@@ -117,14 +125,14 @@ impl ColourTable {
 /// Standard deviation in cycles/µm of the narrowest feature of S: an order's Gaussian, which an aperiodic scan's taper
 /// widens.
 fn order_sigma_per_um(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
-    let window_um = CoherenceWindow::new(coherence_length_um).sigma_um();
+    let window_sigma_um = CoherenceWindow::new(coherence_length_um).sigma_um();
     let sigma_um = match tiling {
-        Tiling::Periodic => window_um,
+        Tiling::Periodic => window_sigma_um,
         Tiling::Aperiodic => {
-            // A smooth minimum of the standard deviations of both windows.
             let (lx, ly) = field.extent_um();
-            let taper_um = TAPER_SIGMA * lx.max(ly);
-            window_um.powi(-2).hypot(taper_um.powi(-2)).powf(-0.5)
+            let taper_sigma_um = TAPER_SIGMA * lx.max(ly);
+            // A smooth minimum of both standard deviations: (σ₁⁻⁴ + σ₂⁻⁴)^(−1/4).
+            window_sigma_um.powi(-2).hypot(taper_sigma_um.powi(-2)).powf(-0.5)
         }
     };
     CoherenceWindow::from_sigma_um(sigma_um).order_sigma_per_um()
@@ -159,9 +167,10 @@ fn cost(plan: &Rings, sigma_per_um: f64) -> f64 {
         .sum()
 }
 
-/// The `knee` of `fit.rs`, the value of w below which F falls as w²: that at which `κH = 2πwH/λ` is one radian, with H
-/// half the range of heights. At most the largest w, 2.
+/// The `knee` of `fit.rs`, the value of w below which F falls as w². There `κH = 2πwH/λ` is one radian, with H half the
+/// range of heights. The knee is at most the largest w, 2.
 fn knee(spectrum: &Spectrum) -> f64 {
+    // The lower bound of H, 1 pm, avoids a division by zero for a flat relief.
     (KNEE_WAVELENGTH_UM / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
 }
 
@@ -194,7 +203,7 @@ fn fit_rings(
                     samples
                 })
                 .collect();
-            // Start of each ring in a batch.
+            // Index in a batch of each ring's first sample.
             let mut next = 0;
             let mut starts = Vec::with_capacity(group.len());
             for ring in group {

@@ -1,8 +1,11 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
+//! F(u, v, w) is the colour of the scattering vector ([module](super)). A ring has one radius in the plane of (u, v).
+//!
 //! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
 //! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
 //! Above `knee` F no longer follows the square law; below `zero` the constant prevails. Both are values of w.
+//! Evaluators divide by the factor again (`lookup.rs`).
 
 use super::rings::RingPlan;
 use crate::numeric::math::cubic_b_spline;
@@ -27,19 +30,8 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
     // A row has the values of one direction.
     let row_len = 3 * w_count;
     let sampled_w = ring.sampled_w();
-    // Sum of |F| over directions and channels at one sample over w.
-    let total = |i: usize| -> f64 {
-        values.chunks_exact(row_len).flat_map(|row| &row[3 * i..3 * i + 3]).map(|v| f64::from(v.abs())).sum()
-    };
     let knee_squared = knee * knee;
-    // If F ∝ w² + zero² up to the knee, zero² follows from F at the first sample w_0 and at w_k, the first beyond the
-    // knee: zero² ≈ w_k²·F(w_0)/F(w_k) − w_0², for w_k much larger than zero. Near the knee F falls short of the square
-    // law by a factor of up to 3. Without any constant the estimate is then up to 2·w_0². Subtracting 3·w_0²
-    // in place of w_0² brings it to 0.
-    let near_knee = sampled_w.partition_point(|w| *w < knee).min(w_count - 1);
-    let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
-    let zero_squared =
-        (sampled_w[near_knee].powi(2) * fall - 3.0 * sampled_w[0] * sampled_w[0]).clamp(0.0, knee_squared);
+    let zero_squared = estimate_zero_squared(&values, &sampled_w, knee);
     for row in values.chunks_exact_mut(row_len) {
         for (sample, w) in row.chunks_exact_mut(3).zip(&sampled_w) {
             let scale = ((w * w + knee_squared) / (w * w + zero_squared)) as f32;
@@ -64,6 +56,25 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
     FittedRing { knee_squared, zero_squared, coefficients: values }
 }
 
+/// Estimate of `zero²` of the [module](self)'s formula, from the samples `values[direction][w][channel]` of F at
+/// `sampled_w`.
+///
+/// Up to the knee F is proportional to `w² + zero²`. With the first sample w_0, and w_k, the first beyond the knee,
+/// `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero.
+///
+/// Near the knee F falls short of the square law by a factor of up to 3. For `zero = 0` the formula would then give up
+/// to 2·w_0². So 3·w_0² is subtracted in place of w_0².
+fn estimate_zero_squared(values: &[f32], sampled_w: &[f64], knee: f64) -> f64 {
+    let w_count = sampled_w.len();
+    // Sum of |F| over directions and channels at one sample over w.
+    let total = |i: usize| -> f64 {
+        values.chunks_exact(3 * w_count).flat_map(|row| &row[3 * i..3 * i + 3]).map(|v| f64::from(v.abs())).sum()
+    };
+    let near_knee = sampled_w.partition_point(|w| *w < knee).min(w_count - 1);
+    let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
+    (sampled_w[near_knee].powi(2) * fall - 3.0 * sampled_w[0] * sampled_w[0]).clamp(0.0, knee * knee)
+}
+
 /// Matrix `[coefficient][sample]`, row-major, from samples at [`RingPlan::sampled_w`] to the coefficients of the cubic
 /// B-spline through them.
 fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
@@ -82,7 +93,8 @@ fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
 /// Replaces rows of `row_len` values, one row per direction, by the coefficients of the periodic cubic B-splines
 /// through them.
 ///
-/// Each column is filtered by two recursive passes around the ring. As in `table/spline.rs`, the gain of both is 6.
+/// Each column s is filtered by two recursive passes around the ring, with the pole z: `p[i] = s[i] + z·p[i − 1]`, then
+/// `q[i] = z·(q[i + 1] − p[i])`. The coefficients are 6·q (`table/spline.rs`).
 fn prefilter_periodic(values: &mut [f32], row_len: usize) {
     /// Rows after which a filter has forgotten its start: |pole|²⁴ ≈ 2e-14 is below the rounding of single precision.
     const WARM_UP: usize = 24;

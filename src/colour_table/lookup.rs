@@ -1,8 +1,10 @@
 //! Look-up in a [`super::ColourTable`], generic over [`Numbers`].
 //!
-//! A look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the
-//! direction and w. The words of coefficients are those of `pack.rs`. `src/methods/table.wgsl` is the counterpart in
-//! WGSL, with the same arithmetic.
+//! The table holds the colour F(u, v, w) of the scattering vector, on rings in the plane of (u, v). A look-up reads the
+//! four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the direction and w. The
+//! words of coefficients are those of `pack.rs`. Formulas of positions are those of [`ColourLayout`] and [`Ring`].
+//!
+//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic.
 
 use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
@@ -64,6 +66,7 @@ impl<N: Numbers> ColourView<N> {
         let turn = N::Real::select(opposite, turn + lit(0.5), turn);
         // Packets of four words in a ring's record.
         const PACKETS: u32 = Ring::WORDS as u32 / 4;
+        // Index of the record's first packet.
         let record = N::index(ring) * int(PACKETS) + int(self.layout.rings_at);
         let [offset, directions, w_count, knots_per_w] = N::gather::<4>(self.words, record, active);
         let rest = N::gather::<4>(self.words, record + int(1), active);
@@ -91,19 +94,8 @@ impl<N: Numbers> ColourView<N> {
                 let [word] = N::gather::<1>(self.words, first + int(j as u32), active);
                 word
             });
-            // The nine stored bits m of a mantissa become the upper bits of a float's mantissa, with the exponent e:
-            // `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly. With MANTISSA_BITS in
-            // e, which multiplies by 512, the difference is the number of `pack.rs`.
-            let exponent_offset = int(self.layout.exponent_offset + MANTISSA_BITS);
-            let powers = words.map(|word| ((word >> (3 * MANTISSA_BITS)) + exponent_offset) << 23);
-            let excess = powers.map(|power| N::from_bits(power | int(1 << 22)));
-            // Shifts that move red, green and blue to the bits 14 to 22.
-            let shifts = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
-            for (sum, shift) in sums.iter_mut().zip(shifts) {
-                *sum = array::from_fn(|j| {
-                    let bits = (shift(words[j]) & int(0x1ff << 14)) | powers[j];
-                    (N::from_bits(bits) - excess[j]).fma(direction_weight, sum[j])
-                });
+            for (sum, coefficients) in sums.iter_mut().zip(self.unpack(words)) {
+                *sum = array::from_fn(|j| coefficients[j].fma(direction_weight, sum[j]));
             }
             let next = direction + int(1);
             direction = N::Index::select(next.lt(directions), next, int(0));
@@ -112,6 +104,27 @@ impl<N: Numbers> ColourView<N> {
         let squared = w * w;
         let shape = (squared + zero_squared) / (squared + knee_squared);
         sums.map(|sum| (0..4).fold(lit(0.0), |total, j| w_weights[j].fma(sum[j], total)) * shape)
+    }
+
+    /// Coefficients of four words (`pack.rs`), `[channel][word]`.
+    ///
+    /// The nine stored bits m of a mantissa become the upper bits of a float's mantissa, with the exponent e:
+    /// `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly. With MANTISSA_BITS in e,
+    /// which multiplies by 512, the difference is the packed number.
+    #[inline(always)]
+    fn unpack(&self, words: [N::Index; 4]) -> [[N::Real; 4]; 3] {
+        let int = N::Index::lit;
+        let exponent_offset = int(self.layout.exponent_offset + MANTISSA_BITS);
+        let powers = words.map(|word| ((word >> (3 * MANTISSA_BITS)) + exponent_offset) << 23);
+        let excess = powers.map(|power| N::from_bits(power | int(1 << 22)));
+        // Shifts that move red, green and blue to the bits 14 to 22.
+        let shifts = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
+        shifts.map(|shift| {
+            array::from_fn(|j| {
+                let bits = (shift(words[j]) & int(0x1ff << 14)) | powers[j];
+                N::from_bits(bits) - excess[j]
+            })
+        })
     }
 }
 

@@ -38,8 +38,8 @@ fn unpack(word: u32, offset: u32) -> [f32; 3] {
     [0, 1, 2].map(|channel| ((word >> (channel * MANTISSA_BITS) & 0x1ff) as i32 - EXCESS) as f32 * scale)
 }
 
-/// Exponent of a non-negative value whose mantissa is then more than half of [`MANTISSA_MAX`] and at most all of it.
-/// Zero is treated as the smallest normal number.
+/// Exponent e of a non-negative value whose mantissa, `value/2^e`, is more than half of [`MANTISSA_MAX`] and at most
+/// [`MANTISSA_MAX`]. Zero is treated as the smallest normal number.
 fn exponent(value: f32) -> i32 {
     (value.max(f32::MIN_POSITIVE) / MANTISSA_MAX).log2().ceil() as i32
 }

@@ -1,5 +1,9 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
+//! The result is the colour F of the scattering vector (u, v, w), sampled on rings in the plane of (u, v). S(f; κ) is
+//! the power density of the relief in the spectral table, at the frequency f and the phase rate κ. R is the reflectance
+//! of the interface, and `weight` the linear sRGB per wavelength ([module](super)).
+//!
 //! At one direction φ of a ring of radius r, the wavelength λ reads the spectral table at the radial frequency
 //! `ρ = r/λ`. So the integrand lies on a ray from the origin, and `dλ/λ² = −dρ/r`:
 //!
@@ -25,8 +29,8 @@ pub(super) const STEPS_MIN: f64 = 64.0;
 /// Visible wavelengths in µm, shortest and longest.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
 
-/// Reflectance of the interface, 0 to 1, as a function of the wavelength in nm and the cosine between either direction
-/// and the half vector.
+/// Reflectance of the interface, or its ratio to a reference, as a function of the wavelength in nm and the cosine
+/// between either direction and the half vector.
 pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// Points of the rays of one group of rings: uniform radial frequencies ρ, in cycles/µm.
@@ -49,7 +53,7 @@ pub(super) struct Term {
     first: usize,
     /// Weights of the four spline coefficients read.
     weights: [f32; 4],
-    /// Factors on a power's header, `P(0)` and `P'(0)`.
+    /// Factors on a power's header, `P(0)` and `P'(0)`: the power at κ = 0 and its derivative.
     header_factors: [f32; HEADER],
     /// Factor on the spline, real and imaginary part.
     spline_factor: [f32; 2],
@@ -83,7 +87,7 @@ impl Path {
         colours: &SpectralToRgb,
         reflectance: Reflectance,
     ) -> Vec<Term> {
-        // dλ/λ² = Δρ/r in 1/µm, times the norm of S. The factor 10³ goes with the weights, which are per nm.
+        // dλ/λ² = Δρ/r in 1/µm, times the norm of S. The factor 10³ turns the weights, which are per nm, to per µm.
         let scale = 1e3 * self.step_per_um / ring.radius * table.norm();
         let sampled_w = ring.sampled_w();
         let mut terms = Vec::new();
@@ -218,6 +222,9 @@ impl Records {
 
 impl Term {
     /// `S/norm` on all rays, from the record of the term's point.
+    ///
+    /// With s the value of the spline, a power is `header_factors·(P(0), P'(0)) + spline_factor·s`, or 0 where rounding
+    /// makes it negative. An amplitude has the power `|D(0) + spline_factor·s|²`; its header is D(0).
     fn density(&self, quantity: NodeQuantity, record: &[PerRay]) -> PerRay {
         let components = quantity.components();
         let (header, coefficients) = record.split_at(HEADER);

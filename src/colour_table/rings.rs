@@ -1,5 +1,8 @@
 //! Resolution of a colour table: radii of its rings, directions on each, knots over w.
 //!
+//! The table holds a colour over the scattering vector (u, v, w), on rings in the plane of (u, v) around the origin.
+//! All three are sums of two direction cosines.
+//!
 //! Ring k has the radius `r_k = inner_spacing/growth · sinh(growth·(k + ½))`. Near the centre rings are `inner_spacing`
 //! apart, further out `growth·r`. The finest feature over radius and direction is the Gaussian of an order. Its
 //! standard deviation is `λ·sigma_per_um` in direction cosines. Features over w are the fringes between the highest and
@@ -96,6 +99,14 @@ impl RingPlan {
     }
 }
 
+/// Number of directions on a ring, which are at most `spacing` apart (in direction cosines) on the group's outer edge.
+fn directions(radius: f64, spacing: f64) -> usize {
+    // Group g has radii from 2·GROUP_RATIO^(−g − 1) to 2·GROUP_RATIO^(−g).
+    let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
+    let outer_radius = 2.0 * GROUP_RATIO.powf(-group);
+    ((TAU * outer_radius / spacing).ceil() as usize).max(DIRECTIONS_MIN)
+}
+
 /// Rings of a table, with the parameters of their radii; see the [module](self).
 #[derive(Clone, Debug)]
 pub(super) struct Rings {
@@ -125,9 +136,6 @@ impl Rings {
                 break;
             }
             let radius = radius_of(k as f64);
-            // Group g has radii from 2·GROUP_RATIO^(−g − 1) to 2·GROUP_RATIO^(−g), and directions for the largest.
-            let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
-            let directions = TAU * 2.0 * GROUP_RATIO.powf(-group) / spacing;
             // |q| ≤ 2 at the innermost radius that the ring serves.
             let w_max = (4.0 - innermost.max(0.0).powi(2)).sqrt();
             let per_w = 2.0 * range_um / WAVELENGTH_UM * KNOTS_PER_FEATURE * resolution;
@@ -143,7 +151,7 @@ impl Rings {
             };
             rings.push(RingPlan {
                 radius,
-                directions: (directions.ceil() as usize).max(DIRECTIONS_MIN),
+                directions: directions(radius, spacing),
                 intervals,
                 w_max,
                 knots_per_w,

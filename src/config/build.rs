@@ -3,19 +3,26 @@
 //! | result | function | shared in this process |
 //! | --- | --- | --- |
 //! | heights | [`SurfaceConfig::height_field`], [`SurfaceConfig::raw_height_field`] | no |
-//! | scalar surface at wavelengths | [`SurfaceConfig::build`] | no |
-//! | scalar surface at wavelengths, in linear sRGB | [`SurfaceConfig::build_shared`], `…_colours` | yes |
-//! | grating at wavelengths, in linear sRGB | [`SurfaceConfig::build_shared_grating`], `…_colours` | yes |
+//! | bare scalar surface at wavelengths | [`SurfaceConfig::build`] | no |
+//! | scalar surface at wavelengths | [`SurfaceConfig::build_shared`] | yes |
+//! | scalar surface in linear sRGB | [`SurfaceConfig::build_shared_colours`] | yes |
+//! | grating at wavelengths | [`SurfaceConfig::build_shared_grating`] | yes |
+//! | grating in linear sRGB | [`SurfaceConfig::build_shared_grating_colours`] | yes |
 //! | Jones matrices of a grating | [`SurfaceConfig::build_shared_jones`] | yes |
 //! | surface by the configuration's theory | [`SurfaceConfig::build_by_theory`] | gratings only |
-//! | the same, of heights from an array | [`SurfaceConfig::build_of`] | gratings only |
+//! | surface of heights from an array | [`SurfaceConfig::build_of`] | gratings only |
 //!
 //! Every build reads its tables from the [`Cache`] if they are there. The [`Origin`] in the result tells whether they
 //! were. Functions with an argument `index` ignore the configuration's `eta` and `k`; `None` reflects everything.
 //!
-//! Under a cover, tables are those of the relief inside: magnified by the cover's index, with the window and with
-//! indices relative to it ([`Cover`](crate::scattering::Cover)). Shared surfaces take directions inside the cover.
-//! Their callers apply [`SurfaceConfig::cover`], as [`BuiltSurface`] does.
+//! In a medium of index n the wavelength is λ/n. Tables are over λ, the wavelength in air. For a relief within a medium
+//! they are therefore built for the relief and the coherence window magnified n times. The medium is a cover
+//! ([`Cover`](crate::scattering::Cover)) or, for the scalar theory alone, the transparent body below. The solver of
+//! Maxwell's equations takes a body at its own size.
+//!
+//! Under a cover, indices are relative to the cover's. The functions `…_inside` return magnified lengths and relative
+//! indices. Shared surfaces take directions inside the cover. Their callers apply [`SurfaceConfig::cover`], as
+//! [`BuiltSurface`] does.
 
 use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory, contradiction};
 use crate::cache::{Cache, CacheError, Origin};
@@ -106,7 +113,7 @@ impl SurfaceConfig {
         Ok(read)
     }
 
-    /// The height field as tables are built from it: magnified by the index of the cover or the body.
+    /// The height field from which scalar tables are built: magnified by the index of the cover or the body.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`].
@@ -114,17 +121,17 @@ impl SurfaceConfig {
         Ok(self.inside(self.height_field()?))
     }
 
-    /// A relief magnified by the index of the cover or the body, as tables are built from it. Without a contrast of
-    /// indices a body has no relief.
+    /// A relief magnified by the index of the cover or the body, from which scalar tables are built.
     pub fn inside(&self, field: HeightField) -> HeightField {
         match (self.magnification(), self.body()) {
+            // The relief of a body of index 1 does nothing, so it is flattened.
             (1.0, Some(_)) => field.resized(1.0, 0.0),
             (1.0, None) => field,
             (factor, _) => field.resized(factor, factor),
         }
     }
 
-    /// Coherence length in µm that goes with [`SurfaceConfig::height_field_inside`].
+    /// Coherence length in µm that belongs to [`SurfaceConfig::height_field_inside`], magnified like it.
     pub fn coherence_length_inside(&self) -> f64 {
         self.coherence_length * self.magnification()
     }
@@ -176,7 +183,8 @@ impl SurfaceConfig {
     /// The bare surface at wavelengths by scalar theory, whatever `theory` says.
     ///
     /// # Errors
-    /// The errors of [`SurfaceConfig::height_field`], a cover, and tables beyond the build limit.
+    /// The errors of [`SurfaceConfig::height_field`], [`ConfigError::Contradiction`] for a cover or transmission, and
+    /// tables beyond the build limit.
     pub fn build(&self, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
         self.build_watched(cache, &Progress::none())
     }
@@ -190,11 +198,11 @@ impl SurfaceConfig {
         Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 
-    /// [`SurfaceConfig::build_watched`] with the options of [`SurfaceConfig::options_for`]. Equal surfaces of this
-    /// process are shared.
+    /// The scalar surface at wavelengths, inside the cover if there is one, with the options of
+    /// [`SurfaceConfig::options_for`]. Equal surfaces of this process are shared.
     ///
     /// # Errors
-    /// The errors of [`SurfaceConfig::build`].
+    /// The errors of [`SurfaceConfig::height_field`], and tables beyond the build limit.
     pub fn build_shared(
         &self,
         index: Option<&SpectralIndex>,
@@ -204,11 +212,11 @@ impl SurfaceConfig {
         Ok(cache.shared_surface(&self.height_field_inside()?, &self.options_for(index), progress)?)
     }
 
-    /// [`SurfaceConfig::build_shared`] in linear sRGB. The colours include the interface's factor of the index
-    /// `fresnel`; `None` includes none.
+    /// [`SurfaceConfig::build_shared`] in linear sRGB. The colours include the reflectance of an interface of the index
+    /// `fresnel`; `None` leaves it out.
     ///
     /// # Errors
-    /// The errors of [`SurfaceConfig::build`].
+    /// The errors of [`SurfaceConfig::build_shared`].
     pub fn build_shared_colours(
         &self,
         index: Option<&SpectralIndex>,
@@ -216,7 +224,7 @@ impl SurfaceConfig {
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
-        // Lobes of transparent bodies apply their own factor.
+        // Lobes of transparent bodies apply the factor of their interface themselves.
         let fresnel = self.relative(fresnel.filter(|_| self.body().is_none()));
         let options = self.options_for(index);
         Ok(cache.shared_colours(&self.height_field_inside()?, &options, fresnel.as_ref(), progress)?)
@@ -230,7 +238,7 @@ impl SurfaceConfig {
         self.magnified_profile(1.0)
     }
 
-    /// The profile that goes with [`SurfaceConfig::grating_coherence_um`]: magnified by the index of the cover.
+    /// The profile of a grating, magnified by the index of the cover.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::profile`].
@@ -241,7 +249,7 @@ impl SurfaceConfig {
     /// The profile, magnified by `factor`.
     fn magnified_profile(&self, factor: f64) -> Result<Profile, BuildError> {
         self.validate()?;
-        // Presets of gratings have an exact profile. Other levels than these change its shape.
+        // Presets of gratings have an exact profile, whose shape these levels keep.
         if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
             if let Some((period, height)) = preset.defaults_um() {
                 let [period, height] = [self.period.unwrap_or(period), self.height.unwrap_or(height)];
@@ -270,11 +278,12 @@ impl SurfaceConfig {
         Ok(cache.shared_grating(&profile, body, self.grating_coherence_um(), self.build_limit, progress)?)
     }
 
-    /// The body that carries a grating's relief, where `index` is relative to the cover's. A film has its own index.
-    /// Tables of an interface would miss the lines within its cells at which light from below is totally reflected.
+    /// The body that carries a grating's relief: a film of the configuration's index, or a reflector of `index`, which
+    /// is relative to the cover's.
     ///
     /// # Errors
-    /// [`ConfigError::Contradiction`] for an interface.
+    /// [`ConfigError::Contradiction`] for an interface. Light from below is totally reflected beyond certain lines of
+    /// directions, which tables of gratings would not resolve.
     fn grating_body<'a>(&self, index: Option<&'a SpectralIndex>) -> Result<GratingBody<'a>, ConfigError> {
         match self.body() {
             None => Ok(GratingBody::Reflector(index)),
@@ -288,7 +297,7 @@ impl SurfaceConfig {
         }
     }
 
-    /// Coherence length in µm that goes with [`SurfaceConfig::profile_inside`].
+    /// Coherence length in µm that belongs to [`SurfaceConfig::profile_inside`], magnified like it.
     pub fn grating_coherence_um(&self) -> f64 {
         self.coherence_length * self.cover_eta.unwrap_or(1.0)
     }
@@ -327,7 +336,7 @@ impl SurfaceConfig {
     /// The surface at wavelengths by the configuration's theory and index.
     ///
     /// # Errors
-    /// The errors of [`SurfaceConfig::build`] and [`SurfaceConfig::build_shared_grating`].
+    /// The errors of [`SurfaceConfig::build_shared`] and [`SurfaceConfig::build_shared_grating`].
     pub fn build_by_theory(&self, cache: &Cache, progress: &Progress) -> Result<(BuiltSurface, Origin), BuildError> {
         match self.theory {
             Theory::Scalar => {
@@ -355,7 +364,7 @@ impl SurfaceConfig {
     /// [`SurfaceConfig::build_by_theory`] with heights from an array instead of a preset or a file.
     ///
     /// `level` and `tiling` have the defaults of a file. `fill` is not applied, since `heights` has no missing points
-    /// ([`HeightField::with_holes`] fills them).
+    /// ([`HeightField::with_holes`] fills them). The rigorous theory takes the heights as one period of a grating.
     ///
     /// # Errors
     /// A configuration with parameters of presets or files, a range of heights or pixels beyond a millimetre, and the
@@ -367,14 +376,18 @@ impl SurfaceConfig {
             contradiction(parameter, "heights from an array", "it is about presets and files")?;
         }
         heights.check_size(MAX_LENGTH_UM)?;
-        let levelled = self.inside(self.resized(heights.levelled(self.level.unwrap_or(Level::Plane))));
+        let field = self.resized(heights.levelled(self.level.unwrap_or(Level::Plane)));
         match self.theory {
             Theory::Scalar => {
                 let options = Options { tiling: self.tiling.unwrap_or(Tiling::Aperiodic), ..self.options() };
-                let (surface, origin) = cache.surface(&levelled, &options, &Progress::none())?;
+                let (surface, origin) = cache.surface(&self.inside(field), &options, &Progress::none())?;
                 Ok((BuiltSurface::scalar(surface, self.index_inside(), self.cover()), origin))
             }
-            Theory::Rigorous => self.build_profile(&profile_of(&levelled, self.tolerance)?, cache, &Progress::none()),
+            Theory::Rigorous => {
+                let factor = self.cover_eta.unwrap_or(1.0);
+                let profile = profile_of(&field.resized(factor, factor), self.tolerance)?;
+                self.build_profile(&profile, cache, &Progress::none())
+            }
         }
     }
 }

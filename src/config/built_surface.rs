@@ -28,8 +28,8 @@ pub struct BuiltSurface {
 
 /// Tables of a surface by one of the theories.
 enum Tables {
-    /// A phase screen, whose values leave the interface's factor out, and the index of the material for that factor,
-    /// relative to the cover's. `None` reflects everything.
+    /// A phase screen, whose values leave the interface's factor out, and the index of the material for this factor,
+    /// relative to the cover's. `None` reflects everything. Values of a transparent body include the factor.
     Scalar(Box<Surface>, Option<ComplexIndex>),
     /// A grating by Maxwell's equations, whose values include the material. Other surfaces of this process may share
     /// it.
@@ -46,7 +46,7 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
-    /// The surface of a phase screen. `index` is relative to the cover's. A transparent body has its own.
+    /// The surface of a phase screen. `index` is the material's, relative to the cover's; transparent bodies ignore it.
     pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>, cover: Option<Cover>) -> Self {
         Self { tables: Tables::Scalar(Box::new(surface), index), cover }
     }
@@ -84,8 +84,8 @@ impl BuiltSurface {
         }
     }
 
-    /// The pair of directions by which the tables are read: inside the cover if there is one. `None` where the surface
-    /// scatters nothing.
+    /// The pair of directions by which the tables are read, inside the cover if there is one, with the factors from
+    /// inside to outside ([`Inside`]). `None` where the surface scatters nothing.
     fn inside(&self, wi: Vec3, wo: Vec3) -> Option<Inside> {
         if self.transmits() { Some(Inside::bare(wi, wo)) } else { Inside::new(self.cover, wi, wo) }
     }
@@ -128,10 +128,13 @@ impl BuiltSurface {
         density * sum / wavelengths_nm.len().max(1) as f64
     }
 
-    /// Draws a unit vector for the wavelengths carried from three random numbers in [0, 1). `None` where `wi` or the
-    /// drawn direction lies below the horizon, where the cover reflects the drawn direction totally, and without a
-    /// wavelength.
+    /// Draws an outgoing direction, a unit vector, from three random numbers in [0, 1). Its density is that of
+    /// [`BuiltSurface::eval_pdf`] for the same wavelengths.
+    ///
+    /// `None` without a wavelength, where the cover reflects the drawn direction totally, and on a surface that only
+    /// reflects, where `wi` or the drawn direction lies below the horizon.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
+        // The outgoing direction does not matter here; the normal lies above every surface.
         let wi = self.inside(wi, [0.0, 0.0, 1.0])?.wi;
         let wo = match &self.tables {
             Tables::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),

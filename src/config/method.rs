@@ -53,8 +53,8 @@ impl SurfaceConfig {
     ) -> Result<Box<dyn Method>, BuildError> {
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
-                let (field, surface) = (self.height_field_inside()?, self.options_for(index));
-                Ok(methods::build_watched(kind, &field, &surface, options, progress)?)
+                let (field, surface_options) = (self.height_field_inside()?, self.options_for(index));
+                Ok(methods::build_watched(kind, &field, &surface_options, options, progress)?)
             }
             (Theory::Rigorous, MethodKind::Table) => {
                 Ok(Box::new(SharedGrating(self.build_shared_grating_colours(index, cache, progress)?)))

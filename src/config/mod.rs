@@ -87,7 +87,7 @@ pub struct SurfaceConfig {
     /// Edge in µm of the sub-regions of the presets `elaphe` and `xenopeltis`; needs `region_spread` (default: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_size: Option<f64>,
-    /// Relative deviation of the frequency from the skin's in alternate sub-regions, upwards and downwards; needs
+    /// Relative deviation of the skin's spatial frequency, upwards and downwards in alternate sub-regions; needs
     /// `region_size` (default: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_spread: Option<f64>,
@@ -212,6 +212,15 @@ fn contradiction(parameter: &'static str, other: impl Into<String>, advice: &'st
     Err(ConfigError::Contradiction { parameter, other: other.into(), advice })
 }
 
+/// Refuses the first of the `checks` that contradicts `other`. A check is a parameter, whether it contradicts, and
+/// advice for the user.
+fn refuse_contradictions(other: &str, checks: &[(&'static str, bool, &'static str)]) -> Result<(), ConfigError> {
+    match checks.iter().find(|(_, contradicts, _)| *contradicts) {
+        Some(&(parameter, _, advice)) => contradiction(parameter, other, advice),
+        None => Ok(()),
+    }
+}
+
 impl SurfaceConfig {
     /// Reads and validates a JSON object; missing fields take their defaults.
     ///
@@ -233,7 +242,7 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// Refuses a cover and transmission on behalf of `user`, which is for bare reliefs only.
+    /// Refuses a cover and transmission. `user` names in the message the functions that work with bare reliefs only.
     ///
     /// # Errors
     /// [`ConfigError::Contradiction`] if the configuration has one of them.
@@ -266,7 +275,10 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::validate`].
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
-        Self { fill: None, ..self.clone() }.validate()
+        // The array replaces the default preset, whose relief the rigorous theory refuses.
+        let is_grating = self.theory == Theory::Rigorous && self.filename.is_none();
+        let preset = self.preset.or(is_grating.then_some(Preset::Flat));
+        Self { fill: None, preset, ..self.clone() }.validate()
     }
 
     /// Refuses values out of range and parameters that contradict each other.
@@ -274,6 +286,15 @@ impl SurfaceConfig {
     /// # Errors
     /// [`ConfigError::OutOfRange`], [`ConfigError::TooLong`], [`ConfigError::Contradiction`].
     pub fn validate(&self) -> Result<(), ConfigError> {
+        self.validate_numbers()?;
+        self.validate_source()?;
+        self.validate_regions()?;
+        self.validate_theory()?;
+        self.validate_transmission()
+    }
+
+    /// Refuses numbers out of range, and the imaginary part of an index without the real part.
+    fn validate_numbers(&self) -> Result<(), ConfigError> {
         let lengths = [
             ("period", self.period),
             ("height", self.height),
@@ -313,10 +334,7 @@ impl SurfaceConfig {
         if self.k.is_some() && self.eta.is_none() {
             return contradiction("k", "the absence of \"eta\"", "give both, or eta alone");
         }
-        self.validate_source()?;
-        self.validate_regions()?;
-        self.validate_theory()?;
-        self.validate_transmission()
+        Ok(())
     }
 
     /// Refuses parameters that contradict the source of the heights.
@@ -338,23 +356,21 @@ impl SurfaceConfig {
                 _ => {}
             }
         }
-        // Parameter, whether it is given, and advice.
+        if self.filename.is_some() {
+            return Ok(());
+        }
         let of_files = [
             ("pixel_size", self.pixel_size.is_some(), "it gives the scale of a file"),
             ("max_height", self.max_height.is_some(), "it gives the scale of a file"),
             ("channel", self.channel.is_some(), "it chooses what is read of a file"),
             ("fill", self.fill.is_some(), "it fills the missing points of a file"),
         ];
-        for (parameter, given, advice) in of_files {
-            if given && self.filename.is_none() {
-                return contradiction(parameter, "the absence of \"filename\"", advice);
-            }
-        }
-        Ok(())
+        refuse_contradictions("the absence of \"filename\"", &of_files)
     }
 
     /// Refuses sub-regions of a relief that is no skin, and one of their two parameters without the other.
     fn validate_regions(&self) -> Result<(), ConfigError> {
+        // The parameter that messages name, and the one that is missing beside it.
         let (parameter, missing) = match (self.region_size, self.region_spread) {
             (None, None) => return Ok(()),
             (Some(_), None) => ("region_size", Some("region_spread")),

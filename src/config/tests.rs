@@ -119,3 +119,25 @@ fn a_channel_is_a_number_or_a_title() {
         assert!(error.contains("\"channel\"") && error.contains("title or its number"), "{error}");
     }
 }
+
+#[cfg(feature = "full")]
+#[test]
+fn a_rigorous_film_from_an_array_equals_its_preset() {
+    use crate::cache::Cache;
+    use crate::table::Progress;
+    let film = r#""theory": "rigorous", "transmission": "film", "eta": 1.5, "coherence_length": 20"#;
+    let json = format!(r#"{{"preset": "sinusoidal", "period": 0.5, "height": 0.05, {film}}}"#);
+    let preset = SurfaceConfig::from_json(&json).unwrap();
+    let array = SurfaceConfig::from_json_for_array(&format!(r#"{{"level": "none", {film}}}"#)).unwrap();
+    let heights = preset.height_field().unwrap();
+    let (expected, _) = preset.build_by_theory(&Cache::off(), &Progress::none()).unwrap();
+    let (found, _) = array.build_of(&heights, &Cache::off()).unwrap();
+    // Order 1 of 400 nm at normal incidence.
+    let value = |surface: &BuiltSurface| {
+        let mut value = 0.0;
+        surface.eval([0.0, 0.0, 1.0], [0.8, 0.0, 0.6], &[400.0], |_, f| value = f);
+        value
+    };
+    let ratio = value(&found) / value(&expected);
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+}

@@ -1,6 +1,6 @@
 //! The parameter `theory`, and the parameters that the rigorous theory refuses.
 
-use super::{ConfigError, ObliquityChoice, Source, SurfaceConfig, contradiction};
+use super::{ConfigError, ObliquityChoice, Source, SurfaceConfig, contradiction, refuse_contradictions};
 use crate::height_field::Preset;
 use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
@@ -45,7 +45,6 @@ impl SurfaceConfig {
         }
         let other = "theory \"rigorous\"";
         let scalar_only = "theory \"scalar\" has it";
-        // Parameter, whether it contradicts the theory, and advice.
         let checks = [
             ("model", self.model == Model::Patch, scalar_only),
             ("shadowing", self.shadowing, "orders contain what the relief shadows"),
@@ -53,11 +52,7 @@ impl SurfaceConfig {
             ("tiling", self.tiling == Some(Tiling::Aperiodic), "a grating is one period, repeated"),
             ("obliquity", self.obliquity != ObliquityChoice::Auto, scalar_only),
         ];
-        for (parameter, is_contradiction, advice) in checks {
-            if is_contradiction {
-                return contradiction(parameter, other, advice);
-            }
-        }
+        refuse_contradictions(other, &checks)?;
         match self.source() {
             Source::Preset(Preset::Cd | Preset::Elaphe | Preset::Xenopeltis) => contradiction(
                 "preset",

@@ -1,11 +1,11 @@
 //! The parameter `transmission`, and the parameters that contradict it.
 
-use super::{Accepted, ConfigError, ObliquityChoice, SurfaceConfig, contradiction};
+use super::{Accepted, ConfigError, ObliquityChoice, SurfaceConfig, contradiction, refuse_contradictions};
 use crate::scattering::{Transmission, TransparentBody};
 use std::ops::RangeInclusive;
 
-/// Accepted index of a body that transmits, besides 1, which changes nothing. Below it the direction of the refracted
-/// light is lost in the width of an order. The largest is that of germanium.
+/// Accepted index of a body that transmits, besides 1, which changes nothing. At smaller indices the deflection by
+/// refraction is lost in the width of an order. The largest is that of germanium.
 pub const BODY_ETA: RangeInclusive<f64> = 1.2..=4.0;
 
 impl SurfaceConfig {
@@ -19,12 +19,13 @@ impl SurfaceConfig {
         self.eta.map(|eta| TransparentBody::new(eta, is_film, self.coherence_length))
     }
 
-    /// Factor by which tables magnify the relief and its coherence window: the index of the cover or of the body.
+    /// Factor by which scalar tables magnify the relief and its coherence window (`build.rs`): the index of the cover
+    /// or of the body, which exclude each other.
     pub fn magnification(&self) -> f64 {
         self.cover_eta.or(self.body().map(|body| body.eta)).unwrap_or(1.0)
     }
 
-    /// Refuses transmission on behalf of `user`, which shows reflected light only.
+    /// Refuses transmission. `user` names in the message the functions that show reflected light only.
     ///
     /// # Errors
     /// [`ConfigError::Contradiction`] if the configuration transmits.
@@ -43,7 +44,6 @@ impl SurfaceConfig {
         let Some(eta) = self.eta else {
             return contradiction("transmission", "the absence of \"eta\"", "give the index of the dielectric");
         };
-        // Parameter, whether it contradicts transmission, and advice.
         let checks = [
             ("k", self.k.is_some_and(|k| k > 0.0), "a body that transmits does not absorb; leave it out"),
             ("cover_eta", self.cover_eta.is_some(), "a relief that transmits is bare; leave it out"),
@@ -54,11 +54,7 @@ impl SurfaceConfig {
                 "only \"small_slope\" has a factor for it",
             ),
         ];
-        for (parameter, is_contradiction, advice) in checks {
-            if is_contradiction {
-                return contradiction(parameter, format!("transmission {:?}", self.transmission.name()), advice);
-            }
-        }
+        refuse_contradictions(&format!("transmission {:?}", self.transmission.name()), &checks)?;
         if eta != 1.0 && !BODY_ETA.contains(&eta) {
             return Err(ConfigError::OutOfRange { parameter: "eta", found: eta, accepted: Accepted::BodyEta });
         }

@@ -1,4 +1,12 @@
-//! Fills the nodes of albedo tables; see the [module](super) for the steps and the symbols `a`, `b`, `t` and `A`.
+//! Fills the nodes of albedo tables, in the steps of the [module](super).
+//!
+//! ```text
+//! f(wi, wo)  reflectance of the model in 1/sr
+//! a(wi)      its albedo, ∫ f cosθo dωo
+//! A(w)       divisor of a direction. The table holds (A − 1)·cos²θ, with θ the angle of w with the normal
+//! b(w)       known lower bound of the divisor: 1 ≤ b ≤ max(1, A)
+//! t(wi)      least t ≥ 1 with ∫ f min(1, t/b(wo)) cosθo dωo ≤ t: the smallest divisor that the bound b allows
+//! ```
 //!
 //! - The *excess* of an albedo or a divisor is its difference from one, such as `A − 1`.
 //! - A *ridge* is a narrow maximum of `t` along the incidences from which an order leaves along the surface
@@ -104,6 +112,7 @@ pub(super) struct Group<const K: usize> {
 
 /// Values `(A − 1)·cos²θ` at the nodes of a grid, for several groups.
 pub(super) struct Nodes<const K: usize> {
+    /// Grid of each group.
     grid: Grid,
     /// Values `[group][y][x][plane]`.
     pub values: Vec<[f32; K]>,
@@ -122,7 +131,7 @@ pub(super) struct Builder<'a, const K: usize> {
     ridge_cosines: Vec<f64>,
 }
 
-/// Cells along each side and planes of wavelength of a surface's table.
+/// Number of cells along each side of a surface's table, and number of its planes of wavelength.
 pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
     let nodes = integral.typical_nodes();
     let [.., coarsest] = RESOLUTIONS;
@@ -236,18 +245,13 @@ impl<'a, const K: usize> Builder<'a, K> {
         let cell_phase = self.integral.phase_max() * CELL_COSINE / f64::from(grid.cells);
         let reach = ((cell_phase / PI) as usize).min(DEEP_REACH_MAX);
         let is_deep = reach > 0 || self.integral.has_ridges() && cell_phase > DEEP_RIDGE_PHASE;
-        let table: &Nodes<K> = nodes;
-        let deficit_of = |i: usize| {
-            steps.one();
-            self.deficit(table, b, [i / cells / rows, i / cells % rows, i % cells], is_deep)
-        };
-        // Deficits of cells, `[gap][y][x]`.
-        let deficits: Vec<[f32; K]> = (0..self.gaps() * rows * cells).into_par_iter().map(deficit_of).collect();
+        let deficits = self.deficits(nodes, b, is_deep, steps);
         // A node is raised by the largest deficit of the cells about it.
         let increase = if is_deep { DEEP_INCREASE } else { 1.0 };
         let mut raises = vec![[0f32; K]; nodes.values.len()];
         for i in 0..self.gaps() * cells * cells {
             let [gap, y, x] = [i / cells / cells, i / cells % cells, i % cells];
+            // Mirrored cells have equal deficits, which are stored for one of them.
             let row = if self.is_mirrored { y.min(cells - 1 - y) } else { y };
             let deficit = deficits[(gap * rows + row) * cells + x].map(|deficit| deficit * increase);
             if deficit == [0.0; K] {
@@ -265,6 +269,16 @@ impl<'a, const K: usize> Builder<'a, K> {
         for (values, raise) in nodes.values.iter_mut().zip(raises) {
             values.iter_mut().zip(raise).for_each(|(value, raise)| *value += raise);
         }
+    }
+
+    /// Deficits of the cells in the integrated rows, `[gap][y][x]`; arguments are those of [`Builder::deficit`].
+    fn deficits(&self, table: &Nodes<K>, b: &Nodes<K>, is_deep: bool, steps: &Steps) -> Vec<[f32; K]> {
+        let (cells, rows) = (table.grid.cells as usize, self.integrated_rows(table.grid));
+        let deficit_of = |i: usize| {
+            steps.one();
+            self.deficit(table, b, [i / cells / rows, i / cells % rows, i % cells], is_deep)
+        };
+        (0..self.gaps() * rows * cells).into_par_iter().map(deficit_of).collect()
     }
 
     /// Largest difference between `t` and the table, linear between nodes, at the check points of the cell `[gap, y,

@@ -48,7 +48,9 @@ const WORDS: usize = 8;
 /// rounded up, the first in the lower half.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ColourAlbedoTable {
+    /// Dimensions of the table.
     layout: AlbedoLayout,
+    /// [`ColourAlbedoTable::words`].
     words: Vec<u32>,
 }
 
@@ -63,6 +65,7 @@ impl ColourAlbedoTable {
         let layout =
             AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None };
         let grid = Grid { cells };
+        // A single group, since the bands share their wavelengths.
         let group = |_| bands(wavelengths);
         let nodes = Builder::new(&integral, 1, &group).build(grid, progress);
         let cells = cells as usize;

@@ -6,6 +6,10 @@
 //! The table's nodes carry Gaussians, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]). Narrow nodes
 //! are integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is
 //! integrated over the hemisphere (`quadrature.rs`). *Ridges* of the albedo are defined at [`Ridge`].
+//!
+//! For a relief with its pattern s times as wide and its heights d times as large as the table's, frequencies follow
+//! from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelength of a query is λ'. Without
+//! resizing λ, λ' and λ" are equal.
 
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
@@ -50,7 +54,7 @@ pub(crate) struct AlbedoIntegral<'a> {
     /// Obliquity, shadowing and index: the parameters of F.
     options: &'a Options,
     power: Power<'a>,
-    /// Wavelength λ" in nm by which κ follows (`scattering/size.rs`); `None` if it is that of the query.
+    /// λ" in nm for every query; `None` for the query's own wavelength.
     depth_wavelength_nm: Option<f64>,
 }
 
@@ -99,7 +103,7 @@ impl<'a> AlbedoIntegral<'a> {
         }
     }
 
-    /// Sets the wavelength λ" in nm by which κ follows, for every query; `None` restores the query's wavelength.
+    /// Sets λ" in nm for every query; `None` restores the query's own wavelength.
     pub(super) fn set_depth_wavelength(&mut self, nm: Option<f64>) {
         self.depth_wavelength_nm = nm;
     }
@@ -136,23 +140,35 @@ impl<'a> AlbedoIntegral<'a> {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
             [-reach - cosine, reach - cosine]
         });
-        let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
+        match &self.power {
+            Power::Gaussians { gaussians, exact_cut } => {
+                let phase = phase_per_cosine(self.table, self.depth_wavelength_um(wavelength_um));
+                let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
+                let mut nodes = Vec::new();
+                for gaussian in gaussians {
+                    gaussian.integrate(&incidence, |wo, factor, exponent| {
+                        nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
+                    });
+                }
+                nodes
+            }
+            Power::Table => self.wide_nodes(wi, wavelength_um, resolved, |f, kappa| self.table.density(f, kappa)),
+            Power::Grid(grid) => self.wide_nodes(wi, wavelength_um, resolved, |f, kappa| grid.density(f, kappa)),
+        }
+    }
+
+    /// Quadrature nodes of a table of wide nodes, within the outgoing direction cosines `resolved`. `density` is
+    /// S(f; κ) in µm², of a frequency in cycles/µm and κ in rad/µm.
+    fn wide_nodes(
+        &self,
+        wi: Vec3,
+        wavelength_um: f64,
+        resolved: [[f64; 2]; 2],
+        density: impl Fn([f64; 2], f64) -> f64,
+    ) -> Vec<QuadratureNode<'_>> {
+        let depth_wavelength_um = self.depth_wavelength_um(wavelength_um);
         let phase = phase_per_cosine(self.table, depth_wavelength_um);
         let mut nodes = Vec::new();
-        if let Power::Gaussians { gaussians, exact_cut } = &self.power {
-            let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
-            for gaussian in gaussians {
-                gaussian.integrate(&incidence, |wo, factor, exponent| {
-                    nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
-                });
-            }
-            return nodes;
-        }
-        // Power density S(f; κ) of wide nodes in µm².
-        let density = |f: [f64; 2], kappa: f64| match &self.power {
-            Power::Grid(grid) => grid.density(f, kappa),
-            Power::Table | Power::Gaussians { .. } => self.table.density(f, kappa),
-        };
         let widest = wide_node_panels(self.table, wavelength_um).map(|width| width.min(PANEL_PHASE_MAX / phase));
         hemisphere(resolved, widest, wi[2], |wo, area| {
             if let Some(pair) = Pair::new(wi, wo) {
@@ -163,6 +179,11 @@ impl<'a> AlbedoIntegral<'a> {
             }
         });
         nodes
+    }
+
+    /// λ" in µm of a query at a wavelength in µm.
+    fn depth_wavelength_um(&self, wavelength_um: f64) -> f64 {
+        self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm)
     }
 
     /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
@@ -236,6 +257,7 @@ impl<'a> AlbedoIntegral<'a> {
 /// other forms of the power it is `factor` alone.
 #[derive(Clone, Copy)]
 struct QuadratureNode<'a> {
+    /// Unit vector.
     wo: Vec3,
     factor: f64,
     exponent: f64,
@@ -259,6 +281,7 @@ struct Integrand<'a, V: Values> {
 }
 
 impl<'a, V: Values> Integrand<'a, V> {
+    /// The shared quantities of an incident direction and a wavelength.
     fn new(integral: &'a AlbedoIntegral, [x, y, z]: Vec3, wavelength_nm: f64) -> Self {
         let depth_wavelength_nm = integral.depth_wavelength_nm.unwrap_or(wavelength_nm);
         // The index is that of the wavelength λ = λ"·d at the relative depth d. The largest depth stands for all, which

@@ -97,7 +97,9 @@ pub struct AlbedoLayout {
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AlbedoTable {
+    /// Dimensions of the table.
     layout: AlbedoLayout,
+    /// [`AlbedoTable::words`].
     words: Vec<u32>,
 }
 

@@ -79,6 +79,18 @@ pub(super) struct Incidence {
     pub ridge: Option<Ridge>,
 }
 
+/// Rule for the quadrature of a Gaussian, in order of cost.
+enum Rule {
+    /// One node at the centre.
+    OneNode,
+    /// Gauss–Hermite rules along both axes, or their counterparts for a Gaussian that is cut.
+    Hermite,
+    /// Panels over the part of the hemisphere within the resolved range.
+    CutPanels,
+    /// Panels along the radius, without the nodes beyond the resolved range.
+    RadialPanels,
+}
+
 /// Ridge of the albedo, and the box of incident directions and wavelengths that a node of the albedo's table
 /// represents.
 ///
@@ -125,19 +137,18 @@ impl NodeGaussian<'_> {
     /// exponent. `factor·exp(exponent)` is the node's fraction of the Gaussian's integral over the plane of direction
     /// cosines. The exponential is left to the caller, which computes several at once.
     pub(super) fn integrate(&self, incidence: &Incidence, mut visit: impl FnMut(Vec3, f64, f64)) {
-        let Incidence { wi, wavelength_um, resolved, phase, exact_cut, ridge } = *incidence;
+        let Incidence { wi, wavelength_um, resolved, ridge, .. } = *incidence;
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
         let widest = sigma[0].max(sigma[1]);
         let mut centre = [0, 1].map(|axis| wavelength_um * self.f[axis] - wi[axis]);
         if let Some(ridge) = ridge {
             centre = ridge.moved(centre, self.f, widest);
         }
-        // Most nodes of a natural relief lie beyond the horizon, and are rejected before the root.
+        // Most nodes of a natural relief lie beyond the horizon, and are rejected before a root is taken.
         let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
         if rho_squared >= (1.0 + CUT_SIGMAS * widest).powi(2) {
             return;
         }
-        let rho = rho_squared.sqrt();
         // Limits of the resolved range, in standard deviations from the centre.
         let limits = [0, 1].map(|axis| resolved[axis].map(|limit| (limit - centre[axis]) / sigma[axis]));
         if limits.iter().any(|[low, high]| *low >= CUT_SIGMAS || *high <= -CUT_SIGMAS) {
@@ -145,55 +156,62 @@ impl NodeGaussian<'_> {
         }
         // Along each axis, whether the limits lie beyond the Gaussian's ends.
         let is_whole = limits.map(|[low, high]| low <= -CUT_SIGMAS && high >= CUT_SIGMAS);
+        match self.rule(incidence, rho_squared, widest, is_whole) {
+            Rule::OneNode => {
+                if let Some(wo) = direction_above(centre[0], centre[1]) {
+                    visit(wo, 1.0, 0.0);
+                }
+            }
+            Rule::Hermite => {
+                let [x, y] = [0, 1].map(|axis| gaussian_rule(limits[axis], is_whole[axis]));
+                for (tx, weight_x) in x {
+                    for (ty, weight_y) in y {
+                        if let Some(wo) = direction_above(centre[0] + tx * sigma[0], centre[1] + ty * sigma[1]) {
+                            visit(wo, weight_x * weight_y, 0.0);
+                        }
+                    }
+                }
+            }
+            Rule::CutPanels => integrate_cut(incidence, centre, sigma, limits, visit),
+            Rule::RadialPanels => {
+                let visit_resolved = |wo: Vec3, factor: f64, exponent: f64| {
+                    if [0, 1].iter().all(|&axis| resolved[axis][0] <= wo[axis] && wo[axis] <= resolved[axis][1]) {
+                        visit(wo, factor, exponent);
+                    }
+                };
+                match self.merged {
+                    true => self.integrate_radially(incidence, centre, sigma, &LEGENDRE_6, visit_resolved),
+                    false => self.integrate_radially(incidence, centre, sigma, &LEGENDRE_16, visit_resolved),
+                }
+            }
+        }
+    }
+
+    /// The cheapest rule that is accurate enough. `rho_squared` is ρ² of the Gaussian's centre, and `widest` its larger
+    /// σ. `is_whole` tells for each axis whether the resolved range includes all of the Gaussian.
+    fn rule(&self, incidence: &Incidence, rho_squared: f64, widest: f64, is_whole: [bool; 2]) -> Rule {
+        let rho = rho_squared.sqrt();
         // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase.
         let is_clear = 1.0 - rho > CLEAR_SIGMAS * widest
-            && phase * widest * rho < SIGMA_PHASE_MAX * (1.0 - rho_squared).max(0.0).sqrt();
+            && incidence.phase * widest * rho < SIGMA_PHASE_MAX * (1.0 - rho_squared).max(0.0).sqrt();
         // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
         let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
         let is_sharp =
             if self.merged { is_far(THREE_NODES_SIGMAS) } else { widest < SHARP_SIGMA && is_far(ONE_NODE_SIGMAS) };
         if is_clear && is_sharp && is_whole == [true; 2] {
-            // One node at the centre.
-            if let Some(wo) = direction_above(centre[0], centre[1]) {
-                visit(wo, 1.0, 0.0);
-            }
-        } else if is_clear && (is_far(THREE_NODES_SIGMAS) || exact_cut) {
-            // Gauss–Hermite rules along both axes, or their counterparts for a Gaussian that is cut.
-            let [x, y] = [0, 1].map(|axis| gaussian_rule(limits[axis], is_whole[axis]));
-            for (tx, weight_x) in x {
-                for (ty, weight_y) in y {
-                    if let Some(wo) = direction_above(centre[0] + tx * sigma[0], centre[1] + ty * sigma[1]) {
-                        visit(wo, weight_x * weight_y, 0.0);
-                    }
-                }
-            }
-        } else if exact_cut {
-            // Panels over the part of the hemisphere within the limits.
-            let bounds =
-                [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
-            let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
-            let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
-            hemisphere(bounds, panels, wi[2], |wo, area| {
-                let z = [0, 1].map(|axis| (wo[axis] - centre[axis]) / sigma[axis]);
-                visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
-            });
+            Rule::OneNode
+        } else if is_clear && (is_far(THREE_NODES_SIGMAS) || incidence.exact_cut) {
+            Rule::Hermite
+        } else if incidence.exact_cut {
+            Rule::CutPanels
         } else {
-            // Panels along the radius, without the nodes beyond the limits.
-            let visit_resolved = |wo: Vec3, factor: f64, exponent: f64| {
-                if [0, 1].iter().all(|&axis| resolved[axis][0] <= wo[axis] && wo[axis] <= resolved[axis][1]) {
-                    visit(wo, factor, exponent);
-                }
-            };
-            match self.merged {
-                true => self.integrate_radially(incidence, centre, sigma, &LEGENDRE_6, visit_resolved),
-                false => self.integrate_radially(incidence, centre, sigma, &LEGENDRE_16, visit_resolved),
-            }
+            Rule::RadialPanels
         }
     }
 
-    /// [`NodeGaussian::integrate`] near the horizon: a Gauss–Hermite rule across the radius through the centre `[cx,
-    /// cy]`, and panels of `rule` along it. The rule is in the angle ψ with `ρ = sin ψ`, in which the pole `1/cosθo`
-    /// cancels.
+    /// [`NodeGaussian::integrate`] by [`Rule::RadialPanels`]: a Gauss–Hermite rule across the radius through the centre
+    /// `[cx, cy]`, and panels of `rule` along it. The rule is in the angle ψ with `ρ = sin ψ`, in which the pole
+    /// `1/cosθo` cancels.
     fn integrate_radially<const PAIRS: usize>(
         &self,
         incidence: &Incidence,
@@ -241,6 +259,24 @@ impl NodeGaussian<'_> {
             }
         }
     }
+}
+
+/// [`NodeGaussian::integrate`] by [`Rule::CutPanels`]. `limits` are those of the resolved range, in standard deviations
+/// from the centre.
+fn integrate_cut(
+    incidence: &Incidence,
+    centre: [f64; 2],
+    sigma: [f64; 2],
+    limits: [[f64; 2]; 2],
+    mut visit: impl FnMut(Vec3, f64, f64),
+) {
+    let bounds = [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
+    let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / incidence.phase));
+    let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
+    hemisphere(bounds, panels, incidence.wi[2], |wo, area| {
+        let z = [0, 1].map(|axis| (wo[axis] - centre[axis]) / sigma[axis]);
+        visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
+    });
 }
 
 /// `√(x² + y²)` of numbers of order one, faster than `hypot`, which guards against overflow.

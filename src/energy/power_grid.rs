@@ -31,6 +31,17 @@ pub(super) struct PowerGrid {
     powers: Vec<f32>,
 }
 
+/// Part of a table node in one row of the grid.
+#[derive(Clone)]
+struct RowPart<'a> {
+    /// Position of the table node along x, in grid nodes from the first.
+    centre: f64,
+    /// Weight of the row in the interpolation kernel along y.
+    weight_y: f32,
+    /// Powers of the table node at every step of κ.
+    powers: &'a [f32],
+}
+
 impl PowerGrid {
     /// Resamples the power density of a table of powers.
     pub(super) fn new(table: &SpectralTable) -> Self {
@@ -50,18 +61,17 @@ impl PowerGrid {
         let [columns, rows] = reach.map(|reach| 2 * reach + 1);
         // Position of table node j along axis c, in grid nodes from the first.
         let position = |c: usize, j: i64| j as f64 / axes[c].period_um * nodes_per_f[c] + reach[c] as f64;
-        // The kernel is a product over both axes, so table nodes are spread along y first and then along x. For each
-        // row: position along x, weight along y and powers of the table nodes that reach it.
-        let mut by_row = vec![Vec::new(); rows];
+        // The kernel is a product over both axes, so table nodes are spread along y first and then along x.
+        let mut by_row: Vec<Vec<RowPart>> = vec![Vec::new(); rows];
         for ((jx, jy, _), powers) in kept.iter().zip(&node_powers) {
             for (row, weight_y) in reached(axes[1], nodes_per_f[1], position(1, *jy), rows) {
-                by_row[row].push((position(0, *jx), weight_y, powers));
+                by_row[row].push(RowPart { centre: position(0, *jx), weight_y, powers });
             }
         }
         // Powers of one row of the grid, `[x][step]`.
-        let row = |nodes: Vec<(f64, f32, &Vec<f32>)>| {
+        let row = |parts: Vec<RowPart>| {
             let mut sums = vec![0f32; columns * steps];
-            for (centre, weight_y, powers) in nodes {
+            for RowPart { centre, weight_y, powers } in parts {
                 for (column, weight_x) in reached(axes[0], nodes_per_f[0], centre, columns) {
                     let sum = &mut sums[column * steps..][..steps];
                     sum.iter_mut().zip(powers).for_each(|(sum, power)| *sum += weight_y * weight_x * power);

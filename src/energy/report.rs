@@ -42,6 +42,7 @@ struct Sums {
 }
 
 impl Sums {
+    /// Sums over the directions and wavelengths of both.
     fn merged(self, other: Self) -> Self {
         Self {
             weight: self.weight + other.weight,

@@ -27,7 +27,7 @@ pub struct SizeAxes {
 }
 
 impl SizeAxes {
-    /// Number of planes for a range of sizes, and their axes.
+    /// Number of planes that cover a range of sizes, and the axes of planes and slabs.
     ///
     /// `planes` is the number of planes that a relief of one size has over the tables' range of wavelengths.
     /// `phase_max` is the phase in radians between the relief's lowest and highest point, per unit of `w = cosθi +

@@ -24,7 +24,8 @@ pub struct BandRatio {
 }
 
 impl BandRatio {
-    /// Means of `ratio`, a function of the wavelength in nm and the cosine at the half vector.
+    /// Means of `ratio`, a function of the wavelength in nm and the cosine at the half vector. `weights` are
+    /// [`BandRatio::band_weights`].
     pub(super) fn new(weights: &SpectralToRgb, ratio: impl Fn(f64, f64) -> f64) -> Self {
         // Chebyshev nodes of [0, 1].
         let cosines: [f64; COEFFICIENTS] =
@@ -37,8 +38,9 @@ impl BandRatio {
         Self { polynomials: std::array::from_fn(|band| polynomial_through(cosines, means.map(|mean| mean[band]))) }
     }
 
-    /// Weights of the bands for [`BandRatio::new`].
-    pub(super) fn weights() -> Result<SpectralToRgb, crate::colour::ColourError> {
+    /// Weights of wavelengths in the bands, for [`BandRatio::new`]. There is no error, since [`STEP_NM`] is an accepted
+    /// step.
+    pub(super) fn band_weights() -> Result<SpectralToRgb, crate::colour::ColourError> {
         SpectralToRgb::visible(STEP_NM)
     }
 
@@ -93,7 +95,7 @@ mod tests {
             ComplexIndex { eta: 1.6 - 1.4 * t, k: 1.9 + 1.9 * t }
         };
         let ratio = |nm: f64, cos: f64| fresnel_unpolarised(cos, index(nm)) / fresnel_unpolarised(cos, index(700.0));
-        let weights = BandRatio::weights().unwrap();
+        let weights = BandRatio::band_weights().unwrap();
         let bands = BandRatio::new(&weights, ratio);
         for i in 0..=20 {
             let cos = f64::from(i) / 20.0;

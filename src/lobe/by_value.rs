@@ -54,7 +54,7 @@ pub(crate) fn eval_pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: 
     Answer { f, pdf }
 }
 
-/// Density in 1/sr of a direction sampled for several wavelengths: the mean of their densities.
+/// Density in 1/sr of a direction sampled for several wavelengths: the mean of their densities; 0 without a wavelength.
 pub(crate) fn pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
     let density = |&nm: &f64| if is_valid_query(lobe, wi, wo, nm) { lobe.pdf(wi, wo, [nm], true) } else { 0.0 };
     wavelengths_nm.iter().map(density).sum::<f64>() / wavelengths_nm.len().max(1) as f64
@@ -68,8 +68,9 @@ pub(crate) fn sample<'a>(
     u: [f64; 3],
 ) -> Option<Sample> {
     let wo = sample_direction(lobe, wi, wavelengths_nm, u)?;
-    let pdf = pdf(lobe, wi, wo, wavelengths_nm);
-    (pdf > 0.0).then(|| Sample { wo, pdf, weight: eval(lobe, wi, wo, wavelengths_nm[0]) * wo[2].abs() / pdf })
+    let density = pdf(lobe, wi, wo, wavelengths_nm);
+    let weight = || eval(lobe, wi, wo, wavelengths_nm[0]) * wo[2].abs() / density;
+    (density > 0.0).then(|| Sample { wo, pdf: density, weight: weight() })
 }
 
 /// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where the lobe does not
@@ -91,8 +92,9 @@ pub(crate) fn sample_direction<'a>(
     let nm = wavelengths_nm[chosen];
     // `sample_mixture` divides its first number again, now for one wavelength: into the uniform part below
     // UNIFORM_FRACTION and the fraction above.
-    let first = if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
+    let rescaled =
+        if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
     let draw = |_, u, active| lobe.draw(wi, to_below, nm, u, active);
-    let [x, y, z] = sample_mixture::<Double<'a>, 1>([first, u[1], u[2]], lobe.accepts(wi), draw);
+    let [x, y, z] = sample_mixture::<Double<'a>, 1>([rescaled, u[1], u[2]], lobe.accepts(wi), draw);
     (z != 0.0).then_some([x, y, if to_below { -z } else { z }])
 }

@@ -45,7 +45,7 @@ pub struct ColourLobe<N: Numbers> {
     pub sampler: ColourSamplerView<N>,
     /// Albedos by which the reflectance is divided; `None` where nothing is divided.
     pub albedo: Option<ColourAlbedo<N>>,
-    /// Size of the relief at the queried place; `None` for that of the tables. The sampler has it, too.
+    /// Size of the relief at the queried place; `None` for that of the tables. The sampler holds a copy.
     pub size: Option<RelativeSize<N::Real>>,
 }
 
@@ -72,21 +72,21 @@ pub(super) fn band_excess<N: Numbers>(
     })
 }
 
-/// `1/max(1, A(wi), A(wo))` of each channel, from the excesses of A over 1 at both directions.
+/// `1/max(1, A(wi), A(wo))` of each channel, from `max(1, A) − 1` at both directions.
 #[inline(always)]
-pub(super) fn per_excess<N: Numbers>([at_wi, at_wo]: [[N::Real; 3]; 2]) -> [N::Real; 3] {
+pub(super) fn factor_of_excess<N: Numbers>([at_wi, at_wo]: [[N::Real; 3]; 2]) -> [N::Real; 3] {
     array::from_fn(|c| N::Real::lit(1.0) / (N::Real::lit(1.0) + at_wi[c].max(at_wo[c])))
 }
 
 impl<N: Numbers> ColourLobe<N> {
     /// `1/max(1, A(wi), A(wo))` of each channel, with the channel's divisor A (`src/energy`).
     #[inline(always)]
-    fn per_albedo(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+    fn albedo_factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         match &self.albedo {
             None => [N::Real::lit(1.0); 3],
             Some(ColourAlbedo::Bands(albedo)) => albedo.factor(wi, wo, active),
             Some(ColourAlbedo::ByWavelength(albedo)) => {
-                per_excess::<N>([wi, wo].map(|w| band_excess(albedo, &albedo.place(w), self.size, active)))
+                factor_of_excess::<N>([wi, wo].map(|w| band_excess(albedo, &albedo.place(w), self.size, active)))
             }
         }
     }
@@ -107,16 +107,18 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
         // The comparison of the length is false for NaN and infinities.
         let active = active & are_above::<N>(wi, wo) & scattering.length_squared().le(lit(SUM_SQUARED_MAX.into()));
         let [u, v, w] = scattering.q;
+        // Factor on all channels, and factors on each.
         let mut factor = scattering.factor;
-        let mut channels = self.per_albedo(wi, wo, active);
+        let mut channels = self.albedo_factor(wi, wo, active);
         let colour = match self.size {
             None => self.table.relief_rgb(u, v, w, active),
             Some(RelativeSize { scale, depth }) => {
                 let [x, y, z] = [u * scale, v * scale, w * depth];
                 factor = factor * scale * scale;
                 if let Some(ratio) = &ratio {
-                    let half = |[x, y, z]: [N::Real; 3]| z.fma(z, x.fma(x, y * y)).sqrt() * lit(0.5);
-                    let quotients = ratio.quotients(half([u, v, w]), half([x, y, z]));
+                    // Cosine at the half vector of a scattering vector: half of its length.
+                    let cosine = |[x, y, z]: [N::Real; 3]| z.fma(z, x.fma(x, y * y)).sqrt() * lit(0.5);
+                    let quotients = ratio.quotients(cosine([u, v, w]), cosine([x, y, z]));
                     channels = array::from_fn(|c| channels[c] * quotients[c]);
                 }
                 self.table.relief_rgb(x, y, z, active)

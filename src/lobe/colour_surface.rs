@@ -49,6 +49,7 @@ const REFERENCE_STEP_NM: usize = 10;
 /// ```
 #[derive(Serialize, Deserialize)]
 pub struct ColourSurface {
+    /// Options of the build.
     options: Options,
     /// Index of the reference; `None` leaves the interface's factor out.
     reference: Option<ComplexIndex>,
@@ -114,52 +115,20 @@ impl ColourSurface {
             resolution: 1.0,
             build_limit: options.build_limit,
         };
-        // R/R0 at a wavelength in nm and the cosine at the half vector.
-        let ratio = |nm: f64, cos: f64| match (index, reference) {
-            (Some(index @ SpectralIndex::Sampled(_)), Some(reference)) => {
-                let r0 = fresnel_unpolarised(cos, reference);
-                // Where the reference reflects nothing, no wavelength reflects.
-                if r0 > 0.0 { fresnel_unpolarised(cos, index.at(nm)) / r0 } else { 1.0 }
-            }
-            _ => 1.0,
-        };
+        let ratio = |nm: f64, cos: f64| reflectance_ratio(index, reference, nm, cos);
         let (table, spectral) =
             ColourTable::build_reflecting(field, &table_options, &ratio, &progress.part(0.0, TABLE_DONE))?;
         let table_seconds = start.elapsed().as_secs_f64();
-        let albedo_progress = progress.part(TABLE_DONE, ALBEDO_DONE);
-        let albedos = |table: &SpectralTable, progress: &Progress| match (options.body, &options.sizes) {
-            (Some(body), sizes) => (None, AlbedoTable::build_of_body(table, body, sizes.as_ref(), progress)),
-            (None, None) => (ColourAlbedoTable::build(table, options, progress), None),
-            (None, Some(_)) => (None, AlbedoTable::build(table, options, progress).map(|(table, _)| table)),
-        };
-        let (albedo, albedo_by_wavelength) = match (options.conserve_energy, options.model) {
-            (false, _) => (None, None),
-            (true, Model::Ensemble) => albedos(&spectral, &albedo_progress),
-            (true, Model::Patch) => {
-                // A patch is one member of the ensemble, and takes the ensemble's albedo.
-                let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                let mean = build_table(field, &ensemble, &albedo_progress.part(0.0, ENSEMBLE_FRACTION))?.table;
-                albedos(&mean, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
-            }
-        };
-        let albedo = albedo.filter(|albedo| !albedo.is_one());
-        let albedo_by_wavelength = albedo_by_wavelength.filter(|albedo| !albedo.is_one());
+        let Albedos { bands: albedo, by_wavelength: albedo_by_wavelength } =
+            Albedos::build(field, options, &spectral, &progress.part(TABLE_DONE, ALBEDO_DONE))?;
         // Frees the memory before the sampler is built.
         drop(spectral);
         let band_ratio = match (index, options.sizes) {
-            (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::weights()?, ratio)),
+            (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio)),
             _ => None,
         };
         progress.report(ALBEDO_DONE);
-        let view = table.view::<f32>();
-        let is_stam = options.sampling_obliquity() == Obliquity::Stam;
-        // Directions are sampled in proportion to R0·F, times G (src/sampling/colour.rs) for Stam's obliquity factor.
-        let sampler = ColourSampler::new(table.report().order_sigma_per_um, options.reach, |[u, v, w]| {
-            let length_squared = u * u + v * v + w * w;
-            let r0 = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
-            let factor = if is_stam { r0 * (length_squared / w).powi(2) } else { r0 };
-            view.relief_rgb(u, v, w, true).map(|channel| channel * factor)
-        });
+        let sampler = build_sampler(&table, options, reference);
         let report = ColourSurfaceReport {
             table_bytes: table.report().bytes,
             sampler_bytes: sampler.bytes(),
@@ -267,6 +236,91 @@ impl ColourSurface {
     /// Colours outside sRGB have negative channels.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
+    }
+}
+
+/// Albedos of a surface: at most one of the two tables, none where nothing is divided.
+#[derive(Default)]
+struct Albedos {
+    /// [`ColourSurface::albedo`].
+    bands: Option<ColourAlbedoTable>,
+    /// Albedos by wavelength, for several sizes and for a transparent body.
+    by_wavelength: Option<AlbedoTable>,
+}
+
+impl Albedos {
+    /// Builds the albedos that `options` call for, from the surface's spectral table.
+    ///
+    /// # Errors
+    /// The errors of the ensemble's spectral table, which is built for a patch.
+    fn build(
+        field: &HeightField,
+        options: &Options,
+        spectral: &SpectralTable,
+        progress: &Progress,
+    ) -> Result<Self, ColourTableError> {
+        if !options.conserve_energy {
+            return Ok(Self::default());
+        }
+        let Self { bands, by_wavelength } = match options.model {
+            Model::Ensemble => Self::of_ensemble(spectral, options, progress),
+            Model::Patch => {
+                // A patch is one member of the ensemble, and takes the ensemble's albedo.
+                let ensemble = Options { model: Model::Ensemble, ..options.clone() };
+                let mean = build_table(field, &ensemble, &progress.part(0.0, ENSEMBLE_FRACTION))?.table;
+                Self::of_ensemble(&mean, options, &progress.part(ENSEMBLE_FRACTION, 1.0))
+            }
+        };
+        Ok(Self {
+            bands: bands.filter(|table| !table.is_one()),
+            by_wavelength: by_wavelength.filter(|table| !table.is_one()),
+        })
+    }
+
+    /// Builds the albedos from an ensemble's spectral table.
+    fn of_ensemble(table: &SpectralTable, options: &Options, progress: &Progress) -> Self {
+        match (options.body, &options.sizes) {
+            (Some(body), sizes) => {
+                let by_wavelength = AlbedoTable::build_of_body(table, body, sizes.as_ref(), progress);
+                Self { bands: None, by_wavelength }
+            }
+            (None, None) => Self { bands: ColourAlbedoTable::build(table, options, progress), by_wavelength: None },
+            (None, Some(_)) => {
+                let by_wavelength = AlbedoTable::build(table, options, progress).map(|(table, _)| table);
+                Self { bands: None, by_wavelength }
+            }
+        }
+    }
+}
+
+/// Builds the sampler. Directions are sampled in proportion to R0·F, times G (src/sampling/colour.rs) for Stam's
+/// obliquity factor.
+fn build_sampler(table: &ColourTable, options: &Options, reference: Option<ComplexIndex>) -> ColourSampler {
+    let view = table.view::<f32>();
+    let is_stam = options.sampling_obliquity() == Obliquity::Stam;
+    ColourSampler::new(table.report().order_sigma_per_um, options.reach, |[u, v, w]| {
+        let length_squared = u * u + v * v + w * w;
+        let r0 = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
+        let factor = if is_stam { r0 * (length_squared / w).powi(2) } else { r0 };
+        view.relief_rgb(u, v, w, true).map(|channel| channel * factor)
+    })
+}
+
+/// R/R0 of the index `index` and its reference, at a wavelength in nm and the cosine at the half vector; 1 without an
+/// index and for a constant one.
+fn reflectance_ratio(
+    index: Option<&SpectralIndex>,
+    reference: Option<ComplexIndex>,
+    wavelength_nm: f64,
+    cosine: f64,
+) -> f64 {
+    match (index, reference) {
+        (Some(index @ SpectralIndex::Sampled(_)), Some(reference)) => {
+            let r0 = fresnel_unpolarised(cosine, reference);
+            // Where the reference reflects nothing, no wavelength reflects.
+            if r0 > 0.0 { fresnel_unpolarised(cosine, index.at(wavelength_nm)) / r0 } else { 1.0 }
+        }
+        _ => 1.0,
     }
 }
 

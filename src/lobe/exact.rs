@@ -49,6 +49,7 @@ use sunbeam_fourier::num_complex::Complex64;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Exact {
+    /// Transform of the phase screen `exp(iκh)`.
     transform: OrderTransform,
     options: Options,
     /// Extent of the tile along x and y.
@@ -57,6 +58,7 @@ pub struct Exact {
     pixel_um: (f64, f64),
     /// Taper t along x and y of an aperiodic scan; `None` for a periodic tile.
     tapers: Option<(Vec<f64>, Vec<f64>)>,
+    /// Albedos by which the reflectance is divided.
     albedo: Option<Arc<AlbedoTable>>,
     /// κ and summands ([`Exact::summands`]) of the last query; consecutive queries often share κ.
     last: Mutex<Option<(f64, Arc<Vec<Complex64>>)>>,
@@ -120,28 +122,13 @@ impl Exact {
             }
             (Model::Ensemble, Some(_)) => {
                 let (lags_x, lags_y) = lag_grid(nx, ny);
-                let lag_weights = |n: usize, pixel_um: f64, f: f64| -> Vec<Complex64> {
-                    // Lags in FFT order: the upper half of the grid holds the negative lags.
-                    let lag_um = |i: usize| if 2 * i > n { i as f64 - n as f64 } else { i as f64 } * pixel_um;
-                    (0..n)
-                        .map(|i| Complex64::from_polar((-lag_um(i).powi(2) / (4.0 * s * s)).exp(), TAU * f * lag_um(i)))
-                        .collect()
-                };
-                let (weights_x, weights_y) = (lag_weights(lags_x, dx_um, f[0]), lag_weights(lags_y, dy_um, f[1]));
+                let (weights_x, weights_y) = (lag_weights(lags_x, dx_um, f[0], s), lag_weights(lags_y, dy_um, f[1], s));
+                // The first summand is that of the lag 0.
                 dx_um * dy_um * separable_sum(&summands, &weights_x, &weights_y).re / summands[0].re
             }
             (Model::Patch, Some((taper_x, taper_y))) => {
-                // Weights `t g exp(2πi f·x)` along one axis, and the sum of `(t g)²`.
-                let pixel_weights = |taper: &[f64], pixel_um: f64, f: f64| {
-                    let x_um = |i: usize| (i as f64 - (taper.len() / 2) as f64) * pixel_um;
-                    let window = |i: usize| taper[i] * (-x_um(i).powi(2) / (2.0 * s * s)).exp();
-                    let weights: Vec<_> =
-                        (0..taper.len()).map(|i| Complex64::from_polar(window(i), TAU * f * x_um(i))).collect();
-                    let power: f64 = (0..taper.len()).map(|i| window(i).powi(2)).sum();
-                    (weights, power)
-                };
-                let (weights_x, power_x) = pixel_weights(taper_x, dx_um, f[0]);
-                let (weights_y, power_y) = pixel_weights(taper_y, dy_um, f[1]);
+                let (weights_x, power_x) = pixel_weights(taper_x, dx_um, f[0], s);
+                let (weights_y, power_y) = pixel_weights(taper_y, dy_um, f[1], s);
                 dx_um * dy_um * separable_sum(&summands, &weights_x, &weights_y).norm_sqr() / (power_x * power_y)
             }
         };
@@ -191,6 +178,27 @@ fn order_weights(n: usize, extent_um: f64, f: f64, nyquist: f64, gaussian: impl 
             value.into()
         })
         .collect()
+}
+
+/// Weights `exp(−r²/(4s²)) exp(2πi f·r)` of the `n` lags r along one axis, in FFT order. `f` is in cycles/µm, and `s`
+/// in µm.
+fn lag_weights(n: usize, pixel_um: f64, f: f64, s: f64) -> Vec<Complex64> {
+    let lag_um = |i: usize| {
+        // The upper half of the grid holds the negative lags.
+        let lag = if 2 * i > n { i as f64 - n as f64 } else { i as f64 };
+        lag * pixel_um
+    };
+    (0..n).map(|i| Complex64::from_polar((-lag_um(i).powi(2) / (4.0 * s * s)).exp(), TAU * f * lag_um(i))).collect()
+}
+
+/// Weights `t g exp(2πi f·x)` of the pixels along one axis, and the sum of `(t g)²`. `taper` has t at each pixel. `f`
+/// is in cycles/µm, and `s` in µm.
+fn pixel_weights(taper: &[f64], pixel_um: f64, f: f64, s: f64) -> (Vec<Complex64>, f64) {
+    let x_um = |i: usize| (i as f64 - (taper.len() / 2) as f64) * pixel_um;
+    let window = |i: usize| taper[i] * (-x_um(i).powi(2) / (2.0 * s * s)).exp();
+    let weights = (0..taper.len()).map(|i| Complex64::from_polar(window(i), TAU * f * x_um(i))).collect();
+    let power = (0..taper.len()).map(|i| window(i).powi(2)).sum();
+    (weights, power)
 }
 
 /// `Σ summands[iy][ix] · weights_x[ix] · weights_y[iy]`.

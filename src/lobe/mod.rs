@@ -3,7 +3,7 @@
 //! `f_r = R·O·M·S/λ²` (docs/model.md#the-reflectance) is in 1/sr and leaves out the cosine. It is divided by the albedo
 //! where energy is conserved. Four lobes implement [`Lobe`]:
 //!
-//! | lobe | surface that builds it | carries |
+//! | lobe | surface that builds it | spectral content of a query |
 //! | --- | --- | --- |
 //! | [`SpectralLobe`] | [`Surface`] | wavelengths in nm |
 //! | [`ColourLobe`] | [`ColourSurface`] | linear sRGB |

@@ -50,6 +50,7 @@ pub struct SpectralLobe<'a, N: Numbers> {
 pub(crate) struct Directions<N: Numbers> {
     wi: [N::Real; 3],
     wo: [N::Real; 3],
+    /// Scattering vector, and the factor O·M.
     scattering: Scattering<N>,
     /// The albedo table, and the places of `wi` and `wo` in its grid of directions.
     albedo: Option<(AlbedoView<N>, [GridPlace<N>; 2])>,

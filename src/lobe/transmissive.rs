@@ -4,7 +4,7 @@
 //! interface's factor. Directions point away from the relief on either side of it: above into air; below into the
 //! medium of an interface, or into the air behind a film. Tables are those of the relief magnified by the index.
 
-use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, per_excess};
+use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, factor_of_excess};
 use super::spectral::SpectralLobe;
 use super::{Gamut, InColour, PerWavelength, Sides};
 use crate::colour_table::ColourView;
@@ -117,7 +117,9 @@ pub(crate) fn colour_at_body<N: Numbers>(
     let colour = table.relief_rgb(u, v, ends.pair.normal() * depth, active);
     let factor = ends.pair.factor() * scale * scale;
     let channels = match albedo {
-        Some(albedo) => per_excess::<N>(ends.places(albedo).map(|place| band_excess(albedo, &place, size, active))),
+        Some(albedo) => {
+            factor_of_excess::<N>(ends.places(albedo).map(|place| band_excess(albedo, &place, size, active)))
+        }
         None => [one; 3],
     };
     array::from_fn(|c| N::Real::select(active, colour[c] * factor * channels[c], N::Real::lit(0.0)))

@@ -1,6 +1,12 @@
 """Sweeps: figures and pictures of many surfaces under many settings, on one machine or many.
 
-A specification names surfaces, settings and the wanted figures. From the command line::
+A specification (``spec``) is a TOML file with three parts:
+
+- *surfaces*: reliefs with their parameters, such as a file of heights and a coherence length;
+- *settings*: the direction of the light, and parameters that vary for every surface;
+- *wants*: groups of figures, which are computed numbers and pictures, such as the colour or a rendered scene.
+
+A surface under a setting is a *case*, and a row of the resulting table. From the command line::
 
     python -m sunbeam_mitsuba.sweep species.toml
 
@@ -20,9 +26,9 @@ Modules, in the order of the data:
   ``command`` (the command ``sunbeam``);
 - ``work``: computes cases in the workers, with ``tables`` (memory of surfaces) and ``instruments`` (their files), and
   writes the results into the ``store``;
-- ``cluster`` and ``drive``: start the workers, and distribute the cases among them;
+- ``cluster`` and ``drive``: start the workers, processes of a Dask cluster, and distribute the cases among them;
 - ``report`` and ``sheet``: read the store, and write the tables and the contact sheet;
-- ``run`` and ``command_line``: the whole sweep, with ``progress``.
+- ``run`` and ``command_line``: the whole sweep, with ``progress`` on stderr.
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""The Dask cluster: workers of this machine, or those of a given scheduler."""
+"""The Dask cluster that computes a sweep: new workers on this machine, or those of a given scheduler.
+
+A Dask *worker* is a process that runs tasks, the *scheduler* hands tasks to the workers, and a *client* is the driver's
+connection to the scheduler. The driver is this process. A task is a batch of cases (drive.py).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,7 @@ import dask
 import psutil
 from distributed import Client, LocalCluster
 
-# asyncio's, which is the builtin one from Python 3.11 on.
+# Dask raises asyncio's TimeoutError, which is the builtin one from Python 3.11 on.
 from distributed import TimeoutError as DaskTimeoutError
 from distributed.comm.core import connect
 
@@ -25,7 +29,8 @@ from .errors import SweepError
 from .tables import WORKER_BYTES
 from .work import Job, probe
 
-#: Number of killed workers after which their task is given up. The first two may have died for another reason.
+#: Number of killed workers after which their task is given up. Smaller values blame tasks for deaths that they did not
+#: cause; larger ones lose more work of the other tasks at these workers.
 KILLS = 3
 # Fraction of the machine's free memory for all workers together. The rest is for this process and the system.
 _MEMORY_FRACTION = 0.9
@@ -40,9 +45,10 @@ def plan_workers(
 ) -> tuple[int, float]:
     """Number of workers of this machine, and the memory limit of each in bytes.
 
-    By default there is one worker per core, at most one per case, and so few that ``largest_bytes``, the peak memory of
-    the largest surface, fits into the memory of each; the limit is an equal part of the free memory.
-    ``wanted_workers`` and ``wanted_bytes`` replace the number and the limit.
+    By default there is one worker for each core that this process may use, but at most one per case. There are fewer
+    where memory is short: each worker needs WORKER_BYTES and ``largest_bytes``, the peak memory of the largest surface.
+    The default limit is an equal part of the free memory. ``wanted_workers`` and ``wanted_bytes`` replace the number
+    and the limit; ``None`` keeps the default.
     """
     free_bytes = psutil.virtual_memory().available * _MEMORY_FRACTION
     cores = len(os.sched_getaffinity(0))
@@ -57,6 +63,7 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
 
     The workers are killed when the context ends.
     """
+    # Children of a script that calls the sweep, which must survive it.
     before = {child.pid for child in psutil.Process().children(recursive=True)}
     _quiet()
     scratch = tempfile.mkdtemp(prefix="sunbeam-sweep-")
@@ -75,12 +82,14 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
                 threads_per_worker=1,
                 processes=True,
                 memory_limit=int(memory_bytes),
+                # Any free port, since several sweeps may run on a machine.
                 dashboard_address=":0",
                 silence_logs=logging.CRITICAL,
                 local_directory=scratch,
             )
             client = Client(cluster, set_as_default=False)
             yield client
+            # Timeouts in seconds; workers that do not end within them are killed below.
             client.close(timeout=2)
             cluster.close(timeout=5)
     finally:
@@ -139,7 +148,7 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
 
 
 async def _reach(address: str) -> None:
-    """Opens and drops a connection. Raises OSError, ValueError or another error where no scheduler answers."""
+    """Opens and drops a connection to the scheduler. Raises OSError or ValueError where none answers."""
     comm = await connect(address, timeout=_CONNECT_SECONDS)
     comm.abort()
 

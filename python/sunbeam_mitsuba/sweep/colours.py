@@ -36,6 +36,7 @@ _C2_NM_K = 1.435e7
 
 def wavelengths_nm(step_nm: float) -> Doubles:
     """Visible wavelengths in nm from 380 in uniform steps, up to at most 780."""
+    # The margin keeps 780 where rounding would exclude it.
     return np.arange(380.0, 780.0 + 1e-9, step_nm)
 
 
@@ -43,7 +44,8 @@ def wavelengths_nm(step_nm: float) -> Doubles:
 def xyz_weights(illuminant: str, step_nm: float) -> Doubles:
     """Weights ``[wavelengths, 3]`` from a reflectance at ``wavelengths_nm(step_nm)`` to CIE XYZ.
 
-    ``illuminant`` is one of ILLUMINANTS. A perfect reflector has Y = 1.
+    ``illuminant`` is one of ILLUMINANTS. A perfect reflector has Y = 1. The result is cached: callers must not change
+    it.
     """
     # In a scalar variant Mitsuba's functions of wavelength take and return plain numbers.
     use_variant("scalar_spectral")
@@ -53,9 +55,10 @@ def xyz_weights(illuminant: str, step_nm: float) -> Doubles:
     if illuminant == "D65":
         power = np.array([float(mi.cie_d65(float(one))) for one in nm])
     elif illuminant == "A":
-        # Planck's law relative to 560 nm.
+        # Planck's law relative to 560 nm; the common factor cancels below.
         power = (560.0 / nm) ** 5 * np.expm1(_C2_NM_K / (_LAMP_K * 560.0)) / np.expm1(_C2_NM_K / (_LAMP_K * nm))
     else:
+        # Illuminant E: equal energy.
         power = np.ones_like(nm)
     weights: Doubles = observer * power[:, None]
     weights /= weights[:, 1].sum()
@@ -66,7 +69,8 @@ def xyz_weights(illuminant: str, step_nm: float) -> Doubles:
 def rgb_weights(illuminant: str, step_nm: float) -> Doubles:
     """Weights ``[wavelengths, 3]`` from a reflectance at ``wavelengths_nm(step_nm)`` to linear sRGB.
 
-    Each channel is scaled so that a perfect reflector is (1, 1, 1) under any of the ILLUMINANTS.
+    Each channel is scaled so that a perfect reflector is (1, 1, 1) under any of the ILLUMINANTS. The result is cached:
+    callers must not change it.
     """
     weights = np.einsum("ij,kj->ik", xyz_weights(illuminant, step_nm), _SRGB_OF_XYZ)
     scaled: Doubles = weights / weights.sum(axis=0)
@@ -85,8 +89,10 @@ def weighted(values: NDArray[np.float32] | Doubles, weights: Doubles) -> Doubles
 def lab(xyz: Doubles, white: Doubles) -> Doubles:
     """CIELAB ``[L*, a*, b*]`` of the colour ``xyz[3]``, relative to ``white[3]``, the illuminant's XYZ (CIE 15)."""
     ratio = xyz / white
-    linear = ratio / (3 * (6 / 29) ** 2) + 4 / 29
-    f = np.where(ratio > (6 / 29) ** 3, np.cbrt(np.maximum(ratio, 0)), linear)
+    # The cube root, continued by its tangent at δ³ towards dark colours.
+    delta = 6 / 29
+    tangent = ratio / (3 * delta**2) + 4 / 29
+    f = np.where(ratio > delta**3, np.cbrt(np.maximum(ratio, 0)), tangent)
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
 
@@ -101,14 +107,18 @@ def hull(points: Doubles) -> list[int]:
 
     Points on an edge are no corners. The list is empty without points, and [0] for a single one.
     """
-    order = sorted(range(len(points)), key=lambda i: (points[i, 0], points[i, 1]))
+    ascending = sorted(range(len(points)), key=lambda i: (points[i, 0], points[i, 1]))
 
     def turns_left(a: int, b: int, c: int) -> bool:
+        """Whether the path through the points a, b and c turns left at b."""
         (ax, ay), (bx, by), (cx, cy) = points[a], points[b], points[c]
         return bool((bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 0)
 
     def half_hull(indices: list[int]) -> list[int]:
-        """The lower hull for ascending points, the upper one for descending; its last corner begins the other half."""
+        """The lower hull for ascending points, the upper one for descending.
+
+        The last corner is left out, since it begins the other half.
+        """
         corners: list[int] = []
         for index in indices:
             while len(corners) > 1 and not turns_left(corners[-2], corners[-1], index):
@@ -116,7 +126,7 @@ def hull(points: Doubles) -> list[int]:
             corners.append(index)
         return corners[:-1]
 
-    return half_hull(order) + half_hull(order[::-1]) if len(order) > 1 else order
+    return half_hull(ascending) + half_hull(ascending[::-1]) if len(ascending) > 1 else ascending
 
 
 def polygon_area(corners: Doubles) -> float:

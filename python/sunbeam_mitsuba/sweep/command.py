@@ -1,4 +1,8 @@
-"""Runs the command ``sunbeam``, which reports statistics and periods of a relief, and orders of a grating."""
+"""Runs the command ``sunbeam`` (crates/cli), which reports figures that the package itself cannot compute.
+
+``sunbeam height-field`` reports statistics and periods of a relief and the estimated size of its tables, and
+``sunbeam orders`` the diffraction orders of a grating. Both print a JSON object.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +49,10 @@ def require_command() -> str:
 
 
 def surface_words(parameters: Mapping[str, Value]) -> list[str]:
-    """Command-line arguments that describe a surface. Parameters outside SOURCE and SURFACE are left out."""
+    """Command-line arguments that describe a surface, such as ``--pixel-size=0.1``.
+
+    Parameters outside SOURCE and SURFACE are left out, since only Mitsuba knows them.
+    """
     words = []
     for name, value in parameters.items():
         if name in SOURCE or name in SURFACE:
@@ -70,9 +77,11 @@ def ask(*words: str) -> dict[str, Any]:
 def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
     """Report of ``sunbeam height-field`` on a surface. The report is cached, since all settings of a surface need it.
 
-    Raises :class:`CommandError` where the surface is refused, and :class:`SweepError` where the command is missing.
+    Callers must not change the result. Raises :class:`CommandError` where the surface is refused, and
+    :class:`SweepError` where the command is missing.
     """
     name = parameters.get("filename")
+    # A missing file has any time: the command refuses it.
     changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
     # The report does not depend on the optics, so surfaces that differ in these parameters share it.
     optics = ("eta", "k", "obliquity", "transmission")

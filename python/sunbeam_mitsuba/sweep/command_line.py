@@ -13,7 +13,7 @@ from types import FrameType
 from .cluster import kill_workers
 from .errors import SweepError
 from .run import plan, run
-from .spec import read_spec
+from .spec import Spec, read_spec
 
 #: Exit code of a sweep in which some cases failed.
 SOME_FAILED = 1
@@ -36,6 +36,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--scheduler", metavar="ADDRESS", help="compute on a Dask scheduler such as tcp://host:8786")
     add("--workers", type=_positive(int), metavar="N", help="processes on this machine (default: one per core)")
     add("--memory", type=_positive(float), metavar="GB", help="memory of each process (default: from free memory)")
+    # `--resume` only states the default, so its value is never read.
     earlier = parser.add_mutually_exclusive_group()
     earlier.add_argument("--resume", action="store_true", help="keep the folder's results (the default)")
     earlier.add_argument("--fresh", action="store_true", help="remove the folder's results first")
@@ -59,9 +60,9 @@ def _positive(kind: type[int] | type[float]) -> Callable[[str], float]:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command line with ``words``, or the process's arguments. Returns the exit code.
+    """Runs the command line with the arguments ``words``, by default those of the process. Returns the exit code.
 
-    After an interruption it ends the process with INTERRUPTED instead of returning. Wrong arguments exit with status 2.
+    An interruption ends the process with INTERRUPTED. Wrong arguments end it with status 2, by argparse.
     """
     options = _parser().parse_args(words)
     # Batch systems end a job by SIGTERM.
@@ -69,12 +70,7 @@ def main(words: list[str] | None = None) -> int:
     try:
         spec = read_spec(options.spec, options.output)
         if options.plan:
-            planned = plan(spec, options.workers, options.memory)
-            print(
-                f"{planned.cases} cases of {planned.surfaces} surfaces; building the largest tables takes about "
-                f"{planned.largest_gb:.2f} GB; {planned.workers} workers with {planned.worker_gb:.1f} GB each; "
-                f"results go to {spec.output}"
-            )
+            _print_plan(spec, options.workers, options.memory)
             return 0
         outcome = run(
             spec,
@@ -100,6 +96,16 @@ def main(words: list[str] | None = None) -> int:
         + ("; the column error says why, and --retry-failed tries them again" if outcome.failed else "")
     )
     return SOME_FAILED if outcome.failed else 0
+
+
+def _print_plan(spec: Spec, workers: int | None, memory_gb: float | None) -> None:
+    """Prints the sweep's demand on this machine in one line."""
+    planned = plan(spec, workers, memory_gb)
+    print(
+        f"{planned.cases} cases of {planned.surfaces} surfaces; building the largest tables takes about "
+        f"{planned.largest_gb:.2f} GB; {planned.workers} workers with {planned.worker_gb:.1f} GB each; "
+        f"results go to {spec.output}"
+    )
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

@@ -1,5 +1,8 @@
 """Submits cases to the workers in batches, a few at a time, and collects the results.
 
+A batch is a Dask task: a call of work.run_batch with some cases. The number of cases follows from their measured
+duration, so that a batch takes about BATCH_SECONDS and the overhead of a task is small.
+
 A worker can die, most often for lack of memory, and Dask then repeats its batch on another worker. After KILLS deaths
 Dask gives the batch up with a KilledWorker error. Then:
 
@@ -81,8 +84,10 @@ class _Driver:
         self._submitted: dict[Future[Done], list[Case]] = {}
         # Futures of batches that ended. Dask fills the queue in a thread of its own.
         self._ended: queue.Queue[Future[Done]] = queue.Queue()
-        # Exponential mean of a case's duration; 0 before the first batch ends.
+        # Exponential mean of a case's duration in seconds; 0 before the first batch ends.
         self._case_seconds = 0.0
+        # Number of the workers' threads, and the time when they were counted.
+        self._threads, self._counted_at = 1, 0.0
         self._count_threads()
         # Dask's keys of the batches are a random prefix, which differs between sweeps on one scheduler, and a number.
         self._key_prefix = uuid.uuid4().hex[:8]
@@ -149,7 +154,10 @@ class _Driver:
         return max(1, min(int(target / self._case_seconds), BATCH_CASES_MAX, equal_parts))
 
     def _take(self, future: Future[Done], batch: list[Case]) -> None:
-        """Collects the result of a batch that ended. Raises :class:`SweepError` where the sweep cannot continue."""
+        """Collects the result or the error of a batch that ended.
+
+        Raises :class:`SweepError` where the sweep cannot continue.
+        """
         if future.status == "cancelled":
             raise self._lost()
         done: Done | None = None
@@ -159,7 +167,7 @@ class _Driver:
             if error is None:
                 done = future.result(timeout=_RESULT_SECONDS)
         except KilledWorker as killed:
-            # The worker died before its result was fetched, and so did those that repeated the batch.
+            # The worker died before its result was fetched, and so did the workers that repeated the batch.
             error = killed
         except DaskTimeoutError as late:
             if self._client.status != "running":
@@ -173,7 +181,13 @@ class _Driver:
         if done is None:
             self._take_error(error, batch)
             return
+        # The scheduler may forget the result.
         future.release()
+        self._take_result(done)
+
+    def _take_result(self, done: Done) -> None:
+        """Measures and counts the cases of a computed batch. Raises :class:`SweepError` for its fatal error."""
+        # A batch with a fatal error may have computed no case.
         if done.failed:
             newest = done.seconds / len(done.failed)
             mean = self._case_seconds or newest
@@ -183,9 +197,9 @@ class _Driver:
             raise SweepError(done.fatal)
 
     def _take_error(self, error: Any, batch: list[Case]) -> None:
-        """Queues the cases of a batch that killed its workers again, or records the case on trial as failed.
+        """Handles the error of a batch: a KilledWorker error as the head of this file describes, others are fatal.
 
-        Raises :class:`SweepError` for another error, and where the record cannot be written.
+        Raises :class:`SweepError` for a fatal error, and where the record of a failed case cannot be written.
         """
         if not isinstance(error, KilledWorker):
             raise SweepError(f"a worker cannot do its work: {type(error).__name__}: {' '.join(str(error).split())}")
@@ -197,6 +211,11 @@ class _Driver:
         if case is not self._on_trial:
             self._suspects.append(case)
             return
+        self._record_deadly(case)
+        self._finished(1, 1)
+
+    def _record_deadly(self, case: Case) -> None:
+        """Records as failed a case that killed its workers. Raises :class:`SweepError` where that is impossible."""
         message = f"killed {KILLS} workers that tried it; most often the memory is too small for it"
         record = record_of(self._job, case, message)
         parameters = with_full_path(case.parameters, self._job.folder)
@@ -206,7 +225,6 @@ class _Driver:
             write_result(self._job.output, record, {})
         except (OSError, StoreError) as disk_error:
             raise SweepError(str(disk_error)) from disk_error
-        self._finished(1, 1)
 
     def _lost(self) -> SweepError:
         """The error of a lost connection, to be raised."""

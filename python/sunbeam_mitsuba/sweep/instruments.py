@@ -1,4 +1,8 @@
-"""Files of instruments in a sweep: each worker process converts a file once to a temporary ``.gsf``, by convert.py."""
+"""Files of instruments in a sweep, in formats that only the Python library SurfaceTopography reads.
+
+Each worker process converts such a file once, by convert.py, to a temporary Gwyddion file (``.gsf``), which sunbeam
+reads itself.
+"""
 
 from __future__ import annotations
 
@@ -58,6 +62,7 @@ def _folder() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix="sunbeam-")
 
 
+# The cache forgets converted files beyond its size, and they are converted again where they are needed.
 @lru_cache(maxsize=4096)
 def _gsf_of(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
     """Converts a file and returns the path of its ``.gsf``; ``pixel_size`` is in µm.

@@ -13,7 +13,7 @@ from typing import Union
 
 from .errors import SweepError
 
-#: Types of a parameter's value.
+#: Types of a parameter's value. ``Union`` is needed since Python 3.9 cannot evaluate ``str | float``.
 Value = Union[str, float, bool]
 
 
@@ -140,7 +140,7 @@ PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **SCENE, **LIGHT}
 
 
 def check_value(where: str, name: str, value: object) -> Value:
-    """Returns the value if the parameter ``name`` accepts it, numbers as ``float``.
+    """Returns the value if the parameter ``name`` accepts it, an integer as ``float``.
 
     Raises :class:`SweepError` otherwise. ``where`` names the specification's table in its message.
     """

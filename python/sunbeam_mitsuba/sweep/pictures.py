@@ -24,7 +24,7 @@ _CLIPPED_FRACTION = 0.01
 
 
 def automatic_exposure(pixels: Doubles) -> float:
-    """Factor on linear sRGB ``[..., 3]`` that brings about 1 % of the lit pixels above 1 in some channel.
+    """Factor on linear sRGB ``[..., 3]`` that brings about _CLIPPED_FRACTION of the lit pixels above 1 in some channel.
 
     Lit pixels have a positive channel. The factor of a black picture is 1.
     """
@@ -57,6 +57,7 @@ def thumbnail(pixels: Bytes8) -> bytes:
     Partial blocks at the right and bottom are cut off. A picture with a side shorter than a block keeps its size.
     """
     height, width = pixels.shape[:2]
+    # Side of a block in pixels, by a division that rounds up.
     block = -(-max(height, width) // _THUMBNAIL_PIXELS)
     rows, columns = height // block, width // block
     if rows == 0 or columns == 0:

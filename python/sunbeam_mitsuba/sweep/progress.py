@@ -17,7 +17,7 @@ _LINE_SECONDS = 30.0
 class Progress:
     """Counts cases, and shows their number on stderr with the rate and the time left.
 
-    A terminal shows a bar, a file gets a line each half minute.
+    The public attributes ``total``, ``done`` and ``failed`` are numbers of cases.
     """
 
     def __init__(self, total: int, done: int, failed: int, shown: bool):
@@ -30,6 +30,7 @@ class Progress:
         self._start = time.monotonic()
         # Time of the next line.
         self._line_at = self._start + _LINE_SECONDS
+        # Cases of earlier sweeps, which the rate leaves out.
         self._done_before = done
         self._bar: tqdm[object] | None = None
         if shown and sys.stderr.isatty():
@@ -56,10 +57,14 @@ class Progress:
             self._bar.update(done)
         elif self._shown and time.monotonic() > self._line_at:
             self._line_at = time.monotonic() + _LINE_SECONDS
-            rate = (self.done - self._done_before) / (time.monotonic() - self._start)
-            left = (self.total - self.done) / rate if rate > 0 else float("inf")
-            print(
-                f"{self.done} of {self.total} cases, {self.failed} failed, {rate:.3g} cases/s, about {left:.0f} s left",
-                file=sys.stderr,
-                flush=True,
-            )
+            self._print_line()
+
+    def _print_line(self) -> None:
+        """Prints the numbers of cases, the rate of this run, and the time left at this rate."""
+        rate = (self.done - self._done_before) / (time.monotonic() - self._start)
+        left = (self.total - self.done) / rate if rate > 0 else float("inf")
+        print(
+            f"{self.done} of {self.total} cases, {self.failed} failed, {rate:.3g} cases/s, about {left:.0f} s left",
+            file=sys.stderr,
+            flush=True,
+        )

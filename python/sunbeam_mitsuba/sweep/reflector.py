@@ -1,7 +1,8 @@
-"""BSDF and albedo of a surface for the figures: by the C interface (`Surface`), or by the plugin's BSDF in Mitsuba.
+"""BSDF and albedo of a surface for the figures: by the C interface (``Surface``), or by the plugin's BSDF in Mitsuba.
 
-Mitsuba evaluates surfaces with parameters that only its BSDF has, such as `material`. The C interface evaluates all
-others and needs no Mitsuba variant.
+Mitsuba evaluates surfaces with parameters that only its BSDF has, such as ``material``. The C interface evaluates all
+others and needs no Mitsuba variant. Mitsuba is compiled in *variants*, combinations of a backend and a representation
+of colour. A process uses one at a time; the second half of this file selects it.
 
 Directions are unit vectors in the surface's frame (z is its normal) and point away from the surface: ``wi`` towards the
 light, ``wo`` towards the viewer.
@@ -44,7 +45,7 @@ class Reflector(Protocol):
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
         """The BSDF ``f_r`` in 1/sr, ``[directions, wavelengths]``, for one ``wi`` and ``wo[directions, 3]``.
 
-        The result is 0 for ``wo`` below the horizon.
+        All ``wo`` are above the horizon (z > 0).
         """
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
@@ -103,12 +104,12 @@ class _MitsubaReflector:
         nm = list(wavelengths_nm)
         result = np.empty((len(wo), len(nm)), dtype=np.float32)
         outgoing = np.ascontiguousarray(wo.T, dtype=np.float32)
-        # Mitsuba's values include the cosine of `wo`. Division by infinity gives 0 below the horizon.
-        cosine = np.where(wo[:, 2] > 0, wo[:, 2], np.inf).astype(np.float32)
+        # Mitsuba's values include the cosine of `wo`.
+        cosine = wo[:, 2].astype(np.float32)
         for first in range(0, len(nm), _WAVELENGTHS_PER_CALL):
             chosen_nm = nm[first : first + _WAVELENGTHS_PER_CALL]
             si = _interactions(list(wi), chosen_nm, len(wo))
-            # [_WAVELENGTHS_PER_CALL, directions].
+            # Shape [_WAVELENGTHS_PER_CALL, directions].
             value = np.array(self._bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(outgoing)))
             result[:, first : first + len(chosen_nm)] = (value / cosine)[: len(chosen_nm)].T
         return result
@@ -118,12 +119,13 @@ class _MitsubaReflector:
         use_variant(_VARIANT)
         nm = list(wavelengths_nm)
         means: list[float] = []
-        columns = np.ascontiguousarray(u.T, dtype=np.float32)
+        # Rows of one random number each: Mitsuba's `sample1`, and the two of its `sample2`.
+        variates = np.ascontiguousarray(u.T, dtype=np.float32)
         for first in range(0, len(nm), _WAVELENGTHS_PER_CALL):
             chosen_nm = nm[first : first + _WAVELENGTHS_PER_CALL]
             si = _interactions(list(wi), chosen_nm, len(u))
-            # The weight is [_WAVELENGTHS_PER_CALL, samples].
-            sample, weight = self._bsdf.sample(mi.BSDFContext(), si, mi.Float(columns[0]), mi.Point2f(columns[1:]))
+            # The weight has the shape [_WAVELENGTHS_PER_CALL, samples].
+            sample, weight = self._bsdf.sample(mi.BSDFContext(), si, mi.Float(variates[0]), mi.Point2f(variates[1:]))
             reflected = np.where(np.array(sample.wo)[2] > 0, np.array(weight), 0)
             means += reflected.astype(np.float64).mean(axis=1)[: len(chosen_nm)].tolist()
         return np.array(means)
@@ -135,7 +137,10 @@ def mitsuba() -> Any:
 
 
 def _interactions(wi: list[float], chosen_nm: list[float], count: int) -> Any:
-    """``count`` equal interactions with 1 to _WAVELENGTHS_PER_CALL wavelengths in nm; missing ones repeat the last."""
+    """``count`` equal interactions of Mitsuba, lit from ``wi``, with _WAVELENGTHS_PER_CALL wavelengths in nm.
+
+    ``chosen_nm`` has at least one of them; missing ones repeat the last, and callers drop their results.
+    """
     import drjit as dr
 
     mi = mitsuba()

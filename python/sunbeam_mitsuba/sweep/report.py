@@ -10,7 +10,7 @@ import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -53,6 +53,15 @@ KINDS: dict[str, pa.DataType] = {
 _GROUP_ROWS = 10_000
 
 
+class Row(NamedTuple):
+    """A row of the table."""
+
+    #: Values by column. Columns without a value are ``None`` or missing.
+    cells: dict[str, Any]
+    #: The case's record (work.record_of), as store.read_result returns it.
+    record: dict[str, Any]
+
+
 def columns_of(spec: Spec) -> list[Column]:
     """Columns of the table in order: the case, its parameters, its outcome, and the wanted figures."""
     found = [
@@ -76,8 +85,8 @@ def columns_of(spec: Spec) -> list[Column]:
     return found
 
 
-def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Yields each case's row of the table, by column, and its record. Columns without a value are ``None`` or missing.
+def read_rows(folder: Path, cases: list[Case]) -> Iterator[Row]:
+    """Yields the row of each case, from the results in the sweep's folder.
 
     Raises :class:`StoreError` where a result was removed after it was written.
     """
@@ -85,7 +94,7 @@ def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any],
         record = read_result(folder, case.identity)
         if record is None:
             raise StoreError(f"the result of row {case.row} is no longer in {folder}; the same command makes it again")
-        row = {
+        cells = {
             "row": case.row,
             "identity": case.identity,
             "surface": case.surface,
@@ -99,8 +108,8 @@ def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any],
         for ending in record["pictures"]:
             # The path of map.exr is in the column map_exr, that of strip.png in colour_strip.
             column = "colour_strip" if ending == "strip.png" else ending.replace(".", "_")
-            row[column] = picture_name(case.identity, ending)
-        yield row, record
+            cells[column] = picture_name(case.identity, ending)
+        yield Row(cells, record)
 
 
 def write_tables(spec: Spec, cases: list[Case]) -> None:
@@ -120,9 +129,9 @@ def write_tables(spec: Spec, cases: list[Case]) -> None:
         ("worker", pa.string()),
     ]
     table, times = _ParquetTable(pa.schema(fields)), _ParquetTable(pa.schema(time_fields))
-    for row, record in read_rows(spec.output, cases):
-        table.add(row)
-        times.add({"row": row["row"], "identity": row["identity"], **record["time"]})
+    for cells, record in read_rows(spec.output, cases):
+        table.add(cells)
+        times.add({"row": cells["row"], "identity": cells["identity"], **record["time"]})
     write_whole(spec.output / TABLE, table.finish())
     write_whole(spec.output / TIMES, times.finish())
 
@@ -137,9 +146,9 @@ class _ParquetTable:
         self._buffer = io.BytesIO()
         self._writer = pq.ParquetWriter(self._buffer, schema, compression="zstd")
 
-    def add(self, row: dict[str, Any]) -> None:
-        """Adds a row by column; missing columns become null, and keys outside the schema are ignored."""
-        self._rows.append(row)
+    def add(self, cells: dict[str, Any]) -> None:
+        """Adds a row, its values by column; missing columns become null, and keys outside the schema are ignored."""
+        self._rows.append(cells)
         if len(self._rows) >= _GROUP_ROWS:
             self._flush()
 
@@ -159,7 +168,8 @@ class _ParquetTable:
 def write_summary(spec: Spec, state: str, facts: dict[str, Any]) -> None:
     """Writes ``sweep.json``: the state, the facts, the wants' options, the columns' meanings, and the specification.
 
-    ``state`` is "unfinished" or "finished"; ``facts`` are further entries. Raises :class:`StoreError`.
+    ``state`` is "unfinished" or "finished"; ``facts`` are further entries. Raises :class:`StoreError` where the file
+    cannot be written.
     """
     content = {
         "state": state,

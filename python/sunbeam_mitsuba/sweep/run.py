@@ -1,4 +1,8 @@
-"""Runs a sweep from its specification to its table."""
+"""Runs a sweep from its specification to its table.
+
+Results of earlier runs stay in the folder, so a run computes only the cases without a valid result. The workers write
+results, and this process (the driver) reads them back for the table, the sheet and the summary.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +43,7 @@ class Outcome:
     cases: int
     #: Number of cases in which some figure failed.
     failed: int
-    #: Duration of the run.
+    #: Duration of the run, without the reading of the specification.
     seconds: float
 
 
@@ -99,11 +103,13 @@ def run(
     cases = list(spec.cases(version()))
     job = Job(spec.output, spec.folder, spec.wants, version())
     if scheduler is None:
+        # Workers of this machine need the requirements here; remote workers are probed instead.
         for want in spec.wants:
             want.check_here()
         check_library(case.parameters for case in cases)
     store = Store(spec.output)
     store.open(fresh)
+    # Entries of the summary that are known at the start.
     begun = {"version": version(), "cases": len(cases), "started": _now()}
     try:
         write_summary(spec, "unfinished", begun)
@@ -118,10 +124,7 @@ def run(
                 write_sheet(spec, read_rows(spec.output, cases), facts)
                 write_summary(spec, "finished", {**facts, "seconds": round(time.perf_counter() - start, 3)})
             except (SweepError, StoreError) as error:
-                if counter.done == 0:
-                    raise SweepError(str(error)) from error
-                progress_text = f"{counter.done} of {counter.total} cases are done"
-                raise SweepError(f"{error} ({progress_text}; the same command goes on with the rest)") from error
+                raise SweepError(_with_progress(str(error), counter)) from error
     except StoreError as error:
         raise SweepError(str(error)) from error
     finally:
@@ -129,11 +132,18 @@ def run(
     return Outcome(spec.output, len(cases), counter.failed, time.perf_counter() - start)
 
 
+def _with_progress(message: str, counter: Progress) -> str:
+    """The message of an error, with the number of finished cases, which are kept."""
+    if counter.done == 0:
+        return message
+    return f"{message} ({counter.done} of {counter.total} cases are done; the same command goes on with the rest)"
+
+
 def _pending_cases(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Case], int]:
-    """The cases to compute, and the number of failed cases among the others. Raises :class:`StoreError`.
+    """The cases to compute, and the number of failed cases among the others.
 
     Cases to compute have no result, an outdated one, or with ``retry_failed`` a failed one. Their results are removed,
-    since workers skip a case with a result.
+    since workers skip a case with a result. Raises :class:`StoreError` where that is impossible.
     """
     pending, failed = [], 0
     for case in cases:
@@ -150,7 +160,7 @@ def _pending_cases(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[l
 
 
 def _forget(folder: Path, case: Case) -> None:
-    """Removes a case's result. Raises :class:`StoreError`."""
+    """Removes a case's result, if any. Raises :class:`StoreError` where it cannot be removed."""
     try:
         result_path(folder, case.identity).unlink(missing_ok=True)
     except OSError as error:
@@ -167,9 +177,10 @@ def _client(
     memory_gb: float | None,
     progress: bool,
 ) -> Iterator[Client]:
-    """A client of the scheduler at the address ``scheduler``, or of new workers on this machine.
+    """A client of the scheduler at the address ``scheduler``, or of new workers on this machine for ``None``.
 
-    Raises :class:`SweepError` where the scheduler or one of its workers cannot take part.
+    ``workers``, ``memory_gb`` and ``progress`` are those of :func:`run`. Raises :class:`SweepError` where the scheduler
+    or one of its workers cannot take part.
     """
     if scheduler is not None:
         with remote_client(scheduler, job) as client:

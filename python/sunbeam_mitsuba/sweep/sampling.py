@@ -1,4 +1,13 @@
-"""Combinations of parameters' values: a product, a list or a random sample."""
+"""Combinations of parameters' values: a product, a list or a random sample.
+
+They are read from a table of the specification, such as::
+
+    combine = "product"
+    coherence_length = [65, 130]
+    theta_i_deg = { from = 0, to = 60, count = 7 }
+
+which gives 14 combinations.
+"""
 
 from __future__ import annotations
 
@@ -58,9 +67,11 @@ class Combinations:
         if self.kind == "sample":
             yield from self._drawn()
             return
+        # Without parameters there is one combination, but `zip` would give none.
         if not self.names:
             yield {}
             return
+        # All values are tuples here; the condition is for the type checker.
         lists = [values for values in self.values if not isinstance(values, Span)]
         for row in itertools.product(*lists) if self.kind == "product" else zip(*lists):
             yield dict(zip(self.names, row))
@@ -79,6 +90,7 @@ class Combinations:
         for _ in range(self.count):
             row: dict[str, Value] = {}
             for name, values in zip(self.names, self.values):
+                # A fraction in [0, 1).
                 u = source.random()
                 row[name] = values.at(u) if isinstance(values, Span) else values[int(u * len(values))]
             yield row
@@ -108,25 +120,27 @@ def read_combinations(where: str, table: dict[str, object], accepted: list[str])
             raise SweepError(f'{where}: {key} needs combine = "sample"')
     names = tuple(name for name in accepted if name in table)
     values = tuple(_values(where, name, table[name], is_sample) for name in names)
-    lengths = [1 if isinstance(listed, Span) else len(listed) for listed in values]
     if is_sample:
         count = check_whole(f"{where}: count", table.get("count"), 1, ROWS_MAX)
         seed = check_whole(f"{where}: seed", table.get("seed", 0), 0, 2**63)
         return Combinations(names, count, "sample", values, seed)
+    # Only a sample has spans; the condition is for the type checker.
+    lists = [listed for listed in values if not isinstance(listed, Span)]
     if kind == "list":
-        longest = max(lengths, default=1)
-        for name, length in zip(names, lengths):
-            if length not in (1, longest):
-                raise SweepError(f"{where}: {name} has {length} values, but a list needs 1 or {longest}")
-        repeated = [
-            listed * longest if len(listed) == 1 else listed for listed in values if not isinstance(listed, Span)
-        ]
-        return Combinations(names, longest, "list", tuple(repeated))
-    return Combinations(names, math.prod(lengths), "product", values)
+        longest = max(map(len, lists), default=1)
+        for name, listed in zip(names, lists):
+            if len(listed) not in (1, longest):
+                raise SweepError(f"{where}: {name} has {len(listed)} values, but a list needs 1 or {longest}")
+        repeated = tuple(listed * longest if len(listed) == 1 else listed for listed in lists)
+        return Combinations(names, longest, "list", repeated)
+    return Combinations(names, math.prod(map(len, lists)), "product", tuple(lists))
 
 
 def _values(where: str, name: str, given: object, is_sample: bool) -> tuple[Value, ...] | Span:
-    """Reads the value ``given`` of the parameter ``name``: a range, a list, or a single value."""
+    """Reads the value ``given`` of the parameter ``name``: a range, a list, or a single value.
+
+    Raises :class:`SweepError` for values that the parameter does not accept.
+    """
     if isinstance(given, dict):
         return _range(f"{where}: {name}", name, given, is_sample)
     if isinstance(given, list):
@@ -137,7 +151,10 @@ def _values(where: str, name: str, given: object, is_sample: bool) -> tuple[Valu
 
 
 def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> tuple[Value, ...] | Span:
-    """Reads a range of the parameter ``name``: its values, or a span for a sample."""
+    """Reads a range of the parameter ``name``: its values, or a span for a sample.
+
+    ``where`` names the range in messages. Raises :class:`SweepError` for a range that is not accepted.
+    """
     check_keys(where, given, list(_RANGE_KEYS))
     if not isinstance(PARAMETERS[name], Numbers):
         raise SweepError(f"{where} is a range, but must be {PARAMETERS[name]}")
@@ -165,7 +182,11 @@ def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> 
 
 
 def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
-    """The values of a linear span from its first in steps of ``step``, up to its last at most."""
+    """The values of a linear span from its first in steps of ``step``, up to its last at most.
+
+    Raises :class:`SweepError` for a step that is no positive number, a logarithmic or falling span, and too many
+    values.
+    """
     if isinstance(step, bool) or not isinstance(step, (int, float)) or not 0 < step < math.inf or span.logarithmic:
         raise SweepError(f"{where}: step is {shown(step)}, but must be a number above 0, and is for linear ranges")
     if span.last < span.first:

@@ -9,7 +9,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from .report import columns_of
+from .report import Row, columns_of
 from .spec import Spec
 from .store import SHEET, write_whole
 
@@ -22,32 +22,32 @@ _SINGLE_VALUE_KINDS = ("number", "whole", "text", "truth")
 _LEFT_OUT = ("identity", "version", "input_sha256", "status")
 
 
-def write_sheet(spec: Spec, rows: Iterable[tuple[dict[str, Any], dict[str, Any]]], facts: dict[str, Any]) -> None:
-    """Writes ``index.html`` from the table's rows and their records (report.read_rows).
+def write_sheet(spec: Spec, rows: Iterable[Row], facts: dict[str, Any]) -> None:
+    """Writes ``index.html`` from the table's rows.
 
-    The page states the ``facts`` ``cases``, ``failed`` and ``version``. Raises ``StoreError`` where a record is missing
-    or the page cannot be written.
+    The page states ``cases``, ``failed`` and ``version`` of the ``facts``. Raises ``StoreError`` where a record is
+    missing or the page cannot be written.
     """
     shown = list(islice(rows, _ROWS_MAX))
     columns = [
         column for column in columns_of(spec) if column.kind in _SINGLE_VALUE_KINDS and column.name not in _LEFT_OUT
     ]
     # Empty columns are left out, such as the errors of a sweep without any.
-    columns = [column for column in columns if any(row.get(column.name) is not None for row, _ in shown)]
-    # Texts of wants are paths of files.
+    columns = [column for column in columns if any(row.cells.get(column.name) is not None for row in shown)]
+    # Columns of wants with texts have paths of files.
     file_columns = {
         f"{want.name}_{column.name}" for want in spec.wants for column in want.columns() if column.kind == "text"
     }
     # Names of the thumbnails, each a column of pictures.
-    pictures = sorted({name for _, record in shown for name in record["thumbnails"]})
+    pictures = sorted({name for row in shown for name in row.record["thumbnails"]})
     lines = [
         {
-            "failed": record["status"] == "failed",
+            "failed": row.record["status"] == "failed",
             # For each name the thumbnail, a PNG in base 64, and the path of the full picture, or none.
-            "pictures": [(record["thumbnails"].get(name), _full_picture(row, name)) for name in pictures],
-            "cells": [_cell(row.get(column.name), column.name in file_columns) for column in columns],
+            "pictures": [(row.record["thumbnails"].get(name), _full_picture(row, name)) for name in pictures],
+            "cells": [_cell(row.cells.get(column.name), column.name in file_columns) for column in columns],
         }
-        for row, record in shown
+        for row in shown
     ]
     templates = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, autoescape=True, trim_blocks=True
@@ -58,14 +58,18 @@ def write_sheet(spec: Spec, rows: Iterable[tuple[dict[str, Any], dict[str, Any]]
     write_whole(spec.output / SHEET, page.encode())
 
 
-def _full_picture(row: dict[str, Any], name: str) -> str | None:
+def _full_picture(row: Row, name: str) -> str | None:
     """Path of the full picture of the thumbnail ``name``, relative to the sweep's folder; none without one."""
-    found = row.get("colour_strip") if name == "strip" else row.get(f"{name}_png")
+    found = row.cells.get("colour_strip" if name == "strip" else f"{name}_png")
     return str(found) if found else None
 
 
 def _cell(value: Any, is_file: bool) -> dict[str, Any]:
-    """A cell of the template: its text, ``shown``; the key for sorting its column, ``sorts``; and a link for a file."""
+    """A cell of the template ``sheet.html.j2``.
+
+    Its entries are the text ``shown``; ``sorts``, the text by whose number or letters the column is sorted; and
+    ``link``, the path of a file or ``None``.
+    """
     if value is None:
         return {"shown": "", "sorts": "", "link": None}
     if isinstance(value, float):

@@ -1,4 +1,18 @@
-"""The specification of a sweep, read from a TOML file or a dictionary and checked before the sweep begins."""
+"""The specification of a sweep, read from a TOML file or a dictionary and checked before the sweep begins.
+
+A short specification is::
+
+    output = "species"
+    [[surface]]
+    files = "scans/*.gsf"
+    [settings]
+    theta_i_deg = [0, 30, 60]
+    [want.colour]
+    illuminant = "D65"
+
+Each ``[[surface]]`` and ``[settings]`` give combinations of parameters (sampling.py). A combination of a surface is one
+of its *variants*, here a file. Every variant under every setting is a case.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +64,7 @@ class SurfaceSpec:
 
     #: Name in the table; where it is empty, the file's name or the preset replaces it.
     name: str
-    #: Parameters of its variants.
+    #: Its variants.
     combinations: Combinations
 
 
@@ -63,7 +77,7 @@ class Spec:
     #: Folder of the results, an absolute path.
     output: Path
     surfaces: tuple[SurfaceSpec, ...]
-    #: Settings of every surface.
+    #: Settings, which every variant of every surface is combined with.
     settings: Combinations
     #: Wanted figures, in the order of WANTS.
     wants: tuple[Want, ...]
@@ -97,6 +111,7 @@ class Spec:
                 for setting in self.settings:
                     parameters = {**_LIGHT_DEFAULTS, **variant, **setting}
                     text = json.dumps([name, parameters, wanted, version], sort_keys=True)
+                    # 80 bits: two of 10⁶ different cases agree with a probability below 10⁻¹².
                     identity = hashlib.sha256(text.encode()).hexdigest()[:20]
                     if identity not in seen:
                         seen.add(identity)
@@ -134,19 +149,27 @@ def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[st
     surface_specs = tuple(
         _surface(f"surface {number}", table, folder, settings) for number, table in enumerate(surfaces, start=1)
     )
-    where = output if output is not None else source.get("output")
-    if where is None:
-        raise SweepError('the specification needs an output, a folder: output = "…" in it, or --output')
-    if not isinstance(where, (str, os.PathLike)):
-        raise SweepError(f"output is {shown(where)}, but must be a folder's name")
-    output_folder = Path(where) if output is not None else folder / where
+    output_folder = _output(source, folder, output)
     wants = _wants(source.get("want"), folder)
-    spec = Spec(folder, output_folder.resolve(), surface_specs, settings, wants, source)
+    spec = Spec(folder, output_folder, surface_specs, settings, wants, source)
     if spec.count > ROWS_MAX:
         raise SweepError(f"the specification has {spec.count} cases; accepted are at most {ROWS_MAX}")
     for want in wants:
         want.check_parameters(set(spec.parameter_names), _values_of(spec))
     return spec
+
+
+def _output(source: dict[str, Any], folder: Path, replacement: str | os.PathLike[str] | None) -> Path:
+    """Absolute path of the output folder: ``replacement``, or the specification's own, relative to ``folder``.
+
+    Raises :class:`SweepError` where both are missing.
+    """
+    where = replacement if replacement is not None else source.get("output")
+    if where is None:
+        raise SweepError('the specification needs an output, a folder: output = "…" in it, or --output')
+    if not isinstance(where, (str, os.PathLike)):
+        raise SweepError(f"output is {shown(where)}, but must be a folder's name")
+    return (Path(where) if replacement is not None else folder / where).resolve()
 
 
 def _values_of(spec: Spec) -> dict[str, set[Value]]:
@@ -159,7 +182,7 @@ def _values_of(spec: Spec) -> dict[str, set[Value]]:
 
 
 def _settings(table: object) -> Combinations:
-    """Reads the table ``[settings]``."""
+    """Reads the table ``[settings]``. Raises :class:`SweepError` for keys and values that are not accepted."""
     accepted = [*SURFACE, *SCENE, *LIGHT]
     return read_combinations("settings", check_keys("settings", table, [*KEYS, *accepted]), accepted)
 
@@ -167,7 +190,8 @@ def _settings(table: object) -> Combinations:
 def _surface(where: str, table: object, folder: Path, settings: Combinations) -> SurfaceSpec:
     """Reads a table ``[[surface]]``, which ``where`` names in messages.
 
-    Parameters may not be in ``settings``, too. Raises :class:`SweepError`.
+    Its parameters may not be in ``settings`` as well. Raises :class:`SweepError` for keys and values that are not
+    accepted.
     """
     accepted = [*SOURCE, *SURFACE, *SCENE]
     given = dict(check_keys(where, table, [*_SURFACE_KEYS, *KEYS, *accepted]))
@@ -206,7 +230,7 @@ def _matching(where: str, patterns: object, folder: Path) -> list[str]:
 
 
 def _wants(table: object, folder: Path) -> tuple[Want, ...]:
-    """Reads the tables ``[want.NAME]``. Raises :class:`SweepError`."""
+    """Reads the tables ``[want.NAME]``. Raises :class:`SweepError` without any, and for options not accepted."""
     if not isinstance(table, dict) or not table:
         raise SweepError(f"the specification needs at least one [want.NAME]; there are {', '.join(WANTS)}")
     check_keys("want", table, list(WANTS))

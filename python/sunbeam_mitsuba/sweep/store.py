@@ -1,5 +1,7 @@
 """The output folder of a sweep: results are written atomically, and a lock admits one sweep at a time.
 
+The *driver* is the process that runs the sweep and holds the lock; its *workers* compute cases and write results.
+
 ``results/`` has a JSON file for each case, its record (work.record_of), and ``pictures/`` its pictures. Files are in
 subfolders named by the first two digits of the case's identity, since folders with 10⁵ files are slow.
 
@@ -80,7 +82,8 @@ def result_path(folder: Path, identity: str) -> Path:
 def write_result(folder: Path, record: Mapping[str, Any], pictures: Mapping[str, bytes]) -> None:
     """Writes the pictures by their endings, then the record, which marks the case as finished.
 
-    The record's key ``pictures`` becomes their sizes in bytes. Raises :class:`StoreError`.
+    In the stored record the key ``pictures`` has their sizes in bytes by ending. Raises :class:`StoreError` where
+    writing fails.
     """
     identity = record["identity"]
     sizes = {}
@@ -129,9 +132,10 @@ def _checksum(path: str, size: int, mtime_ns: int) -> str:
 
 
 def is_current(record: Mapping[str, Any], path: Path | None) -> bool:
-    """Whether the record's input file at ``path``, if it has one, is unchanged: by size and time, or by checksum.
+    """Whether the input file at ``path`` is unchanged since the record was written: by size and time, or by checksum.
 
-    A file that could not be read when the record was written, and is still out of reach, counts as unchanged.
+    ``path`` is ``None`` for a case without a file. A file that could not be read when the record was written, and still
+    cannot be read, counts as unchanged.
     """
     recorded = record.get("input")
     if path is None:
@@ -158,6 +162,10 @@ class Store:
     def __init__(self, folder: Path):
         self.folder = folder
         self._lock = FileLock(str(folder / _LOCK))
+
+    def close(self) -> None:
+        """Unlocks the folder."""
+        self._lock.release()
 
     def open(self, fresh: bool) -> None:
         """Locks the folder and creates it where it is missing; ``fresh`` removes an earlier sweep's results.
@@ -220,10 +228,6 @@ class Store:
                     folder.rmdir()
         for name in _FILES:
             (self.folder / name).unlink(missing_ok=True)
-
-    def close(self) -> None:
-        """Unlocks the folder."""
-        self._lock.release()
 
     def _remove_abandoned(self) -> None:
         """Removes unfinished files (write_whole) that dead workers left."""

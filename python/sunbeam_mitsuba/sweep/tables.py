@@ -29,6 +29,7 @@ WORKER_BYTES = 0.6e9
 HELD_FRACTION = 0.5
 # Presets whose tables take only some megabytes at coherence lengths up to _SMALL_COHERENCE_UM. They need no estimate.
 _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
+# Largest coherence length in µm at which the _SMALL_PRESETS need no estimate.
 _SMALL_COHERENCE_UM = 1000.0
 # Default of the parameter `coherence_length` (src/config/).
 _DEFAULT_COHERENCE_UM = 65.0
@@ -47,6 +48,7 @@ def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
     the peak is unknown, and only the library's build limit refuses large tables. Raises :class:`CommandError` where the
     surface is refused, and ``SweepError`` where ``SUNBEAM_COMMAND`` cannot be run.
     """
+    # The command estimates only the spectral table of the scalar theory.
     if parameters.get("theory") == "rigorous" or find_command() is None:
         return 0.0
     if parameters.get("preset") in _SMALL_PRESETS and _coherence_um(parameters) <= _SMALL_COHERENCE_UM:
@@ -67,6 +69,7 @@ def largest_estimate(surfaces: Iterable[Mapping[str, Value]]) -> float:
     """
 
     def size(parameters: Mapping[str, Value]) -> tuple[float, float]:
+        """Sorting key: the file's size in bytes, 0 without a file, and the coherence length in µm."""
         name = str(parameters.get("filename", ""))
         file_bytes = os.path.getsize(name) if name and os.path.exists(name) else 0
         return file_bytes, _coherence_um(parameters)
@@ -84,7 +87,7 @@ class HeldSurfaces:
     """Cache of surfaces by their parameters, which drops the least recently used where memory is short."""
 
     def __init__(self, memory_bytes: float):
-        #: Memory limit of the worker, which may be changed between calls; 0 where it has none.
+        #: Memory limit of the worker in bytes, which may be changed between calls; 0 where it has none.
         self.memory_bytes = memory_bytes
         #: Seconds spent so far on building tables, or reading them from the disk cache.
         self.seconds = 0.0
@@ -92,7 +95,7 @@ class HeldSurfaces:
         self._held: OrderedDict[str, tuple[Reflector, float]] = OrderedDict()
 
     def get(self, parameters: Mapping[str, Value]) -> Reflector:
-        """Returns the surface, which is built where it is not held.
+        """Returns the surface with these parameters, and builds it if it is not held.
 
         Raises :class:`TooLarge` where its build does not fit, and errors of :func:`estimated_peak_bytes` and
         ``make_reflector``.
@@ -105,6 +108,7 @@ class HeldSurfaces:
         try:
             estimated_bytes = self._make_room_for_build(parameters) if self.memory_bytes else 0.0
             made = make_reflector(parameters)
+            # The estimate replaces an unknown size.
             self._held[key] = (made, made.table_bytes or estimated_bytes)
             if self.memory_bytes:
                 self._drop_until(HELD_FRACTION * self._for_tables_bytes(), kept=1)

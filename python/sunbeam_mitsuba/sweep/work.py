@@ -1,4 +1,8 @@
-"""Computation of cases in the workers, which write each result before the next case begins."""
+"""Computation of cases in the workers, which write each result before the next case begins.
+
+A *record* is the result of a case as a JSON object (:func:`record_of`). It holds the figures and the errors; pictures
+are files beside it.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .._errors import SunbeamError
 from .command import CommandError
@@ -90,12 +94,12 @@ def run_batch(job: Job, cases: list[Case]) -> Done:
     An error of a case is in its record. An error that stops the whole sweep, such as a full disk or another version, is
     in ``fatal`` of the returned object.
     """
-    # One thread for the library, unless the user set another number: a worker has one core.
+    # Number of the library's threads, unless the user set it: a worker has one core.
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
-    start = time.perf_counter()
-    failed: dict[str, bool] = {}
     if version() != job.version:
         return Done({}, 0.0, _other_version(job))
+    start = time.perf_counter()
+    failed: dict[str, bool] = {}
     with _mitsuba_lock:
         _held.memory_bytes = _memory_bytes()
         for case in cases:
@@ -127,39 +131,26 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
     The record has the figures of all wants with an answer, even if other wants have none.
     """
     start, tables_before = time.perf_counter(), held.seconds
-    parameters = with_full_path(case.parameters, job.folder)
-    # For each error the name of the want, empty for an error of the input file, and the message.
-    errors: list[tuple[str, str]] = []
+    prepared = _prepared(job, case)
+    errors = [_Error("", prepared.error)] if prepared.error else []
     # Values by column of the table.
     figures: dict[str, Any] = {}
     pictures: dict[str, bytes] = {}
     # Small PNGs in base 64 by name.
     thumbnails: dict[str, str] = {}
-    # Checksum, size and modification time of the input file.
-    input_file: dict[str, Any] | None = None
-    if "filename" in parameters:
-        try:
-            input_file = input_of(Path(str(parameters["filename"])))
-        except OSError as error:
-            errors.append(("", f"{case.parameters['filename']}: cannot be read: {error.strerror or error}"))
-        else:
-            try:
-                # An instrument's file is replaced by a temporary .gsf.
-                parameters = converted(parameters)
-            except (OSError, SunbeamError) as error:
-                errors.append(("", _one_line(str(error), case, parameters)))
-    question = _CaseQuestion(parameters, held)
+    question = _CaseQuestion(prepared.parameters, held)
     for want in () if errors else job.wants:
         try:
             answer = want.compute(question)
         except _REFUSALS as error:
-            errors.append((want.name, _one_line(str(error), case, parameters)))
+            errors.append(_Error(want.name, _one_line(str(error), case, prepared.parameters)))
             continue
         except Exception as error:
-            errors.append((want.name, _one_line(f"a defect: {type(error).__name__}: {error}", case, parameters)))
+            defect = f"a defect: {type(error).__name__}: {error}"
+            errors.append(_Error(want.name, _one_line(defect, case, prepared.parameters)))
             continue
         if not_finite := [name for name, value in answer.figures.items() if not _is_finite(value)]:
-            errors.append((want.name, f"{', '.join(not_finite)}: not a finite number"))
+            errors.append(_Error(want.name, f"{', '.join(not_finite)}: not a finite number"))
             continue
         figures.update({f"{want.name}_{name}": value for name, value in answer.figures.items()})
         # Endings of pictures differ between wants.
@@ -167,10 +158,35 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
         # A record is JSON, which has no bytes.
         thumbnails.update({name: base64.b64encode(content).decode() for name, content in answer.thumbnails.items()})
     record = record_of(job, case, _joined_errors(errors))
-    record.update(figures=figures, thumbnails=thumbnails, input=input_file)
+    record.update(figures=figures, thumbnails=thumbnails, input=prepared.input_file)
     seconds = time.perf_counter() - start
     record["time"].update(seconds=round(seconds, 4), tables_seconds=round(held.seconds - tables_before, 4))
     return record, pictures
+
+
+class _Prepared(NamedTuple):
+    """A case's parameters with a file that the library can read, or the error of its file."""
+
+    parameters: dict[str, Value]
+    #: The record's key ``input`` (store.input_of); ``None`` for a case without a file, and where it cannot be read.
+    input_file: dict[str, Any] | None
+    #: Message in one line; empty without an error.
+    error: str
+
+
+def _prepared(job: Job, case: Case) -> _Prepared:
+    """Makes the file's path absolute, examines the file, and replaces an instrument's file by a temporary .gsf."""
+    parameters = with_full_path(case.parameters, job.folder)
+    if "filename" not in parameters:
+        return _Prepared(parameters, None, "")
+    try:
+        input_file = input_of(Path(str(parameters["filename"])))
+    except OSError as error:
+        return _Prepared(parameters, None, f"{case.parameters['filename']}: cannot be read: {error.strerror or error}")
+    try:
+        return _Prepared(converted(parameters), input_file, "")
+    except (OSError, SunbeamError) as error:
+        return _Prepared(parameters, input_file, _one_line(str(error), case, parameters))
 
 
 def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
@@ -204,18 +220,27 @@ def _is_finite(value: Any) -> bool:
     return not isinstance(value, float) or math.isfinite(value)
 
 
-def _joined_errors(errors: list[tuple[str, str]]) -> str:
-    """Joins errors, each the name of a want and a message, in one line; empty without errors.
+class _Error(NamedTuple):
+    """An error of a case."""
 
-    Several equal messages are given once, without names.
+    #: Name of the want; empty for an error of the input file.
+    want: str
+    #: Message in one line.
+    message: str
+
+
+def _joined_errors(errors: list[_Error]) -> str:
+    """Joins errors in one line; empty without errors. Several equal messages are given once, without names.
+
+    An error of the input file is the only one, since no want is computed after it.
     """
     if len(errors) == 1:
-        name, message = errors[0]
-        return f"{name}: {message}" if name else message
-    messages = {message for _, message in errors}
+        want, message = errors[0]
+        return f"{want}: {message}" if want else message
+    messages = {error.message for error in errors}
     if len(messages) == 1:
         return messages.pop()
-    return "; ".join(f"{name}: {message}" for name, message in errors)
+    return "; ".join(f"{error.want}: {error.message}" for error in errors)
 
 
 def _other_version(job: Job) -> str:

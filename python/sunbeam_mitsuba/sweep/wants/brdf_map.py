@@ -14,7 +14,7 @@ from ..pictures import exr, png, thumbnail
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want
 
-# Largest number of values of f_r in one call, 8 MB. Larger values take more memory; smaller ones more calls.
+# Largest number of values of the BSDF f_r in one call, 8 MB. Larger values take more memory; smaller ones more calls.
 _VALUES_PER_CALL = 2_000_000
 
 
@@ -72,6 +72,7 @@ class BrdfMap(Want):
         # Centres of the pixels; the first row is the top.
         centres = (np.arange(self.size) + 0.5) / self.size * 2 - 1
         x, y = np.meshgrid(centres, -centres)
+        # Pixels whose x and y are those of a unit vector above the horizon.
         inside = x**2 + y**2 < 1
         z = np.sqrt(1 - x[inside] ** 2 - y[inside] ** 2)
         wo = np.stack([x[inside], y[inside], z], axis=-1).astype(np.float32)

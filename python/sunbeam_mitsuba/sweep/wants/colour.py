@@ -30,6 +30,8 @@ from .want import Answer, Column, Options, Question, Want, WantError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..colours import Doubles
+
 # Largest angle of view to either side in degrees.
 _VIEW_MAX_DEG = 85.0
 # Number of directions over which the detector averages. More of them resolve narrower peaks and take longer.
@@ -59,7 +61,9 @@ class Colour(Want):
     samples: int
     #: Whether the gamut is computed.
     gamut: bool
+    #: Width of the detector in the angle of view.
     detector_deg: float
+    #: Largest angle between a view and the mirror direction at which the view is left out of the gamut.
     mirror_deg: float
     #: Step between wavelengths.
     lambda_step_nm: float
@@ -118,13 +122,40 @@ class Colour(Want):
             self._add_gamut(answer, question, nm)
         return answer
 
-    def _add_gamut(self, answer: Answer, question: Question, nm: Any) -> None:
-        """Adds the gamut, its area and the strip of colours to the answer; ``nm`` are the wavelengths.
+    def _add_gamut(self, answer: Answer, question: Question, nm: Doubles) -> None:
+        """Adds the gamut, its area and the strip of colours to the answer; ``nm`` are the wavelengths in nm.
 
         Raises :class:`WantError` where a value is not finite.
         """
+        view_deg, spectra = self._views(question, nm)
+        off_mirror = np.abs(view_deg - question.theta_i_deg) > self.mirror_deg
+        xyz = weighted(spectra, xyz_weights(self.illuminant, self.lambda_step_nm))
+        brightest = xyz[off_mirror, 1].max(initial=0.0)
+        # Indices of the views whose colours span the gamut.
+        counted = np.flatnonzero(off_mirror & (xyz[:, 1] > _LUMINANCE_FLOOR * brightest) & (xyz[:, 1] > 0))
+        uv = chromaticities(xyz[counted])
+        corners = hull(uv)
+        answer.number("gamut_area", polygon_area(uv[corners]) if len(corners) > 2 else 0.0)
+        answer.figures["gamut_views"] = len(counted)
+        answer.figures["gamut"] = [
+            {"view_deg": round(float(view_deg[counted[i]]), 6), "u": float(uv[i, 0]), "v": float(uv[i, 1])}
+            for i in corners
+        ]
+        rgb = weighted(spectra, rgb_weights(self.illuminant, self.lambda_step_nm))
+        # The mirror's peak would make all other views dark.
+        exposure = automatic_exposure(rgb[off_mirror]) if off_mirror.any() else 1.0
+        strip = np.repeat(encoded(rgb, exposure)[None], _STRIP_PIXELS, axis=0)
+        answer.pictures["strip.png"] = png(strip)
+        answer.thumbnails["strip"] = thumbnail(strip)
+
+    def _views(self, question: Question, nm: Doubles) -> tuple[Doubles, Doubles]:
+        """Angles of view in degrees, ``[views]``, and the spectra seen there by the detector, ``[views, wavelengths]``.
+
+        A spectrum is the BSDF's mean over the width of the detector in 1/sr. Raises :class:`WantError` where a value is
+        not finite.
+        """
         count = max(3, round(2 * _VIEW_MAX_DEG / self.detector_deg))
-        # Angles of the directions, the centres of equal parts.
+        # Angles of the directions in radians, the centres of equal parts.
         edges = np.linspace(-_VIEW_MAX_DEG, _VIEW_MAX_DEG, count * _DIRECTIONS_PER_VIEW + 1)
         thetas = np.radians((edges[:-1] + edges[1:]) / 2)
         phi = np.radians(question.phi_i_deg)
@@ -134,34 +165,18 @@ class Colour(Want):
         bad = int(np.count_nonzero(~np.isfinite(f)))
         if bad:
             raise WantError(f"{bad} of {f.size} values over the angle of view are not finite")
-        # Spectra and angles of the views.
-        seen = f.astype(np.float64).reshape(count, _DIRECTIONS_PER_VIEW, len(nm)).mean(axis=1)
+        spectra = f.astype(np.float64).reshape(count, _DIRECTIONS_PER_VIEW, len(nm)).mean(axis=1)
         view_deg = np.degrees(thetas).reshape(count, _DIRECTIONS_PER_VIEW).mean(axis=1)
-        xyz = weighted(seen, xyz_weights(self.illuminant, self.lambda_step_nm))
-        off_mirror = np.abs(view_deg - question.theta_i_deg) > self.mirror_deg
-        brightest = xyz[off_mirror, 1].max(initial=0.0)
-        # Indices of the views whose colours span the gamut.
-        counted = np.flatnonzero(off_mirror & (xyz[:, 1] > _LUMINANCE_FLOOR * brightest) & (xyz[:, 1] > 0))
-        uv = chromaticities(xyz[counted])
-        corners = hull(uv)
-        area = polygon_area(uv[corners]) if len(corners) > 2 else 0.0
-        answer.number("gamut_area", area)
-        answer.figures["gamut_views"] = len(counted)
-        answer.figures["gamut"] = [
-            {"view_deg": round(float(view_deg[counted[i]]), 6), "u": float(uv[i, 0]), "v": float(uv[i, 1])}
-            for i in corners
-        ]
-        rgb = weighted(seen, rgb_weights(self.illuminant, self.lambda_step_nm))
-        exposure = automatic_exposure(rgb[off_mirror]) if off_mirror.any() else 1.0
-        strip = np.repeat(encoded(rgb, exposure)[None], _STRIP_PIXELS, axis=0)
-        answer.pictures["strip.png"] = png(strip)
-        answer.thumbnails["strip"] = thumbnail(strip)
+        return view_deg, spectra
 
 
 def _low_discrepancy(count: int) -> NDArray[np.float32]:
-    """Points ``[count, 3]`` of the sequence R₃ in [0, 1)³: the fractional parts of 1/2 + n·_R3_BASE^(−1, −2, −3)."""
-    index = np.arange(1, count + 1, dtype=np.float64)[:, None]
+    """Points ``[count, 3]`` of the sequence R₃ in [0, 1)³: the fractional parts of 1/2 + n·_R3_BASE^(−1, −2, −3).
+
+    ``n`` counts from 1.
+    """
+    n = np.arange(1, count + 1, dtype=np.float64)[:, None]
     steps = _R3_BASE ** -np.arange(1.0, 4.0)
-    # The largest number below 1 in single precision is 1 − 2⁻²⁴, and larger ones would be rounded to 1.
-    points: NDArray[np.float32] = np.minimum((0.5 + index * steps) % 1, 1 - 2.0**-24).astype(np.float32)
+    # The largest number below 1 in single precision is 1 − 2⁻²⁴. Numbers between it and 1 could be rounded to 1.
+    points: NDArray[np.float32] = np.minimum((0.5 + n * steps) % 1, 1 - 2.0**-24).astype(np.float32)
     return points

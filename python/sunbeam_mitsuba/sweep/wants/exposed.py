@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from ..pictures import Bytes8, Doubles
 
 
-def exposed(pixels: Doubles, seen: Doubles, exposure: float) -> tuple[Answer, Bytes8]:
+def exposed(pixels: Doubles, averaged: Doubles, exposure: float) -> tuple[Answer, Bytes8]:
     """Exposes the picture ``pixels[height, width, 3]`` in linear sRGB; an exposure of 0 selects the automatic one.
 
     Returns an answer with the figures ``exposure``, ``mean_r``, ``mean_g`` and ``mean_b``, and the 8-bit sRGB picture.
-    The means are over the pixels ``seen[count, 3]`` before exposure. Raises :class:`WantError` where a pixel is not
+    The means are over the pixels ``averaged[count, 3]`` before exposure. Raises :class:`WantError` where a pixel is not
     finite.
     """
     bad = int(np.count_nonzero(~np.isfinite(pixels)))
@@ -26,6 +26,6 @@ def exposed(pixels: Doubles, seen: Doubles, exposure: float) -> tuple[Answer, By
     exposure = exposure or automatic_exposure(pixels)
     answer = Answer()
     answer.number("exposure", exposure)
-    for channel, mean in zip("rgb", seen.mean(axis=0)):
+    for channel, mean in zip("rgb", averaged.mean(axis=0)):
         answer.number(f"mean_{channel}", float(mean))
     return answer, encoded(pixels, exposure)

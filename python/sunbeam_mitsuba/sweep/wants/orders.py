@@ -1,19 +1,24 @@
-"""Directions and efficiencies of a grating's orders by both theories, computed by ``sunbeam orders``."""
+"""Directions and efficiencies of a grating's diffraction orders, computed by ``sunbeam orders``.
+
+The efficiency of an order is its fraction of the incident light. There are two theories: the scalar one, in which the
+relief only delays the wave, and the rigorous one, Maxwell's equations.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..command import ask, require_command, surface_words
 from ..errors import SweepError
-from ..limits import shown
+from ..limits import Value, shown
 from .want import Answer, Column, Options, Question, Want
 
 # Theories in the order of the table's columns.
 _THEORIES = ("scalar", "rigorous")
-# Parameters that the rigorous theory, Maxwell's equations, refuses.
+# Parameters that the rigorous theory refuses.
 _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
 
 
@@ -25,6 +30,7 @@ class Orders(Want):
     """
 
     wavelengths_nm: tuple[float, ...]
+    #: Names among _THEORIES, in this order.
     theories: tuple[str, ...]
 
     name = "orders"
@@ -53,7 +59,7 @@ class Orders(Want):
         listed = "theory, wavelength in nm, side, order, direction in degrees and efficiencies of each order"
         return [*columns, Column("list", "orders", listed)]
 
-    def check_parameters(self, names: set[str], values: Any) -> None:
+    def check_parameters(self, names: set[str], values: Mapping[str, set[Value]]) -> None:
         for name in ("material", "rotation", "int_ior", "ext_ior"):
             if name in names:
                 raise SweepError(f"want.orders: {name} is not known to it; give eta and k, and phi_i_deg")
@@ -62,23 +68,26 @@ class Orders(Want):
         require_command()
 
     def compute(self, question: Question) -> Answer:
-        answer, rows = Answer(), []
+        answer = Answer()
+        # Cells of the column `list`: all orders.
+        rows = []
         for theory in self.theories:
+            # `words` name the theory.
             left_out = ("theory", *(_SCALAR_ONLY if theory == "rigorous" else ()))
             parameters = {name: value for name, value in question.parameters.items() if name not in left_out}
             words = [f"--theta-i={question.theta_i_deg!r}", f"--phi-i={question.phi_i_deg!r}", f"--theory={theory}"]
             # Sum of the reflected efficiencies over wavelengths and orders.
-            total = 0.0
+            reflected = 0.0
             for nm in self.wavelengths_nm:
                 report = ask("orders", "--json", *words, f"--wavelength={nm!r}", *surface_words(parameters))
                 for order in report["orders"]:
                     # Efficiencies: `te` and `tm` by polarisation, which the scalar theory lacks, and `mean` of both.
                     kept = {key: order.get(key) for key in ("order", "theta_deg", "phi_deg", "te", "tm", "mean")}
-                    # Bodies that transmit have orders on both sides.
+                    # Bodies that transmit have orders on both sides; reports on the others name no side.
                     side = order.get("side", "above")
                     rows.append({"theory": theory, "wavelength_nm": nm, "side": side, **kept})
                     if side == "above":
-                        total += order["mean"]
-            answer.number(f"{theory}_reflected", total / len(self.wavelengths_nm))
+                        reflected += order["mean"]
+            answer.number(f"{theory}_reflected", reflected / len(self.wavelengths_nm))
         answer.figures["list"] = rows
         return answer

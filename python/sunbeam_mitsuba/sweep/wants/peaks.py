@@ -9,6 +9,7 @@ The grating equation of the first order in the x–z plane is sin θr = λ/d −
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,13 +19,14 @@ import numpy as np
 from ..command import describe, find_command
 from ..errors import SweepError
 from ..limits import LENGTH_UM, Numbers, Value, shown
+from ..reflector import Reflector
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Smallest spacing at which the peak is searched, relative to the expected period. It excludes order 2, which appears as
-# a spacing of half the period.
+# Smallest spacing at which the peak is searched, relative to the expected period. It excludes order 2: at its angle the
+# equation of the first order gives half the period.
 _SPACING_MIN = 0.7
-# Largest spacing at which the peak is searched, relative to the expected period. It excludes order 0, which appears as
-# an infinite spacing.
+# Largest spacing at which the peak is searched, relative to the expected period. It excludes order 0: at its angle the
+# equation of the first order gives an infinite spacing.
 _SPACING_MAX = 1.4
 # Largest angle with the normal at which the peak is searched, in degrees.
 _THETA_MAX_DEG = 89.0
@@ -37,15 +39,18 @@ class Peaks(Want):
     """``[want.peaks]``: ``wavelengths_nm`` (450 to 650 in steps of 25), ``angle_step_deg`` (0.02), ``period_um``.
 
     Defaults are in parentheses. The peak is the direction in the x–z plane with the largest ``f_r``. It is searched
-    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is
-    ``period_um``, or the surface's parameter ``period``, or the preset's default, or the strongest along x by ``sunbeam
-    height-field``.
+    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is the first
+    known one of
+
+    - ``period_um``;
+    - the surface's parameter ``period``, or else the preset's default, times the parameter ``scale``;
+    - the strongest period along x by ``sunbeam height-field``.
     """
 
     wavelengths_nm: tuple[float, ...]
     #: Step between the angles of the search.
     angle_step_deg: float
-    #: Expected period; ``None`` for that of the surface.
+    #: Expected period of the relief as it is evaluated; ``None`` for that of the surface.
     period_um: float | None
 
     name = "peaks"
@@ -76,7 +81,7 @@ class Peaks(Want):
             Column("angles", "angles", "at each wavelength the peak's angle, and the grating equation's for period_nm"),
         ]
 
-    def check_parameters(self, names: set[str], values: Any) -> None:
+    def check_parameters(self, names: set[str], values: Mapping[str, set[Value]]) -> None:
         off_plane = [phi for phi in values.get("phi_i_deg", ()) if phi != 0]
         if off_plane:
             raise SweepError(f"want.peaks: phi_i_deg is {shown(off_plane[0])}, but peaks are along x: it must be 0")
@@ -84,27 +89,15 @@ class Peaks(Want):
     def compute(self, question: Question) -> Answer:
         period_nm = 1e3 * self._period_um(question.parameters)
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
+        # Built first, so that a refused surface is reported as such.
         reflector = question.reflector()
         rows, spacings_nm, errors_deg = [], [], []
         for nm in self.wavelengths_nm:
-            # Sines of the first and the last angle of the search: larger spacings have smaller angles.
-            sines = np.array([nm / (ratio * period_nm) - sin_i for ratio in (_SPACING_MAX, _SPACING_MIN)])
-            ends_deg = np.degrees(np.arcsin(np.clip(sines, -1, 1)))
-            first_deg, last_deg = np.clip(ends_deg, -_THETA_MAX_DEG, _THETA_MAX_DEG)
-            # Angles are multiples of the step, independent of the search range.
-            multiples = np.arange(np.ceil(first_deg / self.angle_step_deg), last_deg / self.angle_step_deg)
-            angles_deg = multiples * self.angle_step_deg
             expected_sine = nm / period_nm - sin_i
-            if len(angles_deg) < 3 or abs(expected_sine) >= 1:
-                # The order is below the horizon, or close to it.
+            # The order is below the horizon where its sine exceeds 1.
+            peak_deg = self._peak_deg(question, reflector, nm, period_nm) if abs(expected_sine) < 1 else None
+            if peak_deg is None:
                 continue
-            radians = np.radians(angles_deg)
-            wo = np.stack([np.sin(radians), 0 * radians, np.cos(radians)], axis=-1)
-            f = reflector.eval(question.wi(), wo, [nm])[:, 0]
-            if not f.max() > 0:
-                # The surface is black here, or a value is NaN.
-                continue
-            peak_deg = float(angles_deg[int(f.argmax())])
             grating_deg = float(np.degrees(np.arcsin(expected_sine)))
             rows.append({"wavelength_nm": nm, "peak_deg": round(peak_deg, 9), "grating_deg": grating_deg})
             spacings_nm.append(nm / (sin_i + float(np.sin(np.radians(peak_deg)))))
@@ -121,13 +114,35 @@ class Peaks(Want):
         answer.number("rms_error_deg", float(np.sqrt(np.mean(np.square(errors_deg)))))
         return answer
 
-    def _period_um(self, parameters: Any) -> float:
+    def _peak_deg(self, question: Question, reflector: Reflector, nm: float, period_nm: float) -> float | None:
+        """The angle with the largest ``f_r`` at a wavelength in nm, searched around the order of ``period_nm``.
+
+        ``None`` where the search range is almost all below the horizon, and where all values are 0 or one is NaN.
+        """
+        sin_i = float(np.sin(np.radians(question.theta_i_deg)))
+        # Sines of the first and the last angle of the search: larger spacings have smaller angles.
+        sines = np.array([nm / (ratio * period_nm) - sin_i for ratio in (_SPACING_MAX, _SPACING_MIN)])
+        ends_deg = np.degrees(np.arcsin(np.clip(sines, -1, 1)))
+        first_deg, last_deg = np.clip(ends_deg, -_THETA_MAX_DEG, _THETA_MAX_DEG)
+        # Angles are multiples of the step, independent of the search range.
+        multiples = np.arange(np.ceil(first_deg / self.angle_step_deg), last_deg / self.angle_step_deg)
+        angles_deg = multiples * self.angle_step_deg
+        # With fewer angles the largest value is always at an end, which is no peak.
+        if len(angles_deg) < 3:
+            return None
+        radians = np.radians(angles_deg)
+        wo = np.stack([np.sin(radians), 0 * radians, np.cos(radians)], axis=-1)
+        f = reflector.eval(question.wi(), wo, [nm])[:, 0]
+        # A comparison with NaN is false.
+        return float(angles_deg[int(f.argmax())]) if f.max() > 0 else None
+
+    def _period_um(self, parameters: Mapping[str, Value]) -> float:
         """The expected period in µm, from the first source that has one. Raises :class:`WantError` without any."""
         if self.period_um is not None:
             return self.period_um
-        given: Value | None = parameters.get("period") or _PRESET_PERIODS_UM.get(str(parameters.get("preset")))
+        given = parameters.get("period") or _PRESET_PERIODS_UM.get(str(parameters.get("preset")))
         if given is not None:
-            return float(given)
+            return float(given) * float(parameters.get("scale", 1.0))
         if find_command() is None:
             raise WantError("the period is not known without the command sunbeam; give want.peaks.period_um")
         along_x = describe(parameters)["periods"]["x"]

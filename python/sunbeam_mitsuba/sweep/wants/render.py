@@ -1,4 +1,8 @@
-"""A render of a scene file in which the surface replaces one of the BSDFs."""
+"""A render of a Mitsuba scene file in which the case's surface replaces one of the BSDFs.
+
+The XML of the scene is edited and given to Mitsuba as a text. The picture is the mean of several passes, each of which
+traces some of the samples per pixel.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +25,7 @@ from .want import Answer, Column, Options, Question, Want, WantError
 _SPECTRA = ("specular_reflectance", "diffuse_reflectance", "eta", "k")
 # Parameters that a given parameter removes from the scene's BSDF, which accepts only one of them.
 _REPLACED = {"preset": {"filename"}, "filename": {"preset"}, "material": {"eta", "k"}, "eta": {"material"}}
-# Largest number of paths in a pass, about 4 GB at 1 kB a path.
+# Largest number of paths in a pass: about 4 GB, since Mitsuba keeps about 1 kB a path.
 _PATHS_PER_PASS = 1 << 22
 # Largest number of paths of a render. More would take days.
 _PATHS_MAX = 1 << 34
@@ -68,19 +72,7 @@ class Render(Want):
         scene = options.choice("scene", "", Text())
         path = (folder / scene).resolve()
         bsdf = options.choice("bsdf", "surface", Text())
-        try:
-            content = path.read_bytes()
-            root = ElementTree.fromstring(content)
-        except OSError as error:
-            raise SweepError(f"want.render: scene {scene} cannot be read: {error.strerror}") from error
-        except ElementTree.ParseError as error:
-            raise SweepError(f"want.render: scene {scene} is not XML: {error}") from error
-        ids = [str(element.get("id")) for element in root.iter("bsdf") if element.get("id")]
-        if ids.count(bsdf) != 1:
-            raise SweepError(
-                f"want.render: scene {scene} has {ids.count(bsdf)} BSDFs with the id {bsdf!r}, but needs one; "
-                f"its ids are {', '.join(ids) or 'none'}"
-            )
+        content = _checked_scene(scene, path, bsdf)
         given = options.table.get("parameters", {})
         if not isinstance(given, dict) or not all(isinstance(value, (str, int, float)) for value in given.values()):
             raise SweepError(f"want.render: parameters is {shown(given)}, but must be a table of numbers and texts")
@@ -123,8 +115,7 @@ class Render(Want):
     def _rendered(self, question: Question) -> Any:
         """The picture of the scene with the case's surface, linear sRGB ``[height, width, 3]``.
 
-        The picture is rendered in passes of at most _PATHS_PER_PASS paths, or one sample a pixel. Raises
-        :class:`WantError` for too many paths, and :class:`ReflectorError` where Mitsuba fails.
+        Raises :class:`WantError` for too many paths, and :class:`ReflectorError` where Mitsuba fails.
         """
         mi = mitsuba()
         use_variant(self.variant)
@@ -132,6 +123,7 @@ class Render(Want):
         folders_before = [str(folder) for folder in resolver]
         text = self._scene_with(question)
         given = dict(self.parameters)
+        # Only angles that the scene names.
         for name in LIGHT:
             if f"${name}" in text:
                 given[name] = repr(getattr(question, name))
@@ -140,16 +132,8 @@ class Render(Want):
             resolver.prepend(str(self.path.parent))
             scene = mi.load_string(text, **given)
             width, height = (int(side) for side in scene.sensors()[0].film().crop_size())
-            if width * height * self.spp > _PATHS_MAX:
-                raise WantError(
-                    f"{width} × {height} pixels with {self.spp} samples are {width * height * self.spp:.2g} "
-                    f"paths; accepted are at most {_PATHS_MAX:.2g}"
-                )
-            passes = min(self.spp, -(-width * height * self.spp // _PATHS_PER_PASS))
-            # Samples per pixel of each pass; the first passes have one of the remainder each.
-            counts = [self.spp // passes + (number < self.spp % passes) for number in range(passes)]
             mean: Any = 0.0
-            for number, spp in enumerate(counts):
+            for number, spp in enumerate(self._samples_of_passes(width, height)):
                 with one_thread():
                     picture = np.array(mi.render(scene, spp=spp, seed=self.seed + number)).astype(np.float64)
                 mean = mean + picture * (spp / self.spp)
@@ -159,14 +143,31 @@ class Render(Want):
             resolver.clear()
             for folder in folders_before:
                 resolver.append(folder)
-        # Colours may be followed by alpha. A film of luminance has one channel, repeated here.
+        # Alpha may follow the colours. A film of luminance has one channel, repeated here.
         return mean[..., :3] if mean.shape[-1] >= 3 else np.repeat(mean[..., :1], 3, axis=-1)
+
+    def _samples_of_passes(self, width: int, height: int) -> list[int]:
+        """Samples per pixel of each pass of a picture of ``width`` × ``height`` pixels, ``spp`` in all.
+
+        A pass has at most _PATHS_PER_PASS paths, or one sample a pixel. Raises :class:`WantError` for too many paths.
+        """
+        paths = width * height * self.spp
+        if paths > _PATHS_MAX:
+            raise WantError(
+                f"{width} × {height} pixels with {self.spp} samples are {paths:.2g} "
+                f"paths; accepted are at most {_PATHS_MAX:.2g}"
+            )
+        # The division rounds up.
+        passes = min(self.spp, -(-paths // _PATHS_PER_PASS))
+        # The first passes have one sample of the remainder each.
+        return [self.spp // passes + (number < self.spp % passes) for number in range(passes)]
 
     def _scene_with(self, question: Question) -> str:
         """The scene's XML with the case's surface in place of its BSDF."""
         root = ElementTree.parse(self.path).getroot()
         (bsdf,) = [element for element in root.iter("bsdf") if element.get("id") == self.bsdf]
         given = {name: value for name, value in question.parameters.items() if name not in LIGHT}
+        # Parameters of other types mean nothing to the new BSDF.
         if bsdf.get("type") != "diffraction":
             for child in list(bsdf):
                 bsdf.remove(child)
@@ -184,3 +185,24 @@ class Render(Want):
                 kind, written = "string", str(value)
             ElementTree.SubElement(bsdf, kind, {"name": name, "value": written})
         return ElementTree.tostring(root, encoding="unicode")
+
+
+def _checked_scene(scene: str, path: Path, bsdf: str) -> bytes:
+    """Reads the scene's file at ``path``, named ``scene`` in messages, and returns its content.
+
+    Raises :class:`SweepError` where it is no XML with exactly one BSDF of the id ``bsdf``.
+    """
+    try:
+        content = path.read_bytes()
+        root = ElementTree.fromstring(content)
+    except OSError as error:
+        raise SweepError(f"want.render: scene {scene} cannot be read: {error.strerror}") from error
+    except ElementTree.ParseError as error:
+        raise SweepError(f"want.render: scene {scene} is not XML: {error}") from error
+    ids = [str(element.get("id")) for element in root.iter("bsdf") if element.get("id")]
+    if ids.count(bsdf) != 1:
+        raise SweepError(
+            f"want.render: scene {scene} has {ids.count(bsdf)} BSDFs with the id {bsdf!r}, but needs one; "
+            f"its ids are {', '.join(ids) or 'none'}"
+        )
+    return content

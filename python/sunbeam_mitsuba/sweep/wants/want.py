@@ -21,7 +21,7 @@ from ..reflector import Reflector
 _VISIBLE_NM = Numbers(380, 780, "nm")
 # Largest number of wavelengths in an option: each whole nm of _VISIBLE_NM.
 _WAVELENGTHS_MAX = 401
-# Accepted exposures.
+# Accepted exposures. Zero stands for automatic exposure, so it is excluded.
 _EXPOSURE = Numbers(0, 1e9, open_low=True)
 
 
@@ -63,8 +63,9 @@ class Question(ABC):
 
     #: Parameters of the surface and angles of the light, with the file's absolute path.
     parameters: Mapping[str, Value]
-    #: Angles of the direction towards the light: polar from the normal, and azimuthal from the x axis.
+    #: Angle between the direction towards the light and the normal.
     theta_i_deg: float
+    #: Azimuth of the direction towards the light, from the x axis towards the y axis.
     phi_i_deg: float
 
     @abstractmethod
@@ -140,7 +141,7 @@ class Options:
 
     def optional_number(self, key: str, accepted: Accepted) -> float | None:
         """A number within ``accepted``; ``None`` where it is missing."""
-        return None if self.table.get(key) is None else self.number(key, 0.0, accepted)
+        return None if self.table.get(key) is None else float(self._checked(key, None, accepted))
 
     def whole(self, key: str, default: int, low: int, high: int) -> int:
         """A whole number from ``low`` to ``high``."""
