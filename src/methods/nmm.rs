@@ -16,7 +16,7 @@
 //! therefore multiply S by the ratio of the mean to the peak ([`line_width`]).
 //!
 //! A list is left out where it has no order other than 0: along an axis of one pixel, and for a span below λmin. Where
-//! both are left out, around (u, v) = (0, 0), the answer is white with the value at 550 nm, like in Single 2014.
+//! both are left out, around (u, v) = (0, 0), the answer is white with the value at 550 nm, as in Single 2014.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -34,8 +34,8 @@ use std::f64::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
-/// Smallest relative tolerance for which the neighbourhood of a colour is computed. The selection of wavelengths alone
-/// makes colours wrong by 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
+/// Lower bound of the relative tolerance from which the neighbourhood of colours follows. The selection of wavelengths
+/// alone gives colours a relative error of 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE_MIN: f64 = 0.15;
 
 /// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white: mid-spectrum.
@@ -54,9 +54,9 @@ pub(super) struct NmmUniform {
 
 /// The method `nmm`: wavelengths at whole orders.
 pub struct Nmm {
-    /// For values at one wavelength.
+    /// Orders for values at one wavelength, with the neighbourhood that the tolerance requires.
     orders: Orders,
-    /// For colours: the orders with the neighbourhood that suffices for [`COLOUR_TOLERANCE_MIN`].
+    /// Orders for colours, whose neighbourhood suffices for a tolerance of at least [`COLOUR_TOLERANCE_MIN`].
     colour_orders: Orders,
     /// Density of the colour weights over the wavelength: `weight`, or `W` in the unweighted form.
     colours: Colours,
@@ -105,7 +105,7 @@ impl Relief for Nmm {
         if total == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
-        // Wavelengths of the list along an axis, with the line width.
+        // Wavelengths in µm of the list along an axis, each with the line width.
         let list = |axis: usize| {
             let first = (span_um[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
             let last = (span_um[axis] / WAVELENGTH_MIN_UM).floor() as u32;
@@ -141,8 +141,9 @@ impl Relief for Nmm {
 /// g is the power at p, averaged over the positions of the window, if all orders have equal power. The ratio is 1 where
 /// the Gaussians overlap, and the area of one Gaussian where they are separate.
 fn line_width(sharpness: f64) -> f64 {
-    // The mean of g.
+    // The mean of g: the integral of one Gaussian.
     let area = (PI / (2.0 * sharpness)).sqrt();
+    // θ(x) = Σ_k exp(−x k²).
     let theta = |exponent: f64| 1.0 + 2.0 * (1..=4).map(|k| (-exponent * f64::from(k * k)).exp()).sum::<f64>();
     // g(0) is θ(2a), and by Poisson's formula area·θ(π²/2a). The form that converges faster is used, in which five
     // terms are exact in single precision.

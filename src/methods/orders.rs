@@ -38,7 +38,7 @@ pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
 /// Largest size in bytes of the orders of a tile. It bounds the memory of a method.
 pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 
-/// Largest w of two directions.
+/// Largest w of two directions: both along the normal.
 const W_MAX: f64 = 2.0;
 /// Largest exponent x of the Gaussian e⁻ˣ of an amplitude that is not neglected. Its square, e⁻⁸⁰, is lost in single
 /// precision.
@@ -57,6 +57,7 @@ const ROUNDING_BIAS: f32 = 12_582_912.0;
 /// signs. Each has `√½` of its amplitude, as in [`crate::lobe::Exact`].
 #[derive(Clone)]
 pub(super) struct Orders {
+    /// Lattice of the orders, and the numbers of terms and orders that an evaluation sums.
     pub grid: OrderGrid,
     /// Number of terms without the zeros that fill the grid's terms up to a multiple.
     count: usize,
@@ -203,7 +204,7 @@ impl Orders {
         found
     }
 
-    /// Whether the exponent of the nearest order's Gaussian is at most [`EXPONENT_MAX`] at a position.
+    /// Whether the exponent of the nearest stored order's Gaussian is at most [`EXPONENT_MAX`] at a position.
     #[inline]
     fn is_reached(&self, position: [f32; 2]) -> bool {
         let exponent = |axis: usize| {
@@ -217,7 +218,7 @@ impl Orders {
 
     /// S in µm² at a position: the sum over a block of the nearest orders.
     fn density(&self, position: [f32; 2], weights: &TermWeights) -> f32 {
-        // One order has no sum of amplitudes, so the square of its Gaussian is computed at once.
+        // A single order needs no sum of amplitudes, so the square of its Gaussian is computed directly.
         if self.grid.neighbourhood == 1 {
             let (order, distance) = Self::nearest(position);
             if !self.holds(order) {
@@ -241,8 +242,8 @@ impl Orders {
         self.grid.peak_um2 * (sum[0] * sum[0] + sum[1] * sum[1])
     }
 
-    /// The nearest orders along an axis, as many as the neighbourhood, with their Gaussians at a position. Orders that
-    /// are not stored and Gaussians that are neglected are left out.
+    /// The `neighbourhood` nearest orders along an axis, with their Gaussians at a position. Orders that are not stored
+    /// and Gaussians that are neglected are left out.
     fn neighbours(&self, axis: usize, position: f32) -> impl Iterator<Item = (i32, f32)> {
         let OrderGrid { reach, sharpness, neighbourhood, .. } = self.grid;
         let (reach, count) = (reach[axis], neighbourhood as i32);
@@ -254,7 +255,7 @@ impl Orders {
     }
 }
 
-/// Orders along an axis with their Gaussians.
+/// Orders along an axis, each with its Gaussian at a position.
 type Gaussians = ArrayVec<(i32, f32), NEIGHBOURHOOD_MAX>;
 
 /// `f32::floor` as an integer, inlined: the standard function is a call on processors below SSE 4.1.

@@ -69,7 +69,7 @@ impl Relief for ColourTable {
     }
 
     fn relief_shader(&self) -> MethodShader<'_> {
-        shader(self, None, |_| {})
+        table_shader(self, None, |_| {})
     }
 }
 
@@ -95,22 +95,22 @@ impl Method for ConservingTable {
 
     fn shader(&self) -> MethodShader<'_> {
         let words = self.albedo.words();
-        shader(&self.table, Some(words), |uniform| uniform.albedo_cells = self.albedo.layout().cells)
+        table_shader(&self.table, Some(words), |uniform| uniform.albedo_cells = self.albedo.layout().cells)
             .and(wgsl!("albedo_grid.wgsl"))
             .and(wgsl!("albedo.wgsl"))
     }
 }
 
-/// The WGSL that reads the table, with the data of the table, and the words of albedos if given. `complete` sets the
-/// members of the uniform struct that do not belong to the table. Callers append the definition of `answer_rgb`, which
-/// differs with and without an albedo.
-pub(super) fn shader<'a>(
+/// The WGSL that reads the table, with the data of the table and the words of `albedos` if given. `complete` sets the
+/// members of the uniform struct that do not belong to the table. Callers append the source that defines `answer_rgb`:
+/// relief.wgsl, albedo.wgsl or film.wgsl.
+pub(super) fn table_shader<'a>(
     table: &'a ColourTable,
     albedos: Option<&'a [u32]>,
     complete: impl FnOnce(&mut TableUniform),
 ) -> MethodShader<'a> {
     let layout = table.layout();
-    // On the heap: it has 32 KiB.
+    // On the heap, since it has 32 KiB.
     let mut uniform = Box::new(TableUniform {
         inner_spacing: layout.inner_spacing,
         growth: layout.growth,
