@@ -81,7 +81,7 @@ impl SizeRange {
     /// A range that contains this one and has its ends at powers of √2, so that tables of similar ranges are shared.
     pub fn rounded(self) -> Self {
         let rounded = |[low, high]: [f64; 2]| {
-            // Ends just beside a power count as that power.
+            // Ends within a relative 1e-6 of a power count as that power.
             let step = |end: f64, round: fn(f64) -> f64| (0.5 * round(2.0 * end.log2())).exp2();
             [step(low * (1.0 + 1e-6), f64::floor), step(high * (1.0 - 1e-6), f64::ceil)]
                 .map(|end| end.clamp(*RELATIVE_SIZE.start(), *RELATIVE_SIZE.end()))

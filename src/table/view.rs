@@ -98,27 +98,34 @@ impl<N: Numbers> TableView<N> {
         };
         let value = match layout.format {
             Format::Complex => re * re + im * im,
+            // Where the power is about zero, the spline may be negative by the tolerance.
             Format::Fixed => {
-                // Adds P(0) of order zero, which entries leave out, where order zero is among the nodes read.
-                let reads_order_zero = |first: N::Index, axis: usize| {
-                    let index = int(layout.reach[axis]);
-                    first.le(index) & index.lt(first + int(layout.taps[axis]))
-                };
                 let [x, y] = position.map(N::narrow);
                 let weight = kernel_weight(0, x) * kernel_weight(1, y);
-                let order_zero = weight * curve.header_factors[0] * lit(layout.zero);
-                let is_read = reads_order_zero(column, 0) & reads_order_zero(row, 1);
-                // Where the power is about zero, the spline may be negative by the tolerance.
-                (re + N::Real::select(is_read, order_zero, lit(0.0))).max(lit(0.0))
+                (re + self.order_zero(&curve, weight, [column, row])).max(lit(0.0))
             }
             Format::Single | Format::FixedFromZero => re.max(lit(0.0)),
         } * lit(layout.norm);
         if layout.cutoff.iter().all(|cutoff| cutoff.is_infinite()) {
             return value;
         }
+        // S is zero beyond the frequencies that the pixels resolve.
         let [x, y]: [N::Mask; 2] =
             std::array::from_fn(|axis| position[axis].abs().le(N::Double::lit(layout.cutoff[axis])));
         N::Real::select(x & y, value, lit(0.0))
+    }
+
+    /// Contribution of `P(0)` of order zero, which entries of [`Format::Fixed`] leave out. `weight` is the kernel's
+    /// weight of order zero, and `first` the first column and row of nodes read. Zero unless order zero is among them.
+    #[inline(always)]
+    fn order_zero(&self, curve: &Curve<N>, weight: N::Real, first: [N::Index; 2]) -> N::Real {
+        let layout = &self.layout;
+        let is_read_along = |axis: usize| {
+            let index = N::Index::lit(layout.reach[axis]);
+            first[axis].le(index) & index.lt(first[axis] + N::Index::lit(layout.taps[axis]))
+        };
+        let order_zero = weight * curve.header_factors[0] * N::Real::lit(layout.zero);
+        N::Real::select(is_read_along(0) & is_read_along(1), order_zero, N::Real::lit(0.0))
     }
 
     /// Index, from the axis's first node, of the first node that a look-up at `position` (in nodes) reads, and the
