@@ -81,9 +81,11 @@ impl<N: Numbers> BodyDirections<N> {
     }
 }
 
-/// Scattering function of a transparent body in 1/sr, for lobes without tables of S. `density(f, κ)` is S of the
-/// magnified relief in µm², at f in cycles/µm and κ in rad/µm. Divided by the albedo where a table of albedos is given.
-/// Zero unless both directions lie off the horizon and the wavelength is positive.
+/// Scattering function of a transparent body in 1/sr, for [`Exact`](super::Exact), which has no table of S.
+///
+/// `density(f, κ)` is S of the magnified relief in µm², at f in cycles/µm and κ in rad/µm. The value is divided by the
+/// albedo where a table of albedos is given. Zero unless both directions lie off the horizon and the wavelength is
+/// positive.
 pub(super) fn value_at_body(
     body: TransparentBody,
     wi: Vec3,

@@ -100,8 +100,10 @@ impl Relief for Nmm {
         }
         let grid = &self.colour_orders.grid;
         let span_um = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
+        // Whether an axis has a list.
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span_um[axis] >= WAVELENGTH_MIN_UM);
-        let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span_um[axis]).sum();
+        let axes = || (0..2).filter(|&axis| listed[axis]);
+        let total: f32 = axes().map(|axis| span_um[axis]).sum();
         if total == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
@@ -112,7 +114,7 @@ impl Relief for Nmm {
             (first..=last).map(move |n| (span_um[axis] / n as f32, self.line_width[axis]))
         };
         let mut rgb = [0.0; 3];
-        self.colour_orders.densities(q, (0..2).filter(|axis| listed[*axis]).flat_map(list), |um, width, density| {
+        self.colour_orders.densities(q, axes().flat_map(list), |um, width, density| {
             let (weight, colour) = (density * width, colour_density(&self.colours, um));
             rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
         });

@@ -45,6 +45,7 @@ const W_MAX: f64 = 2.0;
 pub(super) const EXPONENT_MAX: f32 = 40.0;
 
 /// 1.5·2²³. Adding this to a number of magnitude below 2²² and subtracting it again rounds the number to a whole one.
+/// This takes two instructions on any processor, unlike `f32::round`.
 const ROUNDING_BIAS: f32 = 12_582_912.0;
 
 /// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
@@ -97,18 +98,8 @@ impl Orders {
         let window = CoherenceWindow::new(coherence_length_um);
         let sharpness = [lx, ly].map(|l| 2.0 * (PI * window.sigma_um() / l).powi(2));
         let neighbourhood = required_neighbourhood(sharpness, [nx, ny], tolerance, options)?;
-        // |u|, |v| ≤ 2, so |p| is at most 2L/λ. A tile of n pixels has orders up to n/2.
-        let stored_reach = |n: usize, extent_um: f64| {
-            let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
-            position_max.saturating_add(neighbourhood / 2 + 1).min(n / 2)
-        };
-        let reach = [stored_reach(nx, lx), stored_reach(ny, ly)];
-        // A term has 8 bytes.
-        let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
-        if needed > ORDERS_BYTES_MAX {
-            let mb = |bytes: usize| bytes as f64 / 1e6;
-            return Err(MethodError::TooLarge { needed_mb: mb(needed), limit_mb: mb(ORDERS_BYTES_MAX) });
-        }
+        let reach = [stored_reach(nx, lx, neighbourhood), stored_reach(ny, ly, neighbourhood)];
+        check_bytes(reach, terms)?;
         let grid = OrderGrid {
             extent_um: [lx as f32, ly as f32],
             sharpness: sharpness.map(|a| a as f32),
@@ -262,6 +253,27 @@ type Gaussians = ArrayVec<(i32, f32), NEIGHBOURHOOD_MAX>;
 fn floor(x: f32) -> i32 {
     let towards_zero = x as i32;
     towards_zero.saturating_sub(i32::from(towards_zero as f32 > x))
+}
+
+/// Largest order to store along an axis of `pixels` pixels, for light from 380 to 780 nm.
+fn stored_reach(pixels: usize, extent_um: f64, neighbourhood: usize) -> usize {
+    // |u|, |v| ≤ 2, so |p| is at most 2L/λ. A tile of n pixels has orders up to n/2.
+    let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
+    position_max.saturating_add(neighbourhood / 2 + 1).min(pixels / 2)
+}
+
+/// Checks the size of the orders up to `reach` along x and y, with `terms` terms each.
+///
+/// # Errors
+/// [`MethodError::TooLarge`] above [`ORDERS_BYTES_MAX`].
+fn check_bytes(reach: [usize; 2], terms: usize) -> Result<(), MethodError> {
+    // A term has 8 bytes. Orders of negative jy are not stored.
+    let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
+    if needed <= ORDERS_BYTES_MAX {
+        return Ok(());
+    }
+    let mb = |bytes: usize| bytes as f64 / 1e6;
+    Err(MethodError::TooLarge { needed_mb: mb(needed), limit_mb: mb(ORDERS_BYTES_MAX) })
 }
 
 /// Largest κH: that of 380 nm with both directions along the normal.

@@ -12,14 +12,19 @@ use bytemuck::{Pod, Zeroable};
 use std::array;
 use std::borrow::Cow;
 
-/// The uniform struct of table.wgsl. Members without a comment are those of [`crate::colour_table::ColourLayout`].
+/// The uniform struct of table.wgsl. The first five members are those of [`crate::colour_table::ColourLayout`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableUniform {
+    /// Spacing of the rings near the centre.
     pub inner_spacing: f32,
+    /// Spacing of the outer rings over their radius.
     pub growth: f32,
+    /// Scale of w above which knots are spaced logarithmically.
     pub w_log: f32,
+    /// Addend that makes the stored exponent of a coefficient that of a single-precision number.
     pub exponent_offset: u32,
+    /// Index of the outermost ring.
     pub last_ring: u32,
     /// Cells along each side of the albedo's grid; 0 without an albedo.
     pub albedo_cells: u32,

@@ -193,15 +193,7 @@ impl<N: Numbers> OrdersView<N> {
     ) -> N::Real {
         let lit = N::Real::lit;
         let incidence = self.incidence(passage, reading);
-        let nm = N::widen(reading.wavelength_nm);
-        // f in orders, along x and y.
-        let position = [0, 1].map(|i| {
-            let axis = &self.layout.axes[i];
-            let f = (N::widen(passage.tangential[i]) + outgoing[i]) / nm;
-            let position = f * N::Double::lit(1e3 * axis.period_um);
-            let whole = position.floor();
-            Position { whole: N::narrow(whole), fraction: N::narrow(position - whole) }
-        });
+        let position = self.position(passage, outgoing, reading);
         let (_, total) = N::while_loop(
             c"Sum over orders",
             (incidence.low, lit(0.0)),
@@ -218,17 +210,8 @@ impl<N: Numbers> OrdersView<N> {
             |(j, density)| {
                 let number = self.number(j);
                 let weight = self.weight(&near, j, number, near.has(j, active));
-                let squared = [0, 1].map(|i| {
-                    let Position { whole, fraction } = position[i];
-                    let distance = (whole - number[i]) + fraction;
-                    let t = match reading.window {
-                        None => distance * lit(1.0 / self.layout.axes[i].sigma),
-                        Some(window) => distance / (window * lit(self.layout.axes[i].sigma)),
-                    };
-                    t * t
-                });
-                let exponent = (squared[0] + squared[1]) * lit(-0.5 * LOG2_E);
-                (near.next(j), weight.fma(exponent.exp2(), density))
+                let gaussian = self.gaussian(position, number, reading);
+                (near.next(j), weight.fma(gaussian, density))
             },
         );
         // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²), with σ in orders.
@@ -319,6 +302,36 @@ impl<N: Numbers> OrdersView<N> {
             low: low.map(N::index),
             high: high.map(N::index),
         }
+    }
+
+    /// Position of the frequency of a tangential outgoing wave vector along x and y, in orders.
+    #[inline(always)]
+    fn position(&self, passage: &Passage<N>, outgoing: [N::Double; 2], reading: &Reading<N>) -> [Position<N>; 2] {
+        let nm = N::widen(reading.wavelength_nm);
+        [0, 1].map(|i| {
+            let axis = &self.layout.axes[i];
+            let f = (N::widen(passage.tangential[i]) + outgoing[i]) / nm;
+            let position = f * N::Double::lit(1e3 * axis.period_um);
+            let whole = position.floor();
+            Position { whole: N::narrow(whole), fraction: N::narrow(position - whole) }
+        })
+    }
+
+    /// Gaussian of the order with number `number` at a position; 1 at the order.
+    #[inline(always)]
+    fn gaussian(&self, position: [Position<N>; 2], number: [N::Real; 2], reading: &Reading<N>) -> N::Real {
+        let lit = N::Real::lit;
+        let squared = [0, 1].map(|i| {
+            let Position { whole, fraction } = position[i];
+            let distance = (whole - number[i]) + fraction;
+            // Distance in standard deviations, which the window narrows.
+            let t = match reading.window {
+                None => distance * lit(1.0 / self.layout.axes[i].sigma),
+                Some(window) => distance / (window * lit(self.layout.axes[i].sigma)),
+            };
+            t * t
+        });
+        ((squared[0] + squared[1]) * lit(-0.5 * LOG2_E)).exp2()
     }
 
     /// Numbers `(jx, jy)` of an order from its indices.

@@ -41,8 +41,10 @@ pub struct SizeRange {
 }
 
 /// Phase in radians between the relief's lowest and highest point, per unit of w, by which two slabs of an albedo table
-/// differ at most. The albedo is interpolated linearly between slabs. Measured on the preset `xenopeltis` at half its
-/// size: albedos reach 0.98 both with 3 and with 0.75, so finer slabs gain nothing.
+/// differ at most. A *slab* holds the albedos of one 1/λ", between which the albedo is interpolated linearly.
+///
+/// Measured on the preset `xenopeltis` at half its size: albedos reach 0.98 both with 3 and with 0.75, so finer slabs
+/// gain nothing.
 pub(crate) const SLAB_PHASE: f64 = 3.0;
 /// [`SLAB_PHASE`] of reliefs whose albedo has ridges, such as gratings. Measured on the preset `blazed` at half its
 /// size: with 1 an albedo of 1.017 remains, with 0.5 one of 1.010.

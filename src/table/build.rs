@@ -225,6 +225,7 @@ impl<'a> Build<'a> {
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut headers = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
+        // The bound avoids a division by zero for a flat relief.
         let small_kappa = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
         if self.quantity == NodeQuantity::Power {
             let nearby = self.kept_values(&self.spectrum.nodes(small_kappa));
@@ -304,6 +305,7 @@ impl<'a> Build<'a> {
         let (x, y) = (&table.lattice.x, &table.lattice.y);
         let middle = self.knots / 2;
         let mut errors = Vec::new();
+        // Beyond half of the range, κ occurs at few frequencies.
         let knots: [usize; ERROR_KAPPAS] = [0, middle / 2, middle];
         for knot in knots {
             let kappa = (knot as f64 + 0.5) * self.kappa_step;

@@ -251,9 +251,9 @@ impl Spectrum {
     }
 }
 
-/// Divisor of node powers that makes the total of S one, for an aperiodic scan. It is the power of the taper (ensemble),
-/// or of the tapered window over that of the window (patch). Tapers and pixel sizes are along x and y; `s_um` is the
-/// standard deviation of the window.
+/// Divisor of node powers that makes the total of S one, for an aperiodic scan. For an ensemble it is the power of the
+/// taper, for a patch that of the tapered window over that of the window. Tapers and pixel sizes are along x and y;
+/// `s_um` is the standard deviation of the window.
 fn total_power((tx, ty): &(Vec<f64>, Vec<f64>), model: Model, (dx_um, dy_um): (f64, f64), s_um: f64) -> f64 {
     match model {
         Model::Ensemble => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
