@@ -102,7 +102,7 @@ impl Relief for Nmm {
         let span_um = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
         // Whether an axis has a list.
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span_um[axis] >= WAVELENGTH_MIN_UM);
-        let axes = || (0..2).filter(|&axis| listed[axis]);
+        let axes = || (0..2).filter(move |&axis| listed[axis]);
         let total: f32 = axes().map(|axis| span_um[axis]).sum();
         if total == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
