@@ -1,4 +1,5 @@
-//! Lobes of transparent bodies, which reflect and transmit: at wavelengths, and in linear sRGB.
+//! Lobes of transparent bodies, which reflect and transmit (docs/model.md#bodies-that-transmit): at wavelengths, and in
+//! linear sRGB.
 //!
 //! Values are the scattering function (BSDF) of light from `wi` to `wo` in 1/sr, without the cosine:
 //!

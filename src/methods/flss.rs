@@ -1,4 +1,4 @@
-//! FLSS, full lambda spectral sampling (Dhillon et al. 2014).
+//! FLSS, full lambda spectral sampling (Dhillon et al. 2014, docs/model.md#sources).
 //!
 //! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over wavelengths λ_i in equal steps, with the weights of colours.rs.
 //!

@@ -1,11 +1,12 @@
 //! NMM, non-uniform wavelengths (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order leaves
-//! in the direction of the query.
+//! in the direction of the query. Sources are listed in docs/model.md#sources.
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
-//! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly.
+//! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly,
+//! and N is their sum.
+//!
 //! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
-//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. With `N = |u|Lx + |v|Ly`, the sum of the
-//! spans, the colour is a sum over both lists:
+//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is a sum over both lists:
 //!
 //! - *weighted*: `Σ S·weight(λ)/N`. This is a quadrature of `∫ S/λ²·weight(λ) dλ`: the steps of a list are
 //!   `dλ = λ²/(|u|Lx)`, and both lists are averaged by their densities.

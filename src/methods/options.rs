@@ -1,4 +1,5 @@
-//! Kinds and options of the methods, and the reasons why a method is refused.
+//! Kinds and options of the methods, and the reasons why a method is refused. Sources are cited by author and year, and
+//! listed in docs/model.md#sources.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;

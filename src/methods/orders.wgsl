@@ -1,5 +1,5 @@
-// The wave orders of a tile, and Single 2014's sum over the orders near a query; counterpart of orders.rs, which
-// defines the symbols and derives the formulas, and of term_weights.rs.
+// The wave orders of a tile, and the sum over the orders near a query (Single 2014, docs/model.md#sources); counterpart
+// of orders.rs, which defines the symbols, and of term_weights.rs.
 //
 // q = wi + wo = (u, v, w), κ = 2πw/λ, H is half the range of heights in µm, and (Lx, Ly) the extent of the tile in µm.
 // The position p = (u·Lx, v·Ly)/λ of a query among the orders is counted in orders: order j is at p = j. Its amplitude

@@ -1,4 +1,5 @@
-//! PQ (Dhillon et al. 2014): the tile repeats P times along x and Q times along y, and ends there.
+//! PQ (Dhillon et al. 2014): the tile repeats P times along x and Q times along y, and ends there. Sources are listed
+//! in docs/model.md#sources.
 //!
 //! The colour is `rgb = Σ_i S(q, λ_i)/λ_i² · weight_i` over wavelengths in equal steps (colours.rs), with the power
 //! spectrum in µm²

@@ -1,5 +1,5 @@
 //! The method `stam` in its default form `spacing`: gratings of one groove spacing, as a reflectance. It is our form of
-//! Stam's model; the shader that Stam published in GPU Gems is [`super::StamGems`].
+//! Stam's model (docs/model.md#sources); the shader that Stam published in GPU Gems is [`super::StamGems`].
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, and the spacing d lies along x. Each of the orders ±1 to ±8 gets
 //! a sixteenth of the light, for any relief; order n leaves at `λ_n = d|u|/n`. Order 0, which GPU Gems draws as a

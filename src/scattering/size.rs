@@ -1,4 +1,5 @@
-//! Relative sizes of a relief: one set of tables for a pattern whose pitch and depth vary from place to place.
+//! Relative sizes of a relief: one set of tables for a pattern whose pitch and depth vary from place to place
+//! (docs/model.md#covers-and-relative-sizes).
 //!
 //! ```text
 //! s, d       size of the pattern and of its heights, relative to the relief of the tables
