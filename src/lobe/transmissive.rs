@@ -4,10 +4,12 @@
 //! Values are the scattering function (BSDF) of light from `wi` to `wo` in 1/sr, without the cosine:
 //!
 //! ```text
-//! f(wi, wo, λ) = factor · S(f; κ)/λ² / A
-//! factor         small-slope factor F and solid angle of the pair of directions (`TransparentPair::factor`)
-//! S(f; κ)        power spectrum in µm² of the relief, magnified n times in pattern and heights; n is the body's index
-//! A              the larger of 1 and the albedos of wi and wo; 1 without a table of albedos
+//! f_s = factor · S(f; κ)/λ² / A
+//!
+//! factor   small-slope factor F and solid angle of the pair of directions (`TransparentPair::factor`)
+//! S(f; κ)  power spectrum in µm², at the frequency f in cycles/µm and the phase rate κ in rad/µm, of the relief
+//!          magnified n times in pattern and heights; n is the body's index
+//! A        the larger of 1 and the albedos of wi and wo; 1 without a table of albedos
 //! ```
 //!
 //! Directions are unit vectors that point away from the relief on either side of it: above into air; below into the
@@ -28,7 +30,7 @@ use std::array;
 /// flat body sends less light. Wider bounds allow larger weights; narrower ones waste samples on that side.
 const REFLECTED_PROBABILITY: [f64; 2] = [0.05, 0.95];
 
-/// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`]).
+/// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`](super::Lobe)).
 #[derive(Clone, Copy)]
 pub struct TransmissiveLobe<'a, N: Numbers> {
     /// The medium and its lower boundary.
@@ -37,7 +39,7 @@ pub struct TransmissiveLobe<'a, N: Numbers> {
     pub relief: SpectralLobe<'a, N>,
 }
 
-/// The lobe of a transparent body in linear sRGB (see [`Lobe`]).
+/// The lobe of a transparent body in linear sRGB (see [`Lobe`](super::Lobe)).
 pub struct TransmissiveColourLobe<N: Numbers> {
     /// The medium and its lower boundary.
     pub body: TransparentBody,
