@@ -1,4 +1,8 @@
-//! A surface at wavelengths: its tables and their build.
+//! A surface at wavelengths: the tables of its power spectrum, its sampler and its albedos.
+//!
+//! [`Surface`] builds the tables from a height field, owns them, and answers queries in double precision. Renderers
+//! read the same tables through its lobes ([`Surface::lobe`], [`Surface::transmissive_lobe`]), which are generic over
+//! the numbers.
 
 use super::spectral::{SpectralLayout, SpectralLobe};
 use super::{Answer, Sample, TransmissiveLobe};
@@ -13,9 +17,10 @@ use crate::table::{
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
-/// Progress of a build at the end of the spectral table; the albedos take the rest. Progress is for display only.
-const TABLE_DONE: f64 = 0.5;
-/// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch.
+/// Fraction of a build's progress that the spectral table takes; the albedos take the rest. A rough estimate, since
+/// progress is for display only.
+const TABLE_FRACTION: f64 = 0.5;
+/// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch. Also a rough estimate.
 const ENSEMBLE_FRACTION: f64 = 0.5;
 
 /// A diffracting surface at wavelengths, from tables.
@@ -93,20 +98,10 @@ impl Surface {
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
         let Built { table, packed, report: table_report } =
-            build_table(field, options, &progress.part(0.0, TABLE_DONE))?;
+            build_table(field, options, &progress.part(0.0, TABLE_FRACTION))?;
         let sampler = Sampler::new(&table, options);
-        let albedo_progress = progress.part(TABLE_DONE, 1.0);
-        let albedo = match (options.conserve_energy, options.model) {
-            (false, _) => (None, None),
-            (true, Model::Ensemble) => albedos(&table, options, &albedo_progress),
-            // A patch is one member of the ensemble, and takes the ensemble's albedo.
-            (true, Model::Patch) => {
-                let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                let mean = build_table(field, &ensemble, &albedo_progress.part(0.0, ENSEMBLE_FRACTION))?.table;
-                albedos(&mean, options, &albedo_progress.part(ENSEMBLE_FRACTION, 1.0))
-            }
-        };
-        let (albedo_table, energy) = albedo;
+        let (albedo_table, energy) = albedos(field, &table, options, &progress.part(TABLE_FRACTION, 1.0))?;
+        // Lobes without an albedo table skip the division.
         let albedo_table = albedo_table.filter(|table| !table.is_one()).map(Arc::new);
         let report = SurfaceReport {
             bytes: packed.bytes() + sampler.bytes() + albedo_table.as_ref().map_or(0, |table| table.bytes()),
@@ -121,22 +116,21 @@ impl Surface {
             obliquity: options.obliquity,
             shadowing: options.shadowing,
         };
-        let unpacked = OnceLock::new();
         progress.report(1.0);
-        Ok(Self { options: options.clone(), layout, table: packed, sampler, albedo_table, report, unpacked })
+        Ok(Self {
+            options: options.clone(),
+            layout,
+            table: packed,
+            sampler,
+            albedo_table,
+            report,
+            unpacked: OnceLock::new(),
+        })
     }
 
     /// Options that the surface was built with.
     pub fn options(&self) -> &Options {
         &self.options
-    }
-
-    /// The lobe of the transparent body over plain numbers, in `f32` or `f64`; `None` without a body.
-    pub fn transmissive_lobe<F>(&self) -> Option<TransmissiveLobe<'_, Plain<'_, F>>>
-    where
-        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
-    {
-        self.options.body.map(|body| TransmissiveLobe { body, relief: self.lobe() })
     }
 
     /// Size, build time and measured error of the tables.
@@ -187,7 +181,16 @@ impl Surface {
         SpectralLobe { layout: &self.layout, words: self.words(), size: Some(size) }
     }
 
-    /// `f_r` in 1/sr, divided by the albedo where energy is conserved.
+    /// The lobe of the transparent body over plain numbers, in `f32` or `f64`; `None` without a body.
+    pub fn transmissive_lobe<F>(&self) -> Option<TransmissiveLobe<'_, Plain<'_, F>>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
+    {
+        self.options.body.map(|body| TransmissiveLobe { body, relief: self.lobe() })
+    }
+
+    /// `f_r` in 1/sr between two unit vectors that point away from the surface, divided by the albedo where energy is
+    /// conserved.
     ///
     /// Obliquity and shadowing are included. The interface's factor
     /// ([`Pair::interface`](crate::scattering::Pair::interface): Fresnel reflectance or small-slope factor) and the
@@ -206,19 +209,22 @@ impl Surface {
         by_kind!(self, eval_pdf, wi, wo, wavelength_nm)
     }
 
-    /// Density in 1/sr of [`Surface::sample`] for several wavelengths: the mean of their densities.
+    /// Density of [`Surface::sample`] over solid angle, in 1/sr: the mean over the wavelengths.
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
         by_kind!(self, pdf, wi, wo, wavelengths_nm)
     }
 
     /// Samples a direction for at least one wavelength from three random numbers in [0, 1), with density and weight.
-    /// `None` without a direction above the horizon ([`Surface::sample_direction`]); such samples count as zero.
+    /// `None` where [`Surface::sample_direction`] has no direction; such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         by_kind!(self, sample, wi, wavelengths_nm, u)
     }
 
-    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there.
-    /// The first number chooses the uniform part or one of the wavelengths.
+    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, where `wi` lies there,
+    /// and without a wavelength.
+    ///
+    /// The first number chooses the side of a transparent body, then the uniform part of the density or one of the
+    /// wavelengths.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         by_kind!(self, sample_direction, wi, wavelengths_nm, u)
     }
@@ -230,17 +236,40 @@ impl Surface {
         if self.options.body.is_some() {
             return None;
         }
-        let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
+        let per_albedo =
+            |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |albedos| albedos.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
         let mut albedo = 0.0;
         let integral = AlbedoIntegral::accurate(table, &self.options)?;
-        integral.visit::<Plain<f64>>(wi, wavelength_nm, None, |wo, part| albedo += part * factor(wo));
+        integral.visit::<Plain<f64>>(wi, wavelength_nm, None, |wo, part| albedo += part * per_albedo(wo));
         Some(albedo)
     }
 }
 
-/// Albedo table of an ensemble's spectral table, and its report. Tables of transparent bodies have no report.
+/// Albedo table of a surface with the spectral table `table`, and its report. Both are `None` where energy is not
+/// conserved; a transparent body has no report.
 fn albedos(
+    field: &HeightField,
+    table: &SpectralTable,
+    options: &Options,
+    progress: &Progress,
+) -> Result<(Option<AlbedoTable>, Option<AlbedoReport>), TableError> {
+    if !options.conserve_energy {
+        return Ok((None, None));
+    }
+    match options.model {
+        Model::Ensemble => Ok(ensemble_albedos(table, options, progress)),
+        // A patch is one member of the ensemble, and takes the ensemble's albedo.
+        Model::Patch => {
+            let ensemble = Options { model: Model::Ensemble, ..options.clone() };
+            let mean = build_table(field, &ensemble, &progress.part(0.0, ENSEMBLE_FRACTION))?.table;
+            Ok(ensemble_albedos(&mean, options, &progress.part(ENSEMBLE_FRACTION, 1.0)))
+        }
+    }
+}
+
+/// Albedo table of an ensemble's spectral table, and its report. A transparent body has no report.
+fn ensemble_albedos(
     table: &SpectralTable,
     options: &Options,
     progress: &Progress,

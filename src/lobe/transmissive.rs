@@ -1,8 +1,20 @@
-//! Lobes of transparent bodies, which reflect and transmit: at wavelengths, and in linear sRGB.
+//! Lobes of transparent bodies, which reflect and transmit (docs/model.md#bodies-that-transmit): at wavelengths, and in
+//! linear sRGB.
 //!
-//! Values are the scattering function (BSDF) of light from `wi` to `wo` in 1/sr, without the cosine, and with the
-//! interface's factor. Directions point away from the relief on either side of it: above into air; below into the
-//! medium of an interface, or into the air behind a film. Tables are those of the relief magnified by the index.
+//! Values are the scattering function (BSDF) of light from `wi` to `wo` in 1/sr, without the cosine:
+//!
+//! ```text
+//! f_s = factor · S(f; κ)/λ² / A
+//!
+//! factor   small-slope factor F and solid angle of the pair of directions (`TransparentPair::factor`)
+//! S(f; κ)  power spectrum in µm², at the frequency f in cycles/µm and the phase rate κ in rad/µm, of the relief
+//!          magnified n times in pattern and heights; n is the body's index
+//! A        the larger of 1 and the albedos of wi and wo; 1 without a table of albedos
+//! ```
+//!
+//! Directions are unit vectors that point away from the relief on either side of it: above into air; below into the
+//! medium of an interface, or into the air behind a film. The symbols and the phrase "over n" are those of
+//! `scattering/transparent.rs`.
 
 use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, factor_of_excess};
 use super::spectral::SpectralLobe;
@@ -16,9 +28,9 @@ use std::array;
 
 /// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side to which a
 /// flat body sends less light. Wider bounds allow larger weights; narrower ones waste samples on that side.
-const REFLECTED: [f64; 2] = [0.05, 0.95];
+const REFLECTED_PROBABILITY: [f64; 2] = [0.05, 0.95];
 
-/// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`]).
+/// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`](super::Lobe)).
 #[derive(Clone, Copy)]
 pub struct TransmissiveLobe<'a, N: Numbers> {
     /// The medium and its lower boundary.
@@ -27,7 +39,7 @@ pub struct TransmissiveLobe<'a, N: Numbers> {
     pub relief: SpectralLobe<'a, N>,
 }
 
-/// The lobe of a transparent body in linear sRGB (see [`Lobe`]).
+/// The lobe of a transparent body in linear sRGB (see [`Lobe`](super::Lobe)).
 pub struct TransmissiveColourLobe<N: Numbers> {
     /// The medium and its lower boundary.
     pub body: TransparentBody,
@@ -36,7 +48,7 @@ pub struct TransmissiveColourLobe<N: Numbers> {
 }
 
 /// Quantities of a pair of directions that all wavelengths share.
-pub(crate) struct Ends<N: Numbers> {
+pub(crate) struct BodyDirections<N: Numbers> {
     wi: BodyWave<N>,
     wo: BodyWave<N>,
     pair: TransparentPair<N>,
@@ -44,11 +56,11 @@ pub(crate) struct Ends<N: Numbers> {
     passage: Passage<N>,
     /// Outgoing tangential wave vector over n, times [`Passage::turn`].
     outgoing: [N::Double; 2],
-    /// Density over solid angle per density over tangential wave vectors.
+    /// Ratio of a density over solid angle to that over tangential wave vectors over n.
     per_solid_angle: N::Real,
 }
 
-impl<N: Numbers> Ends<N> {
+impl<N: Numbers> BodyDirections<N> {
     #[inline(always)]
     fn new(body: TransparentBody, wi: [N::Real; 3], wo: [N::Real; 3]) -> Self {
         let (i, o) = (body.wave::<N>(wi), body.wave::<N>(wo));
@@ -72,9 +84,11 @@ impl<N: Numbers> Ends<N> {
     }
 }
 
-/// Scattering function of a transparent body in 1/sr, for lobes without tables of S. `density(f, κ)` is the power
-/// density of the magnified relief in µm², at f in cycles/µm and κ in rad/µm. Divided by the albedo where a table of
-/// albedos is given. Zero unless both directions lie off the horizon and the wavelength (nm) is positive.
+/// Scattering function of a transparent body in 1/sr, for [`Exact`](super::Exact), which has no table of S.
+///
+/// `density(f, κ)` is S of the magnified relief in µm², at f in cycles/µm and κ in rad/µm. The value is divided by the
+/// albedo where a table of albedos is given. Zero unless both directions lie off the horizon and the wavelength is
+/// positive.
 pub(super) fn value_at_body(
     body: TransparentBody,
     wi: Vec3,
@@ -87,15 +101,15 @@ pub(super) fn value_at_body(
     if !(accepts(wi) && accepts(wo) && wavelength_nm > 0.0) {
         return 0.0;
     }
-    let ends = Ends::<Plain<f64>>::new(body, wi, wo);
+    let directions = BodyDirections::<Plain<f64>>::new(body, wi, wo);
     let reading = Reading::at(wavelength_nm);
-    let (f, kappa) = ends.pair.at(&reading);
-    let divided = albedo.map_or(1.0, |albedo| {
+    let (f, kappa) = directions.pair.at(&reading);
+    let per_albedo = albedo.map_or(1.0, |albedo| {
         let view = albedo.view::<f64>();
-        let [at_wi, at_wo] = ends.places(&view);
+        let [at_wi, at_wo] = directions.places(&view);
         view.factor_at(&at_wi, &at_wo, &reading, true)
     });
-    ends.pair.factor() * divided * density(f, kappa) / reading.squared_um()
+    directions.pair.factor() * per_albedo * density(f, kappa) / reading.squared_um()
 }
 
 /// Scattering function of a transparent body in linear sRGB in 1/sr, from the colour table of the magnified relief and
@@ -111,18 +125,19 @@ pub(crate) fn colour_at_body<N: Numbers>(
 ) -> [N::Real; 3] {
     let one = N::Real::lit(1.0);
     let active = active & Sides::<N>::accepts(&body, wi) & Sides::<N>::accepts(&body, wo);
-    let ends = Ends::new(body, wi, wo);
+    let directions = BodyDirections::new(body, wi, wo);
     let RelativeSize { scale, depth } = size.unwrap_or(RelativeSize { scale: one, depth: one });
-    let [u, v] = ends.pair.tangential().map(|k| N::narrow(k) * scale);
-    let colour = table.relief_rgb(u, v, ends.pair.normal() * depth, active);
-    let factor = ends.pair.factor() * scale * scale;
-    let channels = match albedo {
+    let [u, v] = directions.pair.tangential().map(|k| N::narrow(k) * scale);
+    let colour = table.relief_rgb(u, v, directions.pair.normal() * depth, active);
+    // A resized relief reads s² F(s u, s v, d w), with its scale s and its depth d (colour_lobe.rs).
+    let factor = directions.pair.factor() * scale * scale;
+    let per_albedo = match albedo {
         Some(albedo) => {
-            factor_of_excess::<N>(ends.places(albedo).map(|place| band_excess(albedo, &place, size, active)))
+            factor_of_excess::<N>(directions.places(albedo).map(|place| band_excess(albedo, &place, size, active)))
         }
         None => [one; 3],
     };
-    array::from_fn(|c| N::Real::select(active, colour[c] * factor * channels[c], N::Real::lit(0.0)))
+    array::from_fn(|c| N::Real::select(active, colour[c] * factor * per_albedo[c], N::Real::lit(0.0)))
 }
 
 /// Sides of a transparent body. A sample's side is chosen by the reflectance of a flat body.
@@ -152,13 +167,14 @@ impl<N: Numbers> Sides<N> for TransparentBody {
     }
 }
 
-/// Probability that a sample is reflected: the reflectance of a flat body, within [`REFLECTED`].
+/// Probability that a sample is reflected: the reflectance of a flat body, within [`REFLECTED_PROBABILITY`].
 #[inline(always)]
 fn reflected_probability<N: Numbers>(wi: &BodyWave<N>) -> N::Real {
-    wi.reflectance().clip(N::Real::lit(REFLECTED[0]), N::Real::lit(REFLECTED[1]))
+    let [low, high] = REFLECTED_PROBABILITY.map(N::Real::lit);
+    wi.reflectance().clip(low, high)
 }
 
-/// Implements [`Sides`] for a lobe by its body's.
+/// Implements [`Sides`] for a lobe with the methods of its body.
 macro_rules! sides_of_the_body {
     ($lobe:ty) => {
         impl<N: Numbers> Sides<N> for $lobe {
@@ -182,7 +198,9 @@ macro_rules! sides_of_the_body {
 sides_of_the_body!(TransmissiveLobe<'_, N>);
 sides_of_the_body!(TransmissiveColourLobe<N>);
 
-/// The direction, pointing upwards, of a drawn wave vector; the zero vector where it lies beyond the horizon.
+/// The direction of a drawn wave vector; the zero vector where it lies beyond the horizon. It points upwards on either
+/// side of the relief, since callers flip the directions of samples below.
+///
 /// `draw_tangential` draws the tangential part over n, times [`Passage::turn`]; its mask is false where nothing is
 /// scattered.
 #[inline(always)]
@@ -194,30 +212,31 @@ fn draw<N: Numbers>(
 ) -> [N::Real; 3] {
     let passage = Passage::at_body(body, &body.wave::<N>(wi), to_below);
     let (drawn, is_drawn) = draw_tangential(&passage);
-    // Below an interface wave vectors over n are unit vectors; elsewhere they have the length 1/n.
+    // From wave vectors over n to directions: below an interface both are equal; in air wave vectors have the length
+    // 1/n.
     let eta = N::Real::lit(body.eta);
     let scale = if body.is_film { eta } else { N::Real::select(to_below, N::Real::lit(1.0), eta) };
     direction_above::<N>(drawn.map(|k| k * passage.turn * scale), is_drawn)
 }
 
 impl<N: Numbers> PerWavelength<N> for TransmissiveLobe<'_, N> {
-    type Pair = Ends<N>;
+    type Pair = BodyDirections<N>;
 
     #[inline(always)]
-    fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Ends<N> {
-        Ends::new(self.body, wi, wo)
+    fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> BodyDirections<N> {
+        BodyDirections::new(self.body, wi, wo)
     }
 
     #[inline(always)]
-    fn value(&self, ends: &Ends<N>, nm: N::Real, active: N::Mask) -> N::Real {
+    fn value(&self, directions: &BodyDirections<N>, nm: N::Real, active: N::Mask) -> N::Real {
         let reading = self.relief.reading(nm);
-        let (frequency, kappa) = ends.pair.at(&reading);
+        let (frequency, kappa) = directions.pair.at(&reading);
         let density = self.relief.table().density_of(frequency, kappa, reading.window, active);
-        let undivided = ends.pair.factor() * density / reading.squared_um();
+        let undivided = directions.pair.factor() * density / reading.squared_um();
         let value = match self.relief.albedo() {
             None => undivided,
             Some(albedo) => {
-                let [at_wi, at_wo] = ends.places(&albedo);
+                let [at_wi, at_wo] = directions.places(&albedo);
                 undivided * albedo.factor_at(&at_wi, &at_wo, &reading, active)
             }
         };
@@ -225,9 +244,9 @@ impl<N: Numbers> PerWavelength<N> for TransmissiveLobe<'_, N> {
     }
 
     #[inline(always)]
-    fn density(&self, ends: &Ends<N>, nm: N::Real, active: N::Mask) -> N::Real {
-        self.relief.sampler().density(&ends.passage, ends.outgoing, &self.relief.reading(nm), active)
-            * ends.per_solid_angle
+    fn density(&self, directions: &BodyDirections<N>, nm: N::Real, active: N::Mask) -> N::Real {
+        self.relief.sampler().density(&directions.passage, directions.outgoing, &self.relief.reading(nm), active)
+            * directions.per_solid_angle
     }
 
     #[inline(always)]
@@ -246,7 +265,7 @@ impl<N: Numbers> InColour<N> for TransmissiveColourLobe<N> {
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let albedo = match &self.relief.albedo {
             Some(ColourAlbedo::ByWavelength(albedo)) => Some(albedo),
-            // Tables of bodies are by wavelength.
+            // A body never has albedos of bands: its table is built by wavelength.
             Some(ColourAlbedo::Bands(_)) | None => None,
         };
         colour_at_body(self.body, &self.relief.table, albedo, self.relief.size, [wi, wo], active)
@@ -254,8 +273,9 @@ impl<N: Numbers> InColour<N> for TransmissiveColourLobe<N> {
 
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
-        let ends = Ends::new(self.body, wi, wo);
-        self.relief.sampler.density(&ends.passage, ends.outgoing.map(N::narrow), active) * ends.per_solid_angle
+        let directions = BodyDirections::new(self.body, wi, wo);
+        self.relief.sampler.density(&directions.passage, directions.outgoing.map(N::narrow), active)
+            * directions.per_solid_angle
     }
 
     #[inline(always)]

@@ -33,8 +33,8 @@ fn albedo_pair(word: u32) -> vec2<f32> {
     return vec2<f32>(bitcast<f32>(word << 16u), bitcast<f32>(word & 0xffff0000u));
 }
 
-// Value at a position in a cell, 0 to 1 along x and y, bilinear between the corners. The first word has those of the
-// lower y, the second those of the upper y.
+// Value at a position in a cell, 0 to 1 along x and y, bilinear between the corners. The word `lower_y` has the two
+// corners of the lower y, `upper_y` those of the upper y.
 fn in_cell(lower_y: u32, upper_y: u32, fraction: vec2<f32>) -> f32 {
     let lower = albedo_pair(lower_y);
     let upper = albedo_pair(upper_y);

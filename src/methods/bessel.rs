@@ -1,32 +1,35 @@
 //! Bessel functions of the first kind, `J_0` to `J_{count−1}`, in single precision.
 //!
-//! They are the coefficients of the Chebyshev series of the phase screen (term_weights.rs). bessel.wgsl is the
-//! counterpart on the GPU.
+//! Up to constant factors they are the coefficients of the Chebyshev series of the phase screen (term_weights.rs).
+//! bessel.wgsl is the counterpart on the GPU.
+//!
+//! Miller's algorithm (Abramowitz & Stegun 9.12, example 1): the recurrence `J_{k−1} = (2k/x)·J_k − J_{k+1}` is stable
+//! for decreasing k. It starts with an arbitrary number at an even k well above x. The identity
+//! `J_0 + 2(J_2 + J_4 + …) = 1` (9.1.46) then gives the scale.
 
 /// Largest number of terms of a series. Every invocation of a shader keeps their weights in an array of this size:
 /// larger values allow deeper reliefs and need more memory.
 pub const TERMS_MAX: usize = 256;
 
-/// Argument below which the ascending series up to x² replaces the recurrence, which would overflow. J₃ is under 3e-11
-/// there.
+/// Argument below which the ascending series up to x² replaces the recurrence, which would overflow. The first function
+/// left out, J₃, is below 3e-11 there.
 pub(super) const SMALL_ARGUMENT: f32 = 1e-3;
 
 /// Writes `J_0(x)` to `J_{count−1}(x)` for several arguments: `values[order][lane]` for the argument `x[lane]`.
-/// `values` has `count ≤ TERMS_MAX` rows.
+/// `values` has `count ≤ TERMS_MAX` rows. The absolute error is a few 1e-7.
 ///
-/// Arguments are finite, at least 0, and at most a factor of four apart. The absolute error is a few 1e-7. Lanes are
-/// computed side by side, because the recurrence of a single argument is one chain of dependent steps.
+/// Arguments lie between 0 and [`TERMS_MAX`] and are at most a factor of four apart. Callers pass one w at visible
+/// wavelengths, whose arguments differ by a factor of 2.1. Lanes are computed side by side, because the recurrence of a
+/// single argument is one chain of dependent steps.
 ///
-/// Miller's algorithm (Abramowitz & Stegun 9.12, example 1): the recurrence `J_{k−1} = (2k/x)·J_k − J_{k+1}` is stable
-/// for decreasing k. It starts with arbitrary numbers at an even k well above x, and `J_0 + 2(J_2 + J_4 + …) = 1`
-/// (9.1.46) gives the scale. The start is about `x + 6·∛x + 2`, with the cube root of the largest argument. There J is
-/// below 1e-8 for every x up to [`TERMS_MAX`], and above 1e-30, so nothing overflows. Orders above the start are
-/// written as zero.
+/// The recurrence starts at about `x + 6·∛x + 2`, with the cube root of the largest argument. There J is below 1e-8 for
+/// every x up to [`TERMS_MAX`], and above 1e-30, so nothing overflows. Orders above the start are written as zero.
 pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]) {
     let largest = x.into_iter().fold(0.0, f32::max);
     // Arguments of the recurrence. Smaller ones are computed by the ascending series below.
     let recurred = x.map(|x| x.max(SMALL_ARGUMENT));
     let above_argument = 6.0 * largest.max(SMALL_ARGUMENT).cbrt() + 2.0;
+    // Even k at which the recurrence of each lane starts.
     let start = recurred.map(|x| 2 * (0.5 * (x + above_argument)) as i32 + 2);
     let first = start.into_iter().fold(0, i32::max);
     let mut write = |k: i32, row: &[f32; LANES]| {
@@ -41,7 +44,7 @@ pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; 
         // J_{k−1}.
         let mut odd = [0.0; LANES];
         for lane in 0..LANES {
-            // A lane is zero until its own start.
+            // The arbitrary number is 1. A lane is zero until its own start.
             here[lane] = if start[lane] == k { 1.0 } else { here[lane] };
             evens[lane] += here[lane];
             odd[lane] = k as f32 * two_over_x[lane] * here[lane] - above[lane];

@@ -8,7 +8,7 @@
 
 // Length of the array of terms, and the largest `count`; as in bessel.rs.
 const TERMS_MAX: u32 = 256u;
-// Argument below which the power series up to x² replaces the recurrence, which would overflow.
+// Argument below which the ascending series up to x² replaces the recurrence, which would overflow.
 const SMALL_ARGUMENT: f32 = 1e-3;
 
 // Writes J_k(x) to values[k] for k below `count`, a multiple of 4 of at least 4. x is at least 0 and finite.

@@ -1,4 +1,6 @@
 //! Construction of a method ([`MethodKind`]) from a height field, with the checks that all methods share.
+//!
+//! Checks that only one method needs, such as the depth of the relief, are in its own file.
 
 use super::film::FilmTable;
 use super::flss::Flss;
@@ -86,28 +88,31 @@ pub fn build_watched(
             StamForm::Spacing => Box::new(Stam::new(field, coherence_length_um, options)?),
             StamForm::Gems => Box::new(StamGems::new(field, options)?),
         },
-        MethodKind::Table => {
-            let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
-            let build_limit = surface.build_limit;
-            let table_options =
-                ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
-            let table_fraction = if surface.conserve_energy { TABLE_FRACTION } else { 1.0 };
-            let (table_progress, albedo_progress) =
-                (progress.part(0.0, table_fraction), progress.part(table_fraction, 1.0));
-            let (table, spectral) = ColourTable::build_reflecting(field, &table_options, &|_, _| 1.0, &table_progress)?;
-            if let Some(body) = surface.body {
-                let albedo = surface
-                    .conserve_energy
-                    .then(|| AlbedoTable::build_of_body(&spectral, body, None, &albedo_progress))
-                    .flatten();
-                return Ok(Box::new(FilmTable { body, table, albedo }));
-            }
-            let albedo =
-                surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &albedo_progress));
-            match albedo.flatten() {
-                Some(albedo) => Box::new(ConservingTable { table, albedo }),
-                None => Box::new(table),
-            }
-        }
+        MethodKind::Table => build_table(field, surface, options.resolution, progress)?,
+    })
+}
+
+/// Builds the colour table, with a table of albedos where energy is conserved. `resolution` is that of
+/// [`MethodOptions`].
+fn build_table(
+    field: &HeightField,
+    surface: &Options,
+    resolution: f64,
+    progress: &Progress,
+) -> Result<Box<dyn Method>, MethodError> {
+    let &Options { coherence_length_um, model, tiling, tolerance, build_limit, conserve_energy, .. } = surface;
+    let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
+    let table_fraction = if conserve_energy { TABLE_FRACTION } else { 1.0 };
+    let (table_progress, albedo_progress) = (progress.part(0.0, table_fraction), progress.part(table_fraction, 1.0));
+    // Reflectance 1: the interface's factor is applied outside the table.
+    let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
+    if let Some(body) = surface.body {
+        let albedo = conserve_energy.then(|| AlbedoTable::build_of_body(&spectral, body, None, &albedo_progress));
+        return Ok(Box::new(FilmTable { body, table, albedo: albedo.flatten() }));
+    }
+    let albedo = conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &albedo_progress));
+    Ok(match albedo.flatten() {
+        Some(albedo) => Box::new(ConservingTable { table, albedo }),
+        None => Box::new(table),
     })
 }

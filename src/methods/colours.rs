@@ -1,16 +1,18 @@
 //! Linear-sRGB weights of wavelengths, as quadrature nodes or as a density over the wavelength. The shaders read them
 //! through colours.wgsl.
 //!
-//! - Nodes (flss.rs, pq.rs): `rgb = Σ_i spectrum(λ_i)·weight_i`.
-//! - A density (nmm.rs, stam.rs): `rgb = ∫ spectrum(λ)·density(λ) dλ`, where the method selects the wavelengths.
+//! - Nodes (flss.rs, pq.rs): `rgb = Σ_i spectrum(λ_i)·weight_i`, with weights without a unit.
+//! - A density per µm (nmm.rs, stam.rs): `rgb = ∫ spectrum(λ)·density(λ) dλ`. The method selects the wavelengths.
 
 use super::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
 use crate::colour::{ColourError, SpectralToRgb};
 
 /// Step between entries of a density in nm; equal to the step of the table of the CIE observer.
 const DENSITY_STEP_NM: f64 = 1.0;
+/// Factor from the weight of a step of [`DENSITY_STEP_NM`] to a density per µm.
+const PER_UM: f64 = 1e3 / DENSITY_STEP_NM;
 
-/// Linear-sRGB weights with their wavelengths in µm, ascending: entries `[r, g, b, λ]`.
+/// Linear-sRGB weights, or values of a density per µm, with their wavelengths in µm, ascending: entries `[r, g, b, λ]`.
 pub(super) type Colours = Vec<[f32; 4]>;
 
 /// Quadrature nodes over 380 to 780 nm in steps of `step_nm`. Their weights sum to (1, 1, 1).
@@ -28,7 +30,7 @@ pub(super) fn quadrature(step_nm: f64) -> Result<Colours, ColourError> {
 /// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.
 pub(super) fn density() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
-    Ok(entries(&spectrum, |_| [1e3 / DENSITY_STEP_NM; 3]))
+    Ok(entries(&spectrum, |_| [PER_UM; 3]))
 }
 
 /// The weights per µm divided by λ², on a uniform grid over 380 to 780 nm. Each channel is scaled so that its integral
@@ -41,11 +43,12 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     let square = |nm: f64| (1e-3 * nm).powi(2);
+    // Colour of the spectrum 1/λ², the integral of each channel before scaling.
     let total = spectrum.rgb_of(|nm| 1.0 / square(nm));
-    Ok(entries(&spectrum, |nm| total.map(|total| 1e3 / DENSITY_STEP_NM / (square(nm) * total))))
+    Ok(entries(&spectrum, |nm| total.map(|total| PER_UM / (square(nm) * total))))
 }
 
-/// Entries of the weights of `spectrum`, multiplied by `factor(wavelength in nm)` for each channel.
+/// Entries of the weights of `spectrum`, with each channel multiplied by its `factor` at the wavelength in nm.
 fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colours {
     spectrum
         .wavelengths_nm()
@@ -58,7 +61,7 @@ fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colour
         .collect()
 }
 
-/// A [`density`] or [`density_over_square`] at a wavelength in µm, linear between its entries.
+/// A [`density`] or [`density_over_square`] at a wavelength in µm, linear between its entries and constant beyond them.
 pub(super) fn colour_density(colours: &[[f32; 4]], wavelength_um: f32) -> [f32; 3] {
     let intervals = colours.len() - 1;
     let position = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * intervals as f32;

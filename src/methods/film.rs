@@ -4,7 +4,7 @@
 //! The shader consists of table.wgsl, transparent.wgsl, albedo_grid.wgsl and film.wgsl. Where energy is conserved,
 //! albedos by wavelength are uploaded unchanged, and a channel is divided by the mean over its band.
 
-use super::table::shader;
+use super::table::table_shader;
 use super::{AnswerKind, Method, MethodShader};
 use crate::colour_table::ColourTable;
 use crate::energy::AlbedoTable;
@@ -12,12 +12,13 @@ use crate::lobe::colour_at_body;
 use crate::scattering::TransparentBody;
 use crate::wgsl;
 
-/// Contents of the albedos' buffer where nothing is divided. The shader declares the buffer, but does not read it then.
+/// Contents of the albedos' buffer where nothing is divided. The shader declares the buffer, so it must not be empty,
+/// but does not read it then.
 const NO_ALBEDO: [u32; 4] = [0; 4];
 
 /// The colour table of a film.
 pub(super) struct FilmTable {
-    /// The film: its index, and the lower bound of the scattering vector's normal component.
+    /// The film.
     pub body: TransparentBody,
     /// Table of the magnified relief.
     pub table: ColourTable,
@@ -41,7 +42,7 @@ impl Method for FilmTable {
 
     fn shader(&self) -> MethodShader<'_> {
         let words = self.albedo.as_ref().map_or(&NO_ALBEDO[..], AlbedoTable::words);
-        shader(&self.table, Some(words), |uniform| {
+        table_shader(&self.table, Some(words), |uniform| {
             uniform.body_eta = self.body.eta as f32;
             uniform.body_normal_min = self.body.normal_min as f32;
             if let Some(albedo) = &self.albedo {

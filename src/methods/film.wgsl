@@ -2,12 +2,16 @@
 // by the albedo where energy is conserved; compiled after transparent.wgsl and albedo_grid.wgsl. Counterpart of
 // `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
 //
-// Let A(w) be the larger of 1 and the albedo for a direction w at the angle θ from the normal and a wavelength: the sum
-// of what the film reflects and transmits. A channel takes the mean over its band, of A at three wavelengths. `albedos`
-// holds (A - 1)·cos²θ on the grid, in four words for each [side][gap between planes of wavelength][cell]. They are the
-// corners of the lower y and of the upper y on the lower plane, then those on the upper plane.
+// Let A be the larger of 1 and the albedo for a direction at the angle θ from the normal and a wavelength. The albedo
+// of a film is the fraction of the light that it reflects or transmits. A colour channel takes the mean over its band,
+// of A at three wavelengths.
+//
+// `albedos` holds (A - 1)·cos²θ on the grid of albedo_grid.wgsl, in planes of wavelength. It has four words for each
+// [side of the film][gap between planes][cell]. They are the corners of the lower y and of the upper y on the lower
+// plane, then those on the upper plane.
 
-// Place of a direction in the table, whose second side is that of directions below the relief.
+// Place of a direction in the table, on the lowest gap. The first side is that of directions above the relief, the
+// second that of directions below.
 fn place_at_body(w: vec3<f32>) -> GridPlace {
     let n = table.body_eta;
     let cells = table.albedo_cells;
@@ -38,7 +42,7 @@ fn band_excess(at: GridPlace) -> vec3<f32> {
     return max(mean, vec3<f32>(0.0));
 }
 
-// The scattering function of light from wi to wo, linear sRGB in 1/sr. Parts other than 0 are zero, like those of
+// The scattering function of light from wi to wo, linear sRGB in 1/sr. Zero unless `answer_part` is 0, like
 // `relief_rgb`.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let pair = pair_at_body(wave_at_body(wi), wave_at_body(wo));

@@ -2,17 +2,23 @@
 // `GratingColourLobe::eval` in src/grating/colour_lobe.rs, of `CellPosition` in cell_position.rs, of `EfficiencyView`
 // in efficiencies.rs and of `ColourTables` in colour_tables.rs, with the same arithmetic.
 //
-// Symbols: d is the period in µm, ν = 1/λ in 1/µm, and q = (wi + wo).xy has the length ρ. Order m has the frequency
-// (m/d, 0) in cycles/µm and is a Gaussian of standard deviation σ about it. The frequencies νq of a pair of directions
-// form a line. It is nearest to order m at ν_m = m·q.x/(d·ρ²), at the distance b_m in units of σ. Along the line the
-// order is a Gaussian over ν of standard deviation τ = σ/ρ. The reflectance is
-//     f_r = Σ_m e_m·exp(-b_m²/2)·W(ν_m, τ)/(2πσ²),
-// where e_m is the efficiency of the order at ν_m, and W(ν_m, τ) = ∫ weight(1/ν)·exp(-(ν - ν_m)²/2τ²) dν a table. Order
-// 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is a table over directions.
+// Symbols:
+//     d         period of the grating in µm; the grooves run along y
+//     ν         1/λ in 1/µm
+//     q, ρ      (wi + wo).xy, and its length
+//     σ         standard deviation in cycles/µm of an order's Gaussian; order m has the frequency (m/d, 0)
+//     ν_m       m·q.x/(d·ρ²): the ν at which the frequency ν·q of the query is nearest to order m
+//     b_m       distance from ν_m·q to order m, in units of σ
+//     τ         σ/ρ, the standard deviation over ν of the order's Gaussian along the line ν·q
+//     e_m       efficiency of order m at ν_m
+//     W(ν_m, τ) ∫ weight(1/ν)·exp(-(ν - ν_m)²/2τ²) dν with the weights of linear sRGB, from a table
+// The reflectance is
+//     f_r = Σ_m e_m·exp(-b_m²/2)·W(ν_m, τ)/(2πσ²).
+// Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is a table over directions.
 //
-// Efficiencies are tabulated over λ, t and a. With y the direction cosine along the grooves, t = νd·√(1 - y²), and the
-// wave number of the incident wave along x is a·2π/d. The lines where t - a or t + a is a whole number divide the (t,
-// a) plane into cells; within a cell the same orders propagate. An order number counts the propagating orders of a cell
+// Efficiencies are tabulated over λ, t and a. With y the direction cosine along the grooves, t = νd·√(1 - y²). The wave
+// number of the incident wave along x is a·2π/d. The lines where t - a or t + a is a whole number divide the (t, a)
+// plane into cells; within a cell the same orders propagate. An order number counts the propagating orders of a cell
 // from 0, by ascending m. Nodes of a cell lie at fractional parts of t - a (`minus`) and of t + a (`plus`).
 
 // Middle of the visible range of ν, from 1/830 nm to 1/360 nm, in 1/µm.
@@ -23,7 +29,7 @@ const NU_HALF: f32 = 0.78647923;
 const TAU_SCALE: f32 = 0.25;
 // Distance in standard deviations beyond which a Gaussian is neglected; it is e^-12.5 = 4e-6 there.
 const REACH: f32 = 5.0;
-// Efficiency that one unit of a stored 16-bit integer represents, 1/60000.
+// Efficiency that one unit of a stored 16-bit integer represents, 1/60000. The largest integer represents 1.09.
 const UNIT: f32 = 1.6666667e-5;
 // log₂(e), which turns exp into exp2.
 const LOG2_E: f32 = 1.442695;
@@ -46,7 +52,7 @@ struct Grating {
     cells: u32,
     // Number of nodes along each side of a cell.
     nodes: u32,
-    // Highest order that propagates at any incidence and wavelength.
+    // Highest order that propagates at any incidence and wavelength; a float, since it is compared with floats.
     orders: f32,
     // Index in `colours` of the first node of the table of order 0.
     order_zero: u32,
@@ -207,6 +213,7 @@ fn line_of(q: vec2<f32>) -> Line {
     let reach = REACH * grating.sigma_per_um;
     let low = (length * (NU_MIDDLE - NU_HALF) - reach) / per_order;
     let high = (length * (NU_MIDDLE + NU_HALF) + reach) / per_order;
+    // Orders beyond ±`most` never propagate. Bounds one beyond them leave an empty range empty.
     let most = grating.orders;
     let first = clamp(ceil(low), -most, most + 1.0);
     let last = clamp(floor(high), -most - 1.0, most);

@@ -13,10 +13,10 @@
 //!
 //! Methods compute in single precision throughout, as on the GPU. Tests compare them with [`crate::lobe::Exact`].
 //!
-//! [`build`] builds a method of a height field. The published methods evaluate a single window at a fixed position over
-//! a tile that repeats (`model = patch`, `tiling = periodic`) and support nothing else. The [`ColourTable`] supports
-//! both models and tilings, and is the only method that can conserve energy. `GratingColourSurface`, a grating by
-//! Maxwell's equations, is also a method.
+//! [`build`] builds a method for a height field. The published methods evaluate a single window at a fixed position
+//! over a tile that repeats (`model = patch`, `tiling = periodic`) and support nothing else. The [`ColourTable`]
+//! supports both models and tilings, and is the only method that can conserve energy. `GratingColourSurface`, a grating
+//! by Maxwell's equations, is also a method.
 
 mod bessel;
 mod build;
@@ -168,7 +168,7 @@ pub const COMMON_WGSL: &str = wgsl!("common.wgsl");
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 /// Longest wavelength of the published methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-/// Smallest divisor for a cosine, as in [`crate::scattering::Pair`].
+/// Smallest divisor for a cosine, about the rounding error of a cosine in single precision.
 const COSINE_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
 /// Whether `q` can be the sum of two unit vectors above the surface, with room for rounding. False where it is not
@@ -177,7 +177,8 @@ fn is_query(q: [f32; 3]) -> bool {
     q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
 }
 
-/// The wavelength in µm; `None` outside 380 to 780 nm.
+/// The wavelength in µm; `None` outside 380 to 780 nm. The comparison is in nm, since single precision rounds both ends
+/// in µm.
 fn visible_um(wavelength_nm: f32) -> Option<f32> {
     (380.0..=780.0).contains(&wavelength_nm).then_some(wavelength_nm * 1e-3)
 }

@@ -1,11 +1,12 @@
 //! NMM, non-uniform wavelengths (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order leaves
-//! in the direction of the query.
+//! in the direction of the query. Sources are listed in docs/model.md#sources.
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
-//! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly.
+//! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly,
+//! and N is their sum.
+//!
 //! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
-//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. With `N = |u|Lx + |v|Ly`, the sum of the
-//! spans, the colour is a sum over both lists:
+//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is a sum over both lists:
 //!
 //! - *weighted*: `Σ S·weight(λ)/N`. This is a quadrature of `∫ S/λ²·weight(λ) dλ`: the steps of a list are
 //!   `dλ = λ²/(|u|Lx)`, and both lists are averaged by their densities.
@@ -16,7 +17,7 @@
 //! therefore multiply S by the ratio of the mean to the peak ([`line_width`]).
 //!
 //! A list is left out where it has no order other than 0: along an axis of one pixel, and for a span below λmin. Where
-//! both are left out, around (u, v) = (0, 0), the answer is white with the value at 550 nm, like in Single 2014.
+//! both are left out, around (u, v) = (0, 0), the answer is white with the value at 550 nm, as in Single 2014.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -34,8 +35,8 @@ use std::f64::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
-/// Smallest relative tolerance for which the neighbourhood of a colour is computed. The selection of wavelengths alone
-/// makes colours wrong by 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
+/// Lower bound of the relative tolerance from which the neighbourhood of colours follows. The selection of wavelengths
+/// alone gives colours a relative error of 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE_MIN: f64 = 0.15;
 
 /// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white: mid-spectrum.
@@ -54,9 +55,9 @@ pub(super) struct NmmUniform {
 
 /// The method `nmm`: wavelengths at whole orders.
 pub struct Nmm {
-    /// For values at one wavelength.
+    /// Orders for values at one wavelength, with the neighbourhood that the tolerance requires.
     orders: Orders,
-    /// For colours: the orders with the neighbourhood that suffices for [`COLOUR_TOLERANCE_MIN`].
+    /// Orders for colours, whose neighbourhood suffices for a tolerance of at least [`COLOUR_TOLERANCE_MIN`].
     colour_orders: Orders,
     /// Density of the colour weights over the wavelength: `weight`, or `W` in the unweighted form.
     colours: Colours,
@@ -100,19 +101,21 @@ impl Relief for Nmm {
         }
         let grid = &self.colour_orders.grid;
         let span_um = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
+        // Whether an axis has a list.
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span_um[axis] >= WAVELENGTH_MIN_UM);
-        let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span_um[axis]).sum();
+        let axes = || (0..2).filter(move |&axis| listed[axis]);
+        let total: f32 = axes().map(|axis| span_um[axis]).sum();
         if total == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
-        // Wavelengths of the list along an axis, with the line width.
+        // Wavelengths in µm of the list along an axis, each with the line width.
         let list = |axis: usize| {
             let first = (span_um[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
             let last = (span_um[axis] / WAVELENGTH_MIN_UM).floor() as u32;
             (first..=last).map(move |n| (span_um[axis] / n as f32, self.line_width[axis]))
         };
         let mut rgb = [0.0; 3];
-        self.colour_orders.densities(q, (0..2).filter(|axis| listed[*axis]).flat_map(list), |um, width, density| {
+        self.colour_orders.densities(q, axes().flat_map(list), |um, width, density| {
             let (weight, colour) = (density * width, colour_density(&self.colours, um));
             rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
         });
@@ -141,8 +144,9 @@ impl Relief for Nmm {
 /// g is the power at p, averaged over the positions of the window, if all orders have equal power. The ratio is 1 where
 /// the Gaussians overlap, and the area of one Gaussian where they are separate.
 fn line_width(sharpness: f64) -> f64 {
-    // The mean of g.
+    // The mean of g: the integral of one Gaussian.
     let area = (PI / (2.0 * sharpness)).sqrt();
+    // θ(x) = Σ_k exp(−x k²).
     let theta = |exponent: f64| 1.0 + 2.0 * (1..=4).map(|k| (-exponent * f64::from(k * k)).exp()).sum::<f64>();
     // g(0) is θ(2a), and by Poisson's formula area·θ(π²/2a). The form that converges faster is used, in which five
     // terms are exact in single precision.

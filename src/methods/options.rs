@@ -1,4 +1,5 @@
-//! Kinds and options of the methods, and the reasons why a method is refused.
+//! Kinds and options of the methods, and the reasons why a method is refused. Sources are cited by author and year, and
+//! listed in docs/model.md#sources.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;
@@ -18,7 +19,8 @@ pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 pub const NEIGHBOURHOOD_MAX: usize = 64;
 /// Accepted sharpness of the highlight in Stam's shader of GPU Gems, in 1/µm. The wide range only keeps numbers finite.
 pub const GEMS_SHARPNESS: std::ops::RangeInclusive<f64> = 0.0..=1e4;
-/// Accepted components of the colour of this highlight, linear sRGB. The wide range only keeps numbers finite.
+/// Accepted components of the highlight's colour in the same shader, linear sRGB. The wide range only keeps numbers
+/// finite.
 const GEMS_HIGHLIGHT: std::ops::RangeInclusive<f64> = 0.0..=100.0;
 /// Largest number of repeats of the tile along an axis. The peaks of more repeats are too narrow for single precision.
 pub const REPEATS_MAX: u32 = 10_000;
@@ -81,8 +83,8 @@ impl MethodKind {
         Err(MethodError::Unsupported { method: self.name(), parameter: "transmission", found, accepted })
     }
 
-    /// Whether the method is a published one: it evaluates a single window at a fixed position over a tile that
-    /// repeats.
+    /// Whether the method evaluates only a single window at a fixed position over a tile that repeats, as all published
+    /// methods do.
     pub const fn is_patch_only(self) -> bool {
         !matches!(self, Self::Table)
     }

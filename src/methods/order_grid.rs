@@ -27,6 +27,7 @@ pub(super) struct OrderGrid {
     /// Orders summed along each axis.
     pub neighbourhood: u32,
     /// The κH from which on every stored term is summed, with κ the phase rate in rad/µm. For each unit of κH below it,
-    /// one term less is summed. 0 where the options give the number of terms: all are then summed at any κH.
+    /// one term less is summed, since the series needs at least one term less for the same remainder. 0 where the
+    /// options give the number of terms: all are then summed at any κH.
     pub full_terms_kappa_h: f32,
 }

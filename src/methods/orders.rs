@@ -1,4 +1,4 @@
-//! The wave orders of a tile, and Single 2014's sum over a neighbourhood of them.
+//! The wave orders of a tile, and the sum over a neighbourhood of them (Single 2014, docs/model.md#sources).
 //!
 //! | symbol | meaning |
 //! | --- | --- |
@@ -38,13 +38,14 @@ pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
 /// Largest size in bytes of the orders of a tile. It bounds the memory of a method.
 pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 
-/// Largest w of two directions.
+/// Largest w of two directions: both along the normal.
 const W_MAX: f64 = 2.0;
 /// Largest exponent x of the Gaussian e⁻ˣ of an amplitude that is not neglected. Its square, e⁻⁸⁰, is lost in single
 /// precision.
 pub(super) const EXPONENT_MAX: f32 = 40.0;
 
 /// 1.5·2²³. Adding this to a number of magnitude below 2²² and subtracting it again rounds the number to a whole one.
+/// This takes two instructions on any processor, unlike `f32::round`.
 const ROUNDING_BIAS: f32 = 12_582_912.0;
 
 /// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
@@ -57,6 +58,7 @@ const ROUNDING_BIAS: f32 = 12_582_912.0;
 /// signs. Each has `√½` of its amplitude, as in [`crate::lobe::Exact`].
 #[derive(Clone)]
 pub(super) struct Orders {
+    /// Lattice of the orders, and the numbers of terms and orders that an evaluation sums.
     pub grid: OrderGrid,
     /// Number of terms without the zeros that fill the grid's terms up to a multiple.
     count: usize,
@@ -96,18 +98,8 @@ impl Orders {
         let window = CoherenceWindow::new(coherence_length_um);
         let sharpness = [lx, ly].map(|l| 2.0 * (PI * window.sigma_um() / l).powi(2));
         let neighbourhood = required_neighbourhood(sharpness, [nx, ny], tolerance, options)?;
-        // |u|, |v| ≤ 2, so |p| is at most 2L/λ. A tile of n pixels has orders up to n/2.
-        let stored_reach = |n: usize, extent_um: f64| {
-            let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
-            position_max.saturating_add(neighbourhood / 2 + 1).min(n / 2)
-        };
-        let reach = [stored_reach(nx, lx), stored_reach(ny, ly)];
-        // A term has 8 bytes.
-        let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
-        if needed > ORDERS_BYTES_MAX {
-            let mb = |bytes: usize| bytes as f64 / 1e6;
-            return Err(MethodError::TooLarge { needed_mb: mb(needed), limit_mb: mb(ORDERS_BYTES_MAX) });
-        }
+        let reach = [stored_reach(nx, lx, neighbourhood), stored_reach(ny, ly, neighbourhood)];
+        check_bytes(reach, terms)?;
         let grid = OrderGrid {
             extent_um: [lx as f32, ly as f32],
             sharpness: sharpness.map(|a| a as f32),
@@ -203,7 +195,7 @@ impl Orders {
         found
     }
 
-    /// Whether the exponent of the nearest order's Gaussian is at most [`EXPONENT_MAX`] at a position.
+    /// Whether the exponent of the nearest stored order's Gaussian is at most [`EXPONENT_MAX`] at a position.
     #[inline]
     fn is_reached(&self, position: [f32; 2]) -> bool {
         let exponent = |axis: usize| {
@@ -217,7 +209,7 @@ impl Orders {
 
     /// S in µm² at a position: the sum over a block of the nearest orders.
     fn density(&self, position: [f32; 2], weights: &TermWeights) -> f32 {
-        // One order has no sum of amplitudes, so the square of its Gaussian is computed at once.
+        // A single order needs no sum of amplitudes, so the square of its Gaussian is computed directly.
         if self.grid.neighbourhood == 1 {
             let (order, distance) = Self::nearest(position);
             if !self.holds(order) {
@@ -241,8 +233,8 @@ impl Orders {
         self.grid.peak_um2 * (sum[0] * sum[0] + sum[1] * sum[1])
     }
 
-    /// The nearest orders along an axis, as many as the neighbourhood, with their Gaussians at a position. Orders that
-    /// are not stored and Gaussians that are neglected are left out.
+    /// The `neighbourhood` nearest orders along an axis, with their Gaussians at a position. Orders that are not stored
+    /// and Gaussians that are neglected are left out.
     fn neighbours(&self, axis: usize, position: f32) -> impl Iterator<Item = (i32, f32)> {
         let OrderGrid { reach, sharpness, neighbourhood, .. } = self.grid;
         let (reach, count) = (reach[axis], neighbourhood as i32);
@@ -254,13 +246,34 @@ impl Orders {
     }
 }
 
-/// Orders along an axis with their Gaussians.
+/// Orders along an axis, each with its Gaussian at a position.
 type Gaussians = ArrayVec<(i32, f32), NEIGHBOURHOOD_MAX>;
 
 /// `f32::floor` as an integer, inlined: the standard function is a call on processors below SSE 4.1.
 fn floor(x: f32) -> i32 {
     let towards_zero = x as i32;
     towards_zero.saturating_sub(i32::from(towards_zero as f32 > x))
+}
+
+/// Largest order to store along an axis of `pixels` pixels, for light from 380 to 780 nm.
+fn stored_reach(pixels: usize, extent_um: f64, neighbourhood: usize) -> usize {
+    // |u|, |v| ≤ 2, so |p| is at most 2L/λ. A tile of n pixels has orders up to n/2.
+    let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
+    position_max.saturating_add(neighbourhood / 2 + 1).min(pixels / 2)
+}
+
+/// Checks the size of the orders up to `reach` along x and y, with `terms` terms each.
+///
+/// # Errors
+/// [`MethodError::TooLarge`] above [`ORDERS_BYTES_MAX`].
+fn check_bytes(reach: [usize; 2], terms: usize) -> Result<(), MethodError> {
+    // A term has 8 bytes. Orders of negative jy are not stored.
+    let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
+    if needed <= ORDERS_BYTES_MAX {
+        return Ok(());
+    }
+    let mb = |bytes: usize| bytes as f64 / 1e6;
+    Err(MethodError::TooLarge { needed_mb: mb(needed), limit_mb: mb(ORDERS_BYTES_MAX) })
 }
 
 /// Largest κH: that of 380 nm with both directions along the normal.

@@ -1,5 +1,5 @@
-// The wave orders of a tile, and Single 2014's sum over the orders near a query; counterpart of orders.rs, which
-// defines the symbols and derives the formulas, and of term_weights.rs.
+// The wave orders of a tile, and the sum over the orders near a query (Single 2014, docs/model.md#sources); counterpart
+// of orders.rs, which defines the symbols, and of term_weights.rs.
 //
 // q = wi + wo = (u, v, w), κ = 2πw/λ, H is half the range of heights in µm, and (Lx, Ly) the extent of the tile in µm.
 // The position p = (u·Lx, v·Ly)/λ of a query among the orders is counted in orders: order j is at p = j. Its amplitude
@@ -115,11 +115,13 @@ fn order_exponent(grid: OrderGrid, distance: vec2<f32>) -> f32 {
 fn order_density(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> f32 {
     let position = order_position(grid, q, wavelength_um);
     let reach = vec2<f32>(grid.reach);
+    // The nearest stored order. If its Gaussian is neglected, all are.
     let nearest = clamp(nearest_order(position), -reach, reach);
     if order_exponent(grid, position - nearest) > EXPONENT_MAX {
         return 0.0;
     }
     set_term_weights(grid, q.z, wavelength_um);
+    // The block of nearest orders, from `start` to `last`, without those that are not stored.
     let first = vec2<i32>(floor(position - 0.5 * f32(grid.neighbourhood))) + 1;
     let last = min(first + i32(grid.neighbourhood) - 1, grid.reach);
     let start = max(first, -grid.reach);

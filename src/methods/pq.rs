@@ -1,14 +1,17 @@
-//! PQ (Dhillon et al. 2014): the tile repeats P times along x and Q times along y, and ends there.
+//! PQ (Dhillon et al. 2014): the tile repeats P times along x and Q times along y, and ends there. Sources are listed
+//! in docs/model.md#sources.
 //!
 //! The colour is `rgb = Σ_i S(q, λ_i)/λ_i² · weight_i` over wavelengths in equal steps (colours.rs), with the power
 //! spectrum in µm²
 //!
 //! `S = Lx·Ly·P·Q · |c_j|² · D_P(d_x)² · D_Q(d_y)²`.
 //!
-//! j is the order nearest to the position p of the query, c_j its amplitude, and `d = p − j` (symbols: orders.rs). The
-//! interference kernel is `D_P(d) = sin(πPd)/(P·sin(πd))`. Over the cell of an order `∫D_P² dd = 1/P`, so the power
-//! integrates to `Σ|c_j|² = 1`. S jumps where the cells of two orders meet and oscillates between the orders, which
-//! limits the accuracy of the method. Single 2014 also takes the nearest order alone.
+//! j is the order nearest to the position p of the query, c_j its amplitude, and `d = (d_x, d_y) = p − j` (symbols:
+//! orders.rs). The interference kernel is `D_P(d) = sin(πPd)/(P·sin(πd))`. Over the cell of an order `∫D_P² dd = 1/P`,
+//! so the power integrates to `Σ|c_j|² = 1`.
+//!
+//! S jumps where the cells of two orders meet and oscillates between the orders, which limits the accuracy of the
+//! method. Single 2014 also takes the nearest order alone.
 //!
 //! P and Q default to `2√π·s/L`, rounded and at least 1, with s the standard deviation of the coherence window and L
 //! the extent of the tile. Peaks are then as bright as with the Gaussian window.
@@ -57,8 +60,8 @@ pub struct Pq {
 
 impl Pq {
     /// Computes the wave orders of `field`. The coherence length in µm, four standard deviations of the window, sets
-    /// the default repeats; `tolerance` is a relative error. `lambda_step_nm`, `terms`, `series` and `repeats` of the
-    /// options are read.
+    /// the default repeats; `tolerance` is a relative error. It reads `lambda_step_nm`, `terms`, `series` and `repeats`
+    /// of the options.
     ///
     /// # Errors
     /// The errors of [`super::build`].
@@ -69,6 +72,7 @@ impl Pq {
         options: &MethodOptions,
         progress: &Progress,
     ) -> Result<Self, MethodError> {
+        // The method sums the nearest order alone.
         let options = MethodOptions { neighbourhood: Some(1), ..options.clone() };
         let mut orders = Orders::new(field, coherence_length_um, tolerance, &options, progress)?;
         let (lx, ly) = field.extent_um();
@@ -136,6 +140,7 @@ impl Relief for Pq {
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = visible_um(wavelength_nm).filter(|_| is_query(q));
+        // 0 where the nearest order is not stored.
         let mut found = 0.0;
         let wavelengths_um = wavelength_um.into_iter().map(|um| (um, ()));
         self.densities(q, wavelengths_um, |um, (), density| found = density / (um * um));

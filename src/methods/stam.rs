@@ -1,10 +1,10 @@
 //! The method `stam` in its default form `spacing`: gratings of one groove spacing, as a reflectance. It is our form of
-//! Stam's model; the shader that Stam published in GPU Gems is [`super::StamGems`].
+//! Stam's model (docs/model.md#sources); the shader that Stam published in GPU Gems is [`super::StamGems`].
 //!
-//! `q = wi + wo = (u, v, w)`, and the spacing d lies along x. Each of the orders ±1 to ±8 gets a sixteenth of the
-//! light, whatever the relief; order n leaves at `λ_n = d|u|/n`. Order 0, which GPU Gems draws as a highlight, is left
-//! out. The grooves are assumed to scatter along y, which spreads each order uniformly over v from −1 to 1. The power
-//! spectrum in µm² is therefore
+//! `q = wi + wo = (u, v, w)` is the scattering vector, and the spacing d lies along x. Each of the orders ±1 to ±8 gets
+//! a sixteenth of the light, for any relief; order n leaves at `λ_n = d|u|/n`. Order 0, which GPU Gems draws as a
+//! highlight, is left out. The grooves are assumed to scatter along y, which spreads each order uniformly over v from
+//! −1 to 1. The power spectrum in µm² is therefore
 //!
 //! `S = Σ_n δ(u/λ − n/d)/16 · λ/2`, n = ±1 to ±8, and `∫∫ S du dv/λ² = 1` over (u, v).
 //!

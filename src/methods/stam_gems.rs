@@ -8,9 +8,10 @@
 //! 0.875, 0.75 and 0.625 µm for red, green and blue: orders are visible from 0.5 to 1 µm instead of 0.38 to 0.78 µm.
 //! (The chapter writes `y = 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
 //!
-//! The colour is a pixel value, without Fresnel factor, obliquity factor and cosine, and no fraction of the incident
-//! light. The answer is the whole of `f_r`, the colour over `π cosθi`. Under light that gives a white diffuse surface
-//! the radiance 1 at perpendicular incidence, a picture then shows the colour itself, at any angle of incidence θi.
+//! The chapter writes this colour to the pixel. The colour contains no Fresnel factor, obliquity factor or cosine, and
+//! is not scaled to the incident light. The answer is the whole of `f_r`, the colour over `π cosθi`. Under light that
+//! gives a white diffuse surface the radiance 1 at perpendicular incidence, a picture then shows the colour itself, at
+//! any angle of incidence θi.
 
 use super::stam::spacing_um;
 use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};

@@ -12,14 +12,19 @@ use bytemuck::{Pod, Zeroable};
 use std::array;
 use std::borrow::Cow;
 
-/// The uniform struct of table.wgsl. Members without a comment are those of [`crate::colour_table::ColourLayout`].
+/// The uniform struct of table.wgsl. The first five members are those of [`crate::colour_table::ColourLayout`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableUniform {
+    /// Spacing of the rings near the centre.
     pub inner_spacing: f32,
+    /// Spacing of the outer rings over their radius.
     pub growth: f32,
+    /// Scale of w above which knots are spaced logarithmically.
     pub w_log: f32,
+    /// Addend that makes the stored exponent of a coefficient that of a single-precision number.
     pub exponent_offset: u32,
+    /// Index of the outermost ring.
     pub last_ring: u32,
     /// Cells along each side of the albedo's grid; 0 without an albedo.
     pub albedo_cells: u32,
@@ -69,7 +74,7 @@ impl Relief for ColourTable {
     }
 
     fn relief_shader(&self) -> MethodShader<'_> {
-        shader(self, None, |_| {})
+        table_shader(self, None, |_| {})
     }
 }
 
@@ -95,22 +100,22 @@ impl Method for ConservingTable {
 
     fn shader(&self) -> MethodShader<'_> {
         let words = self.albedo.words();
-        shader(&self.table, Some(words), |uniform| uniform.albedo_cells = self.albedo.layout().cells)
+        table_shader(&self.table, Some(words), |uniform| uniform.albedo_cells = self.albedo.layout().cells)
             .and(wgsl!("albedo_grid.wgsl"))
             .and(wgsl!("albedo.wgsl"))
     }
 }
 
-/// The WGSL that reads the table, with the data of the table, and the words of albedos if given. `complete` sets the
-/// members of the uniform struct that do not belong to the table. Callers append the definition of `answer_rgb`, which
-/// differs with and without an albedo.
-pub(super) fn shader<'a>(
+/// The WGSL that reads the table, with the data of the table and the words of `albedos` if given. `complete` sets the
+/// members of the uniform struct that do not belong to the table. Callers append the source that defines `answer_rgb`:
+/// relief.wgsl, albedo.wgsl or film.wgsl.
+pub(super) fn table_shader<'a>(
     table: &'a ColourTable,
     albedos: Option<&'a [u32]>,
     complete: impl FnOnce(&mut TableUniform),
 ) -> MethodShader<'a> {
     let layout = table.layout();
-    // On the heap: it has 32 KiB.
+    // On the heap, since it has 32 KiB.
     let mut uniform = Box::new(TableUniform {
         inner_spacing: layout.inner_spacing,
         growth: layout.growth,

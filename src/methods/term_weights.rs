@@ -54,13 +54,14 @@ impl OrderGrid {
         }
     }
 
-    /// Writes the weights at the first `count` of the arguments to `weights`, `[argument][pair]`. Returns the number of
-    /// pairs for each argument.
+    /// Writes the weights at the first `count` of the arguments x = κH to `weights`, `[argument][pair]`. Returns the
+    /// number of pairs for each argument.
     fn write_weights<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut BatchWeights) -> usize {
         let terms = self.terms_at(x.into_iter().fold(0.0, f32::max));
         // `[term][lane]`.
         let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();
         values.extend(std::iter::repeat_n([0.0; N], terms));
+        // The factor 2 − δ_n0 of the Chebyshev series; term 0 is skipped below.
         let factor = if self.series == 0 {
             bessel_j(x, &mut values);
             2.0

@@ -103,6 +103,8 @@ fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
         sin_squared * wo.v * wo.v * wo.states.y * wi.states.x,
         pp * pp * wo.states.y * wi.states.y,
     );
+    // F. ζ ζ0 and w² are both over n², which cancels.
     let power = 2.0 * (powers.x + powers.y + powers.z + powers.w) * wi.normal * wo.normal * contrast * contrast;
+    // S/λ² of the relief is that of the magnified relief over n².
     return TransparentPair(vec3<f32>(tangential, normal), power / (n * n));
 }

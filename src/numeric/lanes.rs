@@ -1,4 +1,7 @@
 //! Four single-precision numbers by value, side by side: the wavelengths of a ray, or directions of an integral.
+//!
+//! The traits of mod.rs are implemented for the SIMD types of the crate `wide`. Functions that these types lack are
+//! computed lane by lane.
 
 use super::math::polynomial;
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
@@ -93,7 +96,7 @@ impl State for LaneMask {
     }
 }
 
-/// Implements [`State`] without recorded variables.
+/// Implements [`State`] for numbers by value, which have no recorded variables (mod.rs).
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -221,6 +224,7 @@ impl Real for f32x4 {
     fn exp2(self) -> Self {
         let is_normal = Self::splat(-126.0).le(self);
         let x = Number::min(Number::max(self, Self::splat(-126.0)), Self::splat(127.5));
+        // 2ˣ = 2^whole · 2^(x − whole), with the nearest whole number.
         let whole = Real::floor(x + Self::splat(0.5));
         let fraction = polynomial(x - whole, &EXP2_TAYLOR);
         // 2^whole: `whole` plus the bias in the exponent bits of a single-precision number.

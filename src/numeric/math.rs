@@ -85,6 +85,7 @@ pub fn normal_quantile<R: Real>(u: R) -> R {
         0.000_100_950_558,
         -0.000_200_214_257,
     ];
+    // In single precision, 1 − 6e-8 rounds to the largest number below 1.
     let x = (u + u - R::lit(1.0)).clip(R::lit(-1.0 + 6e-8), R::lit(1.0 - 6e-8));
     let w = -((R::lit(1.0) - x) * (R::lit(1.0) + x)).log2() * R::lit(std::f64::consts::LN_2);
     let central = polynomial(w - R::lit(2.5), &CENTRAL);

@@ -41,7 +41,7 @@ pub trait State: Copy {
     /// Number of recorded variables in the state, which [`State::each`] visits. Zero for numbers by value.
     const COUNT: usize;
 
-    /// Visits the indices of the recorded variables, in a fixed order.
+    /// Visits the indices by which Dr.Jit identifies the recorded variables, in a fixed order.
     fn each(&mut self, visit: &mut dyn FnMut(&mut u32));
 
     /// Restores `old` in the lanes where `changed` is false: the loop has ended there. Only [`Lanes`] needs this. A

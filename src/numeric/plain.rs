@@ -16,7 +16,7 @@ use std::marker::PhantomData;
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<'a, F>(PhantomData<(&'a (), F)>);
 
-/// Implements [`State`] without recorded variables.
+/// Implements [`State`] for numbers by value, which have no recorded variables (mod.rs).
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -59,7 +59,7 @@ macro_rules! number_items {
 }
 
 /// Implements [`Number`] and [`Real`] for `$t`, and [`Numbers`] for its family. `$whole` is the signed integer type of
-/// equal size, which has all whole numbers below `1/EPSILON`.
+/// equal size, which represents all whole numbers below `1/EPSILON`.
 macro_rules! reals {
     ($($t:ident with $whole:ident)+) => {$(
         impl Number for $t {

@@ -35,6 +35,8 @@ const POINTS_MAX: usize = 4;
 const SLICE_POINTS: [f64; 2] = [0.25, 0.75];
 /// Outgoing cosine of the typical w of an incidence, at which slices are mixed. Affects the variance of samples only.
 const TYPICAL_COSINE: f64 = 0.6;
+/// Smallest number of nodes that a thread takes at a time. Smaller numbers spend more time on scheduling.
+const MIN_NODES: usize = 256;
 /// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`. Slices beyond it are
 /// also read at this w. A fraction of 1 would mean backscattering, `wi = wo`. Affects the variance of samples only.
 const W_FRACTION_MAX: f64 = 0.97;
@@ -93,24 +95,13 @@ impl ColourSampler {
         // Masses [v][u][slice].
         let masses: Vec<[f32; BANDS]> = (0..nodes * nodes)
             .into_par_iter()
-            .with_min_len(256)
+            .with_min_len(MIN_NODES)
             .map(|i| {
                 let mut sums = [0.0; BANDS];
                 for point in 0..points * points {
                     let u = coordinate(i % nodes, point % points);
                     let v = coordinate(i / nodes, point / points);
-                    let w_squared = 4.0 - u * u - v * v;
-                    if w_squared <= 0.0 {
-                        continue;
-                    }
-                    let w_max = W_FRACTION_MAX * w_squared.sqrt();
-                    for (slice, sum) in sums.iter_mut().enumerate() {
-                        for fraction in SLICE_POINTS {
-                            let w = (2.0 * (slice as f64 + fraction) / BANDS as f64).min(w_max);
-                            let colour = reflected([u as f32, v as f32, w as f32]);
-                            *sum += colour.iter().map(|c| c.max(0.0)).sum::<f32>();
-                        }
-                    }
+                    add_point(&mut sums, [u, v], &reflected);
                 }
                 // A node whose sum overflowed must not take all samples.
                 sums.map(|sum| if sum.is_finite() { sum } else { 0.0 })
@@ -157,6 +148,24 @@ impl ColourSampler {
     }
 }
 
+/// Adds the mass of a quadrature point `(u, v)` to the sum of each slice of w. Points to which no pair of directions
+/// belongs have no mass.
+fn add_point(sums: &mut [f32; BANDS], [u, v]: [f64; 2], reflected: &impl Fn([f32; 3]) -> [f32; 3]) {
+    let w_squared = 4.0 - u * u - v * v;
+    if w_squared <= 0.0 {
+        return;
+    }
+    let w_max = W_FRACTION_MAX * w_squared.sqrt();
+    for (slice, sum) in sums.iter_mut().enumerate() {
+        for fraction in SLICE_POINTS {
+            // w extends from 0 to 2 over all slices.
+            let w = (2.0 * (slice as f64 + fraction) / BANDS as f64).min(w_max);
+            let colour = reflected([u as f32, v as f32, w as f32]);
+            *sum += colour.iter().map(|c| c.max(0.0)).sum::<f32>();
+        }
+    }
+}
+
 /// A [`ColourSampler`] for one family of numbers (plain, lanes or traced; see `src/numeric`).
 #[derive(Clone, Copy)]
 pub struct ColourSamplerView<N: Numbers> {
@@ -169,6 +178,7 @@ pub struct ColourSamplerView<N: Numbers> {
 }
 
 impl<N: Numbers> ColourSamplerView<N> {
+    /// The summed-area table.
     fn areas(&self) -> SummedAreaView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
@@ -204,7 +214,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         let low = passage.tangential.map(|k| self.position(k - passage.reach));
         let high = passage.tangential.map(|k| self.position(k + passage.reach));
         let rectangle = areas.rectangle(low, high);
-        let (weights, counts) = (self.slice_weights(passage), areas.mass(&rectangle, active));
+        let (weights, counts) = (self.slice_weights(passage), areas.counts(&rectangle, active));
         (rectangle, array::from_fn(|b| weights[b] * N::real(counts[b])))
     }
 
@@ -257,8 +267,8 @@ impl<N: Numbers> ColourSamplerView<N> {
         let (rectangle, masses) = self.square(passage, active);
         let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
         let has_mass = active & lit(0.0).lt(total);
-        // Chooses the slice in whose mass the target lies: the last with a mass whose start is at most the target. The
-        // last one is also chosen where rounding takes the target beyond the total.
+        // Chooses the slice in whose mass the target lies: the last slice with a mass whose start is at most the
+        // target. Rounding may take the target beyond the total, which also chooses the last slice with a mass.
         let target = random[0] * total;
         let (mut slice, mut slice_start, mut slice_mass) = (N::Index::lit(0), lit(0.0), masses[0]);
         let mut start = lit(0.0);

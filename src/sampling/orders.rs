@@ -119,21 +119,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
             continue;
         }
         let powers: Vec<f64> = curves.iter().map(|curve| node_power(table, curve, record)).collect();
-        // Powers at the ends of the intervals: means weighted with a tent of one interval to either side.
-        let end_powers: Vec<f64> = (0..=intervals)
-            .map(|end| {
-                let (mut sum, mut weights) = (0.0, 0.0);
-                let middle = end * POINTS_PER_INTERVAL;
-                let first = middle.saturating_sub(POINTS_PER_INTERVAL);
-                for (i, power) in powers.iter().enumerate().take(middle + POINTS_PER_INTERVAL).skip(first) {
-                    let weight = 1.0 - ((i as f64 + 0.5 - middle as f64) / POINTS_PER_INTERVAL as f64).abs();
-                    sum += weight * power;
-                    weights += weight;
-                }
-                let mean = sum / weights;
-                if mean > POWER_MIN { mean } else { 0.0 }
-            })
-            .collect();
+        let end_powers: Vec<f64> = (0..=intervals).map(|end| power_at_end(&powers, end)).collect();
         let (x, y) = ((jx + i64::from(axes[0].origin)) as usize, (jy + i64::from(axes[1].origin)) as usize);
         let start = intervals * (y * axes[0].nodes as usize + x);
         for (word, ends) in words[start..].iter_mut().zip(end_powers.windows(2)) {
@@ -143,6 +129,22 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
     }
     let intervals_per_kappa = 1.0 / interval_width;
     (OrdersLayout { axes, intervals: intervals as u32, intervals_per_kappa, obliquity, reach }, words)
+}
+
+/// Power of an order at the end of an interval, from its powers at the quadrature points of all intervals. `end` counts
+/// from 0, the lower end of the first interval. The power is a mean weighted by a tent of one interval to either side,
+/// or 0 below [`POWER_MIN`].
+fn power_at_end(powers: &[f64], end: usize) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    let middle = end * POINTS_PER_INTERVAL;
+    let first = middle.saturating_sub(POINTS_PER_INTERVAL);
+    for (i, power) in powers.iter().enumerate().take(middle + POINTS_PER_INTERVAL).skip(first) {
+        let weight = 1.0 - ((i as f64 + 0.5 - middle as f64) / POINTS_PER_INTERVAL as f64).abs();
+        sum += weight * power;
+        weights += weight;
+    }
+    let mean = sum / weights;
+    if mean > POWER_MIN { mean } else { 0.0 }
 }
 
 /// The sampler over the orders, for one family of numbers.
@@ -170,6 +172,15 @@ struct Incidence<N: Numbers> {
     high: [N::Index; 2],
 }
 
+/// Position along an axis in orders, in two parts, so that distances from orders keep full precision.
+#[derive(Clone, Copy)]
+struct Position<N: Numbers> {
+    /// Largest whole number that is at most the position.
+    whole: N::Real,
+    /// The rest, in [0, 1).
+    fraction: N::Real,
+}
+
 impl<N: Numbers> OrdersView<N> {
     /// See [`super::SamplerView::density`].
     #[inline(always)]
@@ -182,15 +193,7 @@ impl<N: Numbers> OrdersView<N> {
     ) -> N::Real {
         let lit = N::Real::lit;
         let incidence = self.incidence(passage, reading);
-        let nm = N::widen(reading.wavelength_nm);
-        // Whole and fractional part of f in orders, so that distances from orders keep full precision.
-        let position = [0, 1].map(|i| {
-            let axis = &self.layout.axes[i];
-            let f = (N::widen(passage.tangential[i]) + outgoing[i]) / nm;
-            let position = f * N::Double::lit(1e3 * axis.period_um);
-            let whole = position.floor();
-            (N::narrow(whole), N::narrow(position - whole))
-        });
+        let position = self.position(passage, outgoing, reading);
         let (_, total) = N::while_loop(
             c"Sum over orders",
             (incidence.low, lit(0.0)),
@@ -207,17 +210,8 @@ impl<N: Numbers> OrdersView<N> {
             |(j, density)| {
                 let number = self.number(j);
                 let weight = self.weight(&near, j, number, near.has(j, active));
-                let squared = [0, 1].map(|i| {
-                    let (whole, fraction) = position[i];
-                    let distance = (whole - number[i]) + fraction;
-                    let t = match reading.window {
-                        None => distance * lit(1.0 / self.layout.axes[i].sigma),
-                        Some(window) => distance / (window * lit(self.layout.axes[i].sigma)),
-                    };
-                    t * t
-                });
-                let exponent = (squared[0] + squared[1]) * lit(-0.5 * LOG2_E);
-                (near.next(j), weight.fma(exponent.exp2(), density))
+                let gaussian = self.gaussian(position, number, reading);
+                (near.next(j), weight.fma(gaussian, density))
             },
         );
         // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²), with σ in orders.
@@ -310,6 +304,36 @@ impl<N: Numbers> OrdersView<N> {
         }
     }
 
+    /// Position of the frequency of a tangential outgoing wave vector along x and y, in orders.
+    #[inline(always)]
+    fn position(&self, passage: &Passage<N>, outgoing: [N::Double; 2], reading: &Reading<N>) -> [Position<N>; 2] {
+        let nm = N::widen(reading.wavelength_nm);
+        [0, 1].map(|i| {
+            let axis = &self.layout.axes[i];
+            let f = (N::widen(passage.tangential[i]) + outgoing[i]) / nm;
+            let position = f * N::Double::lit(1e3 * axis.period_um);
+            let whole = position.floor();
+            Position { whole: N::narrow(whole), fraction: N::narrow(position - whole) }
+        })
+    }
+
+    /// Gaussian of the order with number `number` at a position; 1 at the order.
+    #[inline(always)]
+    fn gaussian(&self, position: [Position<N>; 2], number: [N::Real; 2], reading: &Reading<N>) -> N::Real {
+        let lit = N::Real::lit;
+        let squared = [0, 1].map(|i| {
+            let Position { whole, fraction } = position[i];
+            let distance = (whole - number[i]) + fraction;
+            // Distance in standard deviations, which the window narrows.
+            let t = match reading.window {
+                None => distance * lit(1.0 / self.layout.axes[i].sigma),
+                Some(window) => distance / (window * lit(self.layout.axes[i].sigma)),
+            };
+            t * t
+        });
+        ((squared[0] + squared[1]) * lit(-0.5 * LOG2_E)).exp2()
+    }
+
     /// Numbers `(jx, jy)` of an order from its indices.
     #[inline(always)]
     fn number(&self, j: [N::Index; 2]) -> [N::Real; 2] {
@@ -327,12 +351,7 @@ impl<N: Numbers> OrdersView<N> {
         // s = reach² − sin²θ of the centre, negative below the horizon; cos²θ if the reach is 1.
         let sin_squared = x * x + y * y;
         let s = passage.reach * passage.reach - sin_squared;
-        // V_j, a smooth step in s of squared width r: a = (1 + s/√(s² + r))/2, then a smoothstep of a. The smaller of a
-        // and 1 − a is (r/2)/(√(s² + r)·(√(s² + r) + |s|)), without cancellation.
-        let root = s.fma(s, incidence.width_squared).sqrt();
-        let smaller = lit(0.5) * incidence.width_squared / (root * (root + s.abs()));
-        let a = N::Real::select(lit(0.0).lt(s), lit(1.0) - smaller, smaller);
-        let visible = a * a * (lit(3.0) - a - a);
+        let visible = visible_fraction(s, incidence.width_squared);
         let cos_o = (passage.outgoing_squared - sin_squared).max(incidence.cos_squared_min).sqrt();
         let w = passage.normal + cos_o;
         let w = passage.divisor_min.map_or(w, |least| w.abs().max(lit(least)));
@@ -360,14 +379,13 @@ impl<N: Numbers> OrdersView<N> {
 }
 
 impl<N: Numbers> Incidence<N> {
-    /// Narrows the loop to the orders within [`DRAWN_REACH`] of a position in orders, given along each axis as its
-    /// whole and its fractional part.
+    /// Narrows the loop to the orders within [`DRAWN_REACH`] of a position along x and y.
     #[inline(always)]
-    fn near(&self, axes: &[OrdersAxis; 2], position: [(N::Real, N::Real); 2]) -> Self {
+    fn near(&self, axes: &[OrdersAxis; 2], position: [Position<N>; 2]) -> Self {
         let lit = N::Real::lit;
         // First index at or after the position plus `offset` orders.
         let edge = |i: usize, offset: f64| {
-            let (whole, fraction) = position[i];
+            let Position { whole, fraction } = position[i];
             let first = whole + (fraction + lit(offset)).ceil() + lit(f64::from(axes[i].origin));
             N::index(first.clip(lit(0.0), lit(f64::from(axes[i].nodes))))
         };
@@ -391,4 +409,17 @@ impl<N: Numbers> Incidence<N> {
         let is_in_row = (x + one).lt(self.high[0]);
         [N::Index::select(is_in_row, x + one, self.low[0]), N::Index::select(is_in_row, y, y + one)]
     }
+}
+
+/// The fraction `V_j` of a Gaussian above the horizon: a smooth step in s with the squared width r.
+///
+/// It is a smoothstep of `a = (1 + s/√(s² + r))/2`. The smaller of a and 1 − a is computed without cancellation, as
+/// `(r/2)/(√(s² + r)·(√(s² + r) + |s|))`.
+#[inline(always)]
+fn visible_fraction<R: Real>(s: R, r: R) -> R {
+    let lit = R::lit;
+    let root = s.fma(s, r).sqrt();
+    let smaller = lit(0.5) * r / (root * (root + s.abs()));
+    let a = R::select(lit(0.0).lt(s), lit(1.0) - smaller, smaller);
+    a * a * (lit(3.0) - a - a)
 }

@@ -89,7 +89,7 @@ pub struct SquareLayout {
 
 impl SquareAxis {
     /// The axis for nodes whose Gaussians have a standard deviation of `sigma` nodes. Also returns the weights of the
-    /// 2n + 1 tents whose sum approximates a Gaussian; a single weight of 1 where the Gaussian itself is drawn.
+    /// tents whose sum approximates a Gaussian, an odd number; a single weight of 1 where the Gaussian itself is drawn.
     fn new(axis: &LatticeAxis, sigma: f64) -> (Self, Vec<f32>) {
         let has_one_node = axis.nodes() == 1;
         if has_one_node || sigma < TENTS_FROM_SIGMA {
@@ -186,34 +186,46 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
         .with_min_len(1024)
         .map(|(jx, jy, record)| {
             let f = [jx as f64 / lattice.x.period_um, jy as f64 / lattice.y.period_um];
-            let f_squared = f[0] * f[0] + f[1] * f[1];
-            let k_max_squared = (table.kappa_max() / TAU).powi(2) - f_squared;
-            let mut means = [0f32; BANDS];
-            if !table.is_resolved(f) {
-                return ([jx, jy], means);
-            }
-            let mut last_mean = 0.0;
-            for (mean, band) in means.iter_mut().zip(curves.chunks(points)) {
-                let (mut sum, mut count) = (0.0, 0);
-                for (k, curve) in band {
-                    if k * k > k_max_squared && (count > 0 || last_mean > 0.0) {
-                        break;
-                    }
-                    let g = match obliquity {
-                        Obliquity::Stam => (f_squared + k * k).powi(2) / (k * k),
-                        Obliquity::Unit | Obliquity::SmallSlope => 1.0,
-                    };
-                    sum += node_power(table, curve, record) * g;
-                    count += 1;
-                }
-                if count > 0 {
-                    last_mean = sum / f64::from(count);
-                }
-                *mean = last_mean as f32;
-            }
+            let means = match table.is_resolved(f) {
+                true => node_means(table, record, f[0] * f[0] + f[1] * f[1], curves.chunks(points), obliquity),
+                false => [0.0; BANDS],
+            };
             ([jx, jy], means)
         })
         .collect()
+}
+
+/// Means of `P·G` over each band of κ for a node of squared frequency `f_squared`. `bands` gives the quadrature points
+/// of each band: k = κ/2π and the curve at this κ. [`band_means`] describes bands in which the node does not propagate.
+fn node_means<'a>(
+    table: &SpectralTable,
+    record: &[f32],
+    f_squared: f64,
+    bands: impl Iterator<Item = &'a [(f64, NodeCurve)]>,
+    obliquity: Obliquity,
+) -> [f32; BANDS] {
+    let k_max_squared = (table.kappa_max() / TAU).powi(2) - f_squared;
+    let mut means = [0f32; BANDS];
+    let mut last_mean = 0.0;
+    for (mean, band) in means.iter_mut().zip(bands) {
+        let (mut sum, mut count) = (0.0, 0);
+        for (k, curve) in band {
+            if k * k > k_max_squared && (count > 0 || last_mean > 0.0) {
+                break;
+            }
+            let g = match obliquity {
+                Obliquity::Stam => (f_squared + k * k).powi(2) / (k * k),
+                Obliquity::Unit | Obliquity::SmallSlope => 1.0,
+            };
+            sum += node_power(table, curve, record) * g;
+            count += 1;
+        }
+        if count > 0 {
+            last_mean = sum / f64::from(count);
+        }
+        *mean = last_mean as f32;
+    }
+    means
 }
 
 /// Convolves masses `[node along y][node along x]`, `width` nodes along x, with the weights of tents along x and y. The
@@ -337,6 +349,7 @@ impl<N: Numbers> SquareView<N> {
         (outgoing, has_mass)
     }
 
+    /// The summed-area table.
     #[inline(always)]
     fn areas(&self) -> SummedAreaView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
@@ -362,7 +375,7 @@ impl<N: Numbers> SquareView<N> {
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         let band = position.floor().min(lit(BANDS as f64 - 2.0));
-        let counts = self.areas().mass(&rectangle, active);
+        let counts = self.areas().counts(&rectangle, active);
         Incidence { rectangle, band: N::index(band), upper_fraction: position - band, counts }
     }
 
@@ -396,7 +409,7 @@ impl<N: Numbers> Incidence<N> {
     fn mixed_bands(&self, counts: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
         let lit = N::Real::lit;
         let [a, b, c, d] = std::array::from_fn(|i| counts[i] * lit(f64::from(unit[i])));
-        // Chooses by the lower band, 0, 1 or 2.
+        // The lower band is 0, 1 or 2.
         let (is_first, is_at_most_second) = (self.band.lt(N::Index::lit(1)), self.band.lt(N::Index::lit(2)));
         let pick = |a, b, c| N::Real::select(is_first, a, N::Real::select(is_at_most_second, b, c));
         [pick(a, b, c) * (lit(1.0) - self.upper_fraction), pick(b, c, d) * self.upper_fraction]
@@ -425,7 +438,6 @@ mod tests {
                 let g = (-0.5 * ((x - n) / sigma).powi(2)).exp() / (TAU.sqrt() * sigma);
                 second += g * g / p / steps as f64;
             }
-            println!("{sigma}: {}", second - 1.0);
             assert!(second - 1.0 < variance_max, "{sigma}: {second}");
         }
     }

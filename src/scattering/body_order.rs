@@ -1,16 +1,19 @@
 //! One pair of directions at a transparent body, in double precision, for lists of orders.
+//!
+//! The power of order m is `|c_m(κ)|²` times [`BodyOrder::unpolarised`], with the amplitude c_m of the phase screen at
+//! [`BodyOrder::kappa`].
 
 use super::{BodyWave, TransparentBody, TransparentPair, Vec3};
 use crate::numeric::Plain;
 use std::f64::consts::TAU;
 
 /// Scattering vector and powers of a pair of directions at a transparent body. The symbols are those of
-/// `transparent.rs`; `c_m` is the amplitude of order m of the phase screen.
+/// `transparent.rs`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyOrder {
     /// Tangential part of `Ki + Ko` in wave numbers in vacuum, with the sign that makes the normal part positive.
     pub tangential: [f64; 2],
-    /// |w|, at least `normal_min` of the body.
+    /// |w| in wave numbers in vacuum, at least [`TransparentBody::normal_min`] times the body's index.
     pub normal: f64,
     /// Factors on `|c_m|²` in the power of an order, for the pairs of states ss, sp, ps and pp, the outgoing one first.
     pub powers: [f64; 4],
@@ -36,12 +39,12 @@ impl BodyOrder {
         Self { tangential, normal: pair.normal() * body.eta, powers: pair.powers }
     }
 
-    /// κ of the order's amplitude `c_m`, in rad/µm.
+    /// Phase rate κ of the order's amplitude `c_m`, in rad/µm.
     pub fn kappa(&self, wavelength_um: f64) -> f64 {
         TAU * self.normal / wavelength_um
     }
 
-    /// Factor for unpolarised light.
+    /// Factor on `|c_m|²` for unpolarised light.
     pub fn unpolarised(&self) -> f64 {
         0.5 * self.powers.iter().sum::<f64>()
     }

@@ -1,4 +1,5 @@
-//! A flat clear layer over the relief, such as a disc's polycarbonate or a foil's lacquer.
+//! A flat clear layer over the relief, such as a disc's polycarbonate or a foil's lacquer
+//! (docs/model.md#covers-and-relative-sizes).
 //!
 //! ```text
 //! n          index of the cover

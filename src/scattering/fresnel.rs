@@ -48,27 +48,29 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let sin_squared = lit(1.0) - cos_squared;
     let (a, b) = transmitted_normal(sin_squared, index);
     let b_squared = b * b;
-    // |r_s|². Squares of differences do not cancel for indices near one, as differences of squares would.
-    let (difference, sum) = (cos - a, cos + a);
-    let s = difference.fma(difference, b_squared) / sum.fma(sum, b_squared).max(lit(DIVISOR_MIN));
-    // |r_p|²/|r_s|².
-    let (difference, sum) = (a.fma(cos, -sin_squared), a.fma(cos, sin_squared));
-    let imaginary_squared = b_squared * cos_squared;
-    let p_over_s =
-        difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(DIVISOR_MIN));
+    // |(x − y)/(x + y)|² for real parts `difference` and `sum` and the square of the common imaginary part. Squares of
+    // differences do not cancel for indices near one, as differences of squares would.
+    let ratio = |difference: R, sum: R, imaginary_squared: R| {
+        difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(DIVISOR_MIN))
+    };
+    // |r_s|², and |r_p|²/|r_s|².
+    let s = ratio(cos - a, cos + a, b_squared);
+    let p_over_s = ratio(a.fma(cos, -sin_squared), a.fma(cos, sin_squared), b_squared * cos_squared);
     (s * lit(0.5)).fma(p_over_s, s * lit(0.5)).min(lit(1.0))
 }
 
 /// Real and imaginary part of `t = √(ε − sin²θ) = a + ib`, both non-negative.
 #[inline(always)]
 pub(super) fn transmitted_normal<R: Real>(sin_squared: R, ComplexIndex { eta, k }: ComplexIndex) -> (R, R) {
+    /// Smallest divisor, for t = 0, where the quotient would be 0/0.
+    const LARGER_MIN: f64 = 1e-15;
     let lit = R::lit;
     // Real part of t², a² − b²; the imaginary part is 2ab = 2·eta·k.
     let real = lit(eta * eta - k * k) - sin_squared;
     let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
     // The larger of a and b is √((|t²| + |a² − b²|)/2), without cancellation; the smaller follows from the product ab.
     let larger = ((length + real.abs()) * lit(0.5)).sqrt();
-    let smaller = lit(eta * k) / larger.max(lit(1e-15));
+    let smaller = lit(eta * k) / larger.max(lit(LARGER_MIN));
     let is_b_larger = real.lt(lit(0.0));
     (R::select(is_b_larger, smaller, larger), R::select(is_b_larger, larger, smaller))
 }

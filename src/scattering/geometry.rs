@@ -21,14 +21,14 @@ pub const LENGTH_TOLERANCE: f64 = 1e-3;
 pub enum DirectionError {
     #[error("is the zero vector; it must be a direction")]
     Zero,
-    #[error("has length {length}; it must be 1 to {LENGTH_TOLERANCE}")]
+    #[error("has length {length}; it must be 1 within {LENGTH_TOLERANCE}")]
     Length { length: f64 },
 }
 
 /// A normalised direction from its components.
 ///
 /// # Errors
-/// A length that is not 1 to [`LENGTH_TOLERANCE`], infinities and NaN included.
+/// A length that differs from 1 by more than [`LENGTH_TOLERANCE`], infinities and NaN included.
 pub fn unit_vector(components: [f64; 3]) -> Result<Vec3, DirectionError> {
     let length = components.iter().map(|c| c * c).sum::<f64>().sqrt();
     if length == 0.0 {
@@ -148,6 +148,7 @@ fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
     match kind {
         Obliquity::Unit | Obliquity::SmallSlope => R::lit(1.0),
         Obliquity::Stam => {
+            // (1 + wi·wo)/w.
             let ratio = squared(q) / (q[2] + q[2]);
             ratio * ratio / (cosines[0] * cosines[1])
         }

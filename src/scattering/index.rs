@@ -90,7 +90,8 @@ impl SpectralIndex {
             Self::Constant(index) => return *index,
             Self::Sampled(samples) => samples,
         };
-        // First sample at or above the wavelength.
+        // First sample at or above the wavelength. Where that is the first of all, the index before it wraps to one
+        // that does not exist.
         let above = samples.partition_point(|(nm, _)| *nm < wavelength_nm);
         let (Some(&(low_nm, low)), Some(&(high_nm, high))) = (samples.get(above.wrapping_sub(1)), samples.get(above))
         else {

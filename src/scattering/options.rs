@@ -52,6 +52,7 @@ pub struct Options {
     pub build_limit: f64,
 }
 
+/// Default of the field that is not serialised.
 fn default_build_limit() -> f64 {
     1.0
 }

@@ -1,4 +1,4 @@
-//! Wave vectors of scattered light, as samplers need them: the incident one, and the range of those that may leave.
+//! Wave vectors of scattered light, as samplers need them: the incident one, and the range of outgoing ones.
 
 use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};

@@ -6,18 +6,26 @@ use sunbeam_fourier::num_complex::Complex64;
 
 type Vector = [Complex64; 3];
 
+/// Plane wave whose electric field has the scalar product 1 with itself.
+#[derive(Clone, Copy)]
+struct Wave {
+    /// Electric and magnetic field at the origin.
+    fields: [Vector; 2],
+    /// Normal component of the wave vector, over the wave number in air.
+    k_z: Complex64,
+}
+
 fn cross(a: Vector, b: Vector) -> Vector {
     [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
 }
 
-/// `([electric, magnetic], k_z)` of a plane wave in the states s and p: its fields at the origin, and the normal
-/// component of its wave vector. The wave vector `k` is in units of the wave number in air; `n` is the index of the
+/// Waves in the states s and p of the wave vector `k`, in units of the wave number in air. `n` is the index of the
 /// medium.
-fn states(k: Vector, n: Complex64) -> [([Vector; 2], Complex64); 2] {
+fn states(k: Vector, n: Complex64) -> [Wave; 2] {
     let length = (k[0].re * k[0].re + k[1].re * k[1].re).sqrt();
     let s = [-k[1] / length, k[0] / length, Complex64::default()];
     let p = cross(k, s).map(|c| c / n);
-    [s, p].map(|electric| ([electric, cross(k, electric)], k[2]))
+    [s, p].map(|electric| Wave { fields: [electric, cross(k, electric)], k_z: k[2] })
 }
 
 /// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air, per
@@ -30,31 +38,37 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
     type Fields = nalgebra::Vector4<Complex64>;
     let tangential = |fields: &[Vector; 2]| Fields::new(fields[0][0], fields[0][1], fields[1][0], fields[1][1]);
     let one = Complex64::new(1.0, 0.0);
-    let wave = |x: f64, y: f64, sign: f64, n: Complex64| {
+    // Wave vector with the tangential part (x, y) in a medium of index n, upwards or downwards by the sign.
+    let wave_vector = |x: f64, y: f64, sign: f64, n: Complex64| {
         let z = sign * (n * n - x * x - y * y).sqrt();
         [Complex64::new(x, 0.0), Complex64::new(y, 0.0), z]
     };
     // Reflected and transmitted states of one tangential wave vector.
-    let outgoing = |x: f64, y: f64| (states(wave(x, y, 1.0, one), one), states(wave(x, y, -1.0, n), n));
+    let outgoing = |x: f64, y: f64| (states(wave_vector(x, y, 1.0, one), one), states(wave_vector(x, y, -1.0, n), n));
     // Amplitudes of these states: reflected s and p, transmitted s and p. Their tangential fields in air exceed
     // those in the medium by `jump` at z = 0.
     let solved = |x: f64, y: f64, jump: Fields| {
         let (up, down) = outgoing(x, y);
-        let columns = [tangential(&up[0].0), tangential(&up[1].0), -tangential(&down[0].0), -tangential(&down[1].0)];
+        let columns = [
+            tangential(&up[0].fields),
+            tangential(&up[1].fields),
+            -tangential(&down[0].fields),
+            -tangential(&down[1].fields),
+        ];
         nalgebra::Matrix4::from_columns(&columns).lu().solve(&jump).unwrap()
     };
     let (from, to) = ([-wi[0], -wi[1]], [wo[0], wo[1]]);
-    let arriving = states(wave(from[0], from[1], -1.0, one), one);
+    let arriving = states(wave_vector(from[0], from[1], -1.0, one), one);
     let (up, down) = outgoing(from[0], from[1]);
     let of_state = |state: usize| {
-        let flat = solved(from[0], from[1], -tangential(&arriving[state].0));
+        let flat = solved(from[0], from[1], -tangential(&arriving[state].fields));
         // Waves at a flat surface with their amplitudes; waves in the medium count negatively.
         let waves =
             [(arriving[state], one), (up[0], flat[0]), (up[1], flat[1]), (down[0], -flat[2]), (down[1], -flat[3])];
         // Removes the jumps that they leave on the relief: ∂F/∂z times the height, and F_z times the slope.
         let mut jump = Fields::zeros();
-        for ((fields, kz), amplitude) in waves {
-            jump -= tangential(&fields) * (Complex64::i() * kz * amplitude);
+        for (Wave { fields, k_z }, amplitude) in waves {
+            jump -= tangential(&fields) * (Complex64::i() * k_z * amplitude);
             for (i, field) in fields.iter().enumerate() {
                 for axis in 0..2 {
                     jump[2 * i + axis] -= Complex64::i() * (to[axis] - from[axis]) * field[2] * amplitude;

@@ -1,4 +1,5 @@
-//! Relative sizes of a relief: one set of tables for a pattern whose pitch and depth vary from place to place.
+//! Relative sizes of a relief: one set of tables for a pattern whose pitch and depth vary from place to place
+//! (docs/model.md#covers-and-relative-sizes).
 //!
 //! ```text
 //! s, d       size of the pattern and of its heights, relative to the relief of the tables
@@ -41,8 +42,10 @@ pub struct SizeRange {
 }
 
 /// Phase in radians between the relief's lowest and highest point, per unit of w, by which two slabs of an albedo table
-/// differ at most. The albedo is interpolated linearly between slabs. Measured on the preset `xenopeltis` at half its
-/// size: albedos reach 0.98 both with 3 and with 0.75, so finer slabs gain nothing.
+/// differ at most. A *slab* holds the albedos of one 1/λ", between which the albedo is interpolated linearly.
+///
+/// Measured on the preset `xenopeltis` at half its size: albedos reach 0.98 both with 3 and with 0.75, so finer slabs
+/// gain nothing.
 pub(crate) const SLAB_PHASE: f64 = 3.0;
 /// [`SLAB_PHASE`] of reliefs whose albedo has ridges, such as gratings. Measured on the preset `blazed` at half its
 /// size: with 1 an albedo of 1.017 remains, with 0.5 one of 1.010.
@@ -81,7 +84,7 @@ impl SizeRange {
     /// A range that contains this one and has its ends at powers of √2, so that tables of similar ranges are shared.
     pub fn rounded(self) -> Self {
         let rounded = |[low, high]: [f64; 2]| {
-            // Ends just beside a power count as that power.
+            // Ends within a relative 1e-6 of a power count as that power.
             let step = |end: f64, round: fn(f64) -> f64| (0.5 * round(2.0 * end.log2())).exp2();
             [step(low * (1.0 + 1e-6), f64::floor), step(high * (1.0 - 1e-6), f64::ceil)]
                 .map(|end| end.clamp(*RELATIVE_SIZE.start(), *RELATIVE_SIZE.end()))

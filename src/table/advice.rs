@@ -18,12 +18,17 @@ impl BuildDemand {
     pub(super) fn advice(&self, estimate: Estimate, build_limit: f64) -> String {
         let fits = |changed: &Self| changed.estimate().limit() <= build_limit;
         let mut changes = Vec::new();
-        let looser = TOLERANCES.into_iter().filter(|tolerance| *tolerance > self.tolerance);
-        let looser = looser.map(|tolerance| Self { tolerance, ..self.clone() }).find(fits);
-        changes.extend(looser.map(|changed| format!("a tolerance of {}", changed.tolerance)));
-        let shorter = COHERENCE_LENGTHS_UM.into_iter().filter(|length_um| *length_um < self.coherence_length_um);
-        let shorter = shorter.map(|coherence_length_um| Self { coherence_length_um, ..self.clone() }).find(fits);
-        changes.extend(shorter.map(|changed| format!("a coherence length of {} µm", changed.coherence_length_um)));
+        // The smallest looser tolerance, and the longest shorter coherence length.
+        let looser = TOLERANCES
+            .into_iter()
+            .filter(|&tolerance| tolerance > self.tolerance)
+            .find(|&tolerance| fits(&Self { tolerance, ..self.clone() }));
+        changes.extend(looser.map(|tolerance| format!("a tolerance of {tolerance}")));
+        let shorter_um = COHERENCE_LENGTHS_UM
+            .into_iter()
+            .filter(|&length_um| length_um < self.coherence_length_um)
+            .find(|&length_um| fits(&Self { coherence_length_um: length_um, ..self.clone() }));
+        changes.extend(shorter_um.map(|length_um| format!("a coherence length of {length_um} µm")));
         // A grating has one row or column of pixels; fewer of them would save little.
         if self.size.0.min(self.size.1) > 1 {
             let coarser = std::iter::successors(Some(self.coarser()), |changed| Some(changed.coarser()))
@@ -73,7 +78,7 @@ fn four_digits(value: f64) -> String {
     if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }
 }
 
-/// Display of a positive number of any size with few digits, at least 0.1, for messages.
+/// Display of a positive number with few digits, for messages. Numbers below 0.1 read 0.1.
 pub(super) struct RoundNumber(pub f64);
 
 impl std::fmt::Display for RoundNumber {

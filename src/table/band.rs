@@ -29,13 +29,13 @@ pub(super) struct Band {
 impl Band {
     /// Number of pixels of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm). Before the cut it has
     /// `lags` pixels of the size `pixel_um`, which is the largest result.
-    pub(super) fn pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
-        // Two pixels per cycle. The conversion saturates for any number of pixels.
+    pub(super) fn planned_pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
+        // More than two pixels per cycle of the edge. The conversion saturates for any number of pixels.
         next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
     /// Number of pixels of the band-limited autocorrelation over `length_um`, in the pixel size of a planned axis.
-    pub(super) fn kept(axis: &LatticeAxis, length_um: f64) -> usize {
+    pub(super) fn kept_pixels(axis: &LatticeAxis, length_um: f64) -> usize {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }
 
@@ -43,7 +43,7 @@ impl Band {
     /// error function that ends within about `tolerance` of 1 and 0.
     pub(super) fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, tolerance: f64) -> Self {
         let length_um = lags as f64 * pixel_um;
-        let kept = Self::kept(axis, length_um);
+        let kept = Self::kept_pixels(axis, length_um);
         if kept >= lags {
             return Self { weights: vec![1.0; lags] };
         }

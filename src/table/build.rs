@@ -107,7 +107,7 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result
         let build = Build::new(spectrum, spacing, progress_now)?;
         let table = build.table();
         let packed = PackedTable::new(&table, tolerance);
-        let relative_error = build.error(&table, &packed);
+        let relative_error = build.measured_error(&table, &packed);
         if relative_error <= target || spacing <= REFINEMENT_MIN * first_spacing {
             let report = TableReport {
                 bytes: packed.bytes(),
@@ -225,6 +225,7 @@ impl<'a> Build<'a> {
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut headers = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
+        // The bound avoids a division by zero for a flat relief.
         let small_kappa = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
         if self.quantity == NodeQuantity::Power {
             let nearby = self.kept_values(&self.spectrum.nodes(small_kappa));
@@ -272,7 +273,10 @@ impl<'a> Build<'a> {
         self.kept.iter().map(|node| nodes[node.index]).collect()
     }
 
-    /// `Q(κ)` of the kept nodes at a positive κ: the formulas of [`SpectralTable`], solved for Q.
+    /// `Q(κ)` of the kept nodes at a positive κ: the formulas of [`SpectralTable`], solved for Q. With r = κ₀/κ,
+    ///
+    /// - powers: `Q = P(0) + (P(κ) − P(0))·(1 + r²) − r·κ₀·P'(0)`,
+    /// - amplitudes: `Q = (D(κ) − D(0))·(1 + ir)`.
     fn scaled(&self, kappa: f64, headers: &[Complex64]) -> Vec<Complex64> {
         let values = self.kept_values(&self.spectrum.nodes(kappa));
         let ratio = self.kappa_knee / kappa;
@@ -293,14 +297,15 @@ impl<'a> Build<'a> {
     }
 
     /// Measures [`TableReport::relative_error`]: the packed table against S from node values midway between knots, at
-    /// frequencies near some of the nodes.
-    fn error(&self, table: &SpectralTable, packed: &PackedTable) -> f64 {
+    /// frequencies near some of the nodes. Zero for a flat relief, whose S does not depend on κ.
+    fn measured_error(&self, table: &SpectralTable, packed: &PackedTable) -> f64 {
         if self.spectrum.half_range_um() == 0.0 {
             return 0.0;
         }
         let (x, y) = (&table.lattice.x, &table.lattice.y);
         let middle = self.knots / 2;
         let mut errors = Vec::new();
+        // Beyond half of the range, κ occurs at few frequencies.
         let knots: [usize; ERROR_KAPPAS] = [0, middle / 2, middle];
         for knot in knots {
             let kappa = (knot as f64 + 0.5) * self.kappa_step;

@@ -4,9 +4,10 @@
 //! numbers of knots and nodes follow from sizes and options. An estimate transforms nothing and allocates at most a few
 //! kB, so that an endless build is refused at once.
 //!
-//! - Time in ns: `BUILDS·((knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·nodes·components·knots)`, with
-//!   `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of points of each
-//!   transform, `screen` that of the phase screen, and `windowed` that of the lattice if a window is applied.
+//! - Time in ns: `BUILDS·((knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·nodes·components·knots)`.
+//! - Time at one κ: `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of
+//!   points of each transform, `screen` that of the phase screen, and `windowed` that of the lattice if a window is
+//!   applied.
 //! - Peak memory: the values at all knots, and the larger of the transforms in progress and the finished records.
 
 use super::band::Band;
@@ -203,42 +204,54 @@ impl BuildDemand {
         let knots = (KAPPA_MAX / step).ceil() + 1.0;
         let kept = KeptCount::of(&lattice, quantity, step);
 
-        let points = |(x, y): (usize, usize)| x as f64 * y as f64;
         let (screen, nodes) = (points(self.size), points((lattice.x.pixels, lattice.y.pixels)));
-        // Grid of the forward transform of the screen, and of the kept band of its bins.
-        let full = if self.tiling == Tiling::Aperiodic { lag_grid(self.size.0, self.size.1) } else { self.size };
-        let band = (
-            Band::kept(&lattice.x, full.0 as f64 * self.pixel_um.0),
-            Band::kept(&lattice.y, full.1 as f64 * self.pixel_um.1),
-        );
-        // The forward transform takes the rows of the relief alone, and then the columns of the band alone.
-        let forward = 0.5 * (points((full.0, self.size.1)) + points((band.0, full.1)));
-        // Points of each transform (spectrum.rs).
-        let grids = match (self.model, lattice.is_native()) {
-            (_, true) => vec![screen],
-            (Model::Ensemble, false) => vec![forward, points(band), nodes],
-            (Model::Patch, false) => vec![nodes],
-        };
+        let transforms = self.transforms(&lattice);
+        let transformed: f64 = transforms.iter().map(|n| n * n.max(2.0).log2()).sum();
         // Applying the window costs about as much per point as a screen.
         let windowed = if lattice.is_native() { 0.0 } else { nodes };
-        let transforms: f64 = grids.iter().map(|points| points * points.max(2.0).log2()).sum();
         let all_knots = knots + EXTRA_KNOTS as f64;
         let components = quantity.components() as f64;
         let seconds = 1e-9
             * BUILDS
-            * ((all_knots + OTHER_KAPPAS) * (TRANSFORM_NS * transforms + SCREEN_NS * (screen + windowed))
+            * ((all_knots + OTHER_KAPPAS) * (TRANSFORM_NS * transformed + SCREEN_NS * (screen + windowed))
                 + kept.nodes * components * KNOT_NS * all_knots);
 
         // Each thread works on one knot: a grid and its transpose, the screen and the nodes, in complex double
         // precision. The relief and copies of it take 24 bytes a pixel.
         let threads = rayon::current_num_threads() as f64;
-        let largest = grids.iter().copied().fold(0.0, f64::max);
+        let largest = transforms.into_iter().fold(0.0, f64::max);
         let working_bytes = threads * 16.0 * (2.0 * largest + screen + kept.nodes) + 24.0 * screen;
         // The values at all knots are in memory, first beside the transforms and then beside the records.
         let knot_bytes = 4.0 * components * kept.nodes * (all_knots + EXTRA_KNOTS as f64);
         let table_bytes = 4.0 * (kept.floats + kept.lattice_nodes);
         TableEstimate { knots, seconds, table_bytes, peak_bytes: knot_bytes + working_bytes.max(table_bytes) }
     }
+
+    /// Number of points of each transform at one κ (spectrum.rs).
+    fn transforms(&self, lattice: &Lattice) -> Vec<f64> {
+        if lattice.is_native() {
+            return vec![points(self.size)];
+        }
+        let nodes = points((lattice.x.pixels, lattice.y.pixels));
+        if self.model == Model::Patch {
+            return vec![nodes];
+        }
+        // Grid of the forward transform of the screen, and of the kept band of its bins.
+        let full = if self.tiling == Tiling::Aperiodic { lag_grid(self.size.0, self.size.1) } else { self.size };
+        let band = (
+            Band::kept_pixels(&lattice.x, full.0 as f64 * self.pixel_um.0),
+            Band::kept_pixels(&lattice.y, full.1 as f64 * self.pixel_um.1),
+        );
+        // The forward transform takes the rows of the relief alone, and then the columns of the band alone. Each of
+        // both steps is half of a transform.
+        let forward = 0.5 * (points((full.0, self.size.1)) + points((band.0, full.1)));
+        vec![forward, points(band), nodes]
+    }
+}
+
+/// Number of points of a grid with these numbers along x and y.
+fn points((x, y): (usize, usize)) -> f64 {
+    x as f64 * y as f64
 }
 
 /// Cost of one table.
@@ -270,11 +283,11 @@ impl KeptCount {
         let (x, y) = (axis_samples(&lattice.x), axis_samples(&lattice.y));
         let lattice_nodes = lattice.x.nodes() as f64 * lattice.y.nodes() as f64;
         let mut kept = Self { nodes: 0.0, lattice_nodes, floats: 0.0 };
-        for (fy, nodes_y) in &y {
-            for (fx, nodes_x) in &x {
-                if let Some(kappa) = kappa_reached([*fx, *fy]) {
-                    kept.nodes += nodes_x * nodes_y;
-                    kept.floats += nodes_x * nodes_y * floats(quantity, kappa / kappa_step);
+        for y in &y {
+            for x in &x {
+                if let Some(kappa) = kappa_reached([x.frequency_per_um, y.frequency_per_um]) {
+                    kept.nodes += x.nodes * y.nodes;
+                    kept.floats += x.nodes * y.nodes * estimated_floats(quantity, kappa / kappa_step);
                 }
             }
         }
@@ -282,19 +295,28 @@ impl KeptCount {
     }
 }
 
-/// Floats of a record. Beyond 10⁹ knots, more than any table has, they are extrapolated.
-fn floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
+/// Floats of a record that is read up to the knot `last_knot`. Beyond 10⁹ knots, more than any table has, they are
+/// extrapolated.
+fn estimated_floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
     let capped = last_knot.min(1e9);
     record_floats(quantity, capped as usize) as f64 * (last_knot / capped.max(1.0)).max(1.0)
 }
 
-/// Samples of an axis's nodes: the smallest frequency in cycles/µm whose look-up reads the node, and the number of
-/// nodes that the sample represents, both signs included. The first is node 0.
-fn axis_samples(axis: &LatticeAxis) -> Vec<(f64, f64)> {
+/// Node of an axis that represents the nodes around it.
+struct AxisSample {
+    /// Smallest frequency in cycles/µm whose look-up reads the node.
+    frequency_per_um: f64,
+    /// Number of nodes that the sample represents, both signs included.
+    nodes: f64,
+}
+
+/// Samples of an axis's nodes; the first is node 0 alone.
+fn axis_samples(axis: &LatticeAxis) -> Vec<AxisSample> {
     let reach = axis.reach as f64;
     let count = axis.reach.min(AXIS_SAMPLES_MAX);
     // Node numbers per sample: intervals [i·width + ½, (i + 1)·width + ½] of equal width cover 1 to reach.
     let width = reach / count.max(1) as f64;
-    let others = (0..count).map(|i| (nearest_frequency(axis, (i as f64 + 0.5) * width + 0.5), 2.0 * width));
-    std::iter::once((nearest_frequency(axis, 0.0), 1.0)).chain(others).collect()
+    let sample = |node: f64, nodes: f64| AxisSample { frequency_per_um: nearest_frequency(axis, node), nodes };
+    let others = (0..count).map(|i| sample((i as f64 + 0.5) * width + 0.5, 2.0 * width));
+    std::iter::once(sample(0.0, 1.0)).chain(others).collect()
 }

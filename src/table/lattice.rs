@@ -208,6 +208,18 @@ struct AxisDemand {
     lags: Option<usize>,
 }
 
+/// Pixels and kernel of an axis, planned for one kind of lattice.
+struct AxisPlan {
+    /// Number of pixels in one period.
+    pixels: usize,
+    /// Size of a pixel in µm.
+    pixel_um: f64,
+    /// Interpolation kernel.
+    kernel: InterpolationKernel,
+    /// Number of nodes that a look-up reads, before bounds.
+    taps: usize,
+}
+
 impl AxisDemand {
     /// Plans the axis; see the [module](self).
     fn plan(&self) -> LatticeAxis {
@@ -218,20 +230,8 @@ impl AxisDemand {
         let lag_max_um = self.support_um.map_or(window_end_um, |support_um| window_end_um.min(support_um));
         let resampled_um = OVERSAMPLING * lag_max_um;
         let is_native = self.support_um.is_none() && resampled_um > NATIVE_RATIO * tile_um;
-        let (pixels, pixel_um, kernel, taps) = if is_native {
-            let margin = if self.is_grating { GRATING_TAIL_FACTOR.ln() } else { 0.0 };
-            let sigma = tile_um / (2.0 * PI * self.window_um);
-            let taps = 2.0 * (2.0 * (log_error + margin)).sqrt() * sigma;
-            (self.pixels, self.pixel_um, InterpolationKernel::Gaussian { sigma }, taps.ceil() as usize)
-        } else {
-            let (kernel, taps) = semicircle(log_error);
-            let pixel_um = self.lags.map_or(self.pixel_um, |lags| {
-                let edge_per_um = FREQUENCY_MAX_PER_UM + BAND_MARGIN * taps as f64 / resampled_um;
-                self.pixel_um * lags as f64 / Band::pixels(lags, self.pixel_um, edge_per_um) as f64
-            });
-            let pixels = (resampled_um / pixel_um).ceil().clamp(PIXELS_MIN, PIXELS_MAX) as usize;
-            (next_fast_len(pixels), pixel_um, kernel, taps)
-        };
+        let AxisPlan { pixels, pixel_um, kernel, taps } =
+            if is_native { self.native(log_error) } else { self.resampled(log_error, resampled_um) };
         let period_um = pixels as f64 * pixel_um;
         // The upper bound never acts: a native Gaussian has a σ of at most √(2Λ)/π nodes, and tolerances are at least
         // 1e-6.
@@ -253,5 +253,26 @@ impl AxisDemand {
             window_um: (!is_native).then_some(self.window_um),
             cutoff,
         }
+    }
+    /// Plan of a native lattice: the pixels of the tile, and the shape of an order as the kernel.
+    fn native(&self, log_error: f64) -> AxisPlan {
+        let margin = if self.is_grating { GRATING_TAIL_FACTOR.ln() } else { 0.0 };
+        let sigma = self.pixels as f64 * self.pixel_um / (2.0 * PI * self.window_um);
+        // The kernel falls to e^−(Λ + margin) at √(2(Λ + margin)) standard deviations on either side.
+        let taps = 2.0 * (2.0 * (log_error + margin)).sqrt() * sigma;
+        let kernel = InterpolationKernel::Gaussian { sigma };
+        AxisPlan { pixels: self.pixels, pixel_um: self.pixel_um, kernel, taps: taps.ceil() as usize }
+    }
+
+    /// Plan of a resampled lattice with a period of at least `resampled_um`. Pixels of an ensemble are those of the
+    /// band-limited autocorrelation.
+    fn resampled(&self, log_error: f64, resampled_um: f64) -> AxisPlan {
+        let (kernel, taps) = semicircle(log_error);
+        let pixel_um = self.lags.map_or(self.pixel_um, |lags| {
+            let edge_per_um = FREQUENCY_MAX_PER_UM + BAND_MARGIN * taps as f64 / resampled_um;
+            self.pixel_um * lags as f64 / Band::planned_pixels(lags, self.pixel_um, edge_per_um) as f64
+        });
+        let pixels = (resampled_um / pixel_um).ceil().clamp(PIXELS_MIN, PIXELS_MAX) as usize;
+        AxisPlan { pixels: next_fast_len(pixels), pixel_um, kernel, taps }
     }
 }

@@ -81,15 +81,7 @@ impl PackedTable {
     pub fn new(table: &SpectralTable, tolerance: f64) -> Self {
         let (x, y) = (&table.lattice.x, &table.lattice.y);
         let nodes = table.kept_nodes();
-        let format = match table.quantity {
-            NodeQuantity::Amplitude => Format::Complex,
-            // Small tables gain little from 16 bits. The powers of a grating may also cancel against P(0), which 16
-            // bits would not resolve.
-            NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FEW_NODES => Format::Single,
-            // At κ = 0 all light of a tile that repeats is in order zero.
-            NodeQuantity::Power if table.lattice.is_native() => Format::Fixed,
-            NodeQuantity::Power => Format::FixedFromZero,
-        };
+        let format = format_of(table, nodes.len(), tolerance);
         let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
         let entries_end = entry_words * table.offsets.len();
         // The record of zeros, for nodes without a record, is as long as the longest record.
@@ -122,21 +114,8 @@ impl PackedTable {
             }
         }
         let order_zero = nodes.iter().find(|(jx, jy, _)| (*jx, *jy) == (0, 0));
-        let layout = PackedLayout {
-            period_um: [x.period_um, y.period_um],
-            kernel: [x.kernel, y.kernel],
-            sigma: [x.sigma, y.sigma],
-            taps: [x.taps as u32, y.taps as u32],
-            reach: [x.reach as u32, y.reach as u32],
-            cutoff: [x.cutoff, y.cutoff],
-            norm: table.norm,
-            kappa_max: table.kappa_max,
-            kappa_step: table.kappa_step,
-            kappa_knee: table.kappa_knee,
-            zero: order_zero.map_or(0.0, |(_, _, record)| f64::from(record[0])),
-            format,
-        };
-        Self { lattice: table.lattice.clone(), layout, words }
+        let zero = order_zero.map_or(0.0, |(_, _, record)| f64::from(record[0]));
+        Self { lattice: table.lattice.clone(), layout: layout_of(table, format, zero), words }
     }
 
     /// Lattice of the nodes.
@@ -221,5 +200,37 @@ impl PackedTable {
     pub(super) fn mean(&self, f: [f64; 2], [low, high]: [f64; 2]) -> f64 {
         let at = |i: usize| low + (high - low) * (i as f64 + 0.5) / MEAN_POINTS as f64;
         (0..MEAN_POINTS).map(|i| self.density(f, at(i))).sum::<f64>() / MEAN_POINTS as f64
+    }
+}
+
+/// Format in which a table of a relative error of `tolerance` is packed, with records for `nodes` nodes.
+fn format_of(table: &SpectralTable, nodes: usize, tolerance: f64) -> Format {
+    match table.quantity {
+        NodeQuantity::Amplitude => Format::Complex,
+        // Small tables gain little from 16 bits. The powers of a grating may also cancel against P(0), which 16 bits
+        // would not resolve.
+        NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes <= FEW_NODES => Format::Single,
+        // At κ = 0 all light of a tile that repeats is in order zero.
+        NodeQuantity::Power if table.lattice.is_native() => Format::Fixed,
+        NodeQuantity::Power => Format::FixedFromZero,
+    }
+}
+
+/// Layout of a packed table; `zero` is the power of order zero at κ = 0.
+fn layout_of(table: &SpectralTable, format: Format, zero: f64) -> PackedLayout {
+    let (x, y) = (&table.lattice.x, &table.lattice.y);
+    PackedLayout {
+        period_um: [x.period_um, y.period_um],
+        kernel: [x.kernel, y.kernel],
+        sigma: [x.sigma, y.sigma],
+        taps: [x.taps as u32, y.taps as u32],
+        reach: [x.reach as u32, y.reach as u32],
+        cutoff: [x.cutoff, y.cutoff],
+        norm: table.norm,
+        kappa_max: table.kappa_max,
+        kappa_step: table.kappa_step,
+        kappa_knee: table.kappa_knee,
+        zero,
+        format,
     }
 }

@@ -60,8 +60,7 @@ pub struct Spectrum {
     lattice: Lattice,
     /// Tapers of an aperiodic scan along x and y; `None` where the tile repeats.
     tapers: Option<(Vec<f64>, Vec<f64>)>,
-    /// Divisor of node powers that makes the total of S one: power of the taper (ensemble) or of the tapered window
-    /// (patch); 1 where the tile repeats.
+    /// Divisor of node powers that makes the total of S one ([`total_power`]); 1 where the tile repeats.
     total_power: f64,
     /// Factor `norm` of `S` in µm².
     norm: f64,
@@ -93,30 +92,12 @@ impl Spectrum {
         // Grid of the band-limited autocorrelation, or of a patch's data.
         let (data_x, data_y) = (bands[0].weights.len(), bands[1].weights.len());
         let s_um = window.sigma_um();
-        let total_power = match (&tapers, model) {
-            (None, _) => 1.0,
-            (Some((tx, ty)), Model::Ensemble) => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
-            (Some((tx, ty)), Model::Patch) => {
-                // Power of the tapered window along one axis, in µm.
-                let tapered_power = |taper: &[f64], pixel_um: f64| {
-                    taper_power(taper, |offset| (-(offset * pixel_um / s_um).powi(2)).exp() * pixel_um)
-                };
-                tapered_power(tx, field.dx_um()) * tapered_power(ty, field.dy_um()) / (PI * s_um * s_um)
-            }
-        };
-        // Reciprocal of the kernel's integral over frequency, in µm².
-        let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));
-        let per_kernel = x * y;
-        let norm = match model {
-            Model::Ensemble => per_kernel,
-            Model::Patch => per_kernel * per_kernel / (PI * s_um * s_um),
-        };
         Self {
             transform: OrderTransform::new(field),
             model,
+            total_power: tapers.as_ref().map_or(1.0, |tapers| total_power(tapers, model, pixel_um, s_um)),
             tapers,
-            total_power,
-            norm,
+            norm: norm(&lattice, model, s_um),
             screen_grid,
             bands,
             weights: [
@@ -267,6 +248,33 @@ impl Spectrum {
                 columns.iter().map(move |&(column, wx)| row[column] * (wx * wy))
             })
             .collect()
+    }
+}
+
+/// Divisor of node powers that makes the total of S one, for an aperiodic scan. For an ensemble it is the power of the
+/// taper, for a patch that of the tapered window over that of the window. Tapers and pixel sizes are along x and y;
+/// `s_um` is the standard deviation of the window.
+fn total_power((tx, ty): &(Vec<f64>, Vec<f64>), model: Model, (dx_um, dy_um): (f64, f64), s_um: f64) -> f64 {
+    match model {
+        Model::Ensemble => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
+        Model::Patch => {
+            // Power of the tapered window along one axis, in µm.
+            let tapered_power = |taper: &[f64], pixel_um: f64| {
+                taper_power(taper, |offset| (-(offset * pixel_um / s_um).powi(2)).exp() * pixel_um)
+            };
+            tapered_power(tx, dx_um) * tapered_power(ty, dy_um) / (PI * s_um * s_um)
+        }
+    }
+}
+
+/// Factor `norm` of `S` in µm², for a window of the standard deviation `s_um`.
+fn norm(lattice: &Lattice, model: Model, s_um: f64) -> f64 {
+    // Reciprocal of the kernel's integral over frequency, in µm².
+    let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));
+    let per_kernel = x * y;
+    match model {
+        Model::Ensemble => per_kernel,
+        Model::Patch => per_kernel * per_kernel / (PI * s_um * s_um),
     }
 }
 

@@ -40,6 +40,14 @@ pub struct TableView<N: Numbers> {
     pub words: N::Words,
 }
 
+/// First node that a look-up reads along an axis.
+struct FirstTap<N: Numbers> {
+    /// Index of the node, counted from the axis's first node.
+    index: N::Index,
+    /// Distance of the look-up's position from the node, in nodes.
+    distance: N::Real,
+}
+
 impl<N: Numbers> TableView<N> {
     /// Power density `S(f; κ)` in µm², never negative, at `f` in cycles/µm and `kappa` in rad/µm. Meaningless where
     /// `active` is false.
@@ -59,25 +67,49 @@ impl<N: Numbers> TableView<N> {
         active: N::Mask,
     ) -> N::Real {
         let layout = &self.layout;
-        let (lit, int) = (N::Real::lit, N::Index::lit);
+        let lit = N::Real::lit;
         let position: [N::Double; 2] = std::array::from_fn(|axis| f[axis] * N::Double::lit(layout.period_um[axis]));
-        // First column and row of nodes read, and the distances from them.
-        let [(column, distance_x), (row, distance_y)] =
-            std::array::from_fn(|axis| self.first_tap(position[axis], axis));
+        let first: [FirstTap<N>; 2] = std::array::from_fn(|axis| self.first_tap(position[axis], axis));
         let curve = Curve::<N>::new(layout, kappa);
-        let kernel_weight = |axis: usize, distance: N::Real| {
-            kernel_weight(layout.kernel[axis], window.map_or(distance, |window| distance / window))
-        };
-        let [taps_x, taps_y] = layout.taps;
-        let columns = int(2 * layout.reach[0] + 1);
-        let weight_x = N::tabulated(taps_x, |i| kernel_weight(0, distance_x - N::real(i)));
-        // Sums have two components: a power and 0, or real and imaginary part of an amplitude.
+        let [re, im] = self.sum(&first, &curve, window, active);
+        let value = match layout.format {
+            Format::Complex => re * re + im * im,
+            // Where the power is about zero, the spline may be negative by the tolerance.
+            Format::Fixed => {
+                let [x, y] = position.map(N::narrow);
+                let weight = self.kernel_weight(0, x, window) * self.kernel_weight(1, y, window);
+                (re + self.order_zero(&curve, weight, &first)).max(lit(0.0))
+            }
+            Format::Single | Format::FixedFromZero => re.max(lit(0.0)),
+        } * lit(layout.norm);
+        if layout.cutoff.iter().all(|cutoff| cutoff.is_infinite()) {
+            return value;
+        }
+        // S is zero beyond the frequencies that the pixels resolve.
+        let [x, y]: [N::Mask; 2] =
+            std::array::from_fn(|axis| position[axis].abs().le(N::Double::lit(layout.cutoff[axis])));
+        N::Real::select(x & y, value, lit(0.0))
+    }
+
+    /// Weighted sum over the nodes that a look-up reads, with the components of [`TableView::node`].
+    #[inline(always)]
+    fn sum(
+        &self,
+        [first_x, first_y]: &[FirstTap<N>; 2],
+        curve: &Curve<N>,
+        window: Option<N::Real>,
+        active: N::Mask,
+    ) -> [N::Real; 2] {
+        let (lit, int) = (N::Real::lit, N::Index::lit);
+        let [taps_x, taps_y] = self.layout.taps;
+        let columns = int(2 * self.layout.reach[0] + 1);
+        let weight_x = N::tabulated(taps_x, |i| self.kernel_weight(0, first_x.distance - N::real(i), window));
         let add_node = |node: N::Index, weight: N::Real, [re, im]: [N::Real; 2]| {
-            let [a, b] = self.node(&curve, node, active);
+            let [a, b] = self.node(curve, node, active);
             [weight.fma(a, re), weight.fma(b, im)]
         };
         let add_row = |iy: N::Index, sum: [N::Real; 2]| {
-            let first = (row + iy) * columns + column;
+            let first = (first_y.index + iy) * columns + first_x.index;
             let row_sum = if taps_x <= UNROLLED_TAPS {
                 (0..taps_x).fold([lit(0.0); 2], |sum, ix| add_node(first + int(ix), weight_x(int(ix)), sum))
             } else {
@@ -86,49 +118,46 @@ impl<N: Numbers> TableView<N> {
                 let step = |(ix, sum): (N::Index, [N::Real; 2])| (ix + int(1), add_node(first + ix, weight_x(ix), sum));
                 N::while_loop(c"orders of a row", start, go_on, step).1
             };
-            let weight_y = kernel_weight(1, distance_y - N::real(iy));
+            let weight_y = self.kernel_weight(1, first_y.distance - N::real(iy), window);
             std::array::from_fn(|part| weight_y.fma(row_sum[part], sum[part]))
         };
-        let [re, im] = if taps_y == 1 {
+        if taps_y == 1 {
             add_row(int(0), [lit(0.0); 2])
         } else {
             let start = (int(0), [lit(0.0); 2]);
             let go_on = |(iy, _): (N::Index, [N::Real; 2])| active & iy.lt(int(taps_y));
             N::while_loop(c"diffraction orders", start, go_on, |(iy, sum)| (iy + int(1), add_row(iy, sum))).1
-        };
-        let value = match layout.format {
-            Format::Complex => re * re + im * im,
-            Format::Fixed => {
-                // Adds P(0) of order zero, which entries leave out, where order zero is among the nodes read.
-                let reads_order_zero = |first: N::Index, axis: usize| {
-                    let index = int(layout.reach[axis]);
-                    first.le(index) & index.lt(first + int(layout.taps[axis]))
-                };
-                let [x, y] = position.map(N::narrow);
-                let weight = kernel_weight(0, x) * kernel_weight(1, y);
-                let order_zero = weight * curve.header_factors[0] * lit(layout.zero);
-                let is_read = reads_order_zero(column, 0) & reads_order_zero(row, 1);
-                // Where the power is about zero, the spline may be negative by the tolerance.
-                (re + N::Real::select(is_read, order_zero, lit(0.0))).max(lit(0.0))
-            }
-            Format::Single | Format::FixedFromZero => re.max(lit(0.0)),
-        } * lit(layout.norm);
-        if layout.cutoff.iter().all(|cutoff| cutoff.is_infinite()) {
-            return value;
         }
-        let [x, y]: [N::Mask; 2] =
-            std::array::from_fn(|axis| position[axis].abs().le(N::Double::lit(layout.cutoff[axis])));
-        N::Real::select(x & y, value, lit(0.0))
     }
 
-    /// Index, from the axis's first node, of the first node that a look-up at `position` (in nodes) reads, and the
-    /// position's distance from it in nodes; counterpart of [`super::LatticeAxis::first_tap`].
+    /// Weight of a node at a distance in nodes along an axis, with the `window` of [`TableView::density_of`].
     #[inline(always)]
-    fn first_tap(&self, position: N::Double, axis: usize) -> (N::Index, N::Real) {
+    fn kernel_weight(&self, axis: usize, distance: N::Real, window: Option<N::Real>) -> N::Real {
+        kernel_weight(self.layout.kernel[axis], window.map_or(distance, |window| distance / window))
+    }
+
+    /// Contribution of `P(0)` of order zero, which entries of [`Format::Fixed`] leave out. `weight` is the kernel's
+    /// weight of order zero. Zero unless order zero is among the nodes read, from `first` on.
+    #[inline(always)]
+    fn order_zero(&self, curve: &Curve<N>, weight: N::Real, first: &[FirstTap<N>; 2]) -> N::Real {
+        let layout = &self.layout;
+        let is_read_along = |axis: usize| {
+            let index = N::Index::lit(layout.reach[axis]);
+            let first = first[axis].index;
+            first.le(index) & index.lt(first + N::Index::lit(layout.taps[axis]))
+        };
+        let order_zero = weight * curve.header_factors[0] * N::Real::lit(layout.zero);
+        N::Real::select(is_read_along(0) & is_read_along(1), order_zero, N::Real::lit(0.0))
+    }
+
+    /// First node that a look-up at `position` (in nodes) reads along an axis; counterpart of
+    /// [`super::LatticeAxis::first_tap`].
+    #[inline(always)]
+    fn first_tap(&self, position: N::Double, axis: usize) -> FirstTap<N> {
         let lit = N::Double::lit;
         let (taps, reach) = (f64::from(self.layout.taps[axis]), f64::from(self.layout.reach[axis]));
         let first = (position - lit(0.5 * taps)).ceil().clip(lit(-reach), lit(reach + 1.0 - taps));
-        (N::index_of_double(first + lit(reach)), N::narrow(position - first))
+        FirstTap { index: N::index_of_double(first + lit(reach)), distance: N::narrow(position - first) }
     }
 
     /// Power of a node and 0, or real and imaginary part of its amplitude. `node` is its index in the lattice. In

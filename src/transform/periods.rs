@@ -16,8 +16,8 @@ use sunbeam_fourier::num_complex::Complex64;
 
 /// Fraction of the heights' variance at or below which a peak is attributed to rounding.
 const POWER_FRACTION_MIN: f64 = 1e-9;
-/// Smallest axis bin that is smoothed and refined by its neighbours. Neighbours of lower ones have harmonics, or the
-/// tilt of the relief.
+/// Smallest axis bin that is smoothed and refined by its neighbours. Neighbours of lower bins hold other waves: bin 1
+/// the tilt of the relief, bins 2 and 3 harmonics.
 const REFINED_MIN: usize = 3;
 /// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
 /// frequency; see [`Period::power_share`].

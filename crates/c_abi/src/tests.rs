@@ -145,7 +145,7 @@ fn bad_items_are_counted_and_others_computed() {
     assert_eq!(status, Status::BadValue);
     assert_eq!(
         message(),
-        "3 of 5 items are not usable; the first is item 1: `wi` has length NaN; it must be 1 to 0.001"
+        "3 of 5 items are not usable; the first is item 1: `wi` has length NaN; it must be 1 within 0.001"
     );
     assert!(f[0] > 0.0 && pdf[0] > 0.0 && f[1..] == [0.0; 4] && pdf[1..] == [0.0; 4], "{f:?} {pdf:?}");
     // A random number of 1 is out of range.

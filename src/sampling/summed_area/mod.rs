@@ -29,6 +29,8 @@ const BLOCK_SHIFT: u32 = BLOCK.ilog2();
 const PACKET_WORDS: u32 = 4;
 /// Packets of a block's counts: 16 nodes of two words each.
 const BLOCK_PACKETS: u32 = (BLOCK * BLOCK) as u32 * 2 / PACKET_WORDS;
+/// Words of a block's counts.
+const BLOCK_WORDS: usize = (PACKET_WORDS * BLOCK_PACKETS) as usize;
 /// Largest sum of counts in a band. Five bits of exponent hold counts below 2³¹; the margin allows for their rounding.
 const TOTAL_MAX: f64 = 0.999 * (1u64 << 31) as f64;
 /// Bits of an encoded count after the leading one.
@@ -79,55 +81,13 @@ impl SummedArea {
     /// A positive mass becomes at least one count; a negative one or NaN becomes none.
     pub fn new(nodes: [usize; 2], masses: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
-        let positive = |mass: f32| if mass > 0.0 { f64::from(mass) } else { 0.0 };
-        let total = masses
-            .par_chunks(4096)
-            .map(|chunk| {
-                chunk.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b])))
-            })
-            .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]));
         // Each positive mass may gain a count by rounding up.
-        let total_counts = TOTAL_MAX - masses.len() as f64;
-        let counts_per_mass = total.map(|total: f64| if total > 0.0 { total_counts / total } else { 0.0 });
-        let block_words = (PACKET_WORDS * BLOCK_PACKETS) as usize;
-        let mut words = vec![0u32; blocks[0] * blocks[1] * block_words];
-        // Encodes the counts, one row of blocks at a time.
-        words.par_chunks_mut((blocks[0] * block_words).max(1)).enumerate().for_each(|(block_row, words)| {
-            for row in block_row * BLOCK..((block_row + 1) * BLOCK).min(nodes[1]) {
-                for column in 0..nodes[0] {
-                    let mass = &masses[row * nodes[0] + column];
-                    let code: [u32; BANDS] = std::array::from_fn(|b| {
-                        let counts = positive(mass[b]) * counts_per_mass[b];
-                        if counts > 0.0 { encode(counts.round().max(1.0) as u32) } else { 0 }
-                    });
-                    let at = column / BLOCK * block_words + 2 * (row % BLOCK * BLOCK + column % BLOCK);
-                    words[at] = code[0] | (code[1] << 16);
-                    words[at + 1] = code[2] | (code[3] << 16);
-                }
-            }
-        });
-        // Appends the sums T, whose first row and column are zeros.
+        let counts_max = TOTAL_MAX - masses.len() as f64;
+        let counts_per_mass = totals(masses).map(|total| if total > 0.0 { counts_max / total } else { 0.0 });
+        let mut words = encoded(nodes, blocks, masses, counts_per_mass);
         let sums_start = words.len();
-        let sums_stride = BANDS * (blocks[0] + 1);
-        words.resize(sums_start + sums_stride * (blocks[1] + 1), 0);
-        let (codes, sums) = words.split_at_mut(sums_start);
-        for by in 0..blocks[1] {
-            // Counts of this row of blocks, up to and including block bx.
-            let mut in_row = [0u32; BANDS];
-            for bx in 0..blocks[0] {
-                let block = &codes[(by * blocks[0] + bx) * block_words..][..block_words];
-                for node in block.chunks_exact(2) {
-                    for (b, sum) in in_row.iter_mut().enumerate() {
-                        *sum += decode((node[b / 2] >> (16 * (b % 2))) & 0xffff);
-                    }
-                }
-                for (b, sum) in in_row.iter().enumerate() {
-                    // T[by + 1][bx + 1] = T[by][bx + 1] + counts of the row.
-                    let before = by * sums_stride + BANDS * (bx + 1) + b;
-                    sums[before + sums_stride] = sums[before] + sum;
-                }
-            }
-        }
+        let sums = sums_of_blocks(&words, blocks);
+        words.extend(sums);
         let layout = SummedAreaLayout {
             nodes: nodes.map(|n| n as u32),
             blocks: blocks.map(|n| n as u32),
@@ -152,6 +112,66 @@ impl SummedArea {
     pub fn into_words(self) -> Vec<u32> {
         self.words
     }
+}
+
+/// A mass in double precision; zero for a negative one or NaN.
+fn positive(mass: f32) -> f64 {
+    if mass > 0.0 { f64::from(mass) } else { 0.0 }
+}
+
+/// Sum of the positive masses of all nodes in each band.
+fn totals(masses: &[[f32; BANDS]]) -> [f64; BANDS] {
+    masses
+        .par_chunks(4096)
+        .map(|chunk| chunk.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b]))))
+        .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]))
+}
+
+/// Encoded counts of all nodes, arranged as [`SummedAreaLayout::masses`] describes. `nodes` and `blocks` are numbers
+/// along x and y.
+fn encoded(nodes: [usize; 2], blocks: [usize; 2], masses: &[[f32; BANDS]], counts_per_mass: [f64; BANDS]) -> Vec<u32> {
+    let mut words = vec![0u32; blocks[0] * blocks[1] * BLOCK_WORDS];
+    // One row of blocks at a time.
+    words.par_chunks_mut((blocks[0] * BLOCK_WORDS).max(1)).enumerate().for_each(|(block_row, words)| {
+        for row in block_row * BLOCK..((block_row + 1) * BLOCK).min(nodes[1]) {
+            for column in 0..nodes[0] {
+                let mass = &masses[row * nodes[0] + column];
+                let code: [u32; BANDS] = std::array::from_fn(|b| {
+                    let counts = positive(mass[b]) * counts_per_mass[b];
+                    if counts > 0.0 { encode(counts.round().max(1.0) as u32) } else { 0 }
+                });
+                let at = column / BLOCK * BLOCK_WORDS + 2 * (row % BLOCK * BLOCK + column % BLOCK);
+                words[at] = code[0] | (code[1] << 16);
+                words[at + 1] = code[2] | (code[3] << 16);
+            }
+        }
+    });
+    words
+}
+
+/// The sums T of the counts that [`encoded`] returns, arranged as [`SummedAreaLayout::sums`] describes. The first row
+/// and column are zeros.
+fn sums_of_blocks(codes: &[u32], blocks: [usize; 2]) -> Vec<u32> {
+    let stride = BANDS * (blocks[0] + 1);
+    let mut sums = vec![0u32; stride * (blocks[1] + 1)];
+    for by in 0..blocks[1] {
+        // Counts of this row of blocks, up to and including block bx.
+        let mut in_row = [0u32; BANDS];
+        for bx in 0..blocks[0] {
+            let block = &codes[(by * blocks[0] + bx) * BLOCK_WORDS..][..BLOCK_WORDS];
+            for node in block.chunks_exact(2) {
+                for (b, sum) in in_row.iter_mut().enumerate() {
+                    *sum += decode((node[b / 2] >> (16 * (b % 2))) & 0xffff);
+                }
+            }
+            for (b, sum) in in_row.iter().enumerate() {
+                // T[by + 1][bx + 1] = T[by][bx + 1] + counts of the row.
+                let before = by * stride + BANDS * (bx + 1) + b;
+                sums[before + stride] = sums[before] + sum;
+            }
+        }
+    }
+    sums
 }
 
 /// Encodes a positive count, rounded to 12 significant bits, in 16 bits. The upper 5 bits are its binary exponent plus
@@ -182,7 +202,8 @@ mod tests {
 
     const NODES: [usize; 2] = [13, 10];
 
-    fn values() -> Vec<[f32; BANDS]> {
+    /// Random masses, a seventh of them zero; one node is much heavier than the others.
+    fn random_masses() -> Vec<[f32; BANDS]> {
         let mut random = Pcg64::seed_from_u64(7);
         (0..NODES[0] * NODES[1])
             .map(|i| {
@@ -192,7 +213,7 @@ mod tests {
             .collect()
     }
 
-    fn view<F>(areas: &SummedArea) -> SummedAreaView<Plain<'_, F>>
+    fn view_of<F>(areas: &SummedArea) -> SummedAreaView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
     {
@@ -216,11 +237,12 @@ mod tests {
     fn rectangle_mass_is_the_sum_of_its_nodes() {
         // Half a unit of the twelfth bit. The smallest masses are rounded to whole counts.
         const RELATIVE: f64 = 1.0 / 4096.0;
-        let (values, areas) = (values(), SummedArea::new(NODES, &values()));
-        let view = view::<f32>(&areas);
+        let masses = random_masses();
+        let areas = SummedArea::new(NODES, &masses);
+        let view = view_of::<f32>(&areas);
         for (low, high) in [([0.0, 0.0], [12.0, 9.0]), ([3.2, 4.0], [8.0, 6.5]), ([-9.0, 2.0], [2.0, 30.0])] {
             let rectangle = view.rectangle(low, high);
-            let mass = view.mass(&rectangle, true);
+            let counts = view.counts(&rectangle, true);
             let (mut exact, mut rounded) = ([0.0; BANDS], [0u32; BANDS]);
             for row in 0..NODES[1] {
                 for column in 0..NODES[0] {
@@ -232,24 +254,24 @@ mod tests {
                     let between = axes.iter().all(|&axis| (low[axis]..=high[axis]).contains(&(at[axis] as f32)));
                     assert!(inside || !between);
                     if inside {
-                        let node = view.node([column as u32, row as u32], true);
+                        let node = view.node_counts([column as u32, row as u32], true);
                         for b in 0..BANDS {
-                            let value = f64::from(values[row * NODES[0] + column][b]);
+                            let mass = f64::from(masses[row * NODES[0] + column][b]);
                             let counted = f64::from(node[b] * areas.layout().unit[b]);
-                            assert!((counted - value).abs() <= RELATIVE * value + f64::from(areas.layout().unit[b]));
-                            exact[b] += value;
+                            assert!((counted - mass).abs() <= RELATIVE * mass + f64::from(areas.layout().unit[b]));
+                            exact[b] += mass;
                             rounded[b] += node[b] as u32;
                         }
                     }
                 }
             }
-            assert_eq!(mass, rounded);
+            assert_eq!(counts, rounded);
             for b in 0..BANDS {
-                assert!((f64::from(mass[b]) * f64::from(areas.layout().unit[b]) / exact[b] - 1.0).abs() < RELATIVE);
+                assert!((f64::from(counts[b]) * f64::from(areas.layout().unit[b]) / exact[b] - 1.0).abs() < RELATIVE);
             }
         }
         let nothing = view.rectangle([40.0, 2.0], [50.0, 3.0]);
-        assert_eq!(view.mass(&nothing, true), [0; BANDS]);
+        assert_eq!(view.counts(&nothing, true), [0; BANDS]);
     }
 
     /// Compares the frequencies of drawn nodes with their counts, in the precision `F` that `from` and `to` convert.
@@ -259,11 +281,11 @@ mod tests {
     {
         // The random numbers are stratified. Only strata that straddle two nodes cause errors.
         const STEPS: usize = 1000;
-        let areas = SummedArea::new(NODES, &values());
-        let view = view::<F>(&areas);
+        let areas = SummedArea::new(NODES, &random_masses());
+        let view = view_of::<F>(&areas);
         for band in 0..BANDS as u32 {
             let rectangle = view.rectangle([from(1.0), from(5.0)], [from(9.0), from(9.0)]);
-            let total = f64::from(view.mass(&rectangle, true)[band as usize]);
+            let total = f64::from(view.counts(&rectangle, true)[band as usize]);
             let (mut found, mut left) = (vec![0.0; NODES[0] * NODES[1]], [0.0; 2]);
             for i in 0..STEPS * STEPS {
                 let u = [i % STEPS, i / STEPS].map(|k| from((k as f64 + 0.5) / STEPS as f64));
@@ -277,7 +299,7 @@ mod tests {
             for (i, found) in found.iter().enumerate() {
                 let node = [(i % NODES[0]) as u32, (i / NODES[0]) as u32];
                 let inside = node[0] / 4 <= 2 && node[1] / 4 >= 1;
-                let expected = if inside { to(view.node(node, true)[band as usize]) / total } else { 0.0 };
+                let expected = if inside { to(view.node_counts(node, true)[band as usize]) / total } else { 0.0 };
                 let fraction = found / (STEPS * STEPS) as f64;
                 assert!((fraction - expected).abs() <= 2e-3, "{band} {node:?}: {fraction} {expected}");
                 assert!(expected > 0.0 || fraction == 0.0);
@@ -296,10 +318,10 @@ mod tests {
 
     #[test]
     fn tents_interpolate_within_the_rectangle() {
-        let areas = SummedArea::new(NODES, &values());
-        let view = view::<f64>(&areas);
+        let areas = SummedArea::new(NODES, &random_masses());
+        let view = view_of::<f64>(&areas);
         let rectangle = view.rectangle([4.0, 0.0], [12.0, 9.0]);
-        let node = |x: u32, y: u32| view.node([x, y], true);
+        let node = |x: u32, y: u32| view.node_counts([x, y], true);
         let between = view.tents([5.25, 3.5], &rectangle, true);
         let outside = view.tents([3.75, 2.0], &rectangle, true);
         for b in 0..BANDS {

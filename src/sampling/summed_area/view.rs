@@ -51,18 +51,18 @@ impl<N: Numbers> SummedAreaView<N> {
 
     /// Counts of a rectangle in each band, from the sums at its four corners; zeros where the mask is false.
     #[inline(always)]
-    pub fn mass(&self, rectangle: &Rectangle<N>, active: N::Mask) -> [N::Index; BANDS] {
+    pub fn counts(&self, rectangle: &Rectangle<N>, active: N::Mask) -> [N::Index; BANDS] {
         let sums = |x: N::Index, y: N::Index| N::gather::<4>(self.words, self.corner(x, y), active);
         let Rectangle { low: [left, bottom], high: [right, top] } = *rectangle;
         let (bottom_left, bottom_right) = (sums(left, bottom), sums(right, bottom));
         let (top_left, top_right) = (sums(left, top), sums(right, top));
-        // In this order no difference is negative.
+        // Indices are unsigned: in this order no difference is negative.
         std::array::from_fn(|b| (top_right[b] - top_left[b]) - (bottom_right[b] - bottom_left[b]))
     }
 
     /// Counts of a node in each band, from its column and row; zeros where the mask is false.
     #[inline(always)]
-    pub fn node(&self, node: [N::Index; 2], active: N::Mask) -> [N::Real; BANDS] {
+    pub fn node_counts(&self, node: [N::Index; 2], active: N::Mask) -> [N::Real; BANDS] {
         let [block_x, block_y] = node.map(|n| n >> BLOCK_SHIFT);
         let block = block_y * N::Index::lit(self.layout.blocks[0]) + block_x;
         let [x, y] = node.map(|n| n & N::Index::lit(BLOCK as u32 - 1));
@@ -114,7 +114,7 @@ impl<N: Numbers> SummedAreaView<N> {
         for &(row, row_weight) in rows {
             let (is_row_inside, y) = (is_inside(1, row), index(1, row));
             for &(column, column_weight) in columns {
-                let counts = self.node([index(0, column), y], active & is_row_inside & is_inside(0, column));
+                let counts = self.node_counts([index(0, column), y], active & is_row_inside & is_inside(0, column));
                 let weight = column_weight * row_weight;
                 sum = std::array::from_fn(|b| counts[b].fma(weight, sum[b]));
             }
