@@ -191,7 +191,7 @@ private:
         return { value & active, dr::select(active, pdf, 0.f) };
     }
 
-    /// Mueller matrix of a rigorous film, whose orders each have their own, times |cosθo| and between Mitsuba's frames
+    /// Mueller matrix of a rigorous body, whose orders each have their own, times |cosθo| and between Mitsuba's frames
     /// of reference. Zero in unpolarised variants.
     Spectrum order_matrices([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const Place &place,
                             [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,

@@ -137,7 +137,6 @@ def test_the_albedo_is_the_sum_of_the_orders(grating):
             "height of 25 µm.*at most 62",
         ),
         ({"preset": "blazed", "eta": {"type": "checkerboard"}}, "theory"),
-        ({"preset": "blazed", "eta": 1.5, "transmission": "interface"}, '"transmission" contradicts theory "rigorous"'),
     ],
 )
 def test_unsupported_parameters_are_refused_in_one_line(parameters, named):

@@ -274,26 +274,17 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
         let (profile, index) = (self.profile_inside()?, self.relative(index));
-        let body = self.grating_body(index.as_ref())?;
+        let body = self.grating_body(index.as_ref());
         Ok(cache.shared_grating(&profile, body, self.grating_coherence_um(), self.build_limit, progress)?)
     }
 
-    /// The body that carries a grating's relief: a film of the configuration's index, or a reflector of `index`, which
-    /// is relative to the cover's.
-    ///
-    /// # Errors
-    /// [`ConfigError::Contradiction`] for an interface. Light from below is totally reflected beyond certain lines of
-    /// directions, which tables of gratings would not resolve.
-    fn grating_body<'a>(&self, index: Option<&'a SpectralIndex>) -> Result<GratingBody<'a>, ConfigError> {
+    /// The body that carries a grating's relief: one of the configuration's index that transmits, or a reflector of
+    /// `index`, which is relative to the cover's.
+    fn grating_body<'a>(&self, index: Option<&'a SpectralIndex>) -> GratingBody<'a> {
         match self.body() {
-            None => Ok(GratingBody::Reflector(index)),
-            Some(body) if body.is_film => Ok(GratingBody::Film(body.eta)),
-            Some(_) => Err(ConfigError::Contradiction {
-                parameter: "transmission",
-                other: "theory \"rigorous\"".to_owned(),
-                advice: "its tables have \"film\"; \"interface\" has theory \"scalar\", lists of orders and the \
-                         method exact",
-            }),
+            None => GratingBody::Reflector(index),
+            Some(body) if body.is_film => GratingBody::Film(body.eta),
+            Some(body) => GratingBody::Interface(body.eta),
         }
     }
 
@@ -313,7 +304,7 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<Arc<(GratingColourSurface, Origin)>, BuildError> {
         let (profile, index) = (self.profile_inside()?, self.relative(index));
-        let body = self.grating_body(index.as_ref())?;
+        let body = self.grating_body(index.as_ref());
         let coherence_um = self.grating_coherence_um();
         Ok(cache.shared_grating_colours(&profile, body, coherence_um, self.build_limit, progress)?)
     }
@@ -329,7 +320,7 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<Arc<(JonesTable, Origin)>, BuildError> {
         let index = self.relative(index);
-        let body = self.grating_body(index.as_ref())?;
+        let body = self.grating_body(index.as_ref());
         Ok(cache.shared_jones(&self.profile_inside()?, body, self.build_limit, progress)?)
     }
 
@@ -355,7 +346,7 @@ impl SurfaceConfig {
         progress: &Progress,
     ) -> Result<(BuiltSurface, Origin), BuildError> {
         let index = self.index_inside().map(SpectralIndex::Constant);
-        let body = self.grating_body(index.as_ref())?;
+        let body = self.grating_body(index.as_ref());
         let built = cache.shared_grating(profile, body, self.grating_coherence_um(), self.build_limit, progress)?;
         let origin = built.1.clone();
         Ok((BuiltSurface::rigorous(built, self.cover()), origin))

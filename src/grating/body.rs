@@ -20,6 +20,8 @@ pub enum GratingBody<'a> {
     Reflector(Option<&'a SpectralIndex>),
     /// A film of this index, without dispersion or absorption. Its lower side is flat and has air below it.
     Film(f64),
+    /// A medium of this index, without dispersion or absorption, in which light goes on.
+    Interface(f64),
 }
 
 impl GratingBody<'_> {
@@ -27,7 +29,7 @@ impl GratingBody<'_> {
     pub(super) fn sides(self) -> u32 {
         match self {
             Self::Reflector(_) => 1,
-            Self::Film(_) => 2,
+            Self::Film(_) | Self::Interface(_) => 2,
         }
     }
 }

@@ -38,6 +38,9 @@ const NODE_COUNTS: [usize; 4] = [8, 12, 17, 24];
 /// numbers: larger values lead to more repeated solutions, smaller ones to more nodes than needed.
 const FEWER_BELOW: f64 = 0.25;
 
+/// Seed of the random incidences at which tables are tested.
+pub(super) const RANDOM_SEED: u64 = 1;
+
 /// Size, cost and measured error of a grating's table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GratingReport {
@@ -100,18 +103,7 @@ impl EfficiencyTable {
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
-        // The offsets of all cells, in halves of words, then the entries, two to a word.
-        let offset_words = nm.len() * cells;
-        let mut offsets = vec![0u32; offset_words];
-        let mut halves: Vec<u16> = Vec::new();
-        for (j, packed_cells) in packed.iter().enumerate() {
-            for (s, cell) in packed_cells.iter().enumerate() {
-                offsets[j * cells + s] = (2 * offset_words + halves.len()) as u32;
-                halves.extend(cell);
-            }
-        }
-        let word = |pair: &[u16]| u32::from(pair[0]) | u32::from(pair.get(1).copied().unwrap_or_default()) << 16;
-        let words = offsets.into_iter().chain(halves.chunks(2).map(word)).collect();
+        let words = offsets_and_halves(&packed, &[]);
         let layout = EfficiencyLayout {
             first_nm: nm[0],
             step_nm: nm[1] - nm[0],
@@ -134,7 +126,7 @@ impl EfficiencyTable {
         solver: &impl OrderSolver,
         count: usize,
     ) -> Result<(f64, f64), GratingError> {
-        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut random = Pcg64Mcg::seed_from_u64(RANDOM_SEED);
         let queries: Vec<[f64; 3]> = (0..count)
             .map(|_| {
                 let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
@@ -142,7 +134,7 @@ impl EfficiencyTable {
                 [nm, radius * phi.cos(), radius * phi.sin()]
             })
             .collect();
-        let mut errors = queries
+        let errors = queries
             .par_iter()
             .map(|&[nm, x, y]| {
                 let periods = 1e3 * period_um / nm;
@@ -165,11 +157,33 @@ impl EfficiencyTable {
             })
             .collect::<Result<Vec<_>, GratingError>>()?
             .concat();
-        errors.sort_by(f64::total_cmp);
-        let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
-        let p99 = errors.get(errors.len() * 99 / 100).copied().unwrap_or_default();
-        Ok((rms, p99))
+        Ok(error_statistics(errors))
     }
+}
+
+/// Table data: the offsets of all cells, in halves of words, then `further` words, then the 16-bit entries of `packed`,
+/// two to a word. `packed` is `[wavelength][cell][entry]`; longer wavelengths may have fewer cells than the first.
+pub(super) fn offsets_and_halves(packed: &[Vec<Vec<u16>>], further: &[u32]) -> Vec<u32> {
+    let cells = packed[0].len();
+    let header = packed.len() * cells + further.len();
+    let mut offsets = vec![0u32; packed.len() * cells];
+    let mut halves: Vec<u16> = Vec::new();
+    for (j, packed_cells) in packed.iter().enumerate() {
+        for (s, cell) in packed_cells.iter().enumerate() {
+            offsets[j * cells + s] = (2 * header + halves.len()) as u32;
+            halves.extend(cell);
+        }
+    }
+    let word = |pair: &[u16]| u32::from(pair[0]) | u32::from(pair.get(1).copied().unwrap_or_default()) << 16;
+    offsets.into_iter().chain(further.iter().copied()).chain(halves.chunks(2).map(word)).collect()
+}
+
+/// RMS and 99th percentile of absolute errors; zero if there are none.
+pub(super) fn error_statistics(mut errors: Vec<f64>) -> (f64, f64) {
+    errors.sort_by(f64::total_cmp);
+    let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    let p99 = errors.get(errors.len() * 99 / 100).copied().unwrap_or_default();
+    (rms, p99)
 }
 
 /// Efficiencies of one cell at Chebyshev nodes.

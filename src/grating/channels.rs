@@ -56,19 +56,26 @@ impl<N: Numbers> Channels<N> {
     }
 
     /// Channel of order `m`, below the relief where the mask is true, and whether the order propagates there. The
-    /// channel is 0 where it does not.
+    /// channel is 0 where the table has none.
     #[inline(always)]
     pub(super) fn of_order(&self, m: N::Double, is_below: N::Mask) -> (N::Index, N::Mask) {
+        let (channel, is_tabulated) = self.tabulated(m, is_below);
+        match self.below {
+            Some(BoundBelow { a, t }) => (channel, is_tabulated & ((a + m).abs().lt(t) | !is_below)),
+            None => (channel, is_tabulated),
+        }
+    }
+
+    /// Channel of order `m` as [`Channels::of_order`], and whether the table has it. Below an interface it also has
+    /// orders that do not propagate at this wave, but elsewhere in the cell.
+    #[inline(always)]
+    pub(super) fn tabulated(&self, m: N::Double, is_below: N::Mask) -> (N::Index, N::Mask) {
         let zero = N::Double::lit(0.0);
         let by_side = |values: [N::Double; 2]| N::Double::select(is_below, values[1], values[0]);
         let number = m - by_side(self.first_orders);
-        let mut propagates = zero.le(number) & number.lt(by_side(self.side_counts));
-        if let Some(BoundBelow { a, t }) = self.below {
-            propagates = propagates & ((a + m).abs().lt(t) | !is_below);
-        }
+        let is_tabulated = zero.le(number) & number.lt(by_side(self.side_counts));
         let skipped = N::Double::select(is_below, self.side_counts[0], zero);
-        let channel = N::index_of_double(N::Double::select(propagates, number + skipped, zero));
-        (channel, propagates)
+        (N::index_of_double(N::Double::select(is_tabulated, number + skipped, zero)), is_tabulated)
     }
 
     /// Order m of a channel, and whether the channel lies below the relief.

@@ -15,8 +15,8 @@
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
 use super::channels::Channels;
-use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, OrderZero, PROPOSED, TAU_SCALE};
-use super::efficiencies::EfficiencyView;
+use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, OrderZero, PROPOSED, TAU_SCALE, flat_reflectance};
+use super::efficiencies::{Below, EfficiencyView};
 use super::lobe::{GratingLayout, OnBody, REACH};
 use super::polarisation::JonesView;
 use crate::lobe::{Gamut, InColour, Sides, luminance};
@@ -228,7 +228,13 @@ impl<N: Numbers> GratingColourLobe<N> {
             self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active);
         // Light beyond the horizon of the air is not transmitted.
         let propagates = (x * x).lt(squared_length);
-        colour.map(|channel| N::Real::select(propagates, channel, zero))
+        let mut factor = N::Real::select(propagates, one, zero);
+        if let Below::Interface(interface) = self.layout.efficiencies.below {
+            let cosine = (squared_cosine * squared_length).sqrt();
+            let flat = flat_reflectance::<N>(interface, cosine);
+            factor = N::Real::select(both_below, factor * flat, factor);
+        }
+        colour.map(|channel| channel * factor)
     }
 
     /// Position among the tables of order 0 of the [`OrderZero`] from wi to wo, whose half difference has the component

@@ -10,12 +10,14 @@
 //!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`.
 
+use super::efficiencies::{Below, InterfaceCells};
 use super::lobe::REACH;
 use super::surface::GratingSurface;
 use crate::colour::WavelengthWeights;
 use crate::numeric::math::{lerp, normal_quantile};
-use crate::numeric::{Index, Number, Numbers, Real};
+use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::sampling::BELOW_ONE;
+use crate::scattering::TransparentBody;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -295,7 +297,8 @@ fn spectral_weight_table() -> Vec<f32> {
 }
 
 /// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]): its
-/// efficiency averaged over wavelengths with sRGB's weights times ν².
+/// efficiency averaged over wavelengths with sRGB's weights times ν². Below an interface it is divided by the
+/// reflectance of a flat surface, whose root at the critical angle it would not resolve.
 fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
     let (sides, sign) = kind.incidence();
     let last = |axis: usize| f64::from(ORDER_ZERO_NODES[axis] - 1);
@@ -305,10 +308,16 @@ fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
             let cosine = (f64::from(node / ORDER_ZERO_NODES[1]) / last(0)).clamp(COORDINATE_MIN, 1.0);
             let length = (f64::from(node % ORDER_ZERO_NODES[1]) / last(1)).clamp(COORDINATE_MIN, 1.0);
             let (x, y) = (sign * length * (1.0 - cosine * cosine).sqrt(), (1.0 - length * length).sqrt());
+            let flat = match (kind, grating.layout().efficiencies.below) {
+                (OrderZero::ReflectedBelow, Below::Interface(interface)) => {
+                    flat_reflectance::<Plain<'_, f64>>(interface, cosine * length)
+                }
+                _ => 1.0,
+            };
             let (mut sum, mut total) = ([0.0; 3], [0.0; 3]);
             for (i, weight) in WavelengthWeights::per_nm().iter().enumerate().step_by(ORDER_ZERO_STEP_NM) {
                 let nm = WAVELENGTH_MIN_NM + i as f64;
-                let efficiency = grating.efficiency_between(nm, [x, y], 0, sides);
+                let efficiency = grating.efficiency_between(nm, [x, y], 0, sides) / flat;
                 for c in 0..3 {
                     let weight = f64::from(weight[c]) / (nm * nm);
                     sum[c] += weight * efficiency;
@@ -318,6 +327,16 @@ fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
             [(sum[0] / total[0]) as f32, (sum[1] / total[1]) as f32, (sum[2] / total[2]) as f32, 0.0]
         })
         .collect()
+}
+
+/// Reflectance of a flat interface for light in the medium, at the cosine with the normal; above 0.
+#[inline(always)]
+pub(super) fn flat_reflectance<N: Numbers>(interface: InterfaceCells, cosine: N::Real) -> N::Real {
+    /// Smallest reflectance, for media of nearly the index of air, which hardly reflect.
+    const REFLECTANCE_MIN: f64 = 1e-3;
+    let body = TransparentBody { eta: interface.eta, is_film: false, normal_min: 0.0 };
+    let zero = N::Real::lit(0.0);
+    body.wave::<N>([zero, zero, -cosine]).reflectance().max(N::Real::lit(REFLECTANCE_MIN))
 }
 
 /// Colour by bilinear interpolation in a table that begins at the packet `first`. The table is

@@ -7,16 +7,17 @@ use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 
-/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.09, which leaves
-/// room for sums of efficiencies that exceed 1 by the error of the resampling.
-pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
+/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.64. It leaves room
+/// for sums of efficiencies that exceed 1, by the error of the resampling and by channels of an interface that do not
+/// propagate at a node.
+pub(crate) const UNIT: f64 = 1.0 / 40_000.0;
 
 /// Layout of a table over wavelengths and cells.
 ///
 /// Table data are words of 32 bits. The first `wavelengths · cells` words, `[wavelength][cell]`, are the offsets of the
 /// cells, counted in 16-bit halves of words from the beginning of the table. Cell `s` is
 /// `[node of p][node of q][incident order][entry]`, with `s + 1` incident orders and `s + 2` entries: the efficiencies
-/// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/60 000;
+/// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/40 000;
 /// two share a word, the lower half first.
 ///
 /// Tables of a film have channels on both sides (`channels.rs`) in place of orders, and the same number on either side.

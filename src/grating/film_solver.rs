@@ -14,28 +14,34 @@ pub(super) struct FilmSolver<'a> {
     pub(super) eta: f64,
 }
 
-impl FilmSolver<'_> {
-    /// Amplitudes at t and b, on the first mesh whose power balance holds. `air` is that of the first mesh.
-    ///
-    /// # Errors
-    /// [`GratingError::Unbalanced`] where no mesh suffices.
-    fn solve(&self, t: f64, b: f64, nm: f64, air: &Air<'_>) -> Result<Scattering, GratingError> {
-        let cosine = self.largest_cosine(t, nm);
-        let (mut nodes, mut balance) = (0, f64::INFINITY);
-        for doublings in 0..=DOUBLINGS {
-            let mesh = self.meshes.after(doublings)?;
-            let scattering = match doublings {
-                0 => air.scatter(self.eta, nm)?,
-                _ => mesh.air(t, b)?.scatter(self.eta, nm)?,
-            };
-            (nodes, balance) = (mesh.nodes(), scattering.balance_error() * cosine.min(1.0));
-            // Power is not conserved in the continuation to imaginary ky.
-            if cosine > 1.0 || balance <= BALANCE {
-                return Ok(scattering);
-            }
+/// Amplitudes at the point (t, b) and the wavelength in nm of `at`, on the first mesh whose power balance holds. `air`
+/// is that of the first mesh, and `air_after` computes it after a number of doublings of the nodes. `cosine` is the
+/// largest cosine of incidence.
+///
+/// # Errors
+/// [`GratingError::Unbalanced`] where no mesh suffices.
+pub(super) fn solve_balanced<'a>(
+    meshes: &'a Meshes,
+    eta: f64,
+    at: (f64, f64, f64),
+    cosine: f64,
+    air: &Air<'a>,
+    air_after: impl Fn(usize) -> Result<Air<'a>, GratingError>,
+) -> Result<Scattering, GratingError> {
+    let (t, b, nm) = at;
+    let (mut nodes, mut balance) = (0, f64::INFINITY);
+    for doublings in 0..=DOUBLINGS {
+        let scattering = match doublings {
+            0 => air.scatter(eta, nm)?,
+            _ => air_after(doublings)?.scatter(eta, nm)?,
+        };
+        (nodes, balance) = (meshes.after(doublings)?.nodes(), scattering.balance_error() * cosine.min(1.0));
+        // Power is not conserved in the continuation to imaginary ky.
+        if cosine > 1.0 || balance <= BALANCE {
+            return Ok(scattering);
         }
-        Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
     }
+    Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
 }
 
 impl FilmSolver<'_> {
@@ -51,10 +57,11 @@ impl FilmSolver<'_> {
         wavelengths_nm: &[f64],
         extract: impl Fn(&Scattering, Channel, Channel, f64) -> T,
     ) -> Result<Vec<Vec<T>>, GratingError> {
-        let air = self.meshes.after(0)?.air(t, b)?;
+        let air_after = |doublings: usize| Ok(self.meshes.after(doublings)?.air(t, b)?);
+        let air = air_after(0)?;
         let at_wavelength = |&nm: &f64| {
             let cosine = self.largest_cosine(t, nm);
-            let scattering = self.solve(t, b, nm, &air)?;
+            let scattering = solve_balanced(self.meshes, self.eta, (t, b, nm), cosine, &air, air_after)?;
             let channels = || {
                 let on = |side: Side| air.orders().iter().map(move |&order| Channel { side, order });
                 on(Side::Above).chain(on(Side::Below))

@@ -121,8 +121,9 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let total = view.row_total(&row, &channels, active);
         let is_below = view.is_below(wo);
         let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let (channel, propagates) = channels.of_order(m, is_below);
-            [N::Real::select(propagates, view.entry(&row, channel, active & propagates), zero)]
+            // Draws may select an order that does not propagate, whose Gaussian reaches into the horizon.
+            let (channel, is_tabulated) = channels.tabulated(m, is_below);
+            [N::Real::select(is_tabulated, view.entry(&row, channel, active & is_tabulated), zero)]
         });
         let cos_o = if self.transmits() { wo[2].abs() * N::Real::lit(2.0) } else { wo[2] };
         N::Real::select(active & zero.lt(total), weighted / total * cos_o, zero)

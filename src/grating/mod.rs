@@ -41,6 +41,7 @@
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
 //! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
 //! | `film_solver.rs` | the solver of both sides of a film |
+//! | `interface_solver.rs`, `interface_table.rs` | cells of an interface: their solver, and the build of its tables |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
 //! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
 //! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
@@ -59,6 +60,10 @@ mod efficiencies;
 mod error;
 mod exact;
 mod film_solver;
+mod interface_solver;
+mod interface_table;
+#[cfg(test)]
+mod interface_tests;
 mod jones_shape;
 mod lobe;
 mod order_solver;

@@ -3,6 +3,7 @@
 use super::GratingError;
 use super::body::GratingBody;
 use super::build::TableResolution;
+use super::interface_table::{EFFICIENCY_BYTES, InterfacePlan};
 use super::order_solver::OrderSolver;
 use super::rigorous_solver::{Meshes, RigorousSolver, sufficient_resolution};
 use super::wavelengths::Spacing;
@@ -36,6 +37,8 @@ const FILM_POINTS: f64 = 36.0;
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;
+/// [`AIR_SECONDS`] where no order propagates in the air; measured.
+const EVANESCENT_AIR_SECONDS: f64 = 6e-7;
 /// Seconds on one core for the lattice sums of a dielectric at one point and wavelength, over the squared number of
 /// nodes; measured. A metal's are tabulated.
 const LATTICE_SECONDS: f64 = 1.5e-6;
@@ -52,13 +55,16 @@ pub(super) struct TableOrders {
     pub sides: u32,
     /// Points solved for each cell, for the estimate of the build.
     pub points_per_cell: f64,
+    /// Bytes of an entry, for the estimate of an interface's table.
+    pub entry_bytes: f64,
 }
 
 impl TableOrders {
     /// The orders in a table of efficiencies of a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
         let sides = body.sides();
-        Self { period_um, sides, points_per_cell: if sides == 1 { REFLECTOR_POINTS } else { FILM_POINTS } }
+        let points_per_cell = if sides == 1 { REFLECTOR_POINTS } else { FILM_POINTS };
+        Self { period_um, sides, points_per_cell, entry_bytes: EFFICIENCY_BYTES }
     }
 }
 
@@ -76,14 +82,22 @@ pub(super) fn create_meshes(
     let film;
     let index = match body {
         GratingBody::Reflector(index) => index,
-        GratingBody::Film(eta) => {
+        GratingBody::Film(eta) | GratingBody::Interface(eta) => {
             film = SpectralIndex::Constant(ComplexIndex { eta, k: 0.0 });
             Some(&film)
         }
     };
     let resolution = sufficient_resolution(profile, index)?;
-    estimate(orders, resolution.nodes, index.is_some())
-        .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
+    let cost = match body {
+        GratingBody::Interface(eta) => {
+            let nodes = resolution.nodes as f64;
+            let in_air = LATTICE_SECONDS * nodes * nodes + SOLUTION_SECONDS * nodes.powi(3);
+            let in_medium = in_air + EVANESCENT_AIR_SECONDS * nodes * nodes;
+            InterfacePlan::new(orders.period_um, eta).estimate([in_air, in_medium], orders.entry_bytes)
+        }
+        GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(orders, resolution.nodes, index.is_some()),
+    };
+    cost.check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
     Meshes::new(profile, resolution)
 }
 

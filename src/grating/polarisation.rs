@@ -16,7 +16,9 @@ use super::channels::Channels;
 use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
 use super::efficiencies::{Below, EfficiencyLayout, EfficiencyView, Node};
 use super::film_solver::FilmSolver;
-use super::jones_shape::JonesShape;
+use super::interface_solver::InterfaceSolver;
+use super::interface_table::{InterfacePlan, SolvedCell};
+use super::jones_shape::{JonesShape, jones_shape};
 use super::order_solver::ShapeSolver;
 use super::plan::{TableOrders, choose_spacing, create_meshes, spacing_of};
 use super::rigorous_solver::RigorousSolver;
@@ -27,7 +29,7 @@ use crate::table::Progress;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sunbeam_fourier::num_complex::Complex64;
-use sunbeam_rigorous::Profile;
+use sunbeam_rigorous::{Profile, Scattering};
 
 /// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
 /// Two thirds of it double the error of the test below.
@@ -85,7 +87,8 @@ impl JonesTable {
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
         let points_per_cell = (NODES_MAX * (NODES_MAX + 1) / 2) as f64;
-        let orders = TableOrders { period_um, sides: body.sides(), points_per_cell };
+        let entry_bytes = PACKET_BYTES as f64;
+        let orders = TableOrders { period_um, sides: body.sides(), points_per_cell, entry_bytes };
         let meshes = create_meshes(profile, body, orders, build_limit)?;
         let step_of = |spacing: Spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM);
         match body {
@@ -98,6 +101,9 @@ impl JonesTable {
                 let solver = FilmSolver { meshes: &meshes, eta };
                 let step_nm = Some(step_of(spacing_of(&solver, period_um)?));
                 Self::build(period_um, &solver, step_nm, progress)
+            }
+            GratingBody::Interface(eta) => {
+                Self::build_interface(period_um, &InterfaceSolver { meshes: &meshes, eta }, progress)
             }
         }
     }
@@ -132,15 +138,7 @@ impl JonesTable {
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
-        // The offsets of all cells, filled up to whole packets, then the packets.
-        let offset_words = (nm.len() * cells).next_multiple_of(4);
-        let mut words = vec![0u32; offset_words];
-        for (j, packed_cells) in packed.iter().enumerate() {
-            for (s, packets) in packed_cells.iter().enumerate() {
-                words[j * cells + s] = (words.len() / 4) as u32;
-                words.extend(packets);
-            }
-        }
+        let words = offsets_and_packets(&packed, &[]);
         let layout = EfficiencyLayout {
             first_nm: nm[0],
             step_nm: nm[1] - nm[0],
@@ -150,6 +148,31 @@ impl JonesTable {
             below: if sides == 1 { Below::Reflector } else { Below::Film },
         };
         Ok(Self { layout, words })
+    }
+
+    /// Solves and tabulates the matrices of an interface.
+    ///
+    /// # Errors
+    /// A point that cannot be solved accurately enough.
+    fn build_interface(
+        period_um: f64,
+        solver: &InterfaceSolver<'_>,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let plan = InterfacePlan::new(period_um, solver.eta);
+        let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); plan.nm.len()];
+        for (done, &(cell, count)) in plan.cells.iter().enumerate() {
+            progress.report(done as f64 / plan.cells.len() as f64);
+            let shape = |scattering: &Scattering, out, from| {
+                jones_shape(scattering.jones(out, from), scattering.ky_squared_ratio())
+            };
+            let solved = SolvedCell::solve(cell, solver, &plan.nm[..count], shape, transposed)?;
+            let pack = |shapes: &[JonesShape]| shapes.iter().flat_map(packet).collect();
+            for (j, packed_cells) in packed.iter_mut().enumerate() {
+                packed_cells.push(if j < count { solved.packed(j, pack) } else { Vec::new() });
+            }
+        }
+        Ok(Self { layout: plan.layout(), words: offsets_and_packets(&packed, &plan.extras()) })
     }
 
     /// Layout of the table data.
@@ -166,6 +189,33 @@ impl JonesTable {
     pub fn view<N: Numbers>(&self, words: N::Words) -> JonesView<N> {
         JonesView { layout: self.layout, words }
     }
+}
+
+/// Table data: the offsets of all cells, in packets, then `further` words, filled up to whole packets, then the packets
+/// of `packed`, `[wavelength][cell][word]`. Longer wavelengths may have fewer cells than the first.
+fn offsets_and_packets(packed: &[Vec<Vec<u32>>], further: &[u32]) -> Vec<u32> {
+    let cells = packed[0].len();
+    let mut words = vec![0u32; packed.len() * cells];
+    words.extend(further);
+    words.resize(words.len().next_multiple_of(4), 0);
+    for (j, packed_cells) in packed.iter().enumerate() {
+        for (s, packets) in packed_cells.iter().enumerate() {
+            words[j * cells + s] = (words.len() / 4) as u32;
+            words.extend(packets);
+        }
+    }
+    words
+}
+
+/// Packet of a shape: one word for each element.
+fn packet(shape: &JonesShape) -> [u32; 4] {
+    let units = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
+    shape.map(|element| units(element.re) | units(element.im) << 16)
+}
+
+/// Shape of the reversed light.
+fn transposed([ee, eh, he, hh]: JonesShape) -> JonesShape {
+    [ee, he, eh, hh]
 }
 
 /// Number of table nodes along either side of a cell: as many as [`BYTES_MAX`] allows, within [`NODES_MIN`] and
@@ -212,8 +262,7 @@ impl Cell {
         if i >= k {
             return shapes[entry];
         }
-        let [ee, eh, he, hh] = shapes[reversed(entry, self.index, self.sides)];
-        [ee, he, eh, hh]
+        transposed(shapes[reversed(entry, self.index, self.sides)])
     }
 
     /// Packets of the cell at wavelength j, `[node of p][node of q][entry][element]`, for `stored` nodes along either
@@ -234,7 +283,6 @@ impl Cell {
                 }
             }
         }
-        let units = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
         let mut packets = Vec::with_capacity(4 * stored * stored * entries);
         for weights in &resampling {
             for column in 0..stored * entries {
@@ -242,7 +290,7 @@ impl Cell {
                 for (row, &weight) in along_q.iter().zip(weights) {
                     add(&mut sum, row[column], weight);
                 }
-                packets.extend(sum.map(|element| units(element.re) | units(element.im) << 16));
+                packets.extend(packet(&sum));
             }
         }
         packets

@@ -5,6 +5,8 @@ use super::body::GratingBody;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
 use super::efficiencies::EfficiencyView;
 use super::film_solver::FilmSolver;
+use super::interface_solver::InterfaceSolver;
+use super::interface_table::{build_efficiencies, efficiency_error};
 use super::lobe::{GratingLayout, GratingLobe};
 use super::order_solver::OrderSolver;
 use super::plan::{TableOrders, choose_resolution, choose_spacing, create_meshes, spacing_of};
@@ -63,7 +65,7 @@ impl GratingSurface {
         Self::of_body(profile, GratingBody::Reflector(index), coherence_length_um, build_limit, progress)
     }
 
-    /// Solves and tabulates the orders of a profile on a body: those on both sides of a film. Else as
+    /// Solves and tabulates the orders of a profile on a body: those on both sides of a body that transmits. Else as
     /// [`GratingSurface::new`].
     ///
     /// # Errors
@@ -90,6 +92,13 @@ impl GratingSurface {
                 let table_resolution = choose_resolution(orders, Some(spacing_of(&solver, period_um)?));
                 Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
             }
+            GratingBody::Interface(eta) => {
+                let start = Instant::now();
+                let solver = InterfaceSolver { meshes: &meshes, eta };
+                let table = build_efficiencies(period_um, &solver, progress)?;
+                let error = efficiency_error(&table, period_um, &solver, ERROR_POINTS)?;
+                Ok(Self::of_table(period_um, coherence_length_um, table, error, start))
+            }
         }
     }
 
@@ -111,12 +120,23 @@ impl GratingSurface {
     ) -> Result<Self, GratingError> {
         let start = Instant::now();
         let table = EfficiencyTable::build(period_um, solver, table_resolution, progress)?;
-        let (rms, p99) = table.error(period_um, solver, ERROR_POINTS)?;
+        let error = table.error(period_um, solver, ERROR_POINTS)?;
+        Ok(Self::of_table(period_um, coherence_length_um, table, error, start))
+    }
+
+    /// The surface of a table whose build began at `start`, with the RMS and the 99th percentile of its error.
+    fn of_table(
+        period_um: f64,
+        coherence_length_um: f64,
+        table: EfficiencyTable,
+        (rms, p99): (f64, f64),
+        start: Instant,
+    ) -> Self {
         let EfficiencyTable { layout, words, solved } = table;
         let report =
             GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };
         let sigma_per_um = CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
-        Ok(Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um }, words, report })
+        Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um }, words, report }
     }
 
     /// Size, cost and measured error of the table.

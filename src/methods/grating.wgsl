@@ -29,8 +29,8 @@ const NU_HALF: f32 = 0.78647923;
 const TAU_SCALE: f32 = 0.25;
 // Distance in standard deviations beyond which a Gaussian is neglected; it is e^-12.5 = 4e-6 there.
 const REACH: f32 = 5.0;
-// Efficiency that one unit of a stored 16-bit integer represents, 1/60000. The largest integer represents 1.09.
-const UNIT: f32 = 1.6666667e-5;
+// Efficiency that one unit of a stored 16-bit integer represents, 1/40000. The largest integer represents 1.64.
+const UNIT: f32 = 2.5e-5;
 // log₂(e), which turns exp into exp2.
 const LOG2_E: f32 = 1.442695;
 // Number of nodes of the table of W along τ.

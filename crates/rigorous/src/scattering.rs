@@ -192,6 +192,11 @@ impl Scattering {
         &self.waves(side).beta
     }
 
+    /// ky²/k², common to all orders; negative in the continuation.
+    pub fn ky_squared_ratio(&self) -> f64 {
+        (self.groove_cosine * self.groove_cosine).re
+    }
+
     /// Jones matrix from one channel to another; zero where either does not propagate.
     pub fn jones(&self, out: Channel, from: Channel) -> Jones {
         match (self.position(out), self.position(from)) {

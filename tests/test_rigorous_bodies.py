@@ -1,4 +1,4 @@
-"""Films by Maxwell's equations in Mitsuba: samples, reciprocity, colours, and the Jones matrices of orders."""
+"""Bodies that transmit by Maxwell's equations in Mitsuba: samples, reciprocity, colours, and the Jones matrices of orders."""
 
 import json
 
@@ -10,13 +10,15 @@ from mueller import WAVELENGTHS, basis, evaluated, normalised, reversed_path, tu
 from test_polarised_orders import jones_to_mueller, transverse
 from test_rigorous import asked
 from test_transmission import SINGLE as VARIANTS_DIFFER
-from test_transmission import both_sides, on_side
+from test_transmission import both_sides, index_of, on_side
 
 from mitsuba_scenes.chi_square import SphereDomain, bsdf_test
 
 RELIEF = {"preset": "sinusoidal", "period": 0.9, "height": 0.2, "theory": "rigorous", "eta": 1.5}
 GRATING = {**RELIEF, "coherence_length": 8.0}
 FILM = {**GRATING, "transmission": "film", "back_reflection": False}
+INTERFACE = {**GRATING, "transmission": "interface"}
+BODIES = {"film": FILM, "interface": INTERFACE}
 # Incidences on either side, and the probability that any of the χ² tests rejects a correct density.
 SIDES = [(0, 0, 1), (40, 60, 1), (25, 45, -1), (70, 160, -1)]
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb", "llvm_ad_spectral_polarized")
@@ -30,30 +32,40 @@ RMS, LARGEST = 0.02, 0.2
 
 @pytest.mark.parametrize("angles", SIDES, ids=str)
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_samples_follow_the_density(variant, angles):
-    test = bsdf_test(built(variant, **FILM), on_side(*angles), domain=SphereDomain(), res=101)
-    assert test.run(SIGNIFICANCE, len(VARIANTS) * len(SIDES), quiet=True), test.messages
+@pytest.mark.parametrize("body", BODIES)
+def test_samples_follow_the_density(body, variant, angles):
+    test = bsdf_test(built(variant, **BODIES[body]), on_side(*angles), domain=SphereDomain(), res=101)
+    assert test.run(SIGNIFICANCE, len(BODIES) * len(VARIANTS) * len(SIDES), quiet=True), test.messages
 
 
-def pairs(count, seed):
-    """Random directions on both sides and wavelengths; each pair lies near an order of the grating."""
+def pairs(count, seed, body=FILM):
+    """Random directions on both sides and wavelengths; each pair lies near an order of the grating on the body."""
     rng = np.random.default_rng(seed)
     wi = both_sides(rng, count)
     nm = rng.uniform(400, 700, (count, 4)).astype(np.float32)
     order = rng.integers(-2, 3, count)
-    to = np.stack([order * nm[:, 0] * 1e-3 / FILM["period"] - wi[:, 0], -wi[:, 1]], axis=-1)
+    # Tangential wave vectors, over the wave number in vacuum.
+    incident = wi[:, :2] * index_of(body, wi)[:, None]
+    to = np.stack([order * nm[:, 0] * 1e-3 / body["period"] - incident[:, 0], -incident[:, 1]], axis=-1)
     to += rng.normal(0, 0.02, to.shape)
+    side = np.where(rng.random(count) < 0.5, 1, -1)
+    to /= index_of(body, np.stack([side] * 3, axis=-1))[:, None]
     squared = (to**2).sum(-1)
-    z = np.sqrt(np.maximum(1 - squared, 1e-4)) * np.where(rng.random(count) < 0.5, 1, -1)
+    z = np.sqrt(np.maximum(1 - squared, 1e-4)) * side
     kept = squared < 0.99
     return wi[kept], np.concatenate([to, z[:, None]], axis=-1)[kept].astype(np.float32), nm[kept]
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test_values_are_reciprocal(variant):
-    bsdf = built(variant, **FILM)
-    wi, wo, nm = pairs(4000, 1)
-    there, back = (eval_pdf(bsdf, *both, nm)[0] / np.abs(both[1][:, 2:]) for both in ((wi, wo), (wo, wi)))
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
+def test_values_are_reciprocal(body, variant):
+    bsdf = built(variant, **body)
+    wi, wo, nm = pairs(4000, 1, body)
+    # Radiance from wo to wi is in proportion to the squared index of wi's medium.
+    there, back = (
+        eval_pdf(bsdf, *both, nm)[0] / np.abs(both[1][:, 2:]) / index_of(body, both[0])[:, None] ** 2
+        for both in ((wi, wo), (wo, wi))
+    )
     assert np.isfinite(there).all()
     for transmitted in (False, True):
         chosen = (wi[:, 2] * wo[:, 2] < 0) == transmitted
@@ -62,10 +74,11 @@ def test_values_are_reciprocal(variant):
         assert np.abs(there - back)[chosen].max() < SINGLE * scale
 
 
-def test_plugin_and_command_agree():
-    wi, wo, nm = pairs(300, 2)
-    plugin = eval_alone(built("llvm_ad_spectral", **FILM), wi, wo, nm)
-    words = [word for name in FILM if name != "back_reflection" for word in (f"--{name.replace('_', '-')}", FILM[name])]
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
+def test_plugin_and_command_agree(body):
+    wi, wo, nm = pairs(300, 2, body)
+    plugin = eval_alone(built("llvm_ad_spectral", **body), wi, wo, nm)
+    words = [word for name in body if name != "back_reflection" for word in (f"--{name.replace('_', '-')}", body[name])]
     lines = "".join(
         json.dumps({"wi": a.tolist(), "wo": b.tolist(), "wavelength": c.tolist()}) + "\n"
         for a, b, c in zip(wi.astype(float), wo.astype(float), nm.astype(float))
@@ -73,17 +86,20 @@ def test_plugin_and_command_agree():
     answers = asked("eval", "--method", "table", *words, lines=lines).splitlines()
     expected = np.array([json.loads(line)["f"] for line in answers])
     assert expected.max() > 1
-    assert np.abs(plugin / np.abs(wo[:, 2:]) - expected).max() < SINGLE * expected.max()
+    # The command has the power of light from wi to wo, the plugin the radiance from wo to wi.
+    plugin *= (index_of(body, wo) / index_of(body, wi))[:, None] ** 2 / np.abs(wo[:, 2:])
+    assert np.abs(plugin - expected).max() < SINGLE * expected.max()
 
 
-def test_orders_have_their_jones_matrices():
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
+def test_orders_have_their_jones_matrices(body):
     """Matrices equal those of `sunbeam orders`, which solves Maxwell's equations for each direction."""
-    bsdf = built("llvm_ad_spectral_polarized", **FILM)
+    bsdf = built("llvm_ad_spectral_polarized", **body)
     words = [word for name, value in RELIEF.items() for word in (f"--{name}", value)]
     wi, wo, expected = [], [], []
     for theta, phi in [(20, 15), (35, 80), (50, -40), (65, 130), (10, 250)]:
         light = ["--theta-i", theta, "--phi-i", phi, "--wavelength", WAVELENGTHS[1], "--json"]
-        for order in json.loads(asked("orders", *words, "--transmission", "film", *light))["orders"]:
+        for order in json.loads(asked("orders", *words, "--transmission", body["transmission"], *light))["orders"]:
             start, end = np.array(direction(theta, phi), float), np.array(order["direction"])
             # Orders near the horizon, and those that the flat side reflects totally.
             if abs(end[2]) < 0.05 or order["side"] == "trapped":
@@ -111,23 +127,27 @@ def test_orders_have_their_jones_matrices():
             assert off > 3 * np.sqrt(np.mean(error[:, i, j] ** 2)), (i, j)
 
 
-def test_light_from_below_has_the_matrices_of_the_reversed_path():
-    bsdf = built("llvm_ad_spectral_polarized", **FILM)
-    wi, wo, _ = pairs(2000, 3)
-    there, back = evaluated(bsdf, wi, wo), evaluated(bsdf, wo, wi)
-    there, back = there / np.abs(wo[:, 2])[:, None, None, None], back / np.abs(wi[:, 2])[:, None, None, None]
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
+def test_light_from_below_has_the_matrices_of_the_reversed_path(body):
+    bsdf = built("llvm_ad_spectral_polarized", **body)
+    wi, wo, _ = pairs(2000, 3, body)
+    there, back = (
+        evaluated(bsdf, a, b) / (np.abs(b[:, 2]) * index_of(body, a) ** 2)[:, None, None, None]
+        for a, b in ((wi, wo), (wo, wi))
+    )
     expected = reversed_path(there, wi.astype(float), wo.astype(float))
     assert np.abs(back - expected).max() < 2 * SINGLE * np.abs(there).max()
 
 
-def test_polarised_variants_have_the_unpolarised_values():
-    wi, wo, _ = pairs(1000, 4)
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
+def test_polarised_variants_have_the_unpolarised_values(body):
+    wi, wo, _ = pairs(1000, 4, body)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
-    plain = eval_alone(built("llvm_ad_spectral", **FILM), wi, wo, nm)
-    first = evaluated(built("llvm_ad_spectral_polarized", **FILM), wi, wo)[:, :, 0, 0]
+    plain = eval_alone(built("llvm_ad_spectral", **body), wi, wo, nm)
+    first = evaluated(built("llvm_ad_spectral_polarized", **body), wi, wo)[:, :, 0, 0]
     np.testing.assert_allclose(first, plain, rtol=VARIANTS_DIFFER, atol=VARIANTS_DIFFER * plain.mean())
-    mono = eval_alone(built("llvm_ad_mono", **FILM), wi, wo, nm)
-    first = evaluated(built("llvm_ad_mono_polarized", **FILM), wi, wo)[:, :, 0, 0]
+    mono = eval_alone(built("llvm_ad_mono", **body), wi, wo, nm)
+    first = evaluated(built("llvm_ad_mono_polarized", **body), wi, wo)[:, :, 0, 0]
     np.testing.assert_allclose(first, mono, rtol=VARIANTS_DIFFER, atol=VARIANTS_DIFFER * np.abs(mono).mean())
 
 
@@ -151,14 +171,10 @@ def test_shallow_reliefs_have_the_matrices_of_the_scalar_theory():
     assert np.sqrt(np.mean((found - expected) ** 2)) < 2 * RMS
 
 
-def test_an_interface_is_refused_in_one_line():
-    with pytest.raises(RuntimeError, match=r"transmission.*rigorous.*film"):
-        built("llvm_ad_spectral", **{**GRATING, "transmission": "interface"})
-
-
-def test_a_million_random_queries_are_finite():
+@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
+def test_a_million_random_queries_are_finite(body):
     rng = np.random.default_rng(6)
-    bsdf = built("llvm_ad_spectral", **FILM)
+    bsdf = built("llvm_ad_spectral", **body)
     wi, wo = both_sides(rng, 1_000_000), both_sides(rng, 1_000_000)
     nm = rng.uniform(360, 830, (1_000_000, 4)).astype(np.float32)
     value, pdf = eval_pdf(bsdf, wi, wo, nm)[:2]
