@@ -54,8 +54,7 @@
  *                       or spectrum      medium as for int_ior; of a spectrum the value at 589 nm (no layer)
  * cover_reflection      boolean          mirror reflection by that layer's flat side, a delta lobe (true)
  * transmission          string           none; film: a sheet with the relief above, a flat side below, and air on both
- *                                        sides; interface: light goes on in the medium; with rigorous theory only film
- *                                        (none)
+ *                                        sides; interface: light goes on in the medium (none)
  * int_ior, ext_ior      float or string  media below and above a body that transmits, in place of eta, which is one
  *                                        number then: 1, or in [1.2, 4] (bk7, air)
  * back_reflection       boolean          mirror reflection by a film's flat side from behind, a delta lobe (true)

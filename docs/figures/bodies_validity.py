@@ -6,8 +6,12 @@ power is the fraction of the transmitted light that a theory puts into wrong ord
 
 from __future__ import annotations
 
+import re
+
+import mitsuba as mi
 import numpy as np
 
+from mitsuba_scenes.environment import use_variant
 from tests.judges.gratings import transmitted
 
 from .page import insist
@@ -22,9 +26,39 @@ THEORIES = {
     "rigorous": transmitted.rigorous,
 }
 
+# Gratings whose tables are measured, with parameters of the plugin: those with periods of up to 2 µm.
+TABULATED = [(name, grating) for name, grating in transmitted.GRATINGS if grating.period <= 2.0]
+# Description of a rigorous surface's tables in the plugin: megabytes, seconds to build, and error of an order.
+TABLES = re.compile(r"tables of ([\d.]+) MB.*\(([\d.]+) s to build\).*error of an order ([\d.e-]+)")
+
+
+def table_errors(grating: transmitted.Grating) -> dict:
+    """Size, build time and error of the grating's tables as a film and as an interface.
+
+    `rms` is the root mean square error of an order's efficiency against the solver, over random incidences and
+    wavelengths.
+    """
+    found = {"period_um": grating.period, "height_um": grating.height}
+    for body in ("film", "interface"):
+        relief = {"preset": grating.preset, "period": grating.period, "height": grating.height}
+        surface = {"type": "diffraction", **relief, "eta": transmitted.ETA, "theory": "rigorous", "build_limit": 10.0}
+        described = str(mi.load_dict({**surface, "transmission": body}))
+        match = TABLES.search(described)
+        insist(PART, match is not None, "the plugin describes its tables")
+        assert match is not None
+        megabytes, seconds, rms = map(float, match.groups())
+        found[body] = {"megabytes": megabytes, "seconds": seconds, "rms": rms}
+    return found
+
+
+def tabulated() -> list[dict]:
+    """`table_errors` of each grating of TABULATED, with its `name`."""
+    use_variant(fall_back=False)
+    return [{"name": name, **table_errors(grating)} for name, grating in TABULATED]
+
 
 def figures() -> dict:
-    """Misplaced power of each theory, and errors of `rigorous` and of the judges.
+    """Misplaced power of each theory, errors of `rigorous` and of the judges, and errors of tables.
 
     `rows` has an entry for each grating. Its `misplaced` has a list for each theory: the means over the wavelengths,
     one for each of LIGHTS_DEG. `error` is the rms difference of an order's power between `rigorous` and the judge.
@@ -59,5 +93,6 @@ def figures() -> dict:
         "unsettled": {name: transmitted.unsettled(name) for name in ("sinusoidal", "lamellar", "blazed")},
         # Sawteeth at angles of incidence of 30° and more; along the normal the coarser resolution is unstable.
         "unsettled_oblique": transmitted.unsettled("blazed", 30.0),
+        "tables": tabulated(),
         "error": float(np.sqrt(np.mean(np.concatenate(rigorous_errors) ** 2))),
     }

@@ -184,10 +184,7 @@ def sheet(bsdf: dict, angle_deg: float) -> dict:
 
 
 def in_furnace(height_um: float, theory: str) -> dict:
-    """Radiances in the furnace: the film as sheets at FURNACE_ANGLES_DEG, as a closed shell, and as a solid ball.
-
-    The rigorous theory has no solid bodies, so `solid` is None.
-    """
+    """Radiances in the furnace: the film as sheets at FURNACE_ANGLES_DEG, as a closed shell, and as a solid ball."""
     bsdf = furnace_film(height_um, theory)
 
     def sphere(transmission: str) -> float:
@@ -198,7 +195,7 @@ def in_furnace(height_um: float, theory: str) -> dict:
         "theory": theory,
         "sheets": [furnace(sheet(bsdf, angle)) for angle in FURNACE_ANGLES_DEG],
         "shell": sphere("film"),
-        "solid": sphere("interface") if theory == "scalar" else None,
+        "solid": sphere("interface"),
     }
 
 

@@ -9,7 +9,8 @@ use super::cell_position::wave_at;
 use super::chebyshev::{
     coefficient_matrix, matrix_of, node_fractions, resampling_matrix, triangle_index, triangle_nodes,
 };
-use super::efficiencies::{Below, EfficiencyLayout, EfficiencyView, UNIT};
+use super::efficiencies::{EfficiencyView, UNIT};
+use super::layout::{Below, EfficiencyLayout};
 use super::order_solver::OrderSolver;
 use super::wavelengths::{Spacing, at_all_wavelengths, solved_indices, table_wavelengths, wavelengths_with_cell};
 use crate::numeric::Plain;

@@ -16,7 +16,8 @@
 
 use super::channels::Channels;
 use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, OrderZero, PROPOSED, TAU_SCALE, flat_reflectance};
-use super::efficiencies::{Below, EfficiencyView};
+use super::efficiencies::EfficiencyView;
+use super::layout::Below;
 use super::lobe::{GratingLayout, OnBody, REACH};
 use super::polarisation::JonesView;
 use crate::lobe::{Gamut, InColour, Sides, luminance};

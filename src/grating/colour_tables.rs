@@ -10,7 +10,7 @@
 //!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`.
 
-use super::efficiencies::{Below, InterfaceCells};
+use super::layout::{Below, InterfaceCells};
 use super::lobe::REACH;
 use super::surface::GratingSurface;
 use crate::colour::WavelengthWeights;

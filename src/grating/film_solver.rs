@@ -1,11 +1,15 @@
-//! The solver behind the tables of films: the orders on both sides of the relief that leave the film (symbols:
-//! `mod.rs`). Behind the flat side of a film light is in air again, so both sides have the same orders.
+//! The solver behind the tables of films (symbols: `mod.rs`).
+//!
+//! A film is a relief on a dielectric whose lower side is flat and has air below it. Light passes the flat side once;
+//! reflections between both sides are left out, so the film's thickness does not matter. Behind the flat side light is
+//! in air again. Both sides of the film therefore have the same orders, those that propagate in air.
 
 use super::GratingError;
+use super::dielectric_solver::solve_in_air;
 use super::jones_shape::{JonesShape, jones_shape};
 use super::order_solver::{OrderSolver, ShapeSolver};
-use super::rigorous_solver::{BALANCE, DOUBLINGS, Meshes};
-use sunbeam_rigorous::{Air, Channel, Scattering, Side};
+use super::rigorous_solver::Meshes;
+use sunbeam_rigorous::{Channel, Scattering, Side};
 
 /// The solver of a profile on a film.
 pub(super) struct FilmSolver<'a> {
@@ -14,39 +18,9 @@ pub(super) struct FilmSolver<'a> {
     pub(super) eta: f64,
 }
 
-/// Amplitudes at the point (t, b) and the wavelength in nm of `at`, on the first mesh whose power balance holds. `air`
-/// is that of the first mesh, and `air_after` computes it after a number of doublings of the nodes. `cosine` is the
-/// largest cosine of incidence.
-///
-/// # Errors
-/// [`GratingError::Unbalanced`] where no mesh suffices.
-pub(super) fn solve_balanced<'a>(
-    meshes: &'a Meshes,
-    eta: f64,
-    at: (f64, f64, f64),
-    cosine: f64,
-    air: &Air<'a>,
-    air_after: impl Fn(usize) -> Result<Air<'a>, GratingError>,
-) -> Result<Scattering, GratingError> {
-    let (t, b, nm) = at;
-    let (mut nodes, mut balance) = (0, f64::INFINITY);
-    for doublings in 0..=DOUBLINGS {
-        let scattering = match doublings {
-            0 => air.scatter(eta, nm)?,
-            _ => air_after(doublings)?.scatter(eta, nm)?,
-        };
-        (nodes, balance) = (meshes.after(doublings)?.nodes(), scattering.balance_error() * cosine.min(1.0));
-        // Power is not conserved in the continuation to imaginary ky.
-        if cosine > 1.0 || balance <= BALANCE {
-            return Ok(scattering);
-        }
-    }
-    Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
-}
-
 impl FilmSolver<'_> {
-    /// `extract(solution, outgoing channel, incident channel, cosine)` for all pairs of channels in the air, at each
-    /// wavelength in nm: `[wavelength][incident · channels + outgoing]`. `cosine` is the largest cosine of incidence.
+    /// `extract(solution, outgoing channel, incident channel)` for all pairs of channels, at each wavelength in nm:
+    /// `[wavelength][incident · channels + outgoing]`. Channels are the orders above the film, then those below it.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
@@ -55,32 +29,25 @@ impl FilmSolver<'_> {
         t: f64,
         b: f64,
         wavelengths_nm: &[f64],
-        extract: impl Fn(&Scattering, Channel, Channel, f64) -> T,
+        extract: impl Fn(&Scattering, Channel, Channel) -> T,
     ) -> Result<Vec<Vec<T>>, GratingError> {
-        let air_after = |doublings: usize| Ok(self.meshes.after(doublings)?.air(t, b)?);
-        let air = air_after(0)?;
-        let at_wavelength = |&nm: &f64| {
-            let cosine = self.largest_cosine(t, nm);
-            let scattering = solve_balanced(self.meshes, self.eta, (t, b, nm), cosine, &air, air_after)?;
+        let extract_all = |scattering: Scattering| {
+            let orders_in_air = scattering.orders(Side::Above);
             let channels = || {
-                let on = |side: Side| air.orders().iter().map(move |&order| Channel { side, order });
+                let on = |side: Side| orders_in_air.iter().map(move |&order| Channel { side, order });
                 on(Side::Above).chain(on(Side::Below))
             };
             let pairs = channels().flat_map(|from| channels().map(move |out| (out, from)));
-            Ok(pairs.map(|(out, from)| extract(&scattering, out, from, cosine)).collect())
+            pairs.map(|(out, from)| extract(&scattering, out, from)).collect()
         };
-        wavelengths_nm.iter().map(at_wavelength).collect()
-    }
-
-    /// Largest cosine of incidence at `t` and a wavelength in nm; above 1, ky is imaginary.
-    fn largest_cosine(&self, t: f64, nm: f64) -> f64 {
-        t / (1e3 * self.meshes.period_um() / nm)
+        let solutions = solve_in_air(self.meshes, self.eta, (t, b), wavelengths_nm)?;
+        Ok(solutions.into_iter().map(extract_all).collect())
     }
 }
 
 impl OrderSolver for FilmSolver<'_> {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
-        self.at_wavelengths(t, b, wavelengths_nm, |scattering, out, from, _| scattering.film_efficiency(out, from))
+        self.at_wavelengths(t, b, wavelengths_nm, Scattering::film_efficiency)
     }
 
     fn sides(&self) -> usize {
@@ -90,8 +57,8 @@ impl OrderSolver for FilmSolver<'_> {
 
 impl ShapeSolver for FilmSolver<'_> {
     fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<JonesShape>>, GratingError> {
-        self.at_wavelengths(t, b, wavelengths_nm, |scattering, out, from, cosine| {
-            jones_shape(scattering.film_jones(out, from), (1.0 - cosine) * (1.0 + cosine))
+        self.at_wavelengths(t, b, wavelengths_nm, |scattering, out, from| {
+            jones_shape(scattering.film_jones(out, from), scattering.ky_squared_ratio())
         })
     }
 }

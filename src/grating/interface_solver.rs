@@ -3,7 +3,7 @@
 
 use super::GratingError;
 use super::cell_position::{middle_order, wave_at};
-use super::film_solver::solve_balanced;
+use super::dielectric_solver::{solve_balanced, solve_in_air};
 use super::rigorous_solver::Meshes;
 use sunbeam_rigorous::{Channel, Scattering};
 
@@ -79,21 +79,25 @@ impl InterfaceSolver<'_> {
         (t, b): (f64, f64),
         wavelengths_nm: &[f64],
     ) -> Result<Vec<Scattering>, GratingError> {
-        let period_nm = 1e3 * self.meshes.period_um();
         if in_air {
-            let t = t.max(T_MIN);
-            let air_after = |doublings: usize| Ok(self.meshes.after(doublings)?.air(t, b)?);
-            let air = air_after(0)?;
-            let solve =
-                |&nm: &f64| solve_balanced(self.meshes, self.eta, (t, b, nm), t * nm / period_nm, &air, air_after);
-            return wavelengths_nm.iter().map(solve).collect();
+            return solve_in_air(self.meshes, self.eta, (t.max(T_MIN), b), wavelengths_nm);
         }
+        let period_nm = 1e3 * self.meshes.period_um();
         let critical_nm = (self.eta * self.eta - 1.0).sqrt() * period_nm / t;
+        let first = self.meshes.after(0)?;
+        let below_first = first.below(t, b)?;
         let solve = |&nm: &f64| {
             let nm = nm.min(BELOW_CRITICAL * critical_nm);
-            let air_after = |doublings: usize| Ok(self.meshes.after(doublings)?.air_above(t, b, self.eta, nm)?);
-            let air = air_after(0)?;
-            solve_balanced(self.meshes, self.eta, (t, b, nm), t * nm / (self.eta * period_nm), &air, air_after)
+            // The largest cosine of incidence in the medium.
+            let largest_cosine = t * nm / (self.eta * period_nm);
+            solve_balanced(self.meshes, (t, b, nm), largest_cosine, |doublings| {
+                let mesh = self.meshes.after(doublings)?;
+                let air = mesh.air_above(t, b, self.eta, nm)?;
+                Ok(match doublings {
+                    0 => air.scatter_with(&below_first, self.eta, nm)?,
+                    _ => air.scatter_with(&mesh.below(t, b)?, self.eta, nm)?,
+                })
+            })
         };
         wavelengths_nm.iter().map(solve).collect()
     }

@@ -21,7 +21,8 @@
 //! frequencies for each steradian.
 
 use super::channels::Channels;
-use super::efficiencies::{EfficiencyLayout, EfficiencyView};
+use super::efficiencies::EfficiencyView;
+use super::layout::EfficiencyLayout;
 use super::polarisation::JonesView;
 use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION};
 use crate::numeric::math::normal_quantile;

@@ -36,15 +36,16 @@
 //! | `body.rs` | the medium or film below the relief |
 //! | `cell_position.rs` | from a wave's t and a to its cell |
 //! | `channels.rs` | orders on either side of the relief at one wave |
+//! | `layout.rs` | cells of a table, and the body below its relief |
 //! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
 //! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
-//! | `film_solver.rs` | the solver of both sides of a film |
+//! | `dielectric_solver.rs`, `film_solver.rs` | the solver of both sides of a dielectric, and that of a film |
 //! | `interface_solver.rs`, `interface_table.rs` | cells of an interface: their solver, and the build of its tables |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
 //! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
-//! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
+//! | `jones_shape.rs`, `jones_table.rs`, `polarisation.rs` | Jones matrices of orders, their table, Mueller matrices |
 //! | `exact.rs` | reference without tables |
 //! | `profile.rs` | profiles of presets and height fields |
 
@@ -56,6 +57,7 @@ mod chebyshev;
 mod colour_lobe;
 mod colour_surface;
 mod colour_tables;
+mod dielectric_solver;
 mod efficiencies;
 mod error;
 mod exact;
@@ -65,6 +67,8 @@ mod interface_table;
 #[cfg(test)]
 mod interface_tests;
 mod jones_shape;
+mod jones_table;
+mod layout;
 mod lobe;
 mod order_solver;
 mod plan;
@@ -83,13 +87,14 @@ pub use colour_tables::ColourTables;
 pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, WEIGHT_NODES};
 #[cfg(test)]
 pub(crate) use efficiencies::UNIT;
-pub use efficiencies::{Below, EfficiencyLayout, InterfaceCells};
 pub use error::GratingError;
 pub use exact::ExactGrating;
+pub use jones_table::JonesTable;
+pub use layout::{Below, EfficiencyLayout, InterfaceCells};
 #[cfg(test)]
 pub(crate) use lobe::REACH;
 pub use lobe::{GratingLayout, GratingLobe};
-pub use polarisation::{JonesTable, JonesView};
+pub use polarisation::JonesView;
 pub use profile::{preset_profile, profile_of};
 pub use sunbeam_rigorous::{Medium, Order, Profile, Side, check_size, solve_both_sides, solve_orders};
 pub use surface::GratingSurface;

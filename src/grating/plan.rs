@@ -37,7 +37,8 @@ const FILM_POINTS: f64 = 36.0;
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;
-/// [`AIR_SECONDS`] where no order propagates in the air; measured.
+/// Seconds on one core for the lattice sums of the air where no order propagates in it; measured. Those of the medium
+/// are shared by all wavelengths.
 const EVANESCENT_AIR_SECONDS: f64 = 6e-7;
 /// Seconds on one core for the lattice sums of a dielectric at one point and wavelength, over the squared number of
 /// nodes; measured. A metal's are tabulated.
@@ -91,8 +92,9 @@ pub(super) fn create_meshes(
     let cost = match body {
         GratingBody::Interface(eta) => {
             let nodes = resolution.nodes as f64;
-            let in_air = LATTICE_SECONDS * nodes * nodes + SOLUTION_SECONDS * nodes.powi(3);
-            let in_medium = in_air + EVANESCENT_AIR_SECONDS * nodes * nodes;
+            let solution = SOLUTION_SECONDS * nodes.powi(3);
+            let [in_air, in_medium] =
+                [LATTICE_SECONDS, EVANESCENT_AIR_SECONDS].map(|lattice| lattice * nodes * nodes + solution);
             InterfacePlan::new(orders.period_um, eta).estimate([in_air, in_medium], orders.entry_bytes)
         }
         GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(orders, resolution.nodes, index.is_some()),

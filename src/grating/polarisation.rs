@@ -3,308 +3,31 @@
 //!
 //! Jones matrices are between the states of Ey and of Hy, with y along the grooves. The table holds their *shapes*
 //! (`jones_shape.rs`): matrices of unit power `[EE, EH, HE, HH]`, whose crossed elements EH and HE are divided by ky/k.
-//! [`JonesTable`] builds the table, [`JonesView`] reads it.
+//! [`JonesTable`](super::JonesTable) builds the table, [`JonesView`] reads it.
 //!
 //! Table data are words of 32 bits. A shape is a *packet* of four words, one for each element. The lower half of a word
 //! is the real part and the upper half the imaginary part, both as `x/UNIT + ZERO` in 16 bits.
 
-use super::GratingError;
-use super::body::GratingBody;
-use super::build::reversed;
-use super::cell_position::wave_at;
 use super::channels::Channels;
-use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
-use super::efficiencies::{Below, EfficiencyLayout, EfficiencyView, Node};
-use super::film_solver::FilmSolver;
-use super::interface_solver::InterfaceSolver;
-use super::interface_table::{InterfacePlan, SolvedCell};
-use super::jones_shape::{JonesShape, jones_shape};
-use super::order_solver::ShapeSolver;
-use super::plan::{TableOrders, choose_spacing, create_meshes, spacing_of};
-use super::rigorous_solver::RigorousSolver;
-use super::wavelengths::{STEPS_NM, Spacing, table_wavelengths, wavelengths_with_cell};
+use super::efficiencies::{EfficiencyView, Node};
+use super::layout::EfficiencyLayout;
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Number, Numbers, Real};
-use crate::table::Progress;
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use sunbeam_fourier::num_complex::Complex64;
-use sunbeam_rigorous::{Profile, Scattering};
 
-/// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
-/// Two thirds of it double the error of the test below.
-const NODES_MAX: usize = 18;
-/// Fewest nodes of the table along either side of a cell.
-const NODES_MIN: usize = 12;
-/// Size in bytes up to which a table has more than the fewest nodes. A larger value allows more accurate tables of
-/// gratings with long periods.
-const BYTES_MAX: f64 = 24e6;
-/// Bytes of a packet, the shape of one matrix.
-const PACKET_BYTES: usize = 16;
 /// Value of one unit of a stored 16-bit integer. Elements of a shape are at most √2.
-const UNIT: f64 = 1.45 / 32_767.0;
+pub(super) const UNIT: f64 = 1.45 / 32_767.0;
 /// Stored integer that represents zero.
-const ZERO: f64 = 32_768.0;
-/// Ratio of the wavelength step of this table to that of the efficiencies. Anomalies change the polarisation less than
-/// the power.
-const STEP_RATIO: f64 = 2.0;
-/// Largest wavelength step of this table in nm: the second longest of efficiencies.
-const STEP_MAX_NM: f64 = STEPS_NM[1];
-
-/// A table of the shapes of Jones matrices, which an order's efficiency scales.
-///
-/// It is arranged as [`EfficiencyLayout`] describes, with two differences. A node has a packet of four words for each
-/// pair of channels, `[incident][outgoing]`, the shape of one matrix. Offsets of cells are counted in packets.
-///
-/// ```
-/// use sunbeam::grating::{GratingBody, JonesTable, Profile};
-/// use sunbeam::table::Progress;
-///
-/// // A perfectly conducting sinusoid of period 0.4 µm and height 0.05 µm.
-/// let conductor = GratingBody::Reflector(None);
-/// let table = JonesTable::new(&Profile::sinusoid(0.4, 0.05)?, conductor, 1.0, &Progress::none())?;
-/// // Packets of four words.
-/// assert_eq!(table.words().len() % 4, 0);
-/// # Ok::<(), sunbeam::grating::GratingError>(())
-/// ```
-#[derive(Debug, Serialize, Deserialize)]
-pub struct JonesTable {
-    layout: EfficiencyLayout,
-    /// Table data: offsets of cells, then packets.
-    words: Vec<u32>,
-}
-
-impl JonesTable {
-    /// Solves a profile in air on a body, and tabulates the shapes of its orders' matrices.
-    ///
-    /// # Errors
-    /// The errors of [`GratingSurface::new`](super::GratingSurface::new).
-    pub fn new(
-        profile: &Profile,
-        body: GratingBody<'_>,
-        build_limit: f64,
-        progress: &Progress,
-    ) -> Result<Self, GratingError> {
-        let period_um = profile.period_um();
-        let points_per_cell = (NODES_MAX * (NODES_MAX + 1) / 2) as f64;
-        let entry_bytes = PACKET_BYTES as f64;
-        let orders = TableOrders { period_um, sides: body.sides(), points_per_cell, entry_bytes };
-        let meshes = create_meshes(profile, body, orders, build_limit)?;
-        let step_of = |spacing: Spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM);
-        match body {
-            GratingBody::Reflector(index) => {
-                let step_nm = choose_spacing(&meshes, period_um, index)?.map(step_of);
-                let (wavelengths_nm, _) = table_wavelengths(period_um, step_nm);
-                Self::build(period_um, &RigorousSolver::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
-            }
-            GratingBody::Film(eta) => {
-                let solver = FilmSolver { meshes: &meshes, eta };
-                let step_nm = Some(step_of(spacing_of(&solver, period_um)?));
-                Self::build(period_um, &solver, step_nm, progress)
-            }
-            GratingBody::Interface(eta) => {
-                Self::build_interface(period_um, &InterfaceSolver { meshes: &meshes, eta }, progress)
-            }
-        }
-    }
-
-    /// Solves and tabulates matrices at wavelengths at most `step_nm` apart (`None` for a perfect conductor).
-    ///
-    /// # Errors
-    /// A point that cannot be solved accurately enough.
-    fn build(
-        period_um: f64,
-        solver: &impl ShapeSolver,
-        step_nm: Option<f64>,
-        progress: &Progress,
-    ) -> Result<Self, GratingError> {
-        let (nm, cell_counts) = table_wavelengths(period_um, step_nm);
-        let cells = cell_counts[0];
-        let sides = solver.sides();
-        let stored = stored_nodes(&cell_counts, sides);
-        // Packets of each cell: `[wavelength][cell][word]`.
-        let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); nm.len()];
-        // Progress counts the orders of each cell.
-        let work: usize = (1..=cells).sum();
-        let mut done = 0;
-        for s in 0..cells {
-            // The cell exists at the first `count` wavelengths.
-            let count = wavelengths_with_cell(s, &cell_counts);
-            let cell = Cell::solve(s, solver, &nm[..count])?;
-            let by_wavelength: Vec<_> = (0..count).into_par_iter().map(|j| cell.packed(j, stored)).collect();
-            for (packed_cells, packets) in packed.iter_mut().zip(by_wavelength) {
-                packed_cells.push(packets);
-            }
-            done += s + 1;
-            progress.report(done as f64 / work as f64);
-        }
-        let words = offsets_and_packets(&packed, &[]);
-        let layout = EfficiencyLayout {
-            first_nm: nm[0],
-            step_nm: nm[1] - nm[0],
-            wavelengths: nm.len() as u32,
-            cells: cells as u32,
-            nodes: stored as u32,
-            below: if sides == 1 { Below::Reflector } else { Below::Film },
-        };
-        Ok(Self { layout, words })
-    }
-
-    /// Solves and tabulates the matrices of an interface.
-    ///
-    /// # Errors
-    /// A point that cannot be solved accurately enough.
-    fn build_interface(
-        period_um: f64,
-        solver: &InterfaceSolver<'_>,
-        progress: &Progress,
-    ) -> Result<Self, GratingError> {
-        let plan = InterfacePlan::new(period_um, solver.eta);
-        let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); plan.nm.len()];
-        for (done, &(cell, count)) in plan.cells.iter().enumerate() {
-            progress.report(done as f64 / plan.cells.len() as f64);
-            let shape = |scattering: &Scattering, out, from| {
-                jones_shape(scattering.jones(out, from), scattering.ky_squared_ratio())
-            };
-            let solved = SolvedCell::solve(cell, solver, &plan.nm[..count], shape, transposed)?;
-            let pack = |shapes: &[JonesShape]| shapes.iter().flat_map(packet).collect();
-            for (j, packed_cells) in packed.iter_mut().enumerate() {
-                packed_cells.push(if j < count { solved.packed(j, pack) } else { Vec::new() });
-            }
-        }
-        Ok(Self { layout: plan.layout(), words: offsets_and_packets(&packed, &plan.extras()) })
-    }
-
-    /// Layout of the table data.
-    pub fn layout(&self) -> &EfficiencyLayout {
-        &self.layout
-    }
-
-    /// Table data: offsets of cells, then packets.
-    pub fn words(&self) -> &[u32] {
-        &self.words
-    }
-
-    /// The table as an evaluator over the numbers `N` reads it; `words` are [`JonesTable::words`].
-    pub fn view<N: Numbers>(&self, words: N::Words) -> JonesView<N> {
-        JonesView { layout: self.layout, words }
-    }
-}
-
-/// Table data: the offsets of all cells, in packets, then `further` words, filled up to whole packets, then the packets
-/// of `packed`, `[wavelength][cell][word]`. Longer wavelengths may have fewer cells than the first.
-fn offsets_and_packets(packed: &[Vec<Vec<u32>>], further: &[u32]) -> Vec<u32> {
-    let cells = packed[0].len();
-    let mut words = vec![0u32; packed.len() * cells];
-    words.extend(further);
-    words.resize(words.len().next_multiple_of(4), 0);
-    for (j, packed_cells) in packed.iter().enumerate() {
-        for (s, packets) in packed_cells.iter().enumerate() {
-            words[j * cells + s] = (words.len() / 4) as u32;
-            words.extend(packets);
-        }
-    }
-    words
-}
-
-/// Packet of a shape: one word for each element.
-fn packet(shape: &JonesShape) -> [u32; 4] {
-    let units = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
-    shape.map(|element| units(element.re) | units(element.im) << 16)
-}
-
-/// Shape of the reversed light.
-fn transposed([ee, eh, he, hh]: JonesShape) -> JonesShape {
-    [ee, he, eh, hh]
-}
-
-/// Number of table nodes along either side of a cell: as many as [`BYTES_MAX`] allows, within [`NODES_MIN`] and
-/// [`NODES_MAX`]. `cell_counts` has the number of cells at each wavelength.
-fn stored_nodes(cell_counts: &[usize], sides: usize) -> usize {
-    // Packets for each node (p, q), summed over cells and wavelengths.
-    let channels = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * sides));
-    let packets: usize = channels.map(|channels| channels * channels).sum();
-    let fitting = (BYTES_MAX / (PACKET_BYTES * packets) as f64).sqrt() as usize;
-    fitting.clamp(NODES_MIN, NODES_MAX)
-}
-
-/// Shapes of one cell at Chebyshev nodes.
-struct Cell {
-    /// Index s of the cell.
-    index: usize,
-    /// Sides of the relief.
-    sides: usize,
-    /// `[node of triangle_nodes][wavelength][incident · channels + outgoing]`.
-    shapes: Vec<Vec<Vec<JonesShape>>>,
-}
-
-impl Cell {
-    /// Solves a cell at [`NODES_MAX`] Chebyshev nodes along either side.
-    ///
-    /// # Errors
-    /// A point that cannot be solved accurately enough.
-    fn solve(index: usize, solver: &impl ShapeSolver, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
-        let fractions = node_fractions(NODES_MAX);
-        let shapes = triangle_nodes(NODES_MAX)
-            .par_iter()
-            .map(|&[i, k]| {
-                let (t, b) = wave_at(index as i32, [fractions[i], fractions[k]]);
-                solver.shapes(t, b, wavelengths_nm)
-            })
-            .collect::<Result<Vec<_>, GratingError>>()?;
-        Ok(Self { index, sides: solver.sides(), shapes })
-    }
-
-    /// Shape at node i of p, node k of q, and wavelength j; `entry` is `incident · channels + outgoing`. Beyond the
-    /// diagonal it is that of the reversed path, transposed.
-    fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> JonesShape {
-        let shapes = &self.shapes[triangle_index(i, k)][j];
-        if i >= k {
-            return shapes[entry];
-        }
-        transposed(shapes[reversed(entry, self.index, self.sides)])
-    }
-
-    /// Packets of the cell at wavelength j, `[node of p][node of q][entry][element]`, for `stored` nodes along either
-    /// side.
-    fn packed(&self, j: usize, stored: usize) -> Vec<u32> {
-        let entries = ((self.index + 1) * self.sides).pow(2);
-        let resampling = resampling_matrix(NODES_MAX, stored);
-        let add = |sum: &mut JonesShape, shape: JonesShape, weight: f64| {
-            sum.iter_mut().zip(shape).for_each(|(sum, element)| *sum += element * weight);
-        };
-        // Resampled along q, not yet along p: `[Chebyshev node i of p][stored node g of q · entries + entry]`.
-        let mut along_q = vec![vec![[Complex64::ZERO; 4]; stored * entries]; NODES_MAX];
-        for (i, row) in along_q.iter_mut().enumerate() {
-            for (k, entry) in (0..NODES_MAX).flat_map(|k| (0..entries).map(move |entry| (k, entry))) {
-                let value = self.value(i, k, j, entry);
-                for (g, weights) in resampling.iter().enumerate() {
-                    add(&mut row[g * entries + entry], value, weights[k]);
-                }
-            }
-        }
-        let mut packets = Vec::with_capacity(4 * stored * stored * entries);
-        for weights in &resampling {
-            for column in 0..stored * entries {
-                let mut sum = [Complex64::ZERO; 4];
-                for (row, &weight) in along_q.iter().zip(weights) {
-                    add(&mut sum, row[column], weight);
-                }
-                packets.extend(packet(&sum));
-            }
-        }
-        packets
-    }
-}
+pub(super) const ZERO: f64 = 32_768.0;
 
 /// A complex number: real part, imaginary part.
 type Complex<N> = [<N as Numbers>::Real; 2];
 
-/// A [`JonesTable`] as an evaluator over the numbers `N` reads it.
+/// A [`JonesTable`](super::JonesTable) as an evaluator over the numbers `N` reads it.
 #[derive(Clone, Copy)]
 pub struct JonesView<N: Numbers> {
-    layout: EfficiencyLayout,
-    words: N::Words,
+    pub(super) layout: EfficiencyLayout,
+    /// Table data, arranged as [`JonesTable`](super::JonesTable) describes.
+    pub(super) words: N::Words,
 }
 
 impl<N: Numbers> JonesView<N> {
@@ -349,7 +72,7 @@ impl<N: Numbers> JonesView<N> {
 /// Fields vary in time as exp(−iωt). The Stokes parameters of a field (x, y) are |x|² + |y|², |x|² − |y|², `2 Re(x y*)`
 /// and `2 Im(x y*)`, as in Mitsuba. A matrix of a power of at most 1 counts as zero and becomes an ideal depolariser.
 #[inline(always)]
-fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real; 16] {
+pub(super) fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real; 16] {
     let (real, half) = (N::Real::lit, N::Real::lit(0.5));
     // a·b*.
     let times = |a: Complex<N>, b: Complex<N>| [a[0].fma(b[0], a[1] * b[1]), a[1] * b[0] - a[0] * b[1]];
@@ -388,87 +111,10 @@ fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real; 16] {
 mod tests {
     use super::*;
     use crate::numeric::Plain;
-    use crate::scattering::{ComplexIndex, SpectralIndex};
-    use sunbeam_rigorous::{Medium, Profile, solve_orders};
-
-    type Double<'a> = Plain<'a, f64>;
-
-    /// Mueller matrix of an order, divided by its first element, from the solver's Jones matrix for light from `wi`;
-    /// `None` where the order does not propagate.
-    fn solved(profile: &Profile, medium: &Medium, nm: f64, wi: [f64; 3], order: i32) -> Option<[f64; 16]> {
-        let orders = solve_orders(profile, medium, nm, wi).unwrap();
-        let order = orders.orders.iter().find(|found| found.index == order)?;
-        let [ee, eh, he, hh] = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| order.jones[i][j]);
-        // The factor makes the power exceed 1 and cancels in the result.
-        let scaled = |z: Complex64| [z.re * 1e3, z.im * 1e3];
-        Some(mueller::<Double>([scaled(ee), scaled(-eh), scaled(-he), scaled(hh)]))
-    }
-
-    /// Mueller matrix of an order, divided by its first element, from the table for light from `wi`.
-    fn tabulated(table: &JonesTable, period_um: f64, nm: f64, wi: [f64; 3], order: i32) -> [f64; 16] {
-        let periods = 1e3 * period_um / nm;
-        let efficiencies = EfficiencyView::<Double> { layout: table.layout, words: &table.words };
-        let channels = efficiencies.channels(periods, -wi[1], -wi[0] * periods, true);
-        let pair = [0, order].map(|m| channels.of_order(f64::from(m), false));
-        assert!(pair.iter().all(|(_, propagates)| *propagates));
-        table.view::<Double>(&table.words).matrix(&channels, pair.map(|(channel, _)| channel), nm, -wi[1], true)
-    }
-
-    /// Root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell. Two thirds
-    /// of the nodes double it.
-    const RMS: f64 = 0.015;
-    /// Largest interpolation error of an element, for the same grating.
-    const LARGEST: f64 = 0.15;
-
-    #[test]
-    fn interpolated_matrices_match_the_solver() {
-        let aluminium = ComplexIndex { eta: 1.0, k: 6.5 };
-        let (period_um, nm) = (0.9, 517.0);
-        let profile = Profile::sinusoid(period_um, 0.2).unwrap();
-        for (index, medium) in [
-            (None, Medium::Perfect),
-            (Some(SpectralIndex::Constant(aluminium)), Medium::index(aluminium.eta, aluminium.k).unwrap()),
-        ] {
-            let table =
-                JonesTable::new(&profile, GratingBody::Reflector(index.as_ref()), 1.0, &Progress::none()).unwrap();
-            let (mut squares, mut largest, mut count) = (0.0, 0.0_f64, 0);
-            for (theta, phi) in [(0.1_f64, 0.4_f64), (0.5, 2.1), (0.8, -1.1), (1.1, 1.4), (1.3, 3.6), (0.6, 0.0)] {
-                let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
-                for order in -2..=2 {
-                    let Some(expected) = solved(&profile, &medium, nm, wi, order) else { continue };
-                    let found = tabulated(&table, period_um, nm, wi, order);
-                    for (found, expected) in found.iter().zip(expected) {
-                        squares += (found - expected).powi(2);
-                        largest = largest.max((found - expected).abs());
-                        count += 1;
-                    }
-                }
-            }
-            let rms = (squares / f64::from(count)).sqrt();
-            assert!(
-                count > 16 * 10 && rms < RMS && largest < LARGEST,
-                "{medium:?}: {rms:.1e}, {largest:.1e} of {count}"
-            );
-        }
-    }
-
-    #[test]
-    fn tables_stay_within_their_size_limit() {
-        // Periods in µm: that of the presets, one of a compact disc, and one of few orders. The last two have the most
-        // nodes.
-        for (period_um, has_most) in [(2.5, false), (1.6, true), (0.9, true)] {
-            let (_, cell_counts) = table_wavelengths(period_um, Some(40.0));
-            let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * orders)).sum();
-            let nodes = stored_nodes(&cell_counts, 1);
-            let bytes = PACKET_BYTES * packets * nodes * nodes;
-            assert!(bytes as f64 <= BYTES_MAX, "{period_um} µm: {nodes} nodes");
-            assert_eq!(nodes == NODES_MAX, has_most, "{period_um} µm: {nodes} nodes");
-        }
-    }
 
     #[test]
     fn zero_matrices_depolarise() {
-        let matrix = mueller::<Double>([[0.0; 2]; 4]);
+        let matrix = mueller::<Plain<f64>>([[0.0; 2]; 4]);
         assert_eq!(matrix[0], 1.0);
         assert!(matrix[1..].iter().all(|&element| element == 0.0));
     }

@@ -12,7 +12,7 @@ use crate::interpolation::Interpolation;
 use crate::linear::{Matrix, from_fn};
 use crate::nodes::{Nodes, distribute_nodes};
 use crate::profile::Shape;
-use crate::{Air, Error, Medium, Profile};
+use crate::{Air, Below, Error, Medium, Profile};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
@@ -178,6 +178,15 @@ impl Discretisation {
     pub fn air(&self, t: f64, b: f64) -> Result<Air<'_>, Error> {
         self.check_resolved("t", t)?;
         Air::new(self, t, finite("b", b)?)
+    }
+
+    /// A lossless dielectric below the relief at tm = κm·d/2π and Bloch phase `b` in turns.
+    ///
+    /// # Errors
+    /// tm not above 0 or above a third of the nodes, b not finite, or special functions that overflow.
+    pub fn below(&self, tm: f64, b: f64) -> Result<Below, Error> {
+        self.check_resolved("tm", tm)?;
+        Below::new(self, tm, finite("b", b)?)
     }
 
     /// The air above a dielectric of index `eta`, at tm = κm·d/2π of the medium, Bloch phase `b` in turns and a

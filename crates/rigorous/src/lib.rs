@@ -69,6 +69,7 @@
 //! - [`Air`]: layer potentials and plane waves above the relief at one (t, b), for any wavelength and lower medium.
 //! - [`Amplitudes`]: the Jones matrices between all orders at one wavelength, the result of [`Air::solve`].
 //! - [`solve_both_sides`]: all orders on both sides of a lossless dielectric, for light from either side.
+//! - [`Below`]: a dielectric below the relief at one (tm, b), for any wavelength.
 //! - [`Scattering`]: the Jones matrices between all orders on both sides, the result of [`Air::scatter`].
 //! - [`MetalTable`]: W of one metal at one wavelength, for all directions.
 //!
@@ -104,4 +105,4 @@ pub use medium::Medium;
 pub use metal::{KY_SQUARED_RANGE, MetalTable};
 pub use orders::{Estimate, Order, Orders, solve_orders, transverse_basis};
 pub use profile::Profile;
-pub use scattering::{Channel, Scattering, Side};
+pub use scattering::{Below, Channel, Scattering, Side};

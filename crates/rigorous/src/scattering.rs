@@ -13,7 +13,7 @@ use crate::flat_side::{multiply, passage};
 use crate::linear::{Matrix, from_fn, product};
 use crate::metal::response;
 use crate::waves::{Waves, away_from_cutoffs};
-use crate::{Error, Jones};
+use crate::{Discretisation, Error, Jones};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -77,9 +77,27 @@ pub struct Scattering {
     jones: Vec<Jones>,
 }
 
-/// The waves in the lower medium at the coarse nodes.
-struct Lower {
+/// A lossless dielectric below a profile at one (tm, b), for any wavelength: its response and its waves at the coarse
+/// nodes. It suits any index and wavelength with this `tm = κm·d/2π`.
+///
+/// ```
+/// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};
+///
+/// let profile = Profile::sinusoid(1.1, 0.1)?;
+/// let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 1 })?;
+/// // At this tm, light of either wavelength is totally reflected from below.
+/// let (tm, b, eta) = (1.5, 0.2, 1.5);
+/// let below = mesh.below(tm, b)?;
+/// for wavelength_nm in [450.0, 550.0] {
+///     let scattering = mesh.air_above(tm, b, eta, wavelength_nm)?.scatter_with(&below, eta, wavelength_nm)?;
+///     assert!(scattering.balance_error() < 1e-3);
+/// }
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
+pub struct Below {
     waves: Waves,
+    /// W times the speed, from field to flux.
+    response: Matrix,
     /// Incident wave of each order: node × order.
     incident: Matrix,
     /// Derivative of the incident waves along the normal, times the speed: node × order.
@@ -90,11 +108,16 @@ struct Lower {
     from_flux: Matrix,
 }
 
-impl Lower {
-    /// Computes the waves for tm = κm·d/2π and the Bloch phase b.
-    fn new(air: &Air<'_>, tm: f64, b: f64) -> Self {
-        let mesh = air.mesh();
+impl Below {
+    /// Computes response and waves for tm and the Bloch phase b, away from cut-offs.
+    ///
+    /// # Errors
+    /// Special functions that overflow.
+    pub(crate) fn new(mesh: &Discretisation, tm: f64, b: f64) -> Result<Self, Error> {
         let (period, nodes) = (mesh.profile().period_um(), &mesh.coarse);
+        let tm = away_from_cutoffs(tm, b);
+        let kappa_m_squared = (tm * TAU / period).powi(2);
+        let response = response(mesh, kappa_m_squared.into(), b)?;
         let waves = Waves::propagating(period, tm, b);
         let (alpha, beta) = (&waves.alpha, &waves.beta);
         let (n, count, step) = (nodes.len(), alpha.len(), nodes.step());
@@ -109,13 +132,14 @@ impl Lower {
         let green = |m: usize, i: usize| {
             Complex64::cis(-alpha[m] * nodes.x[i] + beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
         };
-        Self {
+        Ok(Self {
+            response,
             incident: from_fn(n, count, upwards),
             incident_flux: from_fn(n, count, |i, m| Complex64::I * upwards(i, m) * slope(i, m, 1.0)),
             from_field: from_fn(count, n, |m, i| -green(m, i) * slope(i, m, -1.0)),
             from_flux: from_fn(count, n, |m, i| Complex64::I * green(m, i)),
             waves,
-        }
+        })
     }
 }
 
@@ -129,28 +153,33 @@ impl Air<'_> {
     /// not finite.
     pub fn scatter(&self, eta: f64, wavelength_nm: f64) -> Result<Scattering, Error> {
         let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
-        let index = Complex64::from(positive("eta", eta)?);
-        let (mesh, b) = (self.mesh(), self.b());
-        let grating_wave_number = TAU / mesh.profile().period_um();
         // κm² = (n² − 1)k² + κ².
-        let kappa_m_squared = (eta * k) * (eta * k) - self.ky_squared(k);
-        let tm = away_from_cutoffs(kappa_m_squared.max(0.0).sqrt() / grating_wave_number, b);
-        let kappa_m_squared = (tm * grating_wave_number).powi(2);
-        let response = response(mesh, kappa_m_squared.into(), b)?;
-        let lower = Lower::new(self, tm, b);
-        let continuity = self.continuity(index, k);
+        let kappa_m_squared = (positive("eta", eta)? * k).powi(2) - self.ky_squared(k);
+        let tm = kappa_m_squared.max(0.0).sqrt() * self.mesh().profile().period_um() / TAU;
+        self.scatter_with(&Below::new(self.mesh(), tm, self.b())?, eta, wavelength_nm)
+    }
+
+    /// [`Air::scatter`] with the medium `below`, computed for the profile, tm and Bloch phase that belong to `eta` and
+    /// the wavelength.
+    ///
+    /// # Errors
+    /// An index or wavelength that is not finite and positive, and solutions that are not finite.
+    pub fn scatter_with(&self, below: &Below, eta: f64, wavelength_nm: f64) -> Result<Scattering, Error> {
+        let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
+        let continuity = self.continuity(Complex64::from(positive("eta", eta)?), k);
         // Flux that light from below adds to the response.
-        let added = &lower.incident_flux - &product(&response, &lower.incident);
+        let added = &below.incident_flux - &product(&below.response, &below.incident);
         let from_below = product(self.single(), &added);
         let right = continuity.weights.map(|weight| join_columns(self.incident(), &(&from_below * -weight)));
-        let fields = self.fields(&continuity, &response, right.each_ref())?;
-        let below = self.fluxes_below(&response, &fields, &added);
-        let fluxes = self.fluxes(&continuity, &fields, &below);
+        let fields = self.fields(&continuity, &below.response, right.each_ref())?;
+        let fluxes_below = self.fluxes_below(&below.response, &fields, &added);
+        let fluxes = self.fluxes(&continuity, &fields, &fluxes_below);
         let out_above = self.radiated(&fields, &fluxes);
-        let out_below = [0, 1].map(|i| product(&lower.from_field, &fields[i]) + product(&lower.from_flux, &below[i]));
-        let jones = weighted(self.waves(), &lower.waves, &continuity, [&out_above, &out_below]);
+        let out_below =
+            [0, 1].map(|i| product(&below.from_field, &fields[i]) + product(&below.from_flux, &fluxes_below[i]));
+        let jones = weighted(self.waves(), &below.waves, &continuity, [&out_above, &out_below]);
         let groove_cosine = Complex64::from(self.ky_squared(k)).sqrt() / k;
-        let (above, below) = (self.waves().clone(), lower.waves);
+        let (above, below) = (self.waves().clone(), below.waves.clone());
         Ok(Scattering { eta, wave_number: k, groove_cosine, above, below, jones })
     }
 
