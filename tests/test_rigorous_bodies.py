@@ -17,7 +17,8 @@ from mitsuba_scenes.chi_square import SphereDomain, bsdf_test
 RELIEF = {"preset": "sinusoidal", "period": 0.9, "height": 0.2, "theory": "rigorous", "eta": 1.5}
 GRATING = {**RELIEF, "coherence_length": 8.0}
 FILM = {**GRATING, "transmission": "film", "back_reflection": False}
-INTERFACE = {**GRATING, "transmission": "interface"}
+# A shorter period, whose tables are built in a third of the time.
+INTERFACE = {**GRATING, "period": 0.6, "height": 0.15, "transmission": "interface"}
 BODIES = {"film": FILM, "interface": INTERFACE}
 # Incidences on either side, and the probability that any of the χ² tests rejects a correct density.
 SIDES = [(0, 0, 1), (40, 60, 1), (25, 45, -1), (70, 160, -1)]
@@ -95,7 +96,7 @@ def test_plugin_and_command_agree(body):
 def test_orders_have_their_jones_matrices(body):
     """Matrices equal those of `sunbeam orders`, which solves Maxwell's equations for each direction."""
     bsdf = built("llvm_ad_spectral_polarized", **body)
-    words = [word for name, value in RELIEF.items() for word in (f"--{name}", value)]
+    words = [word for name in RELIEF for word in (f"--{name}", body[name])]
     wi, wo, expected = [], [], []
     for theta, phi in [(20, 15), (35, 80), (50, -40), (65, 130), (10, 250)]:
         light = ["--theta-i", theta, "--phi-i", phi, "--wavelength", WAVELENGTHS[1], "--json"]

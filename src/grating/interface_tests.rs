@@ -10,13 +10,13 @@ use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
-const PERIOD_UM: f64 = 0.9;
+const PERIOD_UM: f64 = 0.6;
 const ETA: f64 = 1.5;
 const COHERENCE_UM: f64 = 40.0;
 const SIDES: [Side; 2] = [Side::Above, Side::Below];
 
 fn profile() -> Profile {
-    Profile::sinusoid(PERIOD_UM, 0.15).unwrap()
+    Profile::sinusoid(PERIOD_UM, 0.12).unwrap()
 }
 
 fn tabulated(profile: &Profile) -> GratingSurface {
