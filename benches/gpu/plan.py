@@ -16,7 +16,7 @@ class Plan:
     dry: bool
     # Backend of Dr.Jit: `cuda` or `llvm`.
     backend: str
-    # Value of `--adapter` for the card's pictures.
+    # Value of the option `--adapter` of `sunbeam` for the card's pictures: `any`, which prefers a GPU, or `software`.
     adapter: str
     # Whether the card's pictures are drawn; otherwise they are in the folder.
     draws: bool

@@ -13,7 +13,8 @@ from mitsuba_scenes.tool import sunbeam
 from .parts import Check
 from .plan import Plan
 
-# Target time of a frame in ms, by method and (width, height). A slower frame does not fail.
+# Target time of a frame in ms, by method and (width, height): about a quarter of a frame at 60 Hz. A slower frame does
+# not fail.
 AIM_MS = {("table", (1920, 1080)): 4.0}
 
 

@@ -18,7 +18,8 @@ from .variants import use
 
 # Significance level of all tests of a run together. The test's method `run` corrects it for their number.
 SIGNIFICANCE = 0.01
-# Incident light in degrees: (angle with the normal, azimuth).
+# Incident light in degrees: (angle with the normal, azimuth). The azimuth lies off both axes of the relief, so that an
+# exchange of the axes would show.
 INCIDENCES = ((0, 70), (30, 70), (60, 70))
 # Rotation in degrees of the wrong density, the negative control.
 WRONG_TURN = 1.0

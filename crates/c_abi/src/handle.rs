@@ -36,8 +36,8 @@ struct FileDescription {
 }
 
 impl FileDescription {
-    /// Describes the file of a configuration; `None` for a preset. It reads the file, which the build of the surface
-    /// reads a second time.
+    /// Describes the file of a configuration; `None` for a preset. It reads the file; the build of the surface reads it
+    /// again.
     fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
         if config.filename.is_none() {
             return Ok(None);
