@@ -1,8 +1,8 @@
-"""Comparison of the checked variant's answers with those of its reference, on the same questions.
+"""Comparison of the BSDF in two variants of Mitsuba: the checked one, and its reference (variants.py).
 
-A question is one set of arguments of a BSDF's methods: two directions, wavelengths and random numbers (questions.py).
-The checked variant of Mitsuba is for the card, or for LLVM in a dry run; its reference is another one (variants.py).
-Both answer `eval`, `pdf`, `eval_pdf` and `sample`, the calls:
+The checked variant is for the card, or for LLVM in a dry run. Both variants answer the same questions by the calls
+`eval`, `pdf`, `eval_pdf` and `sample`. A question is one set of arguments: two directions, wavelengths and random
+numbers (questions.py). Errors are measured as follows:
 
 - Errors of values and densities are relative to the larger of the two numbers.
 - Errors of colours are relative to the largest channel, those of Mueller matrices to the first element.

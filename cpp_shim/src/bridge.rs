@@ -254,7 +254,7 @@ impl Surface {
     fn without_index(&self) -> Result<Box<Self>, PluginError> {
         let recipe = Recipe { includes_interface: false, ..self.recipe.clone() };
         guard(|| match &self.tables {
-            // Spectral tables never include the interface's factor.
+            // Spectral tables never include the interface's factor. Scalar theory has no Jones matrices.
             Tables::Spectral(tables) => Ok(Box::new(Self {
                 recipe,
                 tables: Tables::Spectral(tables.clone()),
@@ -352,6 +352,7 @@ impl Surface {
     }
 
     fn trace_evaluate(&self, part: Part, query: &ffi::TracedQuery, wo: &[u32; 3]) -> Result<[u32; 5], PluginError> {
+        // Colours keep their negative channels, about which only scalar variants of Mitsuba warn.
         traced(query.backend, |scope| self.answer(part, Gamut::Keep, self.traced_query(scope, query, *wo)))
     }
 
