@@ -16,7 +16,7 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(REPOSITORY))
 
 from docs.figures import headline, rgb_against_spectral, time_to_error  # noqa: E402
-from mitsuba_scenes import environment  # noqa: E402 (the line above makes it importable)
+from mitsuba_scenes import environment  # noqa: E402 (`sys.path` needs the repository first)
 from mitsuba_scenes.environment import SetupError  # noqa: E402
 from mitsuba_scenes.outputs import output_file  # noqa: E402
 
@@ -28,13 +28,13 @@ def main() -> int:
         "--cell-s",
         type=float,
         default=time_to_error.BUDGET_S,
-        help="seconds for each scene in each variant (%(default)s)",
+        help="seconds for each cell, a scene in a variant of Mitsuba; more reduce noise (%(default)s)",
     )
     parser.add_argument(
         "--picture-s",
         type=float,
         default=rgb_against_spectral.BUDGET_S,
-        help="seconds for a converged picture (%(default)s)",
+        help="seconds for each of two converged pictures, RGB and spectral; more reduce noise (%(default)s)",
     )
     default = str(REPOSITORY / "out" / "bench" / "mitsuba.json")
     parser.add_argument("--json", type=output_file(".json"), default=default, help="file for the figures (%(default)s)")

@@ -19,12 +19,15 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// Table data of a surface (`Surface::words`) as Dr.Jit arrays of `u32`, from which kernels gather.
+/// Table data of a surface as Dr.Jit arrays of words, from which kernels gather. A word is a `u32`: an integer, or the
+/// bits of a single-precision number.
 ///
 /// Surfaces with the same tables share one copy in all variants of a backend, because these have the same `Float`.
 template <typename Float> class Buffers {
 public:
-    /// Number of arrays of a surface: `Surface::words` describes them. Tables that a surface lacks are empty arrays.
+    /// Number of arrays of a surface: `Surface::words` in cpp_shim/src/bridge.rs describes them. Tables that a surface
+    /// lacks are empty arrays. The length of `TracedQuery::words` is the same number; the compiler compares both in
+    /// lobe.h.
     static constexpr size_t COUNT = 3;
 
     explicit Buffers(const Surface &surface) : m_arrays(shared_arrays(surface)) {}
@@ -54,7 +57,8 @@ private:
     using UInt32X = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
     using Arrays  = std::array<UInt32X, COUNT>;
 
-    /// Largest number of words that one gather reads. Dr.Jit requires arrays whose length is a multiple of this number.
+    /// Largest number of words that one gather reads (`gather` of jit.h). Dr.Jit requires arrays whose length is a
+    /// multiple of this number.
     static constexpr size_t PACKET_WORDS = 4;
 
     /// Arrays of the surface's tables. Reuses the arrays of a living surface with the same tables (`identity`), and

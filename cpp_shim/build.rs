@@ -158,8 +158,10 @@ struct Wheels {
 /// Finds the packages of the interpreter and checks their versions.
 fn find_wheels() -> Result<Wheels, String> {
     let python = find_python();
+    // A bare `python3` is no path to a file, so Cargo then runs this script in every build.
     println!("cargo:rerun-if-changed={}", python.display());
-    // Prints one line for each package: version, tab, folder. A package that is not installed has the version "none".
+    // Prints one line for each of PACKAGES: version, tab, folder. A missing package has the version "none" and no
+    // folder.
     let script = "import importlib.metadata as m, sys\n\
                   for name in sys.argv[1:]:\n\
                   \x20   try:\n\
@@ -177,7 +179,7 @@ fn find_wheels() -> Result<Wheels, String> {
     let stdout = String::from_utf8_lossy(&output.stdout);
     let found: Vec<(&str, &str)> = stdout.lines().filter_map(|line| line.split_once('\t')).collect();
     let [(mitsuba, mitsuba_folder), (drjit, drjit_folder), (nanobind, nanobind_folder)] = found[..] else {
-        return Err(format!("{} did not answer", python.display()));
+        return Err(format!("{} did not print the versions of its packages", python.display()));
     };
     let mismatch = |name: &str, wanted: &str, installed: &str| {
         format!(
@@ -203,7 +205,8 @@ fn find_wheels() -> Result<Wheels, String> {
     Ok(Wheels { release, mitsuba: mitsuba_folder.into(), drjit: drjit_folder.into(), nanobind: nanobind_folder.into() })
 }
 
-/// The interpreter that has the packages: `SUNBEAM_PYTHON`, the checkout's `.venv`, or `python3`.
+/// The interpreter in which the packages are looked up: that of `SUNBEAM_PYTHON`, of the checkout's `.venv`, or
+/// `python3` of the PATH.
 fn find_python() -> PathBuf {
     if let Some(python) = env::var_os("SUNBEAM_PYTHON") {
         return python.into();

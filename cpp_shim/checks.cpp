@@ -27,6 +27,7 @@
 #if SUNBEAM_AVX2 ? !defined(__AVX2__) || !defined(__FMA__) : defined(__AVX2__) || defined(__FMA__)
 #error "compile with the -march of the wheel of Mitsuba"
 #endif
+
 namespace dr = drjit;
 // Layouts of small arrays as SIMD registers: three elements take the space of four.
 static_assert(sizeof(dr::Array<float, 3>) == 16 && alignof(dr::Array<float, 3>) == 16);
@@ -98,7 +99,8 @@ void probe_calling_convention() {
         float v = (coeff.x() * nm + coeff.y()) * nm + coeff.z();
         return .5f * v / std::sqrt(1.f + v * v) + .5f;
     };
-    // A blue reflects most at short wavelengths and least at long ones. Comparisons with NaN are false, so NaN fails.
+    // A blue reflects most at short wavelengths and least at long ones. The bounds are loose, because a wrong calling
+    // convention gives arbitrary numbers. Comparisons with NaN are false, so NaN fails.
     const float blue = reflectance(450.f), green = reflectance(540.f), red = reflectance(640.f);
     const bool plausible = blue > .4f && blue <= 1.f && green > .1f && green < blue && red >= 0.f && red < green;
     if (!plausible)

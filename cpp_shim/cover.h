@@ -1,4 +1,5 @@
-// A flat clear layer over the relief; twin of src/scattering/cover.rs, with polarisation.
+// A flat clear layer over the relief, such as a lacquer. src/scattering/cover.rs is the same in Rust, without
+// polarisation.
 #pragma once
 
 #include <utility>
@@ -61,7 +62,8 @@ public:
         return .5f * (s + p);
     }
 
-    /// Fresnel transmittance of unpolarised light that enters from `wi` and leaves towards `wo`, both outside.
+    /// Fresnel transmittance of light that enters from `wi` and leaves towards `wo`, both outside: the product of the
+    /// means over s and p on each way, as for light that the relief depolarises.
     Float transmittance(const Vector3f &wi, const Vector3f &wo) const {
         if (!exists())
             return Float(1.f);
@@ -109,7 +111,8 @@ public:
     }
 
 private:
-    /// Smallest squared length of the tangential part of a direction that has an s axis.
+    /// Smallest squared length of the tangential part of a direction that has an s axis. Shorter parts are rounding of
+    /// the normal.
     static constexpr float TANGENT_SQUARED_MIN = 1e-20f;
     /// Smallest argument of a square root, because the root has no derivative at zero.
     static constexpr float ROOT_MIN = 1e-12f;

@@ -70,10 +70,11 @@ public:
             put("depth", m_numbers[2]);
     }
 
-    /// Replaces the optics after Mitsuba has written textures or numbers. `keys` are the names of those that changed.
+    /// Replaces the optics after Mitsuba has written textures or numbers. `keys` are the names of those that changed;
+    /// if there are none, `eta` and `k` count as unchanged.
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
-        // Tables in colours may include the factor of the index that the instance was made with.
+        // Colour tables (RGB and mono variants) may include the interface's factor (optics.h) of the first index.
         if (has_changed("eta") || has_changed("k"))
             set_optics(m_optics->without_index());
         // Numbers determine the tables, which are built anew.

@@ -16,7 +16,8 @@ namespace dr = drjit;
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
 /// towards the viewer. Both lie above the surface.
 ///
-/// Small-slope symbols and formulas follow src/scattering/small_slope.rs, which states the amplitudes B and their sum
+/// Small-slope symbols and formulas follow the Rust core, src/scattering/small_slope.rs, which states the amplitudes B;
+/// tests/test_twins.py compares both for unpolarised light. The power is
 /// Q = 2 q q0 / w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²). A suffix 0 marks quantities of `from`.
 ///
 /// | symbol | meaning |
@@ -165,7 +166,7 @@ private:
         return .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
     }
 
-    /// Q for unpolarised light; twin of `small_slope` in src/scattering/small_slope.rs, which the core evaluates.
+    /// Q for unpolarised light, equal to `small_slope` in src/scattering/small_slope.rs.
     UnpolarizedSpectrum small_slope_power(const Vector3f &from, const Vector3f &to) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
         const Float q_squared = q * q, q0_squared = q0 * q0;
@@ -199,7 +200,7 @@ private:
         return dr::squared_norm(m_epsilon - 1.f) * (kept + crossed) * (2.f * product / (w * w));
     }
 
-    /// Mueller matrix of the small-slope amplitudes; twin of `small_slope_amplitudes` in src/scattering/small_slope.rs.
+    /// Mueller matrix of the amplitudes that `small_slope_amplitudes` in src/scattering/small_slope.rs computes.
     /// The first axes of its frames of reference are the s axes: z × `azimuth.in` for the incident light and
     /// z × `azimuth.out` for the outgoing light. Instantiated only in polarised variants.
     Spectrum small_slope_matrix(const Vector3f &from, const Vector3f &to, const Azimuth &azimuth) const {

@@ -1,3 +1,4 @@
+// Implementation of the helpers for the tests of tracing. Exceptions must not reach Rust, so each is caught here.
 #include "jit_tests.h"
 
 #include <exception>

@@ -18,8 +18,8 @@ namespace sunbeam {
 /// - Directions are unit vectors in the relief's frame (z is the normal, x the relief's x) and point away from the
 ///   surface.
 /// - Wavelengths are in nm in spectral variants, and empty in RGB and mono variants.
-/// - The size is that of pattern and heights at the queried place, relative to the relief. Surfaces without textures of
-///   sizes ignore it.
+/// - The size is that of pattern and heights at a point of the surface, relative to the relief for which the tables
+///   were built. Surfaces without textures of sizes ignore it.
 /// - Values are the BSDF in 1/sr times |cosθo|.
 /// - Values leave out the interface's factor (interface.h) in spectral variants. In RGB and mono variants they include
 ///   it if the surface was built with a known index. Rigorous surfaces always include the material's reflectance.
@@ -32,8 +32,10 @@ public:
     using Vector3f            = mitsuba::Vector<Float, 3>;
     using Point2f             = mitsuba::Point<Float, 2>;
     using Mask                = dr::mask_t<Float>;
-    /// Whether calls are recorded by Dr.Jit, and whether the variant carries wavelengths.
-    static constexpr bool Traces = dr::is_jit_v<Float>, IsSpectral = mitsuba::is_spectral_v<Spectrum>;
+    /// Whether Dr.Jit records calls into a kernel.
+    static constexpr bool Traces = dr::is_jit_v<Float>;
+    /// Whether the variant's rays carry wavelengths.
+    static constexpr bool IsSpectral = mitsuba::is_spectral_v<Spectrum>;
 
     /// Relative size of the pattern and of its heights, in (0, 1].
     struct Size {
@@ -232,7 +234,7 @@ private:
                         is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * dr::abs(centre[c]));
                     const auto is_moved = (i >> 1) == c;
                     moved[c] += dr::select(is_moved, sign * step, 0.f);
-                    // Distance of the two positions as rounded to single precision, not 2 · step.
+                    // Distance of the two positions after rounding to single precision, which differs from 2 · step.
                     distance = dr::select(is_moved, (centre[c] + step) - (centre[c] - step), distance);
                 }
                 const Vector3f wi(moved[0], moved[1], moved[2]), wo(moved[3], moved[4], moved[5]);

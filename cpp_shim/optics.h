@@ -33,8 +33,9 @@ using namespace mitsuba;
 /// Objects are never modified after construction: a change makes a copy. So one thread can trace an object while
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
-/// The lobe (lobe.h) has the value of the bare relief. This class adds the rotation, the interface's factor, the cover,
-/// the pigment, and the choice among these components in `sample`. A body that transmits is handled by `Transmission`.
+/// The lobe (lobe.h) has the value of the bare relief. This class adds the rotation, the interface's factor (Fresnel or
+/// small slope, interface.h), the cover (a clear layer, cover.h), the diffuse pigment below the surface, and the choice
+/// among these components in `sample`. `Transmission` handles a body that transmits.
 ///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
@@ -69,7 +70,7 @@ public:
         return optics;
     }
 
-    /// A copy for changed `eta` and `k`: the interface's factor follows these textures for each query. Its tables
+    /// A copy for changed `eta` and `k`: the interface's factor follows these textures in each call. Its tables
     /// include no factor. Throws for the rigorous theory, whose tables always include the material.
     Optics without_index() const {
         Optics optics(*this);
@@ -278,8 +279,8 @@ private:
         local.prob_cover = lobes.cover ? 1.f : 0.f;
         if (lobes.cover && (lobes.diffraction || lobes.diffuse)) {
             const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
-            // The bound of 0.2 limits the weights of the other components' samples to about five times those without a
-            // mirror.
+            // A smaller lower bound would give the mirror more samples on dark surfaces; 0.2 limits the weights of the
+            // other components' samples to about five times those without a mirror.
             const Float passed = dr::detach(dr::mean(local.reflectance(cos_theta_i) + local.diffuse));
             local.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
         }
@@ -449,7 +450,8 @@ private:
         uint64_t code          = surface.identity();
         for (bool choice : { m_cover_reflection, m_interface_included, m_perfect, surface.is_small_slope(),
                              bool(m_textures.diffuse_reflectance), has_scale_texture(), has_depth_texture(),
-                             m_textures.eta_ends.are_clipped(), m_textures.k_ends.are_clipped() })
+                             m_textures.eta_ends.are_clipped(), m_textures.k_ends.are_clipped(),
+                             m_transmission && m_transmission->reflects_at_back() })
             code = 2 * code + choice;
         return code;
     }

@@ -32,7 +32,8 @@ constexpr const char *NUMBERS[] = { "period",     "height",           "region_si
 constexpr const char *SIZES[]    = { "scale", "depth" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
-// All parameters of the plugin, for messages. Those up to build_limit go to Rust.
+// All parameters of the plugin, for messages. Those up to build_limit go to Rust. tests/test_docs.py compares the list
+// with docs/plugin.md.
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
     "tiling, scale, depth, theory, coherence_length, model, obliquity, conserve_energy, shadowing, cover_eta, "
@@ -319,6 +320,9 @@ void check_optics(const Properties &props) {
     check_range(props, "eta", 0, infinity, "a finite number of at least 0");
     check_range(props, "k", 0, infinity, "a finite number of at least 0");
     check_range(props, "specular_reflectance", 0, 1, "in [0, 1]");
+    // Without transmission the parameter stays unread, so `refuse_unknown` refuses it.
+    if (props.get<std::string>("transmission", "none") != "none")
+        check_range(props, "specular_transmittance", 0, 1, "in [0, 1]");
     check_range(props, "diffuse_reflectance", 0, 1, "in [0, 1]");
     if (props.has_property("cover_reflection") && !props.has_property("cover_eta"))
         Throw("parameter \"cover_reflection\" contradicts the absence of \"cover_eta\": it is about a cover");

@@ -61,7 +61,8 @@ void check_range_of(const std::string &source, const WavelengthRange &range);
 /// least one value.
 mitsuba::Properties::Spectrum continued(std::vector<double> nm, std::vector<double> values);
 
-/// Refuses values of `eta`, `k`, the reflectances and `rotation` that are out of range. Textures are not checked.
+/// Refuses values of `eta`, `k`, the reflectances, `specular_transmittance` and `rotation` that are out of range, and
+/// `cover_reflection` without a cover. Textures are not checked.
 void check_optics(const mitsuba::Properties &props);
 
 /// Refuses parameters that nothing has read: misspelt names and unexpected nested objects. Call it last.

@@ -7,7 +7,7 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// Sine and cosine of the relief's rotation, counter-clockwise from the tangent.
+/// Sine and cosine of the relief's rotation, counter-clockwise from the tangent dp/du, seen from the normal's side.
 template <typename Float> struct Rotation {
     using Vector3f = mitsuba::Vector<Float, 3>;
 

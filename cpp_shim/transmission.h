@@ -44,6 +44,9 @@ public:
         return components;
     }
 
+    /// Whether the mirror reflection by a film's flat side is a component.
+    bool reflects_at_back() const { return m_back_reflection; }
+
     /// A direction, and its value times |cosθo| over its density. `sample1` chooses the component, then serves as the
     /// first of three variates in the lobe, which chooses the side. The mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
@@ -69,9 +72,10 @@ public:
         bs.wo                     = dr::detach(wo);
         const Float cos_theta_o   = Frame3f::cos_theta(bs.wo);
         const Mask is_transmitted = cos_theta_i * cos_theta_o < 0.f;
-        const Float relative      = dr::select(cos_theta_i > 0.f, Float(m_eta), Float(1.f / m_eta));
-        bs.eta                    = m_is_film ? Float(1.f) : dr::select(is_transmitted, relative, Float(1.f));
-        bs.sampled_component      = dr::select(is_transmitted, UInt32(TRANSMISSION), UInt32(REFLECTION));
+        // Index of the medium behind the surface over that in front, seen along the path.
+        const Float relative = dr::select(cos_theta_i > 0.f, Float(m_eta), Float(1.f / m_eta));
+        bs.eta               = m_is_film ? Float(1.f) : dr::select(is_transmitted, relative, Float(1.f));
+        bs.sampled_component = dr::select(is_transmitted, UInt32(TRANSMISSION), UInt32(REFLECTION));
         bs.sampled_type =
             dr::select(is_transmitted, UInt32(+BSDFFlags::GlossyTransmission), UInt32(+BSDFFlags::GlossyReflection));
         const auto [value, pdf] =
@@ -324,7 +328,7 @@ private:
         }
     }
 
-    /// Smallest tangential length that has an azimuth.
+    /// Smallest length of a direction's tangential part that has an azimuth. Shorter parts are rounding of the normal.
     static constexpr float TANGENT_MIN = 1e-5f;
 
     float m_eta;

@@ -122,7 +122,7 @@ def answered(count=4096):
 
 
 def judged(ours, theirs):
-    comparable = agreement.in_kind(agreement.Pair("cuda_ad_spectral", "llvm_ad_spectral"))
+    comparable = agreement.comparison_for(agreement.Pair("cuda_ad_spectral", "llvm_ad_spectral"))
     return agreement.judged(agreement.errors_of(ours, theirs, theirs, comparable))
 
 

@@ -302,6 +302,7 @@ def test_matrices_of_a_flat_film_are_those_of_thindielectric():
         ({"transmission": "film", "material": "Al"}, '"material" contradicts'),
         ({"transmission": "film", "eta": 1.5, "diffuse_reflectance": 0.2}, '"diffuse_reflectance" contradicts'),
         ({"transmission": "film", "eta": 1.5, "cover_eta": 1.4}, '"cover_eta" contradicts'),
+        ({"transmission": "film", "eta": 1.5, "specular_transmittance": 1.5}, '"specular_transmittance" is'),
         ({"transmission": "film", "eta": {"type": "checkerboard"}}, "one number"),
         ({"transmission": "film", "eta": 1.5, "int_ior": 1.5}, '"int_ior" contradicts "eta"'),
         ({"transmission": "interface", "eta": 1.5, "back_reflection": True}, '"back_reflection" contradicts'),

@@ -4,10 +4,12 @@ A run has parts (parts.py), and a part has checks. Each part runs in its own pro
 so a crash or a hang affects no other part. Without a card the same code makes a dry run (plan.py): Mitsuba's
 `llvm_ad_*` in place of `cuda_ad_*`, wgpu's software adapter in place of the card's, and small sizes.
 
-Words: a *kind* is the end of a variant's name, such as `rgb` or `spectral_polarized`. A *question* is a pair of
-directions with wavelengths and random numbers, for which a BSDF is called (questions.py). A *surface* is a set of BSDF
-parameters with a name (surfaces.py). A *negative control* is a check with a deliberate error, which it must detect.
+Terms: a *kind* is the end of a variant's name, such as `rgb` or `spectral_polarized`. The *checked variant* is a
+variant for the card, or for LLVM in a dry run. A *question* is one set of arguments of a BSDF's methods: a pair of
+directions, wavelengths and random numbers (questions.py). A *surface* is a set of BSDF parameters with a name
+(surfaces.py). A *negative control* is a check with a deliberate error, which it must detect.
 
-A run needs NumPy, Mitsuba with the plugin, and the command `sunbeam`. `SUNBEAM_MITSUBA`, `SUNBEAM` and `SUNBEAM_DATA`
-name the plugin's folder, the command and the folder of measured data; by default they are those of the checkout.
+A run needs NumPy, Mitsuba with the plugin, and the command line tool `sunbeam`. `SUNBEAM_MITSUBA`, `SUNBEAM` and
+`SUNBEAM_DATA` name the plugin's folder, the tool and the folder of measured data. The defaults are in or beside the
+checkout.
 """

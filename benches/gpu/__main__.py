@@ -1,6 +1,7 @@
 """The command line: `python -m benches.gpu [PART ...]`.
 
-The process of the command supervises; with the hidden option `--rows` it is the process of one part.
+The command starts a process for each part (parts.py): the same command with the hidden option `--rows`, which runs the
+part and writes its results.
 """
 
 from __future__ import annotations
@@ -12,26 +13,28 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from mitsuba_scenes.crosscheck import cases
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 from . import checks, machine, supervisor
 from .parts import PARTS
 from .plan import CARD, DRY_RUN
 from .supervisor import Run
+from .surfaces import write_synthetic_scan
 
-# Results of a run with a card, which docs/figures reads.
+# File for the results of a run with a card. The generators of the documentation (docs/figures) read it.
 RESULTS = REPOSITORY / "docs" / "data" / "gpu.json"
-# Results of a dry run.
+# File for the results of a dry run.
 DRY_RESULTS = REPOSITORY / "out" / "bench" / "gpu-dry-run.json"
-# Folder of the card's pictures.
+# Folder for pictures that the card draws.
 PICTURES = REPOSITORY / "out" / "bench" / "gpu"
-# Time limit of a whole run in seconds: more than the sum of the expected times, which `--list` prints. Two runs at the
-# limit take about a quarter of an hour.
+# Time limit of a whole run in seconds, above the sum of the expected times that `--list` prints. A larger limit lets a
+# slower machine finish; a smaller one bounds the time for which a rented machine is needed.
 TIME_S = 480.0
 
 
-def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
-    """The parser and the parsed options."""
+def parse(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
+    """The parser and the options that it reads from the arguments `words`, by default those of the process."""
     parser = argparse.ArgumentParser(
         prog="python -m benches.gpu",
         description="Checks and timings of a machine with an NVIDIA card; a dry run where there is none.",
@@ -45,10 +48,14 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
     add(
         "--compare",
         action="store_true",
-        help="compare pictures that a card has drawn on another machine with the software adapter",
+        help="compare the pictures in --pictures, drawn by a card on another machine, with the software adapter's",
     )
     add("--list", action="store_true", help="print the parts with their time limits")
-    add("--json", type=Path, help=f"file for the results (docs/data/{RESULTS.name}, or out/bench/{DRY_RESULTS.name})")
+    add(
+        "--json",
+        type=Path,
+        help=f"file for the results (docs/data/{RESULTS.name}; dry run: out/bench/{DRY_RESULTS.name})",
+    )
     add("--pictures", type=Path, default=PICTURES, help="folder for the card's pictures")
     add("--seconds", type=float, default=TIME_S, help="time limit of the whole run in s (%(default).0f)")
     # File for the results of one part. The supervisor passes the option to the part's process.
@@ -58,12 +65,12 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
 
 def main(words: list[str] | None = None) -> int:
     """Runs the command; returns its exit status, which `--help` describes."""
-    parser, options = arguments(words)
+    parser, options = parse(words)
     for name in options.parts:
         if name not in PARTS:
             parser.error(f"unknown part {name!r}; available: {', '.join(PARTS)}")
     if options.compare and (options.dry_run or options.parts not in ([], ["pictures"])):
-        parser.error("--compare runs the part pictures alone, and is no dry run")
+        parser.error("--compare runs the part pictures alone, without --dry-run")
     if options.list:
         print("\n".join(listed()))
         return 0
@@ -77,7 +84,7 @@ def main(words: list[str] | None = None) -> int:
 
 
 def listed() -> list[str]:
-    """A line for each part, and one for their sum."""
+    """The text of `--list`: a line for each part, and one for their sum."""
     lines = [
         f"{name:16} {part.estimate_s:4} s expected, {part.limit_s:4} s at most  {part.title}"
         for name, part in PARTS.items()
@@ -87,7 +94,10 @@ def listed() -> list[str]:
 
 
 def run_child(options: argparse.Namespace) -> int:
-    """Runs the only part of `options.parts` in this process; returns the exit status."""
+    """Runs the only part of `options.parts` in this process and appends its results to the file `options.rows`.
+
+    Returns the exit status.
+    """
     plan = DRY_RUN if options.dry_run else replace(CARD, draws=not options.compare)
     name = options.parts[0]
     return 0 if checks.run(PARTS[name].checks(plan, options.pictures), options.rows) else checks.FAILED
@@ -118,11 +128,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def provide_scan(folder: Path) -> None:
-    """Writes a synthetic scan if the measured one is missing, and sets `SUNBEAM_DATA` to its folder."""
-    from mitsuba_scenes.crosscheck import cases
+    """Writes a synthetic scan below `folder` if the measured one is missing.
 
-    from .surfaces import write_synthetic_scan
-
+    Sets `SUNBEAM_DATA` to the folder of its data. The processes of the parts inherit the variable.
+    """
     if cases.SCAN.exists():
         return
     print(f"no scan at {cases.SCAN} (SUNBEAM_DATA names the data): a synthetic one stands in for it", flush=True)

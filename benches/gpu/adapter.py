@@ -19,10 +19,14 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def described(plan: Plan) -> dict:
-    """Figures of `sunbeam adapter`, which fails if a shader does not compile or a lost device still answers."""
+    """Runs `sunbeam adapter`, which fails if a shader does not compile or work on a lost device returns a result.
+
+    Returns `adapter` (its name), `backend` (graphics interface), `driver`, `software` (a software adapter), `clock`
+    (source of GPU times), `lost_device` (error message of a lost device), and `shader_ms`, compilation times in ms.
+    """
     found = json.loads(sunbeam("adapter", "--adapter", plan.adapter))
     return {
-        # A run with a card must not measure the software adapter. `lost_device` is the error message of a lost device.
+        # A run with a card must not measure the software adapter.
         "passed": found["software"] == plan.dry and bool(found["lost_device"]),
         **{name: found[name] for name in ("adapter", "backend", "driver", "software", "clock", "lost_device")},
         "shader_ms": {shader["name"]: shader["ms"] for shader in found["shaders"]},

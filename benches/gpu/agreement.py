@@ -1,9 +1,11 @@
-"""Comparison of the checked variant's answers with those of its reference, on the same questions.
+"""Comparison of the BSDF in two variants of Mitsuba: the checked one, and its reference (variants.py).
 
-The reference is another variant of Mitsuba (variants.py). Both answer `eval`, `pdf`, `eval_pdf` and `sample`:
+The checked variant is for the card, or for LLVM in a dry run. Both variants answer the same questions by the calls
+`eval`, `pdf`, `eval_pdf` and `sample`. A question is one set of arguments: two directions, wavelengths and random
+numbers (questions.py). Errors are measured as follows:
 
 - Errors of values and densities are relative to the larger of the two numbers.
-- Errors of colours are relative to the largest channel, those of Mueller matrices to the first element (`in_kind`).
+- Errors of colours are relative to the largest channel, those of Mueller matrices to the first element.
 - The error of a sampled direction is the largest error of its components.
 - The weight of a sample is compared by the product of weight and density, which is the BSDF's value. The reference's
   value is evaluated in the checked variant's direction: rounding moves the sampled direction, and weight and density
@@ -29,12 +31,13 @@ from .questions import Answers, Questions, ask, drawn
 from .surfaces import surface
 from .variants import is_scalar, reference, use
 
-# Seed of the random questions.
+# Seed of the random questions; arbitrary.
 SEED = 11
 # Number of questions in a chunk. The Mueller matrices of a million questions at once would fill the host's memory.
 CHUNK = 1 << 18
 # Fraction of outgoing directions that are uniform over the hemisphere. The others are sampled by the reference, so they
-# lie in diffraction orders, where values are large. Most of the uniform ones lie between orders.
+# lie in diffraction orders, where values are large. Most of the uniform ones lie between orders. A larger fraction
+# would test values between orders better, a smaller one those in orders.
 UNIFORM = 0.2
 # Smallest scale of a value's error, as a fraction of the density. Where an order's power passes through zero, the value
 # keeps an absolute error in single precision, which tests/test_twins.py derives.
@@ -61,15 +64,15 @@ Comparable = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np
 
 
 def checks(plan: Plan, folder: Path, kind: str) -> Iterator[Check]:
-    """One check per surface, for one kind of variant."""
+    """One check per surface, for one kind of variant: the end of its name, such as `rgb`."""
     for name in plan.surfaces:
         yield f"{plan.variant(kind)}, {name}", partial(agree, plan, kind, surface(name))
 
 
 def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None) -> dict:
-    """The figures of `judged` for a surface with these parameters, in the checked variant of a kind.
+    """The statistics of `judged` for a surface with these parameters, in the checked variant of a kind.
 
-    `perturbed` are wrong parameters of the checked variant, with which tests show that this check detects errors.
+    `perturbed` are wrong parameters of the checked variant. Tests give them to show that this check detects errors.
     """
     variants = Pair(plan.variant(kind), reference(plan, kind))
     use(variants.reference)
@@ -103,6 +106,7 @@ def chunk_errors(
     """The errors (n,) of a chunk of questions by call. Most outgoing directions are replaced by sampled ones."""
     use(variants.reference)
     sampled = ask(reference_bsdf, asked)
+    # A sample of density 0 failed and has no direction.
     keeps_wo = (sampled.sampled_pdf == 0) | (rng.random(asked.count) < UNIFORM)
     wo = np.where(keeps_wo, asked.wo, sampled.sampled_wo).astype(np.float32)
     asked = replace(asked, wo=wo)
@@ -112,7 +116,7 @@ def chunk_errors(
     asked_at_sample = replace(asked, wo=answered.sampled_wo.astype(np.float32))
     use(variants.reference)
     at_sample = ask(reference_bsdf, asked_at_sample)
-    return errors_of(answered, expected, at_sample, in_kind(variants))
+    return errors_of(answered, expected, at_sample, comparison_for(variants))
 
 
 def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparable: Comparable) -> dict:
@@ -138,7 +142,7 @@ def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparab
     }
 
 
-def in_kind(variants: Pair) -> Comparable:
+def comparison_for(variants: Pair) -> Comparable:
     """The function that makes values of these two variants comparable."""
     if variants.reference.endswith("_polarized"):
         return mueller_matrices
@@ -205,7 +209,12 @@ def relative_density(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
 
 
 def judged(errors: dict[str, np.ndarray]) -> dict:
-    """The quantiles of each call's errors and the fraction above RELATIVE, `stray` directions, and `passed`."""
+    """Statistics of the errors that `errors_of` returns.
+
+    Each call has the `median`, the 99.9 % quantile `p999`, the `max`, and the fraction `exceeding` RELATIVE. `stray` is
+    the fraction of sampled directions with an error above DIRECTION, and `passed` the verdict.
+    """
+    # Dark answers would agree with any other dark answers, so most questions must have light.
     figures: dict = {"passed": bool(np.mean(errors["light"] > 0) > 0.5)}
     for name in ("eval", "pdf", "eval_pdf", "sample"):
         exceeding = float(np.mean(errors[name] > RELATIVE))

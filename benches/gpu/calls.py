@@ -1,6 +1,7 @@
 """Times a call of the BSDFs in ns per query, compared with `roughconductor`, on large wavefronts of random queries.
 
-A wavefront is an array of queries that one kernel answers. docs/figures/bsdf_calls.py has the materials and the timing.
+A query is one set of arguments of a call: directions, wavelengths and random numbers. A wavefront is an array of
+queries that one kernel answers. docs/figures/bsdf_calls.py has the materials and the timing.
 """
 
 from __future__ import annotations
@@ -21,14 +22,17 @@ from .variants import use
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One timing per kind of variant and call."""
+    """One timing per kind of variant, such as `rgb`, and call, such as `eval`."""
     for kind in plan.kinds:
         for call in plan.calls:
             yield f"{plan.variant(kind)}, {call}", partial(timed, plan, kind, call)
 
 
 def timed(plan: Plan, kind: str, call: str) -> dict:
-    """Nanoseconds per query of a call by material, and their ratios to REFERENCE, which is `roughconductor`."""
+    """Nanoseconds `ns` per query of a call by material, and their `ratio` to REFERENCE, which is `roughconductor`.
+
+    `elements` is the number of queries in the wavefront.
+    """
     use(plan.variant(kind))
     parameters = bsdf_calls.bsdfs()
     bsdfs = {name: mi.load_dict(parameters[name]) for name in plan.materials}

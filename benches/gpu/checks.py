@@ -10,14 +10,16 @@ from pathlib import Path
 
 from .parts import Check
 
-# Exit status of a part's process with a failed check; 1 and 2 are Python's own errors.
+# Exit status of a part's process with a failed check. Python itself exits with 1 after an exception, and with 2 after a
+# wrong argument.
 FAILED = 3
 
 
 def run(checks: Iterable[Check], results: Path) -> bool:
-    """Runs all checks; returns whether none failed. An exception fails its check, and the next check runs.
+    """Runs all checks, and appends a line of JSON for each to the file `results`; returns whether none failed.
 
-    A check whose figures have no `passed` only measures, and cannot fail otherwise.
+    A check fails if it returns a false `passed`, or by an exception; the next check runs in both cases. A check without
+    `passed` only measures, so it fails by an exception alone.
     """
     passed = True
     with results.open("a", encoding="utf-8") as lines:
@@ -54,6 +56,7 @@ def without_nan(value):
 
 def summary(row: dict) -> str:
     """The result of a check as one line of text."""
+    # A measurement without `passed` has no mark.
     mark = {True: "ok    ", False: "FAILED", None: "      "}[row.get("passed")]
     figures = ", ".join(flattened({k: v for k, v in row.items() if k not in ("check", "passed", "seconds")}))
     return f"{mark} {row['check']} ({row['seconds']:.1f} s): {figures}"

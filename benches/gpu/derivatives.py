@@ -28,10 +28,11 @@ SURFACE = {
     "specular_reflectance": 0.8,
     "rotation": 10.0,
 }
-# Directions on the slope of the first order, which is 5 degrees wide: every parameter has an effect there.
+# Unit vectors away from the surface, by the angle with the normal and the azimuth in degrees. OUTGOING is on the slope
+# of the first order, which is 5 degrees wide: every parameter has an effect there.
 INCIDENT, OUTGOING = direction(40, 20), direction(20, 200)
-# Wavelengths of the four channels in nm.
-WAVELENGTHS = [430, 520, 580, 650]
+# Wavelengths of the four spectral channels; arbitrary values, spread over the visible range.
+WAVELENGTHS_NM = [430, 520, 580, 650]
 # Half the step of the central difference for parameters without unit, all but the rotation. Larger steps add error by
 # curvature, smaller ones by rounding.
 STEP = 1e-2
@@ -43,14 +44,14 @@ RELATIVE = 1e-2
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One check per kind of variant and parameter."""
+    """One check per kind of variant, such as `rgb`, and parameter."""
     for kind in plan.kinds:
         for parameter in plan.derivatives:
             yield f"{plan.variant(kind)}, by {parameter}", partial(compared, plan.variant(kind), parameter)
 
 
 def compared(variant: str, parameter: str) -> dict:
-    """The derivative by a parameter of the value, summed over channels.
+    """Compares derivatives of the BSDF's value, summed over channels, by one parameter.
 
     Returns the central difference as `difference`, and the derivatives by Dr.Jit's modes as `backwards` and `forwards`.
     """
@@ -62,9 +63,10 @@ def compared(variant: str, parameter: str) -> dict:
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.wi = mi.Vector3f(INCIDENT)
     if mi.is_spectral:
-        si.wavelengths = WAVELENGTHS
+        si.wavelengths = WAVELENGTHS_NM
 
     def summed_value(parameter_value):
+        """The sum over channels of the BSDF's value after the parameter is set."""
         parameters[key] = parameter_value
         parameters.update()
         return dr.sum(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(OUTGOING)))

@@ -21,15 +21,19 @@ from .variants import use
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One check per kind of variant. A crash ends the process; the supervisor reports it and keeps earlier results."""
+    """One check per kind of variant, such as `rgb`.
+
+    The part has a process of its own: a crash in Dr.Jit ends it, and the other parts still run.
+    """
     for kind in plan.kinds:
         yield plan.variant(kind), partial(rendered, plan.variant(kind))
 
 
 def rendered(variant: str) -> dict:
-    """The largest fraction of pixels that differ between a frozen and a plain render of one coherence length.
+    """Compares frozen with plain renders at each of LENGTHS, the coherence lengths in µm.
 
-    `between lengths` is that fraction for renders of two lengths, `recordings` how often Dr.Jit recorded the function.
+    `differing` is the largest fraction of pixels that differ between both. `between lengths` is the fraction that
+    differs between the first two lengths. `recordings` is how often Dr.Jit recorded the function.
     """
     use(variant)
     scene = ball({"type": "diffraction", **CHANGED})
@@ -45,7 +49,7 @@ def rendered(variant: str) -> dict:
         parameters.update()
         pictures.append(np.array(frozen(scene, mi.UInt32(0)), dtype=float)[..., :3])
         stray.append(differing(pictures[-1], picture(scene)))
-    # The pictures of two lengths must differ; otherwise the check would prove nothing.
+    # The pictures of two lengths must differ by more than the tolerance; otherwise the check would prove nothing.
     apart = differing(pictures[1], pictures[0])
     passed = max(stray) <= STRAY < apart
     return {"passed": passed, "differing": max(stray), "between lengths": apart, "recordings": int(frozen.n_recordings)}

@@ -28,7 +28,7 @@ from .variants import use
 
 # Calls whose kernels are inspected.
 CALLS = ("eval_pdf", "sample")
-# Number of queries in the wavefront. Any number gives the same kernel.
+# Number of questions (questions.py), each one set of arguments of a call. Any number gives the same kernel.
 COUNT = 1 << 12
 # Patterns of the compiler's report, such as "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
 # spill stores, 4 bytes spill loads".
@@ -38,19 +38,19 @@ REPORTED = {
     "spill_store_bytes": re.compile(r"(\d+) bytes spill stores"),
     "spill_load_bytes": re.compile(r"(\d+) bytes spill loads"),
 }
-# Bytes by the units of Dr.Jit's report.
+# Bytes by unit, as `dr.whos` prints sizes.
 UNITS = {"B": 1, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One inspection per kind of variant and surface."""
+    """One inspection per kind of variant, such as `rgb`, and surface."""
     for kind in plan.kinds:
         for name in plan.inspected:
             yield f"{plan.variant(kind)}, {name}", partial(inspected, plan.variant(kind), name)
 
 
 def inspected(variant: str, name: str) -> dict:
-    """Memory of a surface's tables in MB, and the figures of each call's kernel."""
+    """Memory `table_mb` of a surface's tables in MB, and the results of `kernel` by call."""
     use(variant)
     asked = drawn(np.random.default_rng(3), COUNT)
     before = storage_bytes()
@@ -69,7 +69,11 @@ def answer(bsdf: mi.BSDF, call: str, asked: Questions) -> list:
 
 
 def kernel(call: Callable[[], list]) -> dict:
-    """Operations, size and compilation time of the largest kernel of a call, and the driver's report."""
+    """Compiles and runs the kernels of a call, and describes the one with the most operations.
+
+    `operations` are counted by Dr.Jit, `source_kb` is the size of its intermediate code, `compiled_s` the compilation
+    time in s, and `cached` whether a cache had the kernel. `reported` adds the driver's numbers.
+    """
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
         with logged() as log:
@@ -80,6 +84,7 @@ def kernel(call: Callable[[], list]) -> dict:
     return {
         "operations": largest["operation_count"],
         "source_kb": len(largest["ir"].getvalue()) / 1e3,
+        # Dr.Jit measures in ms.
         "compiled_s": largest["backend_time"] / 1e3,
         "cached": bool(largest["cache_hit"] or largest["cache_disk"]),
         **reported(log()),
@@ -113,7 +118,7 @@ def logged() -> Iterator[Callable[[], str]]:
 
 
 def reported(log: str) -> dict:
-    """The largest value of each figure in the compiler's report; `None` if it is missing."""
+    """The largest of each number of REPORTED in the compiler's report; `None` if it is missing."""
     found = {name: [int(number) for number in pattern.findall(log)] for name, pattern in REPORTED.items()}
     return {name: max(numbers, default=None) for name, numbers in found.items()}
 

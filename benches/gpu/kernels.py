@@ -21,10 +21,10 @@ from .questions import Questions, drawn, interactions, random_numbers
 from .scenes import STRAY, ball, differing, picture
 from .variants import use
 
-# Number of questions of each check.
+# Number of questions (questions.py) of each check.
 COUNT = 300
-# Largest error of an answer, relative to the largest answer of its quantity: kernels of different structure round
-# differently.
+# Largest error of an answer, relative to the largest answer of its quantity, such as the density. Kernels of different
+# structure round differently.
 ROUNDING = 1e-5
 # Parameters with which tables are built in a second or two.
 PLAIN = {"conserve_energy": False, "tolerance": 0.01}
@@ -43,15 +43,15 @@ EIGHT = (
     {**OTHER, "material": "Al"},
     {**OTHER, "specular_reflectance": 0.5},
 )
-# Coherence lengths in µm that a BSDF gets one after the other. The first one returns at the end, with tables that are
-# built already.
+# Coherence lengths in µm that a BSDF gets one after the other. The first one returns at the end, when its tables exist
+# already.
 LENGTHS = (10.0, 6.0, 20.0, 10.0)
 # Number of calls of a frozen function: the first two may record, the others replay.
 REPLAYS = 4
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """Four checks per kind of variant."""
+    """Four checks per kind of variant, such as `rgb`."""
     for kind in plan.kinds:
         variant = plan.variant(kind)
         yield f"{variant}, a changed coherence length", partial(changed, variant)
@@ -66,7 +66,7 @@ def load(parameters: dict) -> mi.BSDF:
 
 
 def answers(bsdf: mi.BSDF | mi.BSDFPtr, asked: Questions) -> list:
-    """Values, densities, sampled directions and weights of a BSDF, or of an array of pointers to BSDFs."""
+    """Values, densities, sampled directions and weights of a BSDF, or of an array of pointers to BSDFs, unevaluated."""
     ctx, si = mi.BSDFContext(), interactions(asked)
     value, pdf = bsdf.eval_pdf(ctx, si, mi.Vector3f(asked.wo))
     sample, weight = bsdf.sample(ctx, si, *random_numbers(asked))
@@ -74,7 +74,7 @@ def answers(bsdf: mi.BSDF | mi.BSDFPtr, asked: Questions) -> list:
 
 
 def numbers(unevaluated: list) -> list[np.ndarray]:
-    """Evaluates Dr.Jit arrays in one kernel."""
+    """Evaluates Dr.Jit arrays in one kernel. Their last axis is the question."""
     dr.eval(unevaluated)
     return [np.array(each) for each in unevaluated]
 
@@ -126,7 +126,7 @@ def changed(variant: str) -> dict:
 def frozen(variant: str) -> dict:
     """Compares replays of a frozen call with plain calls, on new questions each time."""
     use(variant)
-    # The default coherence length.
+    # The plugin's default coherence length in µm.
     bsdf = load({**CHANGED, "coherence_length": 65.0})
 
     @dr.freeze

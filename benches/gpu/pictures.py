@@ -31,7 +31,7 @@ INCIDENCE = ("--theta-i", "30", "--phi-i", "20")
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """Maps and the negative control if the plan draws, and a comparison of pictures per method."""
+    """A comparison of pictures per method; if this run draws the card's pictures, first maps and a negative control."""
     if plan.draws:
         for method in plan.methods:
             yield f"{method}, map beside the CPU", partial(map_beside_cpu, plan, folder, method)
@@ -42,11 +42,11 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 def map_beside_cpu(plan: Plan, folder: Path, method: str) -> dict:
     """Compares the BRDF maps of a method's shader and of its Rust code."""
-    words = ["brdf-map", "--size", plan.compared_side, *INCIDENCE, *surface_words(plan.skin)]
+    arguments = ["brdf-map", "--size", plan.compared_side, *INCIDENCE, *surface_words(plan.skin)]
     card, cpu = folder / f"map-{method}.exr", folder / f"map-{method}-cpu.exr"
-    sunbeam(*words, "-o", card, "--method", method, "--backend", "gpu", "--adapter", plan.adapter)
+    sunbeam(*arguments, "-o", card, "--method", method, "--backend", "gpu", "--adapter", plan.adapter)
     # The GPU's `table` is the colour table. On the CPU, `table` is the spectral table.
-    sunbeam(*words, "-o", cpu, "--method", "colour-table" if method == "table" else method)
+    sunbeam(*arguments, "-o", cpu, "--method", "colour-table" if method == "table" else method)
     return judged(cpu, card)
 
 
@@ -58,6 +58,7 @@ def picture_beside_software(plan: Plan, folder: Path, method: str) -> dict:
     try:
         draw(plan, software, method, "software")
     except SetupError as error:
+        # Only a missing software adapter is excused, and only where the card's picture can be compared elsewhere.
         if not plan.draws or "GPU adapter" not in str(error):
             raise
         return {"note": f"not compared, there is no software adapter; {card.name} is kept for --compare elsewhere"}
@@ -65,15 +66,18 @@ def picture_beside_software(plan: Plan, folder: Path, method: str) -> dict:
 
 
 def draw(plan: Plan, path: Path, method: str, adapter: str, rotation: float = 0.0) -> None:
-    """Draws the skin in the sun without pigment and ground."""
-    words = ["render", "-o", path, "--adapter", adapter, "--method", method, "--blend", "none"]
-    words += [*surface_words(plan.skin), "--resolution", plan.mesh_resolution]
-    words += ["--ground", "false", "--rotation", rotation, "--size", f"{plan.compared_side}x{plan.compared_side}"]
-    sunbeam(*words)
+    """Draws the snake's skin in the sun, without pigment and ground; `rotation` turns the relief, in degrees."""
+    arguments = ["render", "-o", path, "--adapter", adapter, "--method", method, "--blend", "none"]
+    arguments += [*surface_words(plan.skin), "--resolution", plan.mesh_resolution]
+    arguments += ["--ground", "false", "--rotation", rotation, "--size", f"{plan.compared_side}x{plan.compared_side}"]
+    sunbeam(*arguments)
 
 
 def judged(reference: Path, path: Path) -> dict:
-    """CIEDE2000 over the pixels that are not black in the reference."""
+    """Compares the EXR `path` with `reference` over the pixels that are not black in the reference.
+
+    Returns the statistics `delta_e` of CIEDE2000 and the number of these `pixels`; `passed` applies MEDIAN and P99.
+    """
     found = json.loads(sunbeam("compare", reference, path, "--mask", reference))
     delta_e = found["delta_e_2000"]
     passed = found["pixels"] > 0 and delta_e["median"] <= MEDIAN and delta_e["p99"] <= P99
@@ -82,6 +86,7 @@ def judged(reference: Path, path: Path) -> dict:
 
 def turned(plan: Plan, folder: Path) -> dict:
     """The negative control: a rotated relief must fail the comparison."""
+    # One method suffices, since the comparison is the same for all.
     method = plan.methods[-1]
     straight, other = folder / f"{method}-straight.exr", folder / f"{method}-turned.exr"
     draw(plan, straight, method, plan.adapter)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-# Kinds of Mitsuba's variants, the ends of their names.
-KINDS = ("rgb", "mono", "spectral", "spectral_polarized")
 # Methods of the realtime renderer (docs/realtime.md).
 METHODS = ("flss", "nmm", "pq", "stam", "table")
 
@@ -14,14 +12,15 @@ METHODS = ("flss", "nmm", "pq", "stam", "table")
 class Plan:
     """Sizes, variants and surfaces of one run. Sizes of pictures are (width, height) in pixels."""
 
+    # Whether this is a dry run, without a card.
     dry: bool
     # Backend of Dr.Jit: `cuda` or `llvm`.
     backend: str
-    # Value of `--adapter` for the card's pictures.
+    # Value of the option `--adapter` of `sunbeam` for the card's pictures: `any`, which prefers a GPU, or `software`.
     adapter: str
     # Whether the card's pictures are drawn; otherwise they are in the folder.
     draws: bool
-    # Number of questions (questions.py) to each BSDF.
+    # Number of questions (questions.py) to each BSDF: sets of arguments for which it is called.
     questions: int
     # Number of questions to a BSDF of a scalar variant, which answers one by one.
     scalar_questions: int
@@ -29,13 +28,13 @@ class Plan:
     surfaces: tuple[str, ...]
     # Names of the surfaces whose samples are tested (samples.py).
     sampled: tuple[str, ...]
-    # Kinds of variants of all parts except `agree-*`, whose names contain the kind.
+    # Ends of variants' names, such as `rgb`, of all parts except `agree-*`, whose names contain the end.
     kinds: tuple[str, ...]
     # Names of the parameters by which derivatives are taken.
     derivatives: tuple[str, ...]
     # Parameters of the snake's skin, for plugin and command.
     skin: dict
-    # Resolution of the snake's mesh: cells in each direction, relative to the default.
+    # Resolution of the snake's mesh: quads in each direction, as a multiple of the default.
     mesh_resolution: float
     # Size of the path-traced snake's pictures.
     snake_size: tuple[int, int]
@@ -43,7 +42,7 @@ class Plan:
     snake_spp: int
     # Number of pictures of the path-traced snake with different seeds.
     snake_pictures: int
-    # Number of queries of a timed call.
+    # Number of elements of the arrays in a timed call (calls.py).
     wavefront: int
     # Names of the materials of timed calls, in `bsdf_calls.bsdfs`.
     materials: tuple[str, ...]

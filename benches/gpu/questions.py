@@ -1,7 +1,7 @@
 """Questions to a BSDF and its answers as NumPy arrays, for scalar and vectorised variants.
 
-A question is a pair of directions, wavelengths and random numbers. The last axis of every array is the question, as in
-Dr.Jit's arrays.
+A question is one set of arguments of a BSDF's methods: a pair of directions, wavelengths and random numbers. The last
+axis of every array is the question, as in Dr.Jit's arrays.
 """
 
 from __future__ import annotations
@@ -16,14 +16,16 @@ from .variants import is_scalar
 
 # Range of the wavelengths in nm: that of Mitsuba's spectral variants.
 WAVELENGTH_NM = (360.0, 830.0)
-# Number of wavelengths of a question, as a spectral path carries.
+# Number of wavelengths of a question, equal to that of a path in Mitsuba's spectral variants.
 CARRIED = 4
 
 
 @dataclass(frozen=True)
 class Questions:
-    """Unit directions `wi` and `wo` (3, n) in the shading frame, wavelengths `nm` (4, n) in nm, and random numbers `u`
-    (3, n) in [0, 1). All are in single precision. `u[0]` is `sample1` of `BSDF.sample`, `u[1:]` is `sample2`.
+    """Arguments of a BSDF's methods, in single precision.
+
+    Unit directions `wi` and `wo` (3, n) are in the shading frame and point away from the surface. `nm` (4, n) are
+    wavelengths in nm, and `u` (3, n) random numbers in [0, 1): `u[0]` is `sample1` of `BSDF.sample`, `u[1:]` `sample2`.
     """
 
     wi: np.ndarray
@@ -63,6 +65,7 @@ def drawn(rng: np.random.Generator, count: int) -> Questions:
 
 def directions(rng: np.random.Generator, count: int) -> np.ndarray:
     """Unit vectors (3, count), uniform in solid angle over the upper hemisphere."""
+    # z is in (0, 1], so no direction lies in the surface.
     z, phi = 1 - rng.random(count), 2 * np.pi * rng.random(count)
     r = np.sqrt(1 - z * z)
     return np.stack([r * np.cos(phi), r * np.sin(phi), z]).astype(np.float32)

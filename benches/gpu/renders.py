@@ -24,18 +24,18 @@ AIM = {"rgb": 2.0, "spectral": 3.0}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One timing per kind of variant and scene."""
+    """One timing per kind of variant, such as `rgb`, and scene."""
     for kind in plan.kinds:
         for name in plan.scenes:
             yield f"{plan.variant(kind)}, {name}", partial(timed, plan, kind, name)
 
 
 def timed(plan: Plan, kind: str, name: str) -> dict:
-    """Figures of `of_material` by material, and ratios of later renders to REFERENCE, which is `roughconductor`."""
+    """Results of `material_times` by material, and ratios of later renders to REFERENCE, which is `roughconductor`."""
     use(plan.variant(kind))
     scene = next(scene for scene in scenes() if scene.name == name)
     # REFERENCE is the last of the materials: the first one includes the start of the backend.
-    seconds = {material: of_material(plan, scene, bsdf) for material, bsdf in scene.bsdfs().items()}
+    seconds = {material: material_times(plan, scene, bsdf) for material, bsdf in scene.bsdfs().items()}
     base = seconds[REFERENCE]
     ratios = {
         material: {"wall": each["later_s"] / base["later_s"], "kernels": each["kernels_s"] / base["kernels_s"]}
@@ -55,11 +55,12 @@ def timed(plan: Plan, kind: str, name: str) -> dict:
     }
 
 
-def of_material(plan: Plan, scene: BenchmarkScene, bsdf: dict) -> dict:
-    """Seconds to load the material, of the first render with its compilation, and medians of the later renders.
+def material_times(plan: Plan, scene: BenchmarkScene, bsdf: dict) -> dict:
+    """Seconds `load_s` to load material and scene, `first_s` of the first render, and medians of the later ones.
 
-    `kernels_s` is the time in kernels by Dr.Jit's clock, without tracing. The BSDF is freed at the end, because kernels
-    include every BSDF that is alive.
+    The first render includes the compilation. `later_s` is wall-clock time; `kernels_s` is the time in kernels by
+    Dr.Jit's clock, without tracing. `mean` is the mean of the last picture. The BSDF is freed at the end, because
+    kernels include every BSDF that is alive.
     """
     start = time.perf_counter()
     material = mi.load_dict(bsdf)
@@ -87,5 +88,6 @@ def rendered(scene: mi.Scene, seed: int) -> tuple[float, float, float]:
         dr.eval(image)
         dr.sync_thread()
         wall = time.perf_counter() - start
+        # Dr.Jit's times are in ms.
         kernels = sum(kernel["execution_time"] for kernel in dr.kernel_history()) / 1e3
     return wall, kernels, float(np.mean(np.array(image)))

@@ -18,7 +18,8 @@ from .variants import use
 
 # Significance level of all tests of a run together. The test's method `run` corrects it for their number.
 SIGNIFICANCE = 0.01
-# Incident light in degrees: (angle with the normal, azimuth).
+# Incident light in degrees: (angle with the normal, azimuth). The azimuth lies off both axes of the relief, so that an
+# exchange of the axes would show.
 INCIDENCES = ((0, 70), (30, 70), (60, 70))
 # Rotation in degrees of the wrong density, the negative control.
 WRONG_TURN = 1.0
@@ -32,7 +33,7 @@ WIDE = {"coherence_length": 10.0}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One test per kind of variant, surface and incidence, and the negative control."""
+    """One test per kind of variant (such as `rgb`), surface and incidence, and the negative control."""
     cases = [(kind, name, angles) for kind in plan.kinds for name in plan.sampled for angles in INCIDENCES]
     for kind, name, angles in cases:
         check = partial(follows, plan.variant(kind), name, angles, len(cases))
@@ -50,13 +51,16 @@ def made(variant: str, name: str, turned: float = 0.0) -> mi.BSDF:
 
 
 def direction(theta: float, phi: float) -> list[float]:
-    """A unit vector from its angles in degrees."""
+    """A unit vector from its angles in degrees: `theta` with the normal z, and the azimuth `phi` from x towards y."""
     theta, phi = np.radians(theta), np.radians(phi)
     return [float(np.sin(theta) * np.cos(phi)), float(np.sin(theta) * np.sin(phi)), float(np.cos(theta))]
 
 
 def chi_square(variant: str, name: str, angles: tuple, turned: float = 0.0):
-    """The test of the samples against the density of the surface rotated by `turned` degrees."""
+    """A `ChiSquareTest`, not yet run, of a surface's samples against its density after a rotation by `turned` degrees.
+
+    `angles` are those of the incident light, in degrees.
+    """
     use(variant)
     bsdf, other = made(variant, name), made(variant, name, turned)
     return bsdf_test(bsdf, direction(*angles), pdf_of=other, sample_count=SAMPLES)

@@ -1,6 +1,6 @@
 """The path-traced snake in the checked variant of Mitsuba, compared with a reference variant.
 
-Either variant renders the same scene several times with different seeds. The means of the two sets of pictures may
+Each variant renders the same scene several times with different seeds. The means of the two sets of pictures may
 differ by a few of their standard errors. The plan (plan.py) names the kinds of variants, such as `rgb`; variants.py
 chooses the reference of each.
 """
@@ -31,7 +31,7 @@ ERRORS = 4.0
 # Fraction of pixels that may exceed ERRORS. The standard deviation is estimated from few pictures and itself uncertain
 # by about 20 %, so more pixels exceed four errors than of a normal distribution.
 EXCEEDING = 0.01
-# Relative difference of the same paths in two variants, which round differently.
+# Largest relative difference, by rounding alone, of the same paths in two variants.
 ROUNDING = 1e-3
 
 
@@ -42,7 +42,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def compared(plan: Plan, kind: str) -> dict:
-    """The figures of `judged` for the checked variant of a kind and its reference."""
+    """The results of `judged` for the checked variant of a kind and its reference."""
     checked_variant, reference_variant = plan.variant(kind), reference(plan, kind)
     ours, theirs = pictures(plan, checked_variant), pictures(plan, reference_variant)
     if reference_variant == "scalar_rgb":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -89,13 +88,13 @@ def environment(name: str, folder: Path) -> dict[str, str]:
     return {**os.environ, **empty}
 
 
-def run_with_limit(words: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
+def run_with_limit(command: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
     """Runs a process with a limit in seconds and its standard error in the file `log`.
 
     Returns the exit status: negative after a signal, and `None` at the limit. Its children are ended in every case.
     """
     with log.open("wb") as stderr:
-        process = subprocess.Popen(words, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
+        process = subprocess.Popen(command, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
         try:
             return process.wait(timeout=limit)
         except subprocess.TimeoutExpired:
@@ -105,7 +104,7 @@ def run_with_limit(words: list[str], environment: dict[str, str], log: Path, lim
 
 
 def end_group(process: subprocess.Popen) -> None:
-    """Kills a session leader and its children."""
+    """Kills the process, which leads a session, and its children."""
     try:
         os.killpg(process.pid, signal.SIGKILL)
     except ProcessLookupError:
@@ -138,8 +137,8 @@ def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:
 
 
 def write(results: dict, file: Path) -> None:
-    """Replaces the file in one step, so that an interrupted run leaves the old file."""
+    """Writes the results as JSON. The file is replaced in one step, so an interrupted run leaves the old file."""
     file.parent.mkdir(parents=True, exist_ok=True)
     new = file.with_suffix(".new")
     new.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    shutil.move(new, file)
+    new.replace(file)

@@ -17,9 +17,9 @@ PERFECT_GRATING = {"preset": "sinusoidal", "period": 0.5, "height": 0.05}
 SCAN_PIXELS = 100
 # Edge of a pixel in µm, about that of the published scans.
 SCAN_PIXEL_UM = 0.065
-# Difference of highest and lowest height in µm, about that of a skin.
+# Difference between the highest and the lowest height in µm, about that of a snake's skin.
 SCAN_RANGE_UM = 0.4
-# Seed of the synthetic scan.
+# Seed of the synthetic scan; arbitrary.
 SEED = 5
 
 

@@ -123,15 +123,16 @@ mod ffi {
 
         /// A number that identifies the tables within this process; copies that share tables share it.
         fn identity(self: &Surface) -> u64;
-        /// Table data number `which`, below three. Scalar theory: spectrum (or colours), sampler, albedo. Rigorous
-        /// theory: efficiencies, colours, Jones matrices. Empty where the surface lacks the table.
+        /// Table data number `which`, below three, as words: integers, or the bits of single-precision numbers. Scalar
+        /// theory: spectrum (or colours), sampler, albedo. Rigorous theory: efficiencies, colours, Jones matrices.
+        /// Empty where the surface lacks the table.
         fn words(self: &Surface, which: usize) -> &[u32];
         /// Steps of difference quotients for derivatives by the components of directions.
         fn steps(self: &Surface) -> Steps;
 
         /// Evaluates by value: the value at four wavelengths or as red, green, blue and luminance, then the density of
         /// samples. Surfaces in colours ignore the wavelengths, and surfaces without sizes ignore `size`, the scale and
-        /// depth at the queried place.
+        /// depth at the point of the surface.
         fn evaluate(
             self: &Surface,
             part: Part,
@@ -238,7 +239,7 @@ impl Surface {
             let targets = [&mut config.coherence_length, &mut config.scale, &mut config.depth];
             for (target, number) in targets.into_iter().zip(numbers) {
                 // Mitsuba rounded the user's decimal number to single precision. The shortest decimal that rounds to
-                // the same single recovers it.
+                // the same single recovers it. The text of a number always parses.
                 if *target as f32 != *number {
                     *target = number.to_string().parse().unwrap_or(f64::NAN);
                 }
@@ -253,7 +254,7 @@ impl Surface {
     fn without_index(&self) -> Result<Box<Self>, PluginError> {
         let recipe = Recipe { includes_interface: false, ..self.recipe.clone() };
         guard(|| match &self.tables {
-            // Spectral tables never include the interface's factor.
+            // Spectral tables never include the interface's factor. Scalar theory has no Jones matrices.
             Tables::Spectral(tables) => Ok(Box::new(Self {
                 recipe,
                 tables: Tables::Spectral(tables.clone()),
@@ -325,7 +326,7 @@ impl Surface {
         wavelengths_nm: &[f32; 4],
         size: &[f32; 2],
     ) -> Result<[f32; 5], PluginError> {
-        guard(|| Ok(with_avx2(|| self.answer_by_value(part, self.by_value(*wi, *wo, *wavelengths_nm, *size)))))
+        guard(|| Ok(with_avx2(|| self.answer_by_value(part, self.plain_query(*wi, *wo, *wavelengths_nm, *size)))))
     }
 
     fn sample(
@@ -335,7 +336,7 @@ impl Surface {
         wavelengths_nm: &[f32; 4],
         size: &[f32; 2],
     ) -> Result<[f32; 3], PluginError> {
-        guard(|| Ok(with_avx2(|| self.direction(self.by_value(*wi, *u, *wavelengths_nm, *size)))))
+        guard(|| Ok(with_avx2(|| self.direction(self.plain_query(*wi, *u, *wavelengths_nm, *size)))))
     }
 
     fn evaluate_matrix(
@@ -346,21 +347,22 @@ impl Surface {
     ) -> Result<[f32; 64], PluginError> {
         guard(|| {
             let jones = self.jones()?;
-            Ok(with_avx2(|| self.matrix(jones, self.by_value(*from, *to, *wavelengths_nm, [1.0; 2]))))
+            Ok(with_avx2(|| self.matrix(jones, self.plain_query(*from, *to, *wavelengths_nm, [1.0; 2]))))
         })
     }
 
     fn trace_evaluate(&self, part: Part, query: &ffi::TracedQuery, wo: &[u32; 3]) -> Result<[u32; 5], PluginError> {
-        traced(query.backend, |scope| self.answer(part, Gamut::Keep, self.traced(scope, query, *wo)))
+        // Colours keep their negative channels, about which only scalar variants of Mitsuba warn.
+        traced(query.backend, |scope| self.answer(part, Gamut::Keep, self.traced_query(scope, query, *wo)))
     }
 
     fn trace_sample(&self, query: &ffi::TracedQuery, u: &[u32; 3]) -> Result<[u32; 3], PluginError> {
-        traced(query.backend, |scope| self.direction(self.traced(scope, query, *u)))
+        traced(query.backend, |scope| self.direction(self.traced_query(scope, query, *u)))
     }
 
     fn trace_matrix(&self, query: &ffi::TracedQuery, to: &[u32; 3]) -> Result<[u32; 64], PluginError> {
         let jones = self.jones()?;
-        traced(query.backend, |scope| self.matrix(jones, self.traced(scope, query, *to)))
+        traced(query.backend, |scope| self.matrix(jones, self.traced_query(scope, query, *to)))
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) fn config(config: &SurfaceConfig) -> String {
         Some(body) => format!(", transmission {}, eta {}", config.transmission.name(), body.eta),
         None => String::new(),
     };
-    // Ranges of the relative sizes in textures; numbers are factors.
+    // Scale and depth are given as textures, with a range of values, or as numbers, which `factor` describes.
     let span = |label, [low, high]: [f64; 2]| format!(", {label} {low:.3} to {high:.3}");
     let sizes = config.sizes.map(|sizes| span("scale", sizes.scale) + &span("depth", sizes.depth)).unwrap_or_default();
     let (scale, depth) = (factor("scale", config.scale), factor("depth", config.depth));

@@ -26,7 +26,7 @@ pub(super) struct Query<N: Numbers> {
     pub(super) second: [N::Real; 3],
     /// Wavelengths in nm; surfaces in colours ignore them.
     pub(super) wavelengths_nm: [N::Real; 4],
-    /// Size of the relief at the queried place; `None` for a surface of one size.
+    /// Size at the point of the surface, relative to the relief; `None` for a surface of one size.
     pub(super) size: Option<RelativeSize<N::Real>>,
     /// Rays to compute; the others get zero.
     pub(super) active: N::Mask,
@@ -34,7 +34,7 @@ pub(super) struct Query<N: Numbers> {
 
 impl Surface {
     /// A query by value. `size` has the scale and the depth, which surfaces of one size ignore.
-    pub(super) fn by_value(
+    pub(super) fn plain_query(
         &self,
         wi: [f32; 3],
         second: [f32; 3],
@@ -47,7 +47,12 @@ impl Surface {
 
     /// A query with Dr.Jit variables, which the caller keeps until the scope ends. `second` has the indices of
     /// [`Query::second`].
-    pub(super) fn traced<'s>(&self, scope: Scope<'s>, query: &TracedQuery, second: [u32; 3]) -> Query<Traced<'s>> {
+    pub(super) fn traced_query<'s>(
+        &self,
+        scope: Scope<'s>,
+        query: &TracedQuery,
+        second: [u32; 3],
+    ) -> Query<Traced<'s>> {
         let real = |index| Var::borrowed(scope, index);
         let wi = query.wi.map(real);
         let wavelengths_nm = match &self.tables {

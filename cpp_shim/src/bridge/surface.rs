@@ -14,7 +14,7 @@ use sunbeam::grating::{GratingColourSurface, GratingSurface, JonesTable};
 use sunbeam::lobe::{self, ColourSurface};
 use sunbeam::scattering::{RELATIVE_SIZE, SizeRange, SpectralIndex};
 
-/// Excess over 1 that is accepted for sizes in textures, whose values are rounded.
+/// Excess over 1 that is accepted for sizes in textures: rounding in single precision, about 100 times its step.
 const SIZE_ROUNDING: f32 = 1e-5;
 
 /// The Rust side of a BSDF instance.

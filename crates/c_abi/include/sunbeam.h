@@ -48,7 +48,7 @@ typedef struct sunbeam_surface sunbeam_surface;
 //
 // The stride is in floats and may be negative. With stride 0 all items have the same values.
 typedef struct {
-  // Beginning of the first item.
+  // Beginning of the first item. It may be null if there are no items.
   const float *data;
   // Distance between the beginnings of consecutive items, in floats.
   ptrdiff_t stride;
@@ -58,7 +58,7 @@ typedef struct {
 //
 // The stride is in floats and may be negative. Items must not overlap.
 typedef struct {
-  // Beginning of the first item.
+  // Beginning of the first item. It may be null if there are no items.
   float *data;
   // Distance between the beginnings of consecutive items, in floats.
   ptrdiff_t stride;

@@ -13,13 +13,16 @@ use super::status::{CallError, Status, call};
 use sunbeam::scattering::{Vec3, unit_vector};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Largest number of wavelengths of an item. It limits the memory that a wrong count can allocate.
+/// Largest number of wavelengths of an item. It limits the memory that a wrong count can allocate; spectra of any use
+/// have fewer.
 const WAVELENGTHS_MAX: usize = 4096;
 
-/// Bad items of a batch: their number, and the index and error of the first.
+/// Bad items of a batch.
 #[derive(Default)]
 struct BadItems {
+    /// Their number.
     bad: usize,
+    /// Index and error of the first.
     first: Option<(usize, String)>,
 }
 
@@ -160,6 +163,7 @@ impl SurfaceHandle {
             return Err(format!("`u` holds {outside}; all must be in [0, 1)"));
         }
         let Some(wo) = self.surface.sample_direction(wi, wavelengths_nm, u) else { return Ok(None) };
+        // `weights` first receives f |cosθo|, then the density divides it.
         let pdf = self.surface.eval_pdf(wi, wo, wavelengths_nm, |k, f| weights[k] = f * wo[2].abs());
         weights.iter_mut().for_each(|weight| *weight /= pdf);
         // With a density of 0 there is no sample, and the weights are not used.

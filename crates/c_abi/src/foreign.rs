@@ -13,7 +13,7 @@ use std::ffi::{CStr, c_char};
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Floats {
-    /// Beginning of the first item.
+    /// Beginning of the first item. It may be null if there are no items.
     pub data: *const f32,
     /// Distance between the beginnings of consecutive items, in floats.
     pub stride: isize,
@@ -25,7 +25,7 @@ pub struct Floats {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct FloatsOut {
-    /// Beginning of the first item.
+    /// Beginning of the first item. It may be null if there are no items.
     pub data: *mut f32,
     /// Distance between the beginnings of consecutive items, in floats.
     pub stride: isize,

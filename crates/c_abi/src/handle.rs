@@ -10,8 +10,8 @@ use sunbeam::config::{BuildError, BuiltReport, BuiltSurface, SurfaceConfig};
 use sunbeam::height_field::{FileField, HeightField, Provenance};
 use sunbeam::table::{LIMIT_BYTES, Progress};
 
-/// Bytes that each height of an array takes at least while its tables are built: the heights and copies of them, in
-/// double precision.
+/// Bytes that each height of an array takes at least while its tables are built: three arrays in double precision, the
+/// heights and copies of them.
 const HEIGHT_BYTES: f64 = 24.0;
 
 /// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.
@@ -36,8 +36,8 @@ struct FileDescription {
 }
 
 impl FileDescription {
-    /// Describes the file of a configuration; `None` for a preset. It reads the file, which the build of the surface
-    /// reads a second time.
+    /// Describes the file of a configuration; `None` for a preset. It reads the file; the build of the surface reads it
+    /// again.
     fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
         if config.filename.is_none() {
             return Ok(None);

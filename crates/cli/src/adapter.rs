@@ -45,7 +45,7 @@ struct Report {
     /// Largest storage buffer of a shader in bytes.
     storage_buffer_bytes_max: u64,
     shaders: Vec<CompiledShader>,
-    /// Error message of a query on the destroyed device.
+    /// Error message of a query (a pair of directions) on the destroyed device.
     lost_device: String,
 }
 
@@ -122,7 +122,10 @@ fn timed<T>(
     Ok(result)
 }
 
-/// Destroys the device, and returns the error message of the next query on one line.
+/// Destroys the device and submits a query, which must fail. Returns its error message on one line.
+///
+/// # Errors
+/// A query that is answered all the same.
 fn lose_device(gpu: &Gpu, shader: &Shader) -> Result<String, Box<dyn Error>> {
     gpu.device().destroy();
     match shader.evaluate(gpu, &[Query::default()]) {

@@ -23,9 +23,10 @@ const METHOD_PRESETS: [Preset; 3] = [Preset::Blazed, Preset::Elaphe, Preset::Xen
 /// Presets whose samplers are measured unless a surface is given.
 const SAMPLER_PRESETS: [Preset; 6] =
     [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis];
-/// Samples for each incidence and wavelength. About 100 of them lie above the 99.9th percentile.
+/// Samples for each direction of the incident light and each wavelength. More make the 99.9th percentile more certain:
+/// about 100 of these lie above it.
 const SAMPLES: usize = 100_000;
-/// Samples for each incidence and wavelength with `--quick`, where the 99.9th percentile is the largest sample.
+/// Samples with `--quick`, where the 99.9th percentile is the largest sample.
 const QUICK_SAMPLES: usize = 1000;
 
 /// The subject of a run.
@@ -46,11 +47,11 @@ enum Subject {
 /// memory, build time, and the error against the direct double-precision sum of the same model. Light comes from four
 /// directions, on the presets blazed, elaphe and xenopeltis or on the given surface.
 ///
-/// --what stability measures errors as the relief grows deep and the directions graze, and checks the answers to random
-/// queries of random surfaces.
+/// --what stability measures errors as the relief grows deep and the directions graze, and checks reflectances,
+/// densities and samples of random surfaces in random directions.
 ///
 /// --what sampler measures the standard deviation, the 99.9th percentile and the largest of the weight f_r·cosθo/pdf,
-/// for incidences from 0° to 85°, three azimuths and three wavelengths.
+/// for angles of incidence from 0° to 85°, three azimuths and three wavelengths.
 #[derive(clap::Args)]
 pub(crate) struct BenchArgs {
     /// Subject of the measurement
@@ -63,7 +64,7 @@ pub(crate) struct BenchArgs {
     /// methods
     #[arg(long, value_name = "FILE", value_parser = output(&["svg"]))]
     plot: Option<Output>,
-    /// Measure few directions, parameters and repetitions: seconds instead of minutes
+    /// Measure fewer directions, parameter sets, repetitions, queries or samples: seconds instead of minutes
     #[arg(long)]
     quick: bool,
     /// Measure no times of the GPU; with --what methods
@@ -81,14 +82,15 @@ struct MethodsReport {
     /// The adapter of the GPU times; `None` where these are not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     adapter: Option<AdapterReport>,
-    /// The reason why GPU times are not measured; `None` where they are.
+    /// The reason why GPU times are not measured: an adapter is missing, or `--cpu-only` leaves them out. `None` where
+    /// they are measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     no_adapter: Option<String>,
     effort: methods::Effort,
-    /// Angle with the normal and azimuth of each direction of incidence, in degrees.
+    /// Angle with the normal and azimuth of each direction of the incident light, in degrees.
     incident_deg: [(f64, f64); 4],
     surfaces: Vec<Named<SurfaceFigures>>,
-    /// Wall-clock time of the run.
+    /// Wall-clock time of the run in s.
     seconds: f64,
 }
 
@@ -116,7 +118,7 @@ struct StabilityReport {
     effort: stability::Effort,
     #[serde(flatten)]
     figures: StabilityFigures,
-    /// Wall-clock time of the run.
+    /// Wall-clock time of the run in s.
     seconds: f64,
 }
 
@@ -125,10 +127,10 @@ struct StabilityReport {
 struct SamplerReport {
     what: Subject,
     quick: bool,
-    /// Samples for each incidence and wavelength.
+    /// Samples for each direction of the incident light and each wavelength.
     samples: usize,
     surfaces: Vec<Named<SamplerFigures>>,
-    /// Wall-clock time of the run.
+    /// Wall-clock time of the run in s.
     seconds: f64,
 }
 
@@ -137,7 +139,7 @@ struct SamplerReport {
 struct SamplerFigures {
     /// Size of the sampler's data in bytes, without the table of the power spectrum.
     bytes: usize,
-    /// Statistics for each incidence and wavelength.
+    /// Statistics for each direction of the incident light and each wavelength.
     rows: Vec<SamplerRow>,
 }
 
@@ -153,6 +155,7 @@ pub(crate) fn run(args: &BenchArgs) -> Outcome {
 /// Runs `--what methods`: measures the methods on each surface, draws the plot and writes the report.
 fn bench_methods(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
+    // Refuses arguments that the benchmark sets itself, such as --model and --tiling.
     args.surface.refuse_bench_choices()?;
     let effort = if args.quick { methods::Effort::QUICK } else { methods::Effort::FULL };
     let gpu = if args.cpu_only { Err("left out".to_owned()) } else { open_gpu()? };
@@ -209,11 +212,12 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
     for surface_args in args.surfaces(&SAMPLER_PRESETS) {
         let config = surface_args.config()?;
         if config.theory == Theory::Rigorous {
-            return Err("--what sampler measures the sampler of phase screens: --theory must be scalar".into());
+            return Err("--what sampler measures the sampler of scalar theory, so --theory must be scalar".into());
         }
         let name = surface_name(&config);
         log(start, &name);
-        let (surface, _) = config.build(&Cache::off())?;
+        // The origin of the tables is known: without a cache they are built.
+        let (surface, _origin) = config.build(&Cache::off())?;
         let figures = SamplerFigures { bytes: surface.sampler().bytes(), rows: sampler(&surface, samples) };
         surfaces.push(Named { name, figures });
     }
@@ -241,7 +245,7 @@ fn surface_name(config: &SurfaceConfig) -> String {
     }
 }
 
-/// Opens the GPU. On a machine without an adapter, the inner result is the reason.
+/// Opens the GPU. On a machine without an adapter, the inner error is the reason.
 ///
 /// # Errors
 /// Any other failure to open the adapter.

@@ -9,7 +9,8 @@ use svg::node::element::Group;
 const SIZE: (u32, u32) = (560, 420);
 /// Charts in a row.
 const COLUMNS: usize = 2;
-/// Range of ΔE₂₀₀₀ that is drawn. Errors outside are drawn at its ends. A difference of 1 is just noticeable.
+/// Range of the colour difference ΔE₂₀₀₀ (CIEDE2000) that is drawn. Errors outside are drawn at its ends. A difference
+/// of 1 is just noticeable.
 const DELTA_E_RANGE: (f64, f64) = (0.01, 100.0);
 /// Radius in pixels of an entry's disc.
 const DISC_RADIUS: f64 = 4.0;
@@ -39,7 +40,7 @@ pub(super) fn svg(surfaces: &[(&str, &[Entry])]) -> String {
 fn surface_chart(name: &str, entries: &[Entry]) -> Group {
     let times = entries.iter().map(|entry| entry.cpu.microseconds);
     let (least, most) = times.fold((f64::INFINITY, 0.0f64), |(least, most), time| (least.min(time), most.max(time)));
-    // The factors leave margins, so that no disc is cut off at the edge.
+    // Both axes are logarithmic, so the factors leave margins, in which no disc is cut off.
     let x = Axis::logarithmic("µs per colour on one core", (0.7 * least, 1.4 * most));
     let y = Axis::logarithmic("ΔE₂₀₀₀, 99 % of the directions", (0.8 * DELTA_E_RANGE.0, 1.3 * DELTA_E_RANGE.1));
     let mut chart = Chart::new(SIZE, name, x, y);

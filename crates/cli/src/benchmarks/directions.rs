@@ -20,7 +20,8 @@ const SAMPLED_NM: [f64; 2] = [400.0, 700.0];
 /// Smallest cosine of an outgoing direction with the normal, about that of 89.9°. The stability benchmark covers
 /// directions nearer to the horizon.
 const COSINE_MIN: f64 = 1.7e-3;
-/// Number of draws after which sampling gives up, a safeguard: few samples lie below the horizon.
+/// Number of draws after which sampling gives up. It only ends a search that cannot succeed: few samples lie below the
+/// horizon.
 const DRAWS_MAX: usize = 1000;
 
 /// A pair of directions. Components are rounded to single precision, so that methods in single and in double precision
@@ -52,6 +53,7 @@ impl DirectionPair {
 /// In every other cycle the outgoing directions are uniform over the hemisphere, in the others the sampler of `surface`
 /// draws them. The orders of a grating cover so little of the hemisphere that nearly all uniform directions are black.
 pub(crate) fn direction_pairs(surface: &Surface, count: usize) -> Vec<DirectionPair> {
+    // An arbitrary fixed seed.
     let mut random = Random::new(1);
     (0..count)
         .map(|i| {

@@ -12,7 +12,7 @@ pub enum BenchError {
     /// A method could not be built. `candidate` names it with its parameters.
     #[error("{candidate}: {source}")]
     Method { candidate: String, source: MethodError },
-    /// Tables could not be built.
+    /// Tables of a surface could not be built.
     #[error(transparent)]
     Table(#[from] TableError),
     /// A step between wavelengths is out of range.
@@ -21,7 +21,8 @@ pub enum BenchError {
     /// The heights of a benchmark's relief were refused.
     #[error(transparent)]
     HeightField(#[from] HeightFieldError),
-    /// The reference spectra (truth.rs) deviate from the direct sum. Both numbers are relative deviations.
+    /// The reference spectra (truth.rs) deviate from the direct double-precision sum by `found`; `limit` is accepted.
+    /// Both numbers are relative.
     #[error("the reference spectra deviate from the direct sum by {found:e}, more than {limit:e}")]
     Oracle { found: f64, limit: f64 },
     /// The GPU refused a shader or its data.

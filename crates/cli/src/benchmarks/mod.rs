@@ -19,8 +19,8 @@ pub(crate) use directions::{DirectionPair, INCIDENT_DEG, direction_pairs};
 pub use error::BenchError;
 pub(crate) use truth::{Truth, TruthCheck};
 
-/// 99th percentile: the element of `values` that at least 99 % of them do not exceed, or 0 for an empty slice. Sorts
-/// `values`.
+/// Sorts `values` and returns their 99th percentile: an element that at least 99 % of them do not exceed. 0 for an
+/// empty slice.
 fn percentile_99(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get((0.99 * values.len().saturating_sub(1) as f64).ceil() as usize).copied().unwrap_or(0.0)

@@ -18,7 +18,7 @@ pub const WAVELENGTHS_NM: [f64; 3] = [450.0, 530.0, 650.0];
 
 /// Statistics of the weight at one incidence and wavelength, without the Fresnel factor.
 ///
-/// A sample below the horizon is lost and has the weight 0. Ratios to the mean are 0 where the mean is 0.
+/// A sample below the horizon is lost and has the weight 0. Ratios to the mean are 0 if the mean is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SamplerRow {
     /// Incident polar angle in degrees.

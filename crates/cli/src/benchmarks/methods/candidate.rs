@@ -27,10 +27,10 @@ pub(super) struct Candidate {
 
 /// The evaluator behind a candidate.
 pub(super) enum Evaluator {
-    /// A method that computes colours, in single precision. It answers with the relief's part of `f_r`, without the
+    /// A method that computes colours, in single precision. Its colours are those of S/λ², which is `f_r` without the
     /// obliquity and shadowing factor `O·M`.
     Colour(Box<dyn Method>),
-    /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour. Their answers include
+    /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour. Their values include
     /// `O·M`.
     Spectral(Arc<Surface>, SpectralToRgb),
 }

@@ -5,7 +5,8 @@
 //! - the step between wavelengths in nm;
 //! - the series of the phase screen, Chebyshev or Taylor, and its number of terms;
 //! - the *neighbourhood*, the number of orders summed along each axis;
-//! - the tolerance, a relative error, from which the library derives the terms and the neighbourhood unless given.
+//! - the tolerance, a relative error, from which the library derives the terms and the neighbourhood unless given;
+//! - the resolution of a colour table, a factor on its number of samples along each axis.
 //!
 //! The published methods FLSS, NMM, PQ and Stam's (docs/realtime.md) are measured with the library's defaults, with the
 //! parameters of Single 2014, and with cheaper or finer ones. Single 2014 is M. Single's thesis, *An Interactive Shader

@@ -23,7 +23,8 @@ const DARK: f64 = 1e-4;
 const CLIPPED: f64 = 0.1;
 /// ΔE₂₀₀₀ assigned to a colour with a NaN: the difference of white and black.
 const DELTA_E_OF_NAN: f64 = 100.0;
-/// Smallest number of pairs that a thread evaluates at once. Smaller tasks cost more to schedule.
+/// Smallest number of pairs that a thread evaluates at once. Smaller tasks cost more to schedule; larger ones keep
+/// fewer threads busy.
 const PAIRS_PER_TASK: usize = 8;
 
 /// Errors over all pairs of directions.

@@ -18,9 +18,10 @@ const QUERIES_MAX: usize = 1 << 20;
 /// Largest factor between the numbers of queries of consecutive runs. Short runs are mostly start-up time, so estimates
 /// from them are unreliable.
 const GROWTH_MAX: f64 = 16.0;
-/// Factor on the number of queries below which a longer run is not worth its time.
+/// Factor on the number of queries below which the search for a longer run ends. Smaller values come nearer to
+/// [`Effort::repetition_ms`], with more runs.
 const GROWTH_MIN: f64 = 1.5;
-/// Shortest time in ms by which the estimate divides.
+/// Shortest time in ms by which the estimate divides: a coarse clock may not advance during a short run.
 const TIME_MIN_MS: f64 = 1e-3;
 
 /// A shader with the queries of a timed run.

@@ -14,8 +14,8 @@ use std::hint::black_box;
 /// Smallest number of direction pairs of a timing. The cost of a colour depends on the directions, so the mean over
 /// fewer pairs would depend on the choice of pairs.
 const PAIRS_MIN: usize = 64;
-/// Smallest duration of a timing as a fraction of [`Effort::repetition_ms`]. In a full run it is 5 ms, long compared
-/// with the resolution of the clock.
+/// Smallest duration of a timing as a fraction of [`Effort::repetition_ms`]; a shorter pass is repeated. In a full run
+/// the duration is long compared with the resolution of the clock.
 const TIMED_FRACTION: f64 = 0.2;
 /// Shortest CPU time in seconds, by which estimates divide: a coarse clock may not advance during a short run.
 const TIME_MIN_S: f64 = 1e-9;

@@ -36,9 +36,11 @@ pub const KAPPA_H: [f64; 14] = [1.0, 2.0, 4.0, 7.0, 10.0, 13.56, 17.0, 20.0, 25.
 const REMAINDER: f64 = 1e-8;
 /// Tolerance of the tables and of the method FLSS.
 const TOLERANCE: f64 = 1e-3;
-/// Smallest w of the queries of FLSS. Both directions are then at most 1.2° above the horizon.
+/// Smallest w of the scattering vectors at which FLSS is compared: there both directions are at most 1.2° above the
+/// horizon.
 const W_MIN: f64 = 0.02;
-/// Largest distance from an order, in orders, of a query near one.
+/// Largest distance of a scattering vector near an order from its centre, in orders along each axis. Most random
+/// vectors lie between orders, where S is small.
 const NEAR_ORDER: f64 = 0.1;
 
 /// Errors at one κH.

@@ -76,7 +76,9 @@ pub struct GrazingPoint {
 pub fn grazing(directions: usize) -> Result<Vec<GrazingSurface>, BenchError> {
     [
         ("blazed", Preset::Blazed.build(None, None)?),
+        // 256 columns, a period of 1.25 µm, and a height of 0.3 µm.
         ("steep sinusoid", sinusoid(256, 1.25, 0.3)?),
+        // A height of 0.4 µm.
         ("rough relief", rough_of_primes(0.4)?),
     ]
     .into_iter()

@@ -21,7 +21,7 @@ use sunbeam::table::DENSITY_FLOOR_UM2;
 pub struct Effort {
     /// Pairs of directions at each depth of relief, and at each angle of incidence.
     pub directions: usize,
-    /// Random queries.
+    /// Random queries: pairs of directions with a wavelength.
     #[serde(rename = "questions")]
     pub queries: u64,
 }
