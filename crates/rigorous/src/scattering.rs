@@ -1,7 +1,7 @@
 //! Amplitudes between all orders on both sides of a relief in a lossless dielectric.
 //!
 //! Symbols and equations are those of `lib.rs`. A *flux* is the derivative of a field along the normal, times the speed
-//! |dr/dτ| of the curve (`air.rs`). The *continuation* is the analytic continuation of amplitudes in ky² to negative ky²
+//! |dr/dτ| of the curve (`air.rs`). The *continuation* is that of amplitudes in ky², as analytic functions, to ky² < 0
 //! ([`Air::solve`]).
 //!
 //! In the lower medium an incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z},

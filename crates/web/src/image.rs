@@ -55,7 +55,7 @@ fn round_length(most: f64) -> f64 {
 }
 
 /// A BRDF map of `side`² pixels as RGBA bytes in sRGB, transparent outside the disc. `exposure` is a linear factor;
-/// `None` selects the factor at which 1 % of the disc clips ([`automatic_exposure`]).
+/// `None` selects a factor at which few of the disc's pixels clip ([`automatic_exposure`]).
 ///
 /// # Errors
 /// [`WebError::Internal`] for another number of pixels than `side²`.

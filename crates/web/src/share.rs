@@ -68,6 +68,7 @@ pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     scene_camera(settings, size, &mut line);
     scene_shape(settings, &mut line);
     if settings.ground {
+        // Half the side in cm, that of the renderer's ground.
         line("    <shape type=\"rectangle\">");
         line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
         line("        <bsdf type=\"diffuse\">");
