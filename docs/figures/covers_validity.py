@@ -148,9 +148,9 @@ def by_span(made: list[Compared]) -> list[dict]:
 
 
 def drawn() -> dict:
-    """The theories' errors on the random gratings. Raises SetupError if a row's rms error reaches EXACT_RMS_MAX by EXACT.
+    """The theories' errors on the random gratings. Raises SetupError if a row's rms error of EXACT is too large.
 
-    - `rows`: errors of both theories by medium and shape. `unsettled` is the judge's largest change between resolutions.
+    - `rows`: errors of both theories by medium and shape; `unsettled`: the judge's largest change between resolutions.
     - `misplaced`: the result of `by_span`.
     - `exact`: the errors of EXACT over all settings.
     - `states`: the errors of EXACT against powers with each state's transmittances, for each range of angles.
