@@ -1,7 +1,8 @@
 //! Response of the lower medium: W, the matrix from a field u on the curve to its normal derivative ∂νu.
 //!
-//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). S
-//! and K are integrals over the fine nodes, since fields in a metal vary within the skin depth 1/Im κm.
+//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). The
+//! unknown fields belong to *coarse* nodes. S and K are integrals over *fine* nodes, an odd number for each coarse one,
+//! since fields in a metal vary within the skin depth 1/Im κm.
 //!
 //! [`MetalTable`] tabulates W of one metal: polynomial interpolation between Chebyshev nodes of ky², and a Fourier
 //! series over b,
@@ -181,8 +182,8 @@ impl<'a> MetalTable<'a> {
         sum / self.phases as f64
     }
 
-    /// `periods + 1` (0, 1 or 2) for each pair of coarse nodes, with the periods by which the source's nearest image is
-    /// moved: `[source · n + target]`.
+    /// Index of the weight of each pair of coarse nodes in [`MetalTable::at`]: `periods + 1`, 0 to 2, with the periods
+    /// by which the source's nearest image is moved. The pair is at `source · n + target`.
     fn image_indices(&self) -> Vec<u8> {
         let n = self.mesh.nodes();
         let coarse = &self.mesh.coarse;

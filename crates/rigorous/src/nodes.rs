@@ -258,8 +258,8 @@ impl Nodes {
     }
 }
 
-/// Number of nodes of each edge; one number for a smooth profile. The sum is even. It differs from `count` by the
-/// rounding of each number and by [`EDGE_NODES_MIN`].
+/// Number of nodes of each edge; one number for a smooth profile. The sum is even, as [`log_weights`] requires. It
+/// differs from `count` by the rounding of each number and by [`EDGE_NODES_MIN`].
 pub(crate) fn distribute_nodes(profile: &Profile, count: usize) -> Vec<usize> {
     let Shape::Edges(edges) = &profile.shape else { return vec![count.next_multiple_of(2)] };
     let chords: Vec<f64> = edges.iter().map(Edge::chord).collect();

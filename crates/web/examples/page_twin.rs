@@ -201,6 +201,6 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
 /// `cut["side_um"]` µm.
 fn write_cut(cut: &Value, path: &Path) -> Result<(), Box<dyn Error>> {
     let preset: Preset = cut["preset"].as_str().unwrap_or_default().parse()?;
-    let side_um = cut["side_um"].as_f64().ok_or("an example is cut to no size")?;
+    let side_um = cut["side_um"].as_f64().ok_or("the cut of an example has no side_um")?;
     Ok(preset.build(None, None)?.cropped(0.0, 0.0, side_um, side_um)?.write(path)?)
 }

@@ -135,9 +135,12 @@ impl Artist {
         self.stepped().await.map_err(thrown)
     }
 
-    /// Draws the finest picture at once and shows it. Returns its report as JSON.
+    /// Draws the finest picture at once and shows it. Returns its report as JSON. It is an error if scene, method or
+    /// view are missing, or change while the picture is drawn.
     pub async fn draw(&self) -> Result<String, JsValue> {
-        let missing = || thrown(WebError::Internal("there is no scene, method or view yet".to_owned()));
+        let missing = || {
+            thrown(WebError::Internal("the scene, method or view is missing, or changed during the drawing".to_owned()))
+        };
         let finest = self.state.borrow().progressive.job().map(|job| Level::finest(job.view.supersample));
         self.drawn(finest.ok_or_else(missing)?).await.map_err(thrown)?.ok_or_else(missing)
     }
