@@ -67,7 +67,7 @@ export function listenToGestures(canvas, actions) {
     "wheel",
     (event) => {
       event.preventDefault();
-      // Wheels that count pages are rare, and are read as if they counted pixels.
+      // Wheels that count pages are read as if they counted pixels.
       const pixels = (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PIXELS : 1) * event.deltaY;
       actions.zoom(Math.exp(WHEEL_ZOOM * pixels));
     },
