@@ -1,4 +1,4 @@
-"""Measures the figures of the documentation and writes them into its pages.
+"""Measures the numbers and pictures of the documentation and writes them into its pages.
 
 `python -m docs.figures [PART ...]` runs all parts unless some are named; `make figures PAGES=…` calls it.
 """
@@ -16,8 +16,9 @@ from mitsuba_scenes.picture import PictureError
 
 from .page import DOCS, write_part
 
-# Parts in the order of measurement. A part is a module of this package, with underscores for hyphens. Its function
-# `figures() -> dict | None` measures; None leaves the page unchanged. The first seven parts mostly measure times, so
+# Parts in the order of measurement. A part is a generated region of a page (page.py), and the module of this package
+# that measures its numbers, with underscores for hyphens. The module's function `figures() -> dict | None` returns the
+# numbers; None leaves the page unchanged. The first seven parts mostly measure times, so
 # the machine should be idle while they run.
 PARTS = (
     "speed-error",
@@ -49,12 +50,15 @@ PARTS = (
 )
 
 
-def main(words: list[str] | None = None) -> int:
-    """Runs the command. Exit status: 0, or 2 after one line on stderr that names the error."""
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command with these arguments, or by default with those of the process.
+
+    Exit status: 0, or 2 after one line on stderr that names the error.
+    """
     parser = argparse.ArgumentParser(prog="python -m docs.figures", description=__doc__)
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"one of {', '.join(PARTS)}; all by default")
     parser.add_argument("--from-data", action="store_true", help="measure nothing; write the pages from docs/data")
-    options = parser.parse_args(words)
+    options = parser.parse_args(arguments)
     try:
         if unknown := [part for part in options.parts if part not in PARTS]:
             raise SetupError(f"unknown part {unknown[0]!r}; available: {', '.join(PARTS)}")

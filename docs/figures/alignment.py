@@ -54,16 +54,16 @@ class CutOut:
 def cut_out(skin: dict, axis: str) -> CutOut:
     """The cut-out of a skin, with the waves of its dominant period along `axis`, "x" or "y".
 
-    `skin` has parameters of the plugin; its rotation is ignored. A scan is used as a whole, a preset is cropped to a
-    square at its origin with the edge EDGE_UM.
+    `skin` has parameters of the plugin `diffraction`. Its rotation is ignored, since axes are those of the relief. A
+    scan is used as a whole, a preset is cropped to a square at its origin with the edge EDGE_UM.
     """
     with TemporaryDirectory() as scratch:
         npy = Path(scratch) / "heights.npy"
-        words = surface_words({name: value for name, value in skin.items() if name != "rotation"})
+        arguments = surface_words({name: value for name, value in skin.items() if name != "rotation"})
         is_scan = "filename" in skin
         if not is_scan:
-            words += ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
-        report = json.loads(sunbeam("height-field", *words, "-o", npy))
+            arguments += ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
+        report = json.loads(sunbeam("height-field", *arguments, "-o", npy))
         heights_um = np.load(npy)
     period_um, pixel_um = report["periods"][axis]["period_um"], report["pixel_um"][0]
     return CutOut(heights_um, pixel_um, axis, period_um, wave_shift_um(heights_um, pixel_um, axis, period_um))
@@ -126,7 +126,7 @@ def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
 
 
 def constant_phase_lines(cut: CutOut) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Two lines of constant phase, half a period to either side of the middle.
+    """Two lines of constant phase, half a period to either side of the middle of a cut-out with the edge EDGE_UM.
 
     A line is a pair of arrays, x and y in µm, with an entry for each pixel along the line.
     """

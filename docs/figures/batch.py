@@ -1,4 +1,4 @@
-"""The part `batch`: evaluations per second by batches of the C ABI, on one core and on all cores."""
+"""The part `batch` of the documentation: evaluations per second by batches of the C ABI, on one core and on all."""
 
 from __future__ import annotations
 

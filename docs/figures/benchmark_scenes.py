@@ -24,7 +24,7 @@ from .disc import write_disc
 MAX_DEPTH = 6
 # Samples per pixel; the sampler `multijitter` of `View` requires a square number.
 SPP = 64
-# Samples per pixel of the sphere, which has the sampler `independent`.
+# Samples per pixel of the sphere, which has the sampler `independent` and so needs no square number.
 SPHERE_SPP = 32
 # Optical parameters of aluminium, for `diffraction` and for `roughconductor`.
 ALUMINIUM = {"material": "Al"}
@@ -48,7 +48,7 @@ class BenchmarkScene:
 
     `surfaces` has reliefs by name, as parameters of `diffraction`. `optics` is the medium, as parameters of both
     `diffraction` and `roughconductor`. `build` makes the scene's dictionary from the object's BSDF, a view and the
-    samples per pixel, whose default is `spp`. `title` describes the scene on the page.
+    samples per pixel, whose default is `spp`. `title` describes the scene in the documentation.
     """
 
     name: str
@@ -123,13 +123,13 @@ def scanned_surface() -> tuple[dict, str]:
 
 
 def lamp(centre_cm: tuple, radius_cm: float, radiance: float) -> dict:
-    """A luminous ball, D65."""
+    """A luminous ball of this radiance, with the spectrum of D65."""
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": radiance}}
     return {"type": "sphere", "center": list(centre_cm), "radius": radius_cm, "emitter": emitter}
 
 
 def sky(radiance: float) -> dict:
-    """A uniform sky, D65."""
+    """A uniform sky of this radiance, with the spectrum of D65."""
     return {"type": "constant", "radiance": {"type": "d65", "scale": radiance}}
 
 

@@ -18,9 +18,9 @@ from .page import images
 from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 
 PART = "brdf-maps"
-# The blazed grating's order −1, into which it sends most light.
+# Region of the map about the blazed grating's order −1, into which it sends most light.
 FIRST_ORDER = Box(x_min=-0.36, x_max=-0.10, y_min=-0.065, y_max=0.065)
-# The mirror direction at normal incidence.
+# Region of the map about the mirror direction at normal incidence.
 CENTRE = Box(x_min=-0.05, x_max=0.05, y_min=-0.05, y_max=0.05)
 # Steps between wavelengths of FLSS.
 STEPS_NM = (1, 5, 10, 25, 50, 100)
@@ -175,9 +175,13 @@ def cut_outs(surfaces: Surfaces) -> list[Drawing]:
 
 
 def figures() -> dict:
-    """Draws the sheets; returns the errors of every compared panel and the numbers of map_checks.py.
+    """Draws the sheets and returns the page's numbers. Raises SetupError if they contradict its text.
 
-    Raises SetupError if they contradict the page.
+    - `panel`: the side of a panel in pixels; `sheets`: the results of `draw`, with the errors of compared panels.
+    - `scans`: whether all scans are present; `skins`: name and key of the surfaces of each species.
+    - `steps`, `white_spot`, `spread`, `valleys`, `terms_seen`, `right_side`, `reference_check`: from map_checks.py.
+    - `pixel`: the largest colour difference of the reference map that `about_the_base` causes by lowering one pixel.
+    - `sums`: numbers of Taylor's terms at the wavelength `sums_nm`, from which on errors are at most `converged`.
     """
     folder = images(PART)
     with TemporaryDirectory() as scratch:
@@ -206,7 +210,6 @@ def figures() -> dict:
             "spread": checks.spread(surfaces.blazed),
             "valleys": checks.valleys(surfaces.blazed, SIGMAS_UM),
             "terms_seen": {key(s): checks.terms_seen(drawn[f"taylor-{key(s)}"]["panels"]) for s in summed},
-            # Largest colour difference of the reference map that `about_the_base` causes by lowering one pixel.
             "pixel": max(
                 maps.error(Panel("", surfaces.about_the_base(s), REFERENCE, reference_surface=s))["delta_e_mean"]
                 for s in summed

@@ -1,8 +1,8 @@
 """Time of one BSDF call in nanoseconds: kernels over large wavefronts through the Python API, minus an empty kernel.
 
-A wavefront is an array of queries that one kernel of Dr.Jit answers; an element is one query. The time of an element is
-the wall-clock time of the kernel over the number of elements. A kernel runs on all threads of Dr.Jit, or on the whole
-graphics card, so a single thread takes longer for an element.
+A wavefront is an array of evaluations of a BSDF that one kernel of Dr.Jit computes; an element is one evaluation. The
+time of an element is the time of the kernel over the number of elements. A kernel runs on all threads of Dr.Jit, or on
+the whole graphics card, so a single thread takes longer for an element.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ FEWEST = 1 << 10
 MOST = 1 << 21
 # Target time of a kernel. Longer kernels are measured more precisely; shorter ones need less memory.
 KERNEL_S = 0.1
-# Number of timed kernels of each BSDF. More find a smaller time on a busy machine.
+# Number of timed kernels of each BSDF. More come closer to the time of an idle machine, and take longer.
 TURNS = 7
 # Smallest reported time of an element. Noise can make a call's kernel seem no slower than the empty one, and ratios
 # need a positive time. Calls on a processor take longer.
 LEAST_NS = 0.01
-# Seed of the random queries.
+# Seed of the random inputs; its value is arbitrary.
 SEED = 1
 
 
@@ -113,7 +113,7 @@ def fitting_elements(seconds_per_element: float) -> int:
 
 
 class Inputs:
-    """Random inputs of `elements` queries, evaluated beforehand, so that kernels only read them.
+    """Random inputs of `elements` evaluations, computed beforehand, so that kernels only read them.
 
     Directions `si.wi` and `wo` are cosine-distributed. `u1` (1D) and `u2` (2D) are the uniform random numbers of
     `sample`, and `si.uv` the texture coordinates, all in [0, 1). Spectral variants also have wavelengths.

@@ -1,6 +1,6 @@
 """Measurements on a graphics card from `docs/data/gpu.json`, which `make bench-gpu` (benches/gpu) writes.
 
-A measurement is `None` if the file or the row for it is missing. Pages then say "not run".
+A measurement is `None` if the file or the row for it is missing. The documentation then says "not run".
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class Card:
         return next((row for row in rows if all(row.get(key) == value for key, value in wanted.items())), None)
 
     def call_ns(self, kind: str, material: str, call: str) -> float | None:
-        """Nanoseconds per query of one call of the BSDF."""
+        """Nanoseconds per evaluation by one call of the BSDF, as in bsdf_calls.py."""
         row = self._row("calls", kind=kind, call=call)
         return row and row["ns"].get(material)
 
     def render_ratio(self, kind: str, scene: str, material: str) -> float | None:
-        """Wall-clock time of a render over that with `roughconductor`."""
+        """Wall-clock time of a render over that of the scene with `roughconductor`."""
         row = self._row("renders", kind=kind, scene=scene)
         ratio = row and row.get("ratio", {}).get(material)
         return ratio and ratio["wall"]
@@ -50,7 +50,7 @@ class Card:
         return row and row["ms"]
 
     def shading_us(self, method: str, width: int, height: int) -> float | None:
-        """Microseconds of shading per lit pixel of a frame; sizes in pixels."""
+        """Microseconds of evaluating the method per sunlit pixel of the mesh in a frame; sizes in pixels."""
         row = self._row("realtime", method=method, size=[width, height])
         return row and 1e3 * row["stages_ms"]["shade"] / row["lit_pixels"]
 

@@ -5,7 +5,7 @@ without a cover. `to_and_fro` estimates the light that both theories omit.
 
 - The solvers, the *judges* (tests/judges/gratings), solve for light and orders in a medium of the cover's index. Their
   powers are multiplied by the transmittances of the cover's flat side, on the way in and on the way out.
-- A power is the fraction of unpolarised light from air in an order that leaves into air.
+- A *power* is the fraction of unpolarised light from air that leaves into air in one order.
 - *Misplaced* power is the fraction of the leaving light that a theory puts into wrong orders.
 - SCALAR is the phase screen, EXACT is `theory = rigorous` (tests/judges/gratings/theories.py).
 - *Bare* gratings have no cover.
@@ -74,8 +74,8 @@ TO_AND_FRO = (
 class Compared:
     """Powers of one setting's orders by the theories and by the judge; arrays are (orders,).
 
-    The judge's powers in the cover become powers in air by the transmittances of the flat side. The model has the means
-    over s and p; polarised light has each state's own.
+    The judge's powers in the cover become powers in air by the transmittances of the flat side. `by_means` takes
+    their means over s and p, like the model (docs/model.md). `by_states` takes those of each state from end to end.
     """
 
     answer: Judged
@@ -148,12 +148,13 @@ def by_span(made: list[Compared]) -> list[dict]:
 
 
 def drawn() -> dict:
-    """Errors on the random gratings, in `rows` by medium and shape.
+    """The theories' errors on the random gratings. Raises SetupError if a row's rms error of EXACT is too large.
 
-    Each row has the errors of both theories; `unsettled` is the judge's own largest error. `exact` has the errors of
-    EXACT over all rows. `misplaced` is the result of `by_span`. `states` has the errors of EXACT against powers with
-    each state's transmittances, for each range of angles. `left_out` is the number of settings whose judge has not
-    converged. Raises SetupError if the rms error of EXACT in a row reaches EXACT_RMS_MAX.
+    - `rows`: errors of both theories by medium and shape; `unsettled`: the judge's largest change between resolutions.
+    - `misplaced`: the result of `by_span`.
+    - `exact`: the errors of EXACT over all settings.
+    - `states`: the errors of EXACT against powers with each state's transmittances, for each range of angles.
+    - `settings`: the number of settings; `left_out`: the number of further ones whose judge has not converged.
     """
     made = [compared(answer) for answer in load(COVERED)]
     groups: dict[tuple[str, str], list[Compared]] = {}

@@ -1,7 +1,7 @@
 """The part `crosscheck`: the path tracer against the realtime renderer, at points and in pictures.
 
 The measurements are those of `python -m mitsuba_scenes.crosscheck`. A comparison of gratings with `theory = rigorous`
-is added, which that command leaves to the tests.
+is added, which that command leaves to the tests. A *control* is a comparison with a deliberate error, which must fail.
 """
 
 from __future__ import annotations
@@ -80,14 +80,17 @@ def point_figures(found: dict) -> dict:
 
 
 def picture_figures(found: dict) -> dict:
-    """The page's numbers of one surface's pictures: differences, and the controls' mean ΔE₂₀₀₀."""
+    """The page's numbers of one surface's pictures: the differences ΔE₂₀₀₀ and FLIP, and the controls' mean ΔE₂₀₀₀."""
     kept = {key: found[key] for key in ("pixels", "delta_e_2000", "flip")}
     controls = {name: control["delta_e_2000"]["mean"] for name, control in found["controls"].items()}
     return {**kept, "controls": controls}
 
 
 def method_figures(compared: dict) -> list[dict]:
-    """A row for each method: differences from the path-traced ensemble, and from the ensemble along the same rays."""
+    """A row for each picture of methods.py, by its method's name: mean differences from the path-traced ensemble.
+
+    `same_rays` has those from the ensemble along the rays of the realtime renderer.
+    """
     rows = []
     for name, row in compared["against_the_reference"].items():
         same = row[SAME_RAYS]

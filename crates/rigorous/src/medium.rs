@@ -4,8 +4,9 @@ use crate::Error;
 use num_complex::Complex64;
 use std::ops::RangeInclusive;
 
-/// Accepted magnitudes of the index. At smaller ones κm² nearly vanishes for light across the grooves, where the
-/// response of the medium is singular. At larger ones the nodes along the curve do not resolve the skin depth.
+/// Accepted magnitudes of the index. At smaller ones the squared wave number in the medium, κm² (`lib.rs`), nearly
+/// vanishes for light across the grooves. The response of the medium is singular at κm² = 0. At larger magnitudes the
+/// nodes along the curve do not resolve the skin depth.
 const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 
 /// The medium below the relief; above the relief is air, of index 1.
@@ -13,7 +14,8 @@ const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 pub enum Medium {
     /// A perfect conductor.
     Perfect,
-    /// A metal or dielectric of refractive index `eta + i·k`, k ≥ 0, for fields that vary in time as e^{−iωt}.
+    /// A metal or dielectric of refractive index `eta + i·k`, k ≥ 0, for fields that vary in time as e^{−iωt}. Only
+    /// [`Medium::index`] checks its range.
     Index(Complex64),
 }
 

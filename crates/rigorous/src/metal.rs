@@ -1,7 +1,8 @@
 //! Response of the lower medium: W, the matrix from a field u on the curve to its normal derivative ∂νu.
 //!
-//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). S
-//! and K are integrals over the fine nodes, since fields in a metal vary within the skin depth 1/Im κm.
+//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). The
+//! unknown fields belong to *coarse* nodes. S and K are integrals over *fine* nodes, an odd number for each coarse one,
+//! since fields in a metal vary within the skin depth 1/Im κm.
 //!
 //! [`MetalTable`] tabulates W of one metal: polynomial interpolation between Chebyshev nodes of ky², and a Fourier
 //! series over b,
@@ -23,20 +24,22 @@ use crate::{Error, Medium};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Relative error of W by interpolation. Efficiencies are then off by about a hundredth of it, 1e-6.
+/// Relative error of W by interpolation. Efficiencies are then off by about a hundredth of it. A smaller tolerance
+/// needs more Bloch phases and more nodes of ky².
 const TOLERANCE: f64 = 1e-4;
 
-/// Range of ky²/k² that a table covers.
+/// Lowest and highest ky²/k² that a table covers.
 ///
 /// Directions of light have 0 to 1. Negative values, where κ exceeds k, belong to tables over directions that extend
 /// beyond the horizon (`src/grating` of the main crate). With a lower minimum a table needs more nodes of ky²; with a
-/// higher one more points are solved without the table.
+/// higher one more of those directions are solved without the table.
 pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
-/// Most tabulated Bloch phases. A medium that needs more is solved directly; larger values take more memory and time.
+/// Most tabulated Bloch phases. A medium that needs more is solved directly; larger values take more memory and time. A
+/// float, since the estimate that it bounds may be infinite.
 const PHASES_MAX: f64 = 9.0;
 
-/// Most Chebyshev nodes of ky². A medium that needs more is solved directly; larger values take more memory and time.
+/// Most Chebyshev nodes of ky², with the trade-off and type of [`PHASES_MAX`].
 const KY_NODES_MAX: f64 = 11.0;
 
 /// W at the coarse nodes, times their speed |dr/dτ| (`nodes.rs`): target × source. Arguments are κm² in (rad/µm)² and
@@ -110,11 +113,14 @@ impl<'a> MetalTable<'a> {
         // The two signs of the square root give ρ and 1/ρ.
         let rho = rho_or_reciprocal.max(1.0 / rho_or_reciprocal);
         let ky_nodes = (-TOLERANCE.ln() / rho.ln()).ceil();
-        // Images on either side of the nearest one, beyond which fields have decayed below the tolerance.
+        // Im κm is monotonic in ky², so the slowest decay is at an end of the range.
         let slowest_decay = outgoing(kappa_m_squared(low)).im.min(outgoing(kappa_m_squared(high)).im);
         let period = mesh.profile().period_um();
+        // Images kept on either side of the nearest one. The first one left out is at least images + ½ periods away,
+        // where fields have decayed below the tolerance.
         let images = (-TOLERANCE.ln() / (slowest_decay * period) - 0.5).ceil().max(0.0);
         let phases = 2.0 * images + 1.0;
+        // Fields that need the sum over all images reach too many periods for a table.
         let needs_lattice_sum = matches!(Images::needed(slowest_decay, period), Images::All);
         if needs_lattice_sum || phases > PHASES_MAX || !(1.0..=KY_NODES_MAX).contains(&ky_nodes) {
             return Ok(None);
@@ -176,8 +182,8 @@ impl<'a> MetalTable<'a> {
         sum / self.phases as f64
     }
 
-    /// `periods + 1` (0, 1 or 2) for each pair of coarse nodes, with the periods by which the source's nearest image is
-    /// moved: `[source · n + target]`.
+    /// Index of the weight of each pair of coarse nodes in [`MetalTable::at`]: `periods + 1`, 0 to 2, with the periods
+    /// by which the source's nearest image is moved. The pair is at `source · n + target`.
     fn image_indices(&self) -> Vec<u8> {
         let n = self.mesh.nodes();
         let coarse = &self.mesh.coarse;

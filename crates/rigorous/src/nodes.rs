@@ -28,7 +28,7 @@ const EDGE_NODES_MIN: usize = 8;
 const EQUAL_FRACTION: f64 = 0.4;
 
 /// Largest distance along x, in periods, between two nodes whose difference is computed from a common corner. At ½ and
-/// above, another image of the source would be nearer.
+/// above, another image of the source would be nearer; a quarter keeps clear of this limit.
 const COMMON_CORNER_DISTANCE_MAX: f64 = 0.25;
 
 /// Position of a node relative to the two corners of its edge.
@@ -239,7 +239,7 @@ impl Nodes {
         let corner = usize::from(!is_after);
         // All vectors below have their origin at the corner.
         let node = own.offsets[own.nearer];
-        // 2π times the quadrature.
+        // 2π times the quadrature of the kernel for a constant field.
         let mut sum = 0.0;
         let mut far_end = [0.0; 2];
         for (source, on) in self.on_edge.iter().enumerate().filter(|(_, on)| on.edge == neighbour) {
@@ -258,8 +258,8 @@ impl Nodes {
     }
 }
 
-/// Number of nodes of each edge; one number for a smooth profile. The sum is even. It differs from `count` by the
-/// rounding of each number and by [`EDGE_NODES_MIN`].
+/// Number of nodes of each edge; one number for a smooth profile. The sum is even, as [`log_weights`] requires. It
+/// differs from `count` by the rounding of each number and by [`EDGE_NODES_MIN`].
 pub(crate) fn distribute_nodes(profile: &Profile, count: usize) -> Vec<usize> {
     let Shape::Edges(edges) = &profile.shape else { return vec![count.next_multiple_of(2)] };
     let chords: Vec<f64> = edges.iter().map(Edge::chord).collect();
@@ -299,11 +299,13 @@ fn graded(i: usize, n: usize) -> Graded {
         let cube_plus_one = one_plus_s * (1.0 - s + s * s);
         cubic * cube_plus_one + one_plus_s / p
     };
+    // 1 + s = 2σ and 1 − s = 2(1 − σ), each from integers without cancellation.
     let (one_plus_s, one_minus_s) = ((2 * i + 1) as f64 / n as f64, (2 * (n - i) - 1) as f64 / n as f64);
     let (a, b) = (kress_v(one_plus_s), kress_v(one_minus_s));
     let (ap, bp) = (a.powf(p), b.powf(p));
     let s = one_plus_s - 1.0;
-    // du/dσ = 2·du/ds. In du/ds, v'(s) = v'(−s) = 3·cubic·s² + 1/p and a + b = 1.
+    // du/dσ = 2·du/ds and du/ds = p·v'(s)·(ab)^{p−1}·(a + b)/(a^p + b^p)², since v'(s) = v'(−s) = 3·cubic·s² + 1/p.
+    // Moreover, a + b = 1.
     let rate = 2.0 * p * (3.0 * cubic * s * s + 1.0 / p) * (a * b).powf(p - 1.0) / ((ap + bp) * (ap + bp));
     Graded { from_start: ap / (ap + bp), from_end: bp / (ap + bp), rate }
 }

@@ -1,4 +1,4 @@
-//! All orders for one direction of light, solved and checked in one call.
+//! All orders for one direction of light, solved and checked in one call. Symbols are those of `lib.rs`.
 
 use crate::discretisation::NODES_MAX;
 use crate::error::positive;
@@ -109,7 +109,7 @@ impl Estimate {
 ///   and positive.
 /// - [`Error::TooManyWaves`], [`Error::TooLarge`]: a problem that is too large.
 /// - [`Error::NotFinite`]: fields that are not finite.
-/// - [`Error::Unresolved`]: a check that fails with the largest number of nodes, at most 2048.
+/// - [`Error::Unresolved`]: a check that still fails where twice the nodes would be more than 2048.
 pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: [f64; 3]) -> Result<Orders, Error> {
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     check_length(wi)?;
@@ -120,6 +120,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     // κ/k = √(1 − y²), computed from x and z, which keeps its digits for light along the grooves.
     let kappa_over_k = wi[0].hypot(wi[2]);
     let (t, b) = (kappa_over_k * k * period / TAU, -wi[0] * k * period / TAU);
+    // |wi.y| may exceed 1 by the tolerance of the length.
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
     let mut resolution = Resolution::new(profile, medium, wavelength_nm)?;
     loop {

@@ -1,8 +1,11 @@
 //! Amplitudes between all orders on both sides of a relief in a lossless dielectric.
 //!
-//! Symbols and equations are those of `lib.rs`, those of matrices over the nodes in `air.rs`. In the lower medium an
-//! incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z}, with `βm = √(κm² −
-//! αm²)`.
+//! Symbols and equations are those of `lib.rs`. A *flux* is the derivative of a field along the normal, times the speed
+//! |dr/dτ| of the curve (`air.rs`). The *continuation* is that of amplitudes in ky², as analytic functions, to ky² < 0
+//! ([`Air::solve`]).
+//!
+//! In the lower medium an incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z},
+//! with `βm = √(κm² − αm²)`.
 //!
 //! The power of a wave is βm/κ² in the air, for Ey and for Hy of amplitude 1. In the medium it is n²·βm/κm² for Ey and
 //! βm/κm² for Hy.
@@ -50,7 +53,7 @@ impl Channel {
 /// Amplitudes between all propagating orders on both sides of one grating, at one (t, b) and wavelength.
 ///
 /// Polarisation states and the weights of powers are those of [`Amplitudes`](crate::Amplitudes). Light incident in
-/// order n comes, on either side, from the mirror direction of order n.
+/// order m comes, on either side, from the mirror direction of order m.
 ///
 /// ```
 /// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};
@@ -71,7 +74,9 @@ pub struct Scattering {
     wave_number: f64,
     /// ky/k; imaginary in the continuation.
     groove_cosine: Complex64,
+    /// Propagating orders in the air.
     above: Waves,
+    /// Propagating orders in the medium.
     below: Waves,
     /// Jones matrices at `out · count + in`. Positions count the orders above, then those below.
     jones: Vec<Jones>,
@@ -95,6 +100,7 @@ pub struct Scattering {
 /// # Ok::<(), sunbeam_rigorous::Error>(())
 /// ```
 pub struct Below {
+    /// Propagating orders in the medium.
     waves: Waves,
     /// W times the speed, from field to flux.
     response: Matrix,
@@ -155,6 +161,7 @@ impl Air<'_> {
         let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
         // κm² = (n² − 1)k² + κ².
         let kappa_m_squared = (positive("eta", eta)? * k).powi(2) - self.ky_squared(k);
+        // κm² < 0 occurs for an index below 1 only: light along the grooves then does not enter the medium.
         let tm = kappa_m_squared.max(0.0).sqrt() * self.mesh().profile().period_um() / TAU;
         self.scatter_with(&Below::new(self.mesh(), tm, self.b())?, eta, wavelength_nm)
     }
@@ -300,6 +307,7 @@ impl Scattering {
     /// path. `reversed` are the amplitudes at −b.
     pub fn reciprocity_error(&self, reversed: &Self) -> f64 {
         let mut worst = 0.0_f64;
+        // At −b, order −m has the opposite wave number along x.
         let opposite = |channel: Channel| Channel { order: -channel.order, ..channel };
         for out in self.channels() {
             for from in self.channels() {
@@ -314,6 +322,7 @@ impl Scattering {
         worst
     }
 
+    /// Propagating orders on a side.
     fn waves(&self, side: Side) -> &Waves {
         match side {
             Side::Above => &self.above,

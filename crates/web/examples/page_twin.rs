@@ -5,7 +5,8 @@
 //!     page_twin --programs -o programs.json
 //!
 //! The first form draws the picture or BRDF map of the page's settings (src/settings.rs). The second writes the page's
-//! examples. The third writes the source of every WGSL program.
+//! examples: files and pictures of the surfaces that a visitor can select. The third writes the source of every WGSL
+//! program, for a test that compiles them in a browser.
 
 use clap::Parser;
 use ndarray::Array3;
@@ -31,13 +32,13 @@ struct Args {
     /// The page's settings (.json)
     #[arg(required_unless_present_any = ["examples", "programs"])]
     settings: Option<PathBuf>,
-    /// Width and height in pixels
+    /// Width and height of the picture in pixels; a map has its own side
     #[arg(long, value_parser = size, default_value = "384x256")]
     size: (u32, u32),
     /// Rays along each side of a pixel
     #[arg(long, default_value_t = 1)]
     supersample: u32,
-    /// The dropped file
+    /// The file that the settings name, as if it was dropped on the page
     #[arg(long)]
     file: Option<PathBuf>,
     /// Draw the BRDF map of the settings' light, with this side in pixels, instead of a picture
@@ -153,7 +154,7 @@ impl<'a> Drawing<'a> {
 }
 
 /// Writes index.json, the files and the pictures of the examples in the file `list` (crates/web/examples.json) into
-/// `folder`. Without an adapter there are no pictures, and a line on stderr says so.
+/// `folder`. Without a `gpu` there are no pictures, and a line on stderr says so.
 ///
 /// The surface of an example is a preset, unless the example names a file. The file is a scan in the folder `scans`. If
 /// the example has a cut, this function makes the file from the lower left corner of a preset instead.
@@ -200,6 +201,6 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
 /// `cut["side_um"]` µm.
 fn write_cut(cut: &Value, path: &Path) -> Result<(), Box<dyn Error>> {
     let preset: Preset = cut["preset"].as_str().unwrap_or_default().parse()?;
-    let side_um = cut["side_um"].as_f64().ok_or("an example is cut to no size")?;
+    let side_um = cut["side_um"].as_f64().ok_or("the cut of an example has no side_um")?;
     Ok(preset.build(None, None)?.cropped(0.0, 0.0, side_um, side_um)?.write(path)?)
 }

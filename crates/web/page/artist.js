@@ -1,9 +1,9 @@
 // The artist: the Web Worker with the page's canvas and the graphics device.
 //
-// It keeps the scene, the method and the view that the page sends, and draws pictures of them in steps, from coarse to
-// fine. `artist` is the Rust object of crates/web/src/wasm/artist.rs. Its asynchronous calls must not overlap, so each
-// goes through the queue of `inTurn`. Events to the page: "drawn" with the report of a picture, "failed" with a
-// message, and "lost" when the device is lost.
+// It keeps the scene, the realtime method and the view that the page sends, and draws pictures of them in steps, from
+// coarse to fine. `artist` is the Rust object of crates/web/src/wasm/artist.rs. Its asynchronous calls must not
+// overlap, so each goes through the queue of `inTurn`. Events to the page: "drawn" with the report of a picture,
+// "failed" with a message, and "lost" when the device is lost.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
@@ -25,7 +25,7 @@ let draft = null;
 let scene = null;
 /** The method's data. */
 let method = null;
-/** The last view that the page ordered: {settings, width, height, serial}. */
+/** The last view that the page ordered: {settings, width, height, serial}, with JSON settings and sizes in pixels. */
 let view = null;
 /** Number of changes of view, scene, method and device so far. */
 let changeCount = 0;

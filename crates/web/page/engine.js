@@ -6,7 +6,8 @@
 // - The artist (artist.js): the Web Worker that draws with WebGPU.
 //
 // A *key* is a string that changes whenever the relief, the method's data or the scene have to be built again
-// (`Engine.keys`). Settings are objects here and JSON in the library.
+// (`Engine.keys`). Settings are objects here and JSON in the library. A parameter `progress` is a function, called with
+// the finished fraction from 0 to 1.
 
 import init, * as sunbeam from "./wasm/sunbeam_web.js";
 import { Channel, WorkerError } from "./channel.js";
@@ -51,7 +52,7 @@ export class Engine {
     this.catalogue = JSON.parse(sunbeam.catalogue());
   }
 
-  /** Keys for these settings: {relief, method, scene}. */
+  /** Keys for these settings: {relief, method, scene}. state.js adds the checksum of the surface's file, if any. */
   keys(settings) {
     return JSON.parse(sunbeam.keys(JSON.stringify(settings)));
   }

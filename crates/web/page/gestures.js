@@ -1,4 +1,5 @@
-// Gestures on the picture: drags, wheel, two fingers and keys. Lengths are in CSS pixels.
+// Gestures on the picture: drags, wheel, two fingers and keys. Lengths are in CSS pixels. `right` and `down` are those
+// of a movement, negative to the left and upwards.
 
 /** Length of the drag that equals one press of an arrow key. A longer one turns faster, a shorter one more finely. */
 const KEY_PIXELS = 16;
@@ -15,7 +16,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
  * Listens to gestures on a canvas and calls the functions of `actions`:
  *
  * - turn(right, down), sun(right, down), pan(right, down): turn the view, turn the sun, move the view;
- * - zoom(factor): multiplies the camera's distance;
+ * - zoom(factor): multiplies the camera's distance, so that factors below 1 move it nearer;
  * - reset(): sets the view to its default;
  * - hover(x, y): the pointer is over this point, with coordinates in [0, 1) from the upper left;
  * - leave(): the pointer has left the canvas;
@@ -41,6 +42,7 @@ export function listenToGestures(canvas, actions) {
     if (pressed.size === 2) {
       const [a, b] = pressed.values();
       const other = a.pointerId === event.pointerId ? b : a;
+      // Fingers at the same point count as one pixel apart, so that the factor stays finite.
       const distance = (pointer) => Math.hypot(pointer.clientX - other.clientX, pointer.clientY - other.clientY);
       actions.zoom(Math.max(distance(before), 1) / Math.max(distance(event), 1));
       // The picture follows the middle of both fingers. It moves by half the way of one finger.
@@ -65,6 +67,7 @@ export function listenToGestures(canvas, actions) {
     "wheel",
     (event) => {
       event.preventDefault();
+      // Wheels that count pages are read as if they counted pixels.
       const pixels = (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PIXELS : 1) * event.deltaY;
       actions.zoom(Math.exp(WHEEL_ZOOM * pixels));
     },

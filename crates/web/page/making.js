@@ -1,4 +1,5 @@
-// Builds the data that the settings need and that do not exist yet. Returns to the last good state if a build fails.
+// Builds the data that the settings need and that do not exist yet. If a build fails, the settings return to the last
+// ones whose data were complete (`page.good`).
 //
 // Two kinds of data are built in parallel: the surface (relief, then the method's data) and the scene (mesh and
 // pigment). A change of one kind does not disturb the other. Each start of a kind increments its number in `turns`. A

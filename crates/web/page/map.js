@@ -1,5 +1,5 @@
-// The BRDF map: f_r over all viewing directions for one direction of the light. It shows the hemisphere from above: a
-// unit vector [x, y, z] is at the point (x, y) of the unit disc, with x to the right and y up.
+// The BRDF map: the BRDF f_r over all viewing directions for one direction of the light. It shows the hemisphere from
+// above: a unit vector [x, y, z] is at the point (x, y) of the unit disc, with x to the right and y up.
 //
 // A map is {rgb, side, wi}: f_r in 1/sr as linear sRGB, three numbers for each of side² pixels, rows from the top, and
 // the unit vector to the light. `wo` is the unit vector to the viewer.
@@ -7,7 +7,7 @@
 import { svg } from "./svg.js";
 
 /** One degree in radians. */
-const RADIAN = Math.PI / 180;
+const DEGREE = Math.PI / 180;
 /** Largest radius that arrow keys reach, just inside the horizon at 1. */
 const KEY_RADIUS_MAX = 0.995;
 /** Steps of the arrow keys without and with the shift key, as fractions of the disc's radius. */
@@ -15,15 +15,15 @@ const [KEY_STEP, KEY_STEP_LARGE] = [0.02, 0.1];
 
 /** The unit vector with the angle theta to the normal and the azimuth phi, from +x towards +y. */
 export function direction(theta_deg, phi_deg) {
-  const sine = Math.sin(theta_deg * RADIAN);
-  return [sine * Math.cos(phi_deg * RADIAN), sine * Math.sin(phi_deg * RADIAN), Math.cos(theta_deg * RADIAN)];
+  const sine = Math.sin(theta_deg * DEGREE);
+  return [sine * Math.cos(phi_deg * DEGREE), sine * Math.sin(phi_deg * DEGREE), Math.cos(theta_deg * DEGREE)];
 }
 
 /** Angle to the normal and azimuth of a unit vector: {theta_deg, phi_deg}. The azimuth of the normal is 0. */
 export function angles([x, y, z]) {
-  const theta_deg = Math.acos(Math.min(1, Math.max(-1, z))) / RADIAN;
+  const theta_deg = Math.acos(Math.min(1, Math.max(-1, z))) / DEGREE;
   const isNormal = Math.hypot(x, y) < 1e-9;
-  return { theta_deg, phi_deg: isNormal ? 0 : Math.atan2(y, x) / RADIAN };
+  return { theta_deg, phi_deg: isNormal ? 0 : Math.atan2(y, x) / DEGREE };
 }
 
 /** The half vector of two directions; the normal if they are opposite. */
@@ -40,7 +40,7 @@ export function directionAt(right, down) {
   return radiusSquared < 1 ? [x, y, Math.sqrt(1 - radiusSquared)] : null;
 }
 
-/** The map's value in a direction: three numbers in 1/sr. */
+/** The map's value in a direction, linear sRGB in 1/sr: that of the pixel that contains the direction. */
 export function colourAt({ rgb, side }, [x, y]) {
   const column = Math.min(side - 1, Math.floor((0.5 + 0.5 * x) * side));
   const row = Math.min(side - 1, Math.floor((0.5 - 0.5 * y) * side));
@@ -61,7 +61,7 @@ export class MapView {
    */
   constructor(canvas, marks, read) {
     this.#canvas = canvas;
-    for (const theta of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta * RADIAN) }));
+    for (const theta of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta * DEGREE) }));
     marks.append(svg("path", { class: "grid", d: "M-1 0H1M0-1V1" }), this.#mirror, this.#half, this.#viewer);
     this.mark(null, null);
     // The point of the disc that was read last.

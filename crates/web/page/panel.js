@@ -3,7 +3,7 @@
 import { byId, isFile, page, views } from "./state.js";
 import { degrees, signed } from "./words.js";
 
-/** Refractive index of keratin, the library's default. */
+/** Refractive index of keratin, equal to the library's default (KERATIN in crates/realtime/src/view.rs). */
 export const KERATIN_ETA = 1.56;
 
 /** Dielectrics with their refractive index at 550 nm. */

@@ -140,7 +140,7 @@ export function resetView() {
  */
 const showPoint = onlyLatest(async (x, y) => {
   const found = await page.engine.query(x, y);
-  // The map has the directions above the surface alone. A film may be lit and seen from below.
+  // A film may be lit and seen from below, but the map has the directions above the surface alone.
   const isBelow = found && Math.min(found.wi[2], found.wo[2]) <= 0;
   if (!found || (isBelow && page.settings.surface.transmission === "film")) return;
   const { theta_deg, phi_deg } = angles(found.wi);

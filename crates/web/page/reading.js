@@ -67,7 +67,7 @@ export function readAt(wo) {
   readSpectrum();
 }
 
-/** Computes and shows the spectrum at page.wi and page.wo. */
+/** Computes and shows the spectrum for page.wi and page.wo. A method may have no values by wavelength. */
 const showSpectrum = onlyLatest(async () => {
   const values = await page.engine.spectrum(page.settings, page.wi, page.wo);
   page.spectrum = values;

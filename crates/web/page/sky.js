@@ -1,7 +1,7 @@
 // The sky from above, with the viewer at the lower edge and a sun that can be dragged.
 //
-// A direction of elevation e is at the radius cos e, so the horizon is the rim and the zenith the centre. Azimuths are
-// counter-clockwise; that of the camera points down. y is downwards, as in SVG.
+// A direction of elevation e is at cos e times the disc's radius, so the horizon is the rim and the zenith the centre.
+// Azimuths are counter-clockwise; that of the camera points down. y is downwards, as in SVG.
 
 import { svg } from "./svg.js";
 
@@ -10,7 +10,7 @@ const HALF = 52;
 /** Radius of the horizon in the same units. */
 const RADIUS = 44;
 /** One degree in radians. */
-const RADIAN = Math.PI / 180;
+const DEGREE = Math.PI / 180;
 
 /** Drawing of the sky in an SVG element. */
 export class Sky {
@@ -24,7 +24,7 @@ export class Sky {
   constructor(element, changed) {
     this.#element = element;
     element.append(svg("circle", { class: "rim", r: RADIUS }));
-    for (const elevation of [30, 60]) element.append(svg("circle", { r: RADIUS * Math.cos(elevation * RADIAN) }));
+    for (const elevation of [30, 60]) element.append(svg("circle", { r: RADIUS * Math.cos(elevation * DEGREE) }));
     // The text stands between the horizon and the lower edge.
     element.append(this.#ray, svg("text", { x: 0, y: HALF - 0.5 }, "you"), this.#sun);
     const drag = (event) => {
@@ -32,10 +32,10 @@ export class Sky {
       const x = (((event.clientX - box.x) / box.width) * 2 * HALF - HALF) / RADIUS;
       const y = (((event.clientY - box.y) / box.height) * 2 * HALF - HALF) / RADIUS;
       // The angle from the downward axis, which has the camera's azimuth.
-      const azimuth = Math.atan2(x, y) / RADIAN + this.#camera;
+      const azimuth = Math.atan2(x, y) / DEGREE + this.#camera;
       // The operator % has the sign of its left operand.
       const wrapped = ((((azimuth + 180) % 360) + 360) % 360) - 180;
-      changed(wrapped, Math.acos(Math.min(1, Math.hypot(x, y))) / RADIAN);
+      changed(wrapped, Math.acos(Math.min(1, Math.hypot(x, y))) / DEGREE);
     };
     element.addEventListener("pointerdown", (event) => {
       element.setPointerCapture(event.pointerId);
@@ -50,8 +50,8 @@ export class Sky {
   show(sun, camera) {
     this.#camera = camera.azimuth_deg;
     // The angle from the downward axis, as in `drag`.
-    const angle = (sun.azimuth_deg - camera.azimuth_deg) * RADIAN;
-    const radius = RADIUS * Math.cos(sun.elevation_deg * RADIAN);
+    const angle = (sun.azimuth_deg - camera.azimuth_deg) * DEGREE;
+    const radius = RADIUS * Math.cos(sun.elevation_deg * DEGREE);
     const [x, y] = [radius * Math.sin(angle), radius * Math.cos(angle)];
     this.#sun.setAttribute("cx", x);
     this.#sun.setAttribute("cy", y);

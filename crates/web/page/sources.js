@@ -105,9 +105,12 @@ export async function fetched(example) {
   return { name: example.file, file: new File([await response.blob()], example.file), sha256: example.sha256 };
 }
 
-/** Shows the ready-made picture of an example if there is no graphics device. Undefined stands for no example. */
+/**
+ * Shows the ready-made picture of an example if there is no graphics device. Undefined stands for no example. Examples
+ * that were built without a graphics adapter have no picture.
+ */
 export function showStill(example) {
-  byId("still").hidden = page.adapter !== null || !example;
+  byId("still").hidden = page.adapter !== null || !example?.thumbnail;
   if (byId("still").hidden) return;
   byId("still").src = `examples/${example.thumbnail}`;
   byId("still").alt = `${example.title}, a ready-made picture`;
@@ -122,7 +125,9 @@ export function showExamples() {
       const [radio, image, title] = ["input", "img", "span"].map((name) => document.createElement(name));
       card.className = "card";
       Object.assign(radio, { type: "radio", name: "example", value: index });
-      Object.assign(image, { src: `examples/${example.thumbnail}`, alt: "", width: 288, height: 192 });
+      // THUMBNAIL_SIZE of page_twin.rs.
+      Object.assign(image, { alt: "", width: 288, height: 192 });
+      if (example.thumbnail) image.src = `examples/${example.thumbnail}`;
       title.textContent = example.title;
       card.append(radio, image, title);
       radio.addEventListener("change", () => chooseExample(example));

@@ -4,9 +4,9 @@ import { svg } from "./svg.js";
 
 /** Edges of the plot area in the units of the SVG element's viewBox. */
 const [LEFT, RIGHT, TOP, BOTTOM] = [44, 294, 8, 128];
-/** First and last wavelength. */
+/** First and last wavelength, those of crates/web/src/spectra.rs. */
 const [FIRST_NM, LAST_NM] = [380, 780];
-/** Pairs of wavelength in nm and approximate colour, for the area under the curve. */
+/** Pairs of wavelength in nm and its approximate colour on a screen, for the area under the curve. */
 const HUES = [
   [380, "#3b1a6b"], [420, "#4a32c0"], [460, "#2b62e0"], [490, "#1f9fc4"], [520, "#28a745"],
   [560, "#8fb51f"], [580, "#d8b41c"], [610, "#e0701f"], [650, "#c22b20"], [780, "#4d0f0f"],

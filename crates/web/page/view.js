@@ -2,7 +2,7 @@
 
 import { byId, page } from "./state.js";
 
-/** Largest width in pixels of a picture whose size follows the window. A larger picture takes longer to draw. */
+/** Largest width in pixels of a picture whose size follows the window. Larger values are sharper and slower to draw. */
 const WIDTH_MAX = 1536;
 /** Smallest width in pixels of a picture whose size follows the window, for windows that are nearly closed. */
 const WIDTH_MIN = 96;

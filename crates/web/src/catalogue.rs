@@ -34,12 +34,14 @@ const CONDUCTORS: [Conductor; 5] = [
 pub fn catalogue() -> Value {
     let preset = |preset: Preset| {
         let mut entry = json!({ "name": preset.name(), "title": preset_title(preset) });
+        // Only gratings have a period and a height.
         if let Some((period_um, height_um)) = preset.defaults_um() {
             (entry["period_um"], entry["height_um"]) = (json!(period_um), json!(height_um));
         }
         entry
     };
     let method = |kind: MethodKind| {
+        // The patch model, the only one of some methods, cannot conserve energy.
         let conserves_energy = !kind.is_patch_only();
         json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": conserves_energy })
     };

@@ -15,7 +15,7 @@ use sunbeam::transform::{Periods, periods};
 /// limit admits builds that phones end; a smaller one refuses builds that most machines can do.
 const LIMIT_BYTES: f64 = 1.5e9;
 /// Factor on the library's estimated build times, which are for native code on two cores. A page has one thread, and
-/// WebAssembly is slower.
+/// WebAssembly is slower. It affects only the time shown, not which builds are refused.
 const SLOWER: f64 = 3.0;
 /// Largest number of points of a height field: 4096², the size of the largest usual scans.
 const POINTS_MAX: usize = 4096 * 4096;

@@ -66,7 +66,7 @@ pub struct Settings {
     pub ground: bool,
     /// Stops by which the picture is brightened for the screen, −20 to 20.
     pub exposure: f64,
-    /// Factor on the number of cells of the snake's mesh in each direction, 0.5 to 8.
+    /// Factor on the number of cells (pairs of triangles) of the snake's mesh in each direction, 0.5 to 8.
     pub resolution: f64,
     /// Light of the BRDF map.
     pub map: MapSettings,

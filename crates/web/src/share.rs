@@ -68,6 +68,7 @@ pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     scene_camera(settings, size, &mut line);
     scene_shape(settings, &mut line);
     if settings.ground {
+        // Half the side in cm, that of the renderer's ground.
         line("    <shape type=\"rectangle\">");
         line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
         line("        <bsdf type=\"diffuse\">");
@@ -112,6 +113,7 @@ fn scene_camera(settings: &Settings, (width, height): (u32, u32), line: &mut imp
     line("        <transform name=\"to_world\">");
     line(&format!("            <lookat origin=\"{origin}\" target=\"{target}\" up=\"0, 0, 1\"/>"));
     line("        </transform>");
+    // More samples lower the noise and take longer.
     line("        <sampler type=\"multijitter\"><integer name=\"sample_count\" value=\"64\"/></sampler>");
     line("        <film type=\"hdrfilm\">");
     line(&format!("            <integer name=\"width\" value=\"{width}\"/>"));
@@ -234,11 +236,11 @@ fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
 fn method_options(settings: &Settings) -> Vec<(&'static str, String)> {
     let (options, default) = (&settings.options, MethodOptions::default());
     let supported = settings.method.options();
-    let mut words = vec![("method", settings.method.name().to_owned())];
+    let mut named_values = vec![("method", settings.method.name().to_owned())];
     // `field` is the name in `MethodOptions`, `option` that of the command. `value` is `None` for a default.
     let mut add = |field: &'static str, option: &'static str, value: Option<String>| {
         if supported.contains(&field) {
-            words.extend(value.map(|value| (option, value)));
+            named_values.extend(value.map(|value| (option, value)));
         }
     };
     let number = |value: f64, default: f64| (value != default).then(|| value.to_string());
@@ -254,7 +256,7 @@ fn method_options(settings: &Settings) -> Vec<(&'static str, String)> {
     let highlight = options.gems_highlight;
     add("gems_highlight", "gems_highlight", (highlight != default.gems_highlight).then(|| coordinates(highlight, ",")));
     add("resolution", "table_resolution", number(options.resolution, default.resolution));
-    words
+    named_values
 }
 
 /// Name of an enum's value, as in JSON and on the command line.

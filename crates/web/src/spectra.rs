@@ -79,6 +79,7 @@ impl Spectra {
             }
         };
         let wavelengths_nm = (0..SPECTRUM_COUNT).map(|i| FIRST_NM + STEP_NM * i as f64);
+        // A method answers at every wavelength or at none.
         wavelengths_nm.map_while(f_r).map(|value| value as f32).collect()
     }
 }

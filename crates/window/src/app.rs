@@ -1,5 +1,8 @@
 //! The window's contents: controls on the left, the picture on the right. Work that takes long is done by other threads
 //! (task.rs, drawer.rs), whose results each repaint collects.
+//!
+//! A *recipe* is all inputs of building a method (settings.rs). A *job* is all inputs of a picture except scene and
+//! method ([`Job`]). A *point* is egui's unit of length, a pixel of a screen that is not scaled.
 
 use super::artist::Shot;
 use super::drawer::{Drawer, Event};
@@ -21,7 +24,7 @@ use sunbeam_realtime::{Gpu, Mesh, Target};
 
 /// Width of the panel with the controls, in points.
 const PANEL_POINTS: f32 = 264.0;
-/// Interval of repaints while a note counts seconds.
+/// Interval of repaints while a note counts seconds. Shorter ones count more smoothly and take more time.
 const NOTE_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Function that makes the mesh and its pigment, which takes seconds.

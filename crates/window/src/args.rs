@@ -74,6 +74,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
         surface,
         kind,
         options,
+        // Without an index on the command line, the surface is keratin and not a perfect conductor.
         index: Some(args.surface.config()?.index().unwrap_or(KERATIN)),
         orbit: Orbit::from(&view.camera),
         sun: Sun::from(&view.light),
@@ -86,6 +87,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     open(Start {
         settings,
         make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
+        // In egui's points: pixels of a screen that is not scaled.
         size: [args.size.0 as f32, args.size.1 as f32],
         // The default name is not checked, so the window opens even if the working folder cannot be written.
         screenshot: args.screenshot.as_ref().map_or_else(|| SCREENSHOT.into(), |file| file.path().to_owned()),

@@ -205,6 +205,7 @@ impl Artist {
             Some((column, row)) => target.read_query(&self.gpu, column, row)?,
             None => Query::default(),
         };
+        // `SKIN` is the mesh. An opaque surface that is lit from below reflects nothing.
         if seen.kind != Query::SKIN || (seen.wi[2] <= 0.0 && !shader.is_film()) {
             self.map_side = Some(hemisphere::FINEST_SIDE);
             return Ok(Some(Done::Map(None)));

@@ -26,6 +26,11 @@ const SUPERSAMPLE: RangeInclusive<u32> = 1..=8;
 const INDEX_ETA: RangeInclusive<f64> = 0.01..=20.0;
 /// Imaginary part of the refractive index.
 const INDEX_K: RangeInclusive<f64> = 0.0..=20.0;
+/// Period of the grating that Stam's method assumes, in µm.
+const PERIOD_UM: RangeInclusive<f64> = 0.05..=100.0;
+
+/// Width of the exposure's slider in points, which leaves room for the number beside it.
+const SLIDER_POINTS: f32 = 82.0;
 
 /// All controls, from top to bottom.
 pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
@@ -98,7 +103,7 @@ fn show_method(ui: &mut Ui, settings: &mut Settings) {
             }
             "weighted" => switch(ui, "Weighted", &mut options.weighted),
             "repeats" => show_repeats(ui, &mut options.repeats),
-            "period_um" => optional(ui, "Period", &mut options.period_um, 1.6, 0.05..=100.0, 0.01, " µm"),
+            "period_um" => optional(ui, "Period", &mut options.period_um, 1.6, PERIOD_UM, 0.01, " µm"),
             "stam_form" => {
                 choice(ui, "Form", &mut options.stam_form, [(StamForm::Spacing, "spacing"), (StamForm::Gems, "gems")]);
             }
@@ -130,7 +135,7 @@ fn show_repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
 /// Exposure, blending with the pigment, ground and resolution.
 fn show_picture(ui: &mut Ui, settings: &mut Settings) {
     row(ui, "Exposure", |ui| {
-        ui.spacing_mut().slider_width = 82.0;
+        ui.spacing_mut().slider_width = SLIDER_POINTS;
         ui.add(egui::Slider::new(&mut settings.exposure, EXPOSURE_STOPS).max_decimals(1));
     });
     let mut blend = Blending::from(settings.view.blend);
@@ -146,7 +151,7 @@ fn show_picture(ui: &mut Ui, settings: &mut Settings) {
     number(ui, "Resolution", &mut settings.scale, SCALE, 0.01, " x");
 }
 
-/// A [`Blend`] without its share.
+/// A [`Blend`] without its share, for a choice by name.
 #[derive(Clone, Copy, PartialEq)]
 enum Blending {
     Physical,

@@ -37,9 +37,9 @@ pub(crate) struct PictureFacts {
     ms: f64,
     /// Whether no finer picture follows.
     is_finest: bool,
-    /// Number of sunlit samples of the mesh, each a query that the method answered.
+    /// Number of rays that met sunlit points of the mesh. The method is evaluated once for each.
     lit_samples: u64,
-    /// Name and time in ms of each stage.
+    /// Name and time in ms of each stage of drawing ([`StageTimes`](sunbeam_realtime::StageTimes)).
     stages: [(&'static str, f64); 4],
 }
 

@@ -26,9 +26,9 @@ pub(crate) struct BrdfMap {
     pub exposure: f64,
 }
 
-/// Side in pixels of the map to draw after a map with the side `done`. It is the finest map that takes at most
-/// [`PREVIEW_MS`] by the estimate of `pace`, else the next finer one. `done` is `None` before the first map. The result
-/// is `None` after the finest map.
+/// Side in pixels of the map to draw after a map with the side `done`. `pace` is the estimated speed of the method. The
+/// map is the finest one that takes at most [`PREVIEW_MS`], else the next finer one. `done` is `None` before the first
+/// map. The result is `None` after the finest map.
 pub(crate) fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let mut finer = SIDES.into_iter().filter(|&side| done.is_none_or(|done| side > done));
     let fits = |&side: &usize| pace.fits(area(side), PREVIEW_MS);

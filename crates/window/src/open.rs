@@ -14,7 +14,7 @@ pub(crate) struct Start {
     pub settings: Settings,
     /// Makes the mesh and its pigment, on another thread.
     pub make_scene: SceneMaker,
-    /// Width and height of the window in points.
+    /// Width and height of the window in points, egui's unit: pixels of a screen that is not scaled.
     pub size: [f32; 2],
     /// File name of the first screenshot; later ones are numbered (screenshot.rs).
     pub screenshot: PathBuf,
@@ -74,7 +74,7 @@ fn explained(error: eframe::Error) -> Box<dyn Error> {
         eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
         eframe::Error::Winit(error) => no_display(error.to_string()),
         eframe::Error::Wgpu(WgpuError::CustomNativeAdapterSelectionError(reason)) => reason.into(),
-        // There is no graphics interface at all.
+        // There is no graphics interface at all, hence no adapter.
         eframe::Error::Wgpu(WgpuError::CreateSurfaceError(_)) => {
             GpuError::NoAdapter { wanted: "usable".to_owned(), found: "none".to_owned() }.into()
         }

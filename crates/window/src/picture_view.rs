@@ -4,7 +4,8 @@ use super::hemisphere::BrdfMap;
 use super::settings::Settings;
 use eframe::egui::{self, Color32, PointerButton, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2, pos2, vec2};
 
-/// Natural logarithm of the zoom factor per point that the wheel scrolls.
+/// Natural logarithm of the zoom factor per point that the wheel scrolls. Larger values zoom faster; smaller ones are
+/// more precise.
 const ZOOM_PER_POINT: f32 = 0.002;
 /// Largest side of the BRDF map in points.
 const MAP_POINTS_MAX: f32 = 150.0;
@@ -26,7 +27,7 @@ pub(crate) struct PictureArea {
 }
 
 /// Shows the picture `texture` and the line of text `note` in the available space, and moves camera and sun with the
-/// mouse. The response is that of the area to the mouse.
+/// mouse. Returns the response of the area to the mouse, and the area with the cursor.
 pub(crate) fn show(
     ui: &mut Ui,
     settings: &mut Settings,
@@ -78,6 +79,7 @@ fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
     } else if left {
         settings.orbit.turn(x, y);
     }
+    // Factor on the camera's distance. Scrolling up and spreading two fingers move the camera nearer.
     let factor = (-ZOOM_PER_POINT * scrolled).exp() / pinched;
     if response.hovered() && factor != 1.0 {
         settings.orbit.zoom(f64::from(factor));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// The first of `NAME.png`, `NAME-2.png`, `NAME-3.png`, … that exists neither as PNG nor as EXR, where `NAME` is `path`
-/// without its extension.
+/// without its extension. If all numbers are taken, it is `NAME.png`.
 pub(crate) fn free_name(path: &Path) -> PathBuf {
     let png = path.with_extension("png");
     let taken = |path: &Path| path.exists() || path.with_extension("exr").exists();

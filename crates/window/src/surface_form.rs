@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
+// Ranges of controls. They have the usual values; options of the command line accept more.
 /// Range of the control for periods in µm.
 const PERIOD_UM: RangeInclusive<f64> = 0.2..=50.0;
 /// Range of the controls for heights in µm.
@@ -45,7 +46,7 @@ impl From<&SurfaceConfig> for SurfaceForm {
 }
 
 impl SurfaceForm {
-    /// Shows the controls and changes the surface: at once for a preset, and on opening for a file.
+    /// Shows the controls. A preset changes the surface at once; a file, when the user opens it.
     pub(crate) fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
         let before = self.chosen;
         let presets = Preset::ALL.map(|preset| (Chosen::Preset(preset), preset.name()));

@@ -26,7 +26,8 @@ pub(crate) fn choice<T: Copy + PartialEq>(
     });
 }
 
-/// A number to type or drag. What the user enters is clamped to the range. `speed` is the change per point of a drag.
+/// A number to type or drag. Numbers that the user enters are clamped to the range. `speed` is the change per point
+/// of a drag.
 pub(crate) fn number<N: Numeric>(
     ui: &mut Ui,
     label: &str,

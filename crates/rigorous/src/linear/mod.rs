@@ -28,7 +28,8 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     result.joined()
 }
 
-/// Solves `a·x = right` for a square matrix `a` and every column of `right`. `what` names the solution in the error.
+/// Solves `a·x = right` for a square matrix `a` and every column of `right`, by elimination with row exchanges. `what`
+/// names the solution in the error.
 ///
 /// # Errors
 /// [`Error::NotFinite`] for a solution that is not finite: `a` is singular, or not finite itself.
@@ -48,7 +49,7 @@ mod tests {
     /// Bound on the rounding of sums of some hundred terms, and on its growth by elimination.
     const ROUNDING: f64 = 1e-11;
 
-    /// Pseudo-random elements with real and imaginary parts in [−½, ½).
+    /// Pseudo-random elements with real and imaginary parts in [−½, ½), by Knuth's linear congruential generator.
     fn random_matrix(rows: usize, columns: usize, seed: u64) -> Matrix {
         let mut state = seed;
         let mut part = move || {

@@ -49,8 +49,8 @@ impl<'a> View<'a> {
         Complex64::new(self.re[(i, j)], self.im[(i, j)])
     }
 
-    /// Quadrants `[[upper left, upper right], [lower left, lower right]]`; row and column `index` are the first of the
-    /// lower right one.
+    /// Quadrants `[[upper left, upper right], [lower left, lower right]]`. The lower right quadrant begins at row
+    /// `index` and column `index`.
     pub(super) fn quadrants(&self, index: usize) -> [[Self; 2]; 2] {
         let cut = |plane: ArrayView2<'a, f64>| {
             let (upper, lower) = plane.split_at(Axis(0), index);

@@ -87,7 +87,8 @@ impl Spline {
         let mut seconds = vec![0.0; n];
         if n >= 3 {
             let inner = n - 2;
-            // After elimination, row i reads M[i+1] + upper[i]·M[i+2] = right[i].
+            // After elimination, row i reads M[i+1] + upper[i]·M[i+2] = right[i]. The conditions at the ends add 1 to
+            // the diagonal of the first and of the last row.
             let (mut upper, mut right) = (vec![0.0; inner], vec![0.0; inner]);
             for i in 0..inner {
                 let difference = heights[i] - 2.0 * heights[i + 1] + heights[i + 2];
@@ -117,6 +118,7 @@ impl Spline {
         // Fraction of the interval from knot i to knot i + 1; outside of [0, 1] beyond the outer knots.
         let fraction = u * n as f64 - 0.5 - i as f64;
         let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.seconds[i], self.seconds[i + 1]);
+        // Slope of the cubic at knot i, from the heights and second derivatives at both knots.
         let slope_at_knot = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
         // Taylor's series about knot i; the third derivative is (m1 − m0)/step.
         let s = step * fraction;

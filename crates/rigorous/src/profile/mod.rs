@@ -67,6 +67,7 @@ impl Profile {
     /// A period or height out of range, or a height above twice the period.
     pub fn sinusoid(period_um: f64, height_um: f64) -> Result<Self, Error> {
         let height = accepted_height(period_um, height_um)?;
+        // sin φ = Re(−i e^{iφ}).
         let harmonics = vec![Complex64::new(0.5 * height, 0.0), Complex64::new(0.0, -0.5 * height)];
         Ok(Self { period: period_um, shape: Shape::Smooth(harmonics) })
     }

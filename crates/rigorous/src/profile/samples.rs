@@ -191,6 +191,7 @@ fn fourier_coefficients(heights: &[f64]) -> Vec<Complex64> {
                 // The phase 2πm(i + ½)/n, reduced modulo 2π in integers.
                 .map(|(i, z)| z * Complex64::cis(-TAU * ((m * (2 * i + 1)) % (2 * n)) as f64 / (2 * n) as f64))
                 .sum();
+            // The real part of harmonic m > 0 stands for both frequencies, m and −m.
             let factor = if m == 0 { 1.0 } else { 2.0 };
             sum * (factor / n as f64)
         })

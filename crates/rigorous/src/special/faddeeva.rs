@@ -24,7 +24,7 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     // Far from the pole (the regions are those of the paper) the midpoint rule needs no residue.
     let pole_is_near = z.im < z.re.max(PI / step) && z.im < PI / step + z.re;
     // Near the pole, the midpoint rule is used where Re z is close to a node of the trapezium rule, a multiple of the
-    // step.
+    // step. Nodes of either rule then stay at least a quarter of a step from the pole.
     let steps = z.re / step;
     let is_midpoint_rule = !pole_is_near || (steps - steps.round()).abs() < 0.25;
     let mut sum = Complex64::ZERO;

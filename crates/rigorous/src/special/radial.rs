@@ -37,7 +37,7 @@ pub(crate) struct Radial {
 }
 
 impl Radial {
-    /// Tables for distances from `min` to `max` (Hankel) and from 0 to `bessel_range` (Bessel), in µm.
+    /// Tables for distances from `min` > 0 to `max` (Hankel) and from 0 to `bessel_range` > 0 (Bessel), in µm.
     ///
     /// # Errors
     /// Functions that overflow.
@@ -49,6 +49,7 @@ impl Radial {
         for x in chebyshev_nodes(terms) {
             let z = wave_number * bessel_range * (0.5 * (1.0 + x)).sqrt();
             let j = besselj_seq(0.0, z, 2, Scaling::Unscaled).map_err(|_| OVERFLOW)?.values;
+            // z is never 0, since Chebyshev nodes exclude −1.
             values.push([j[0], j[1] / z]);
         }
         Ok(Self { wave_number, exponent_min, panels, bessel: pair_coefficients(&values), bessel_range })

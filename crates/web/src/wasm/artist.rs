@@ -135,9 +135,12 @@ impl Artist {
         self.stepped().await.map_err(thrown)
     }
 
-    /// Draws the finest picture at once and shows it. Returns its report as JSON.
+    /// Draws the finest picture at once and shows it. Returns its report as JSON. It is an error if scene, method or
+    /// view are missing, or change while the picture is drawn.
     pub async fn draw(&self) -> Result<String, JsValue> {
-        let missing = || thrown(WebError::Internal("there is no scene, method or view yet".to_owned()));
+        let missing = || {
+            thrown(WebError::Internal("the scene, method or view is missing, or changed during the drawing".to_owned()))
+        };
         let finest = self.state.borrow().progressive.job().map(|job| Level::finest(job.view.supersample));
         self.drawn(finest.ok_or_else(missing)?).await.map_err(thrown)?.ok_or_else(missing)
     }
@@ -317,11 +320,12 @@ impl Artist {
         let (Some(target), Some(shader)) = (shown, shader) else { return Ok(None) };
         let Some((column, row)) = target.pixel_at(x, y) else { return Ok(None) };
         let query = target.read_query_async(&self.gpu, column, row).await?;
+        // Pixels of the ground and of the background show no relief.
         if query.kind != Query::SKIN {
             return Ok(None);
         }
         let answers = shader.evaluate_async(&self.gpu, &[Query::new(query.wi, query.wo)]).await?;
-        // The scattering vector. Its direction is the half vector.
+        // The scattering vector. Its direction is the half vector, which is 0 here for opposite directions.
         let q: [f32; 3] = std::array::from_fn(|axis| query.wi[axis] + query.wo[axis]);
         let length = q.iter().map(|component| component * component).sum::<f32>().sqrt().max(f32::MIN_POSITIVE);
         Ok(Some(
@@ -395,7 +399,7 @@ impl Screen {
 }
 
 /// Report of a picture as JSON: size in pixels, rays along each side of a pixel, milliseconds since `start`. `drawn`
-/// adds the number of answers of the method and of submissions to the GPU.
+/// adds the numbers of evaluations of the method and of submissions to the GPU.
 fn report(target: &Target, level: Level, is_finest: bool, start: Instant, drawn: &FrameReport) -> String {
     let (width, height) = target.size();
     json!({

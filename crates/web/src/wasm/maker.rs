@@ -6,6 +6,7 @@
 //! - `listener` is a JavaScript function that receives the progress, a fraction from 0 to 1, or any other value for
 //!   none. A call keeps the guard `_listening` of [`progress`] to its end, and the listener is called until then.
 //! - Errors are JavaScript `Error`s with a `kind` ([`thrown`]).
+//! - Results of plain numbers and text always convert to JSON, so `unwrap_or_default` never takes the default.
 
 use super::quick::read;
 use super::report::{progress, thrown};

@@ -1,7 +1,9 @@
 //! Calls without long computations: settings, exports of a picture, and conversions of colours.
 //!
-//! `json` is the page's settings as a JSON object ([`Settings`]). Settings are returned as JSON with all fields. Errors
-//! are JavaScript `Error`s with a `kind` ([`thrown`]). Lengths of drags are in CSS pixels.
+//! - `json` is the page's settings as a JSON object ([`Settings`]). Settings are returned as JSON with all fields.
+//! - Errors are JavaScript `Error`s with a `kind` ([`thrown`]).
+//! - `right` and `down` are the lengths of a drag in CSS pixels, the points of [`DEGREES_PER_POINT`]. They are negative
+//!   to the left and upwards. Those of the camera are `f32`, the type that [`Orbit`] takes.
 
 use super::report::thrown;
 use crate::settings::{CameraSettings, SUN_ELEVATION_DEG, Settings, SunSettings};
@@ -37,6 +39,7 @@ pub fn compact_settings(json: &str) -> Result<String, JsValue> {
 /// Keys of the data that the page keeps ([`Keys`](crate::Keys)), as JSON. Data are built again when their key changes.
 #[wasm_bindgen]
 pub fn keys(json: &str) -> Result<String, JsValue> {
+    // Text always converts to JSON, so the default is never taken.
     Ok(serde_json::to_string(&read(json)?.keys()).unwrap_or_default())
 }
 
@@ -74,25 +77,30 @@ fn with_orbit(json: &str, change: impl FnOnce(&mut Orbit)) -> Result<String, JsV
     Ok(settings.to_json())
 }
 
-/// The settings after a drag that turns the camera about its target: the scene follows the pointer.
+/// The settings after a drag that turns the camera about its target, so that the scene follows the pointer. A drag to
+/// the right decreases the camera's azimuth, and a drag downwards raises the camera.
 #[wasm_bindgen]
 pub fn turned(json: &str, right: f32, down: f32) -> Result<String, JsValue> {
     with_orbit(json, |orbit| orbit.turn(right, down))
 }
 
-/// The settings after the camera's distance is multiplied by `factor`. A factor that is not finite changes nothing.
+/// The settings after the camera's distance is multiplied by `factor` and clamped to [`Orbit::DISTANCE_CM`]. Factors
+/// below 1 move the camera nearer; factors of 0 or less move it to the smallest distance. A factor that is not finite
+/// changes nothing.
 #[wasm_bindgen]
 pub fn zoomed(json: &str, factor: f64) -> Result<String, JsValue> {
     with_orbit(json, |orbit| orbit.zoom(if factor.is_finite() { factor } else { 1.0 }))
 }
 
-/// The settings after a drag that moves the camera with its target, in a picture `width` CSS pixels wide.
+/// The settings after a drag that moves the camera with its target, so that the scene follows the pointer. The picture
+/// is `width` CSS pixels wide.
 #[wasm_bindgen]
 pub fn panned(json: &str, right: f32, down: f32, width: f32) -> Result<String, JsValue> {
     with_orbit(json, |orbit| orbit.pan(right, down, width))
 }
 
-/// The settings after a drag that turns the sun. Its azimuth is wrapped to [−180°, 180°).
+/// The settings after a drag that turns the sun: azimuth and elevation grow to the right and upwards. The azimuth is
+/// wrapped to [−180°, 180°), the elevation clamped to its accepted range.
 #[wasm_bindgen]
 pub fn sunned(json: &str, right: f64, down: f64) -> Result<String, JsValue> {
     let mut settings = read(json)?;
@@ -103,7 +111,8 @@ pub fn sunned(json: &str, right: f64, down: f64) -> Result<String, JsValue> {
     Ok(settings.to_json())
 }
 
-/// A BRDF map as RGBA bytes ([`image::map_picture`]). `rgb` has three numbers for each of `side`² pixels.
+/// A BRDF map as RGBA bytes ([`image::map_picture`]). `rgb` has three numbers for each of `side`² pixels. `exposure` is
+/// a linear factor; without it, a factor is chosen at which few pixels clip.
 #[wasm_bindgen]
 pub fn map_picture(rgb: &[f32], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, JsValue> {
     image::map_picture(pixels(rgb), side, exposure).map_err(thrown)
@@ -115,7 +124,7 @@ pub fn map_exr(rgb: &[f32], side: usize) -> Result<Vec<u8>, JsValue> {
     image::map_exr(pixels(rgb), side).map_err(thrown)
 }
 
-/// Three bytes of sRGB for one colour in linear sRGB, brightened by `stops` and tone-mapped. Empty unless `rgb` has
+/// Three bytes of sRGB for one colour in linear sRGB, multiplied by 2^`stops` and tone-mapped. Empty unless `rgb` has
 /// three numbers or more.
 #[wasm_bindgen]
 pub fn to_srgb(rgb: &[f32], stops: f64) -> Vec<u8> {

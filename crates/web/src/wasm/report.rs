@@ -54,6 +54,7 @@ pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     let report = move |fraction: f64| {
         {
             let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+            // The end is reported once, even after a small increase.
             let is_first_end = fraction >= 1.0 && *last < 1.0;
             if fraction < *last + STEP && !is_first_end {
                 return;
