@@ -267,7 +267,8 @@ fn total_power((tx, ty): &(Vec<f64>, Vec<f64>), model: Model, (dx_um, dy_um): (f
     }
 }
 
-/// Factor `norm` of `S` in µm², for a window of the standard deviation `s_um`.
+/// Factor `norm` of `S` in µm², for a window of the standard deviation `s_um`. A patch's S is a squared sum, divided by
+/// the power of the window, `∫ exp(−|x|²/s²) d²x = πs²`.
 fn norm(lattice: &Lattice, model: Model, s_um: f64) -> f64 {
     // Reciprocal of the kernel's integral over frequency, in µm².
     let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));
