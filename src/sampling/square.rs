@@ -184,6 +184,7 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
     let lattice = table.lattice();
     nodes
         .into_par_iter()
+        // Smaller tasks spend more time on scheduling.
         .with_min_len(1024)
         .map(|(jx, jy, record)| {
             let f = [jx as f64 / lattice.x.period_um, jy as f64 / lattice.y.period_um];

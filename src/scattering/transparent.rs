@@ -104,11 +104,11 @@ pub(crate) struct BodyWave<N: Numbers> {
     pub eta_squared: N::Real,
     /// Normal component over n in the other of the two media; zero where it is imaginary.
     pub other_normal: N::Real,
-    /// k.
+    /// k of the formulas above.
     length: N::Real,
-    /// Real and imaginary part of v.
+    /// Real and imaginary part of v of the formulas above.
     v: [N::Real; 2],
-    /// e.
+    /// e of the formulas above.
     e: N::Real,
     /// `1/|s|²` and `1/|p|²`.
     per_squared: [N::Real; 2],

@@ -124,6 +124,7 @@ fn positive(mass: f32) -> f64 {
 /// Sum of the positive masses of all nodes in each band.
 fn totals(masses: &[[f32; BANDS]]) -> [f64; BANDS] {
     masses
+        // Smaller chunks spend more time on scheduling.
         .par_chunks(4096)
         .map(|chunk| chunk.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b]))))
         .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]))
