@@ -6,15 +6,16 @@
 //!
 //! `S = Lx·Ly·P·Q · |c_j|² · D_P(d_x)² · D_Q(d_y)²`.
 //!
-//! j is the order nearest to the position p of the query, c_j its amplitude, and `d = (d_x, d_y) = p − j` (symbols:
-//! orders.rs). The interference kernel is `D_P(d) = sin(πPd)/(P·sin(πd))`. Over the cell of an order `∫D_P² dd = 1/P`,
-//! so the power integrates to `Σ|c_j|² = 1`.
+//! (Lx, Ly) is the extent of the tile in µm. j is the order nearest to `p = (u·Lx, v·Ly)/λ`, the position of
+//! `q = (u, v, w)` among the orders. c_j is its amplitude, and `d = (d_x, d_y) = p − j` (symbols: orders.rs). The
+//! interference kernel is `D_P(d) = sin(πPd)/(P·sin(πd))`. For |d| ≤ ½, `∫D_P² dd = 1/P`, so `∫∫ S/λ² du dv` is
+//! `Σ|c_j|² = 1`.
 //!
-//! S jumps where the cells of two orders meet and oscillates between the orders, which limits the accuracy of the
-//! method. Single 2014 also takes the nearest order alone.
+//! S jumps halfway between two orders and oscillates between them, which limits the accuracy of the method. Single 2014
+//! also takes the nearest order alone.
 //!
 //! P and Q default to `2√π·s/L`, rounded and at least 1, with s the standard deviation of the coherence window and L
-//! the extent of the tile. Peaks are then as bright as with the Gaussian window.
+//! the extent of the tile. The peak `Lx·Ly·P·Q` then equals the peak `4πs²` of the Gaussian window, but for rounding.
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
@@ -41,9 +42,9 @@ pub(super) const SERIES_ARGUMENT_MAX: f32 = 0.01;
 pub(super) struct PqUniform {
     /// Lattice of the tile's wave orders.
     pub grid: OrderGrid,
-    /// P and Q.
+    /// P and Q, whole numbers.
     pub repeats: [f32; 2],
-    /// Number of wavelengths.
+    /// Number of entries of the buffer `colours`.
     pub wavelengths: u32,
     pub _pad: u32,
 }
@@ -52,9 +53,9 @@ pub(super) struct PqUniform {
 pub struct Pq {
     /// The tile's orders, with the peak `Lx·Ly·P·Q` and a neighbourhood of one order.
     orders: Orders,
-    /// P and Q.
+    /// P and Q, whole numbers.
     repeats: [f32; 2],
-    /// Wavelengths and colour weights to sum over.
+    /// Wavelengths and colour weights to sum over (quadrature nodes).
     colours: Colours,
 }
 
@@ -106,7 +107,7 @@ impl Pq {
     }
 
     /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value of the caller. `receive` is
-    /// called with wavelength, value and S. Wavelengths whose nearest order is not stored are left out.
+    /// called with wavelength, value and S. Wavelengths whose nearest order is not stored are left out; S is 0 there.
     fn densities<T>(
         &self,
         q: [f32; 3],
@@ -140,7 +141,7 @@ impl Relief for Pq {
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = visible_um(wavelength_nm).filter(|_| is_query(q));
-        // 0 where the nearest order is not stored.
+        // Stays 0 where the answer must be 0, and where the nearest order is not stored.
         let mut found = 0.0;
         let wavelengths_um = wavelength_um.into_iter().map(|um| (um, ()));
         self.densities(q, wavelengths_um, |um, (), density| found = density / (um * um));

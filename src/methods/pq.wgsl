@@ -3,8 +3,8 @@
 //
 // rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in equal steps (colours.wgsl), with the power spectrum in µm²
 //     S = peak_um2·|c_j|²·D_P(d.x)²·D_Q(d.y)².
-// Here j is the order nearest to the query, d the distance from it in orders, c_j its amplitude (orders.wgsl), and
-// D_P(d) = sin(πPd)/(P·sin(πd)).
+// Here j is the order nearest to q's position among the orders, d the distance of that position from j, counted in
+// orders, c_j the amplitude (orders.wgsl), and D_P(d) = sin(πPd)/(P·sin(πd)).
 
 // Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
 // there.
@@ -14,7 +14,7 @@ const SERIES_ARGUMENT_MAX: f32 = 0.01;
 struct Pq {
     // Lattice of the tile's wave orders.
     grid: OrderGrid,
-    // P and Q.
+    // P and Q, whole numbers.
     repeats: vec2<f32>,
     // Number of entries of `colours` (colours.wgsl).
     wavelengths: u32,
@@ -23,8 +23,10 @@ struct Pq {
 
 @group(1) @binding(0) var<uniform> pq: Pq;
 
-// Interference kernel D_P(d) of P `repeats` at the `distance` d from the nearest order, in orders.
+// Interference kernel D_P(d) of P `repeats` at the `distance` d from the nearest order, in orders, |d| ≤ 1/2. It is 1
+// at d = 0.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
+    // πd.
     let x = 0.5 * TAU * distance;
     if repeats * abs(x) < SERIES_ARGUMENT_MAX {
         return 1.0 - (repeats * repeats - 1.0) * x * x / 6.0;
@@ -52,7 +54,9 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();
+    // The wavelengths of this part of the answer (common.wgsl).
     for (var i = answer_part; i < pq.wavelengths; i += answer_parts) {
+        // Weights of red, green and blue in xyz, the wavelength in µm in w.
         let colour = colours[i];
         rgb += pq_density(q, colour.w) / (colour.w * colour.w) * colour.xyz;
     }

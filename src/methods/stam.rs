@@ -2,15 +2,19 @@
 //! Stam's model (docs/model.md#sources); the shader that Stam published in GPU Gems is [`super::StamGems`].
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, and the spacing d lies along x. Each of the orders ±1 to ±8 gets
-//! a sixteenth of the light, for any relief; order n leaves at `λ_n = d|u|/n`. Order 0, which GPU Gems draws as a
-//! highlight, is left out. The grooves are assumed to scatter along y, which spreads each order uniformly over v from
-//! −1 to 1. The power spectrum in µm² is therefore
+//! a sixteenth of the light, for any relief. Order 0, which GPU Gems draws as a highlight, is left out. The grooves are
+//! assumed to scatter along y, which spreads each order uniformly over v from −1 to 1. The power spectrum in µm² is
+//! therefore
 //!
-//! `S = Σ_n δ(u/λ − n/d)/16 · λ/2`, n = ±1 to ±8, and `∫∫ S du dv/λ² = 1` over (u, v).
+//! `S = Σ_n δ(u/λ − n/d) · 1/16 · λ/2`, n = ±1 to ±8, and `∫∫ S/λ² du dv = 1`.
 //!
-//! The integral of `S/λ²` over wavelengths is `relief_rgb = Σ_n weight(λ_n)·d/(32n)`, n = 1 to 8, with the colour
-//! weights per µm. A value at a single wavelength has the Gaussian of the coherence window, of standard deviation s, in
-//! place of δ: `2√π·s·exp(−(2πs·x)²)` for δ(x).
+//! The factor 1/16 is the fraction of an order, and 1/2 the density over v. `∫ δ(u/λ − n/d) dλ` is `λ_n²/|u|`, with the
+//! wavelength `λ_n = d|u|/|n|` of order n at u. Only the eight orders with the sign of u contribute. The integral of
+//! `S/λ²` over the wavelength is therefore `relief_rgb = Σ_n weight(λ_n)·d/(32n)`, n = 1 to 8, with the colour weights
+//! per µm. It is used for every v, also beyond ±1, which oblique light can reach.
+//!
+//! A value at a single wavelength has the Gaussian of the coherence window, of standard deviation s, in place of δ:
+//! `2√π·s·exp(−(2πs·x)²)` for δ(x).
 
 use super::colours::{self, Colours, colour_density};
 use super::{
@@ -27,8 +31,8 @@ use std::f32::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
-/// Number of orders on each side. Larger values spread the light over more orders; the fractions sum to 1 for any
-/// number.
+/// Number of orders on each side of order 0. Larger values spread the light over more orders; the fractions sum to 1
+/// for any number.
 pub(super) const ORDERS: u32 = 8;
 /// Length of the interval of v over which an order spreads: that of the outgoing hemisphere at normal incidence.
 pub(super) const V_RANGE: f32 = 2.0;
@@ -50,7 +54,7 @@ pub struct Stam {
     period_um: f32,
     /// Standard deviation of the coherence window in µm.
     window_um: f32,
-    /// Density of the colour weights over the wavelength.
+    /// Density of the colour weights over the wavelength, per µm.
     colours: Colours,
 }
 
@@ -90,11 +94,13 @@ impl Relief for Stam {
                 }
             }
         }
+        // The fraction of an order, times the density over v.
         rgb.map(|value| value / (2.0 * ORDERS as f32 * V_RANGE))
     }
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let Some(um) = visible_um(wavelength_nm).filter(|_| is_query(q)) else { return Some(0.0) };
+        // Orders of the other sign are at least 1/d further away, and are left out.
         let gaussian = |n: u32| {
             let distance_per_um = q[0].abs() / um - n as f32 / self.period_um;
             (-(2.0 * PI * self.window_um * distance_per_um).powi(2)).exp()

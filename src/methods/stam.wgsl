@@ -1,11 +1,15 @@
 // Stam's model of one groove spacing d along x, as a reflectance; counterpart of stam.rs, which derives the formulas.
 //
-// Orders n = ±1 to ±8 carry equal fractions of the light, and order n leaves at λ_n = d|u|/n, with q = (u, v, w) = wi +
-// wo. The colour is rgb = Σ_n density(λ_n)·(d/n)/(2·ORDERS·V_RANGE), n = 1 to 8, with the density of colours.wgsl.
+// q = (u, v, w) = wi + wo is the sum of the unit vectors to the light and to the viewer. Orders ±1 to ±ORDERS carry
+// equal fractions of the light; order 0 is left out. At u, only orders with the sign of u are visible. Order ±n then
+// has the wavelength λ_n = d|u|/n, and the colour is
+//     rgb = Σ_n density(λ_n)·d/n · 1/(2·ORDERS) · 1/V_RANGE,   n = 1 to ORDERS.
+// Its factors are the colour weights per µm (colours.wgsl), the line δ(u/λ - n/d) integrated over wavelengths, the
+// fraction of an order, and the density over v.
 
-// Number of orders on each side.
+// Number of orders on each side of order 0.
 const ORDERS: u32 = 8u;
-// Length of the interval of v over which an order spreads uniformly: that of the outgoing hemisphere at normal
+// Length of the interval -1 to 1 of v over which an order spreads uniformly: that of the outgoing hemisphere at normal
 // incidence.
 const V_RANGE: f32 = 2.0;
 
@@ -20,7 +24,8 @@ struct Stam {
 
 @group(1) @binding(0) var<uniform> stam: Stam;
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
+// The relief's factor of the reflectance for q, linear sRGB in 1/sr: all of it but Fresnel factor, obliquity and
+// shadowing. The loop is short, so part 0 is the whole answer and the other parts are zero (common.wgsl).
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();

@@ -2,16 +2,17 @@
 //!
 //! With `q = wi + wo = (u, v, w)`, not normalised, and the spacing d along x, the colour is
 //!
-//! `highlight·exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`, with `bump(λ) = max(0, 1 − ((λ − centre)/0.125 µm)²)`.
+//! `highlight·exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`, with `bump(λ) = max(0, 1 − ((λ − centre)/HALF_WIDTH_UM)²)`.
 //!
-//! Here `λ_n = d|u|/n`, n = 1 to 7, is the wavelength of an order in µm, and r the sharpness in 1/µm. The centres are
-//! 0.875, 0.75 and 0.625 µm for red, green and blue: orders are visible from 0.5 to 1 µm instead of 0.38 to 0.78 µm.
-//! (The chapter writes `y = 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
+//! The first summand is order 0, a highlight about the mirror direction u = 0, with the sharpness r in 1/µm.
+//! `λ_n = d|u|/n`, n = 1 to 7, is the wavelength of an order in µm. Each channel has a bump at its own centre, so
+//! orders are visible from 0.5 to 1 µm instead of 0.38 to 0.78 µm. (The chapter writes `y = 2λ − 1` and
+//! `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25, so the centres are (1 + c)/2 and the half width is 1/8.)
 //!
 //! The chapter writes this colour to the pixel. The colour contains no Fresnel factor, obliquity factor or cosine, and
-//! is not scaled to the incident light. The answer is the whole of `f_r`, the colour over `π cosθi`. Under light that
-//! gives a white diffuse surface the radiance 1 at perpendicular incidence, a picture then shows the colour itself, at
-//! any angle of incidence θi.
+//! is not scaled to the incident light. The answer is the whole reflectance `f_r`, the colour over `π cosθi`. Under a
+//! light of irradiance π at perpendicular incidence, which gives a white diffuse surface the radiance 1, a picture then
+//! shows the colour itself, at any angle of incidence θi.
 
 use super::stam::spacing_um;
 use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
@@ -23,7 +24,7 @@ use std::f32::consts::PI;
 /// Source of the shader.
 const WGSL: &str = wgsl!("stam_gems.wgsl");
 
-/// Number of orders on each side; the chapter's value.
+/// Number of orders on each side of order 0; the chapter's value.
 pub(super) const GEMS_ORDERS: u32 = 7;
 /// Centre of the red bump in µm.
 pub(super) const RED_UM: f32 = 0.875;
@@ -40,7 +41,7 @@ pub(super) const HALF_WIDTH_UM: f32 = 0.125;
 pub(super) struct StamGemsUniform {
     /// Colour of the highlight, linear sRGB.
     pub highlight: [f32; 3],
-    /// The sharpness r in 1/µm.
+    /// Sharpness r of the highlight in 1/µm.
     pub sharpness: f32,
     /// The spacing d in µm.
     pub period_um: f32,
@@ -54,6 +55,7 @@ pub struct StamGems(StamGemsUniform);
 
 impl StamGems {
     /// Builds the method with the spacing `period_um` of the options, or else the dominant period of `field` along x.
+    /// The options also give the highlight's colour and sharpness.
     ///
     /// # Errors
     /// [`MethodError::NoPeriod`] where the options give none and the field has none.
@@ -76,7 +78,7 @@ impl Method for StamGems {
             return [0.0; 3];
         }
         let StamGemsUniform { highlight, sharpness, period_um, .. } = self.0;
-        // d·u, n times the wavelength of order n.
+        // d·u: its magnitude is n times the wavelength of order n.
         let path_um = period_um * q[0];
         let scaled_slope = sharpness * path_um / q[2];
         let mut rgb = highlight.map(|value| value * (-scaled_slope * scaled_slope).exp());
@@ -90,6 +92,7 @@ impl Method for StamGems {
         rgb.map(|value| value / (PI * wi[2].max(COSINE_MIN)))
     }
 
+    // The bumps are colours, without a spectrum.
     fn answer_spectral(&self, _: [f32; 3], _: [f32; 3], _: f32) -> Option<f32> {
         None
     }

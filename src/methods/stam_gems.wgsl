@@ -1,11 +1,13 @@
 // Stam's diffraction shader of GPU Gems, chapter 8: one groove spacing d along x; counterpart of stam_gems.rs, which
 // explains its colours.
 //
-// With q = (u, v, w) = wi + wo and the wavelengths λ_n = d|u|/n, the colour is
+// With q = (u, v, w) = wi + wo, the sum of the unit vectors to the light and to the viewer, and the wavelengths
+// λ_n = d|u|/n, n = 1 to GEMS_ORDERS, the colour is
 //     highlight·exp(-(sharpness·d·u/w)²) + Σ_n max(0, 1 - ((λ_n - centre)/HALF_WIDTH_UM)²),
-// with a centre for each channel. f_r is the colour over π·cosθi, where θi is the angle of incidence.
+// with a centre for each channel. The first summand is order 0. f_r is the colour over π·cosθi, where θi is the angle
+// of incidence.
 
-// Number of orders n on each side; the chapter's value.
+// Number of orders on each side of order 0; the chapter's value.
 const GEMS_ORDERS: u32 = 7u;
 // Centre of the red bump in µm; the chapter's value.
 const RED_UM: f32 = 0.875;
@@ -31,13 +33,14 @@ struct StamGems {
 
 @group(1) @binding(0) var<uniform> gems: StamGems;
 
-// The whole reflectance f_r, linear sRGB in 1/sr.
+// The whole reflectance f_r, linear sRGB in 1/sr. The loop is short, so part 0 is the whole answer and the other parts
+// are zero (common.wgsl).
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let q = wi + wo;
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();
     }
-    // d·u, n times the wavelength of order n.
+    // d·u: its magnitude is n times the wavelength of order n.
     let path_um = gems.period_um * q.x;
     let scaled_slope = gems.sharpness * path_um / q.z;
     var rgb = gems.highlight * exp(-scaled_slope * scaled_slope);

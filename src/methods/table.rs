@@ -1,5 +1,6 @@
 //! The method `table`: the [colour table](crate::colour_table), the relief's factor in linear sRGB tabulated over
-//! `q = wi + wo = (u, v, w)`.
+//! `q = wi + wo = (u, v, w)`, in rings about (u, v) = (0, 0). The relief's factor is the reflectance without Fresnel
+//! factor, obliquity and shadowing ([`Relief`]).
 //!
 //! A look-up reads 4 × 4 × 4 spline coefficients: on each of four rings, four directions at four knots of w. The shader
 //! is table.wgsl. Where energy is conserved, albedo.wgsl divides by the albedo.
@@ -16,25 +17,26 @@ use std::borrow::Cow;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableUniform {
-    /// Spacing of the rings near the centre.
+    /// Spacing of the rings near the centre, in u and v.
     pub inner_spacing: f32,
     /// Spacing of the outer rings over their radius.
     pub growth: f32,
     /// Scale of w above which knots are spaced logarithmically.
     pub w_log: f32,
-    /// Addend that makes the stored exponent of a coefficient that of a single-precision number.
+    /// Addend that makes the stored exponent of a coefficient the biased exponent of a single-precision number.
     pub exponent_offset: u32,
     /// Index of the outermost ring.
     pub last_ring: u32,
-    /// Cells along each side of the albedo's grid; 0 without an albedo.
+    /// Cells along each side of the albedo's grid; 0 where nothing is divided by an albedo.
     pub albedo_cells: u32,
-    /// Planes of wavelength of a film's albedo; 0 for bands.
+    /// Planes of wavelength of a film's albedo; 0 for a reflecting surface, whose albedo is stored for red, green and
+    /// blue.
     pub albedo_planes: u32,
     /// Wavelength of the first plane in nm.
     pub albedo_min_nm: f32,
     /// Planes per nm of wavelength.
     pub albedo_planes_per_nm: f32,
-    /// Index of a film; 0 for a surface that only reflects.
+    /// Refractive index of a film; 0 for a surface that only reflects.
     pub body_eta: f32,
     /// Smallest normal component of the scattering vector of a film, in units of the wave number in the film.
     pub body_normal_min: f32,
@@ -66,6 +68,7 @@ impl From<Ring> for TableRing {
 
 impl Relief for ColourTable {
     fn relief_rgb(&self, [u, v, w]: [f32; 3]) -> [f32; 3] {
+        // `true`: the only lane is active.
         self.view::<f32>().relief_rgb(u, v, w, true)
     }
 
@@ -80,13 +83,17 @@ impl Relief for ColourTable {
 
 /// The colour table divided by its albedo, so that the surface reflects no more energy than it receives.
 pub(super) struct ConservingTable {
+    /// The relief's factor.
     pub table: ColourTable,
+    /// Albedos of red, green and blue over the direction.
     pub albedo: ColourAlbedoTable,
 }
 
 impl Method for ConservingTable {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        let (relief, factor) = (self.table.relief_rgb(sum(wi, wo)), self.albedo.view::<f32>().factor(wi, wo, true));
+        let relief = self.table.relief_rgb(sum(wi, wo));
+        // 1/max(1, A(wi), A(wo)) with the albedo A; `true`: the only lane is active.
+        let factor = self.albedo.view::<f32>().factor(wi, wo, true);
         array::from_fn(|c| relief[c] * factor[c])
     }
 
@@ -106,9 +113,9 @@ impl Method for ConservingTable {
     }
 }
 
-/// The WGSL that reads the table, with the data of the table and the words of `albedos` if given. `complete` sets the
-/// members of the uniform struct that do not belong to the table. Callers append the source that defines `answer_rgb`:
-/// relief.wgsl, albedo.wgsl or film.wgsl.
+/// The WGSL that reads the table, with the table's coefficients and, if given, the table data of `albedos`. `complete`
+/// sets the members of the uniform struct that do not belong to the colour table; they are zero before. Callers append
+/// the source that defines `answer_rgb`: relief.wgsl, albedo.wgsl or film.wgsl.
 pub(super) fn table_shader<'a>(
     table: &'a ColourTable,
     albedos: Option<&'a [u32]>,
@@ -128,8 +135,8 @@ pub(super) fn table_shader<'a>(
         *slot = ring.into();
     }
     complete(&mut uniform);
-    let words = [Some(table.coefficients()), albedos];
-    let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
+    let buffers = [Some(table.coefficients()), albedos];
+    let storage = buffers.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
     MethodShader {
         name: "table",
         wgsl: vec![wgsl!("table.wgsl")],

@@ -1,6 +1,9 @@
 // Look-up in the colour table: the relief's factor in linear sRGB over q = wi + wo = (u, v, w); counterpart of
 // src/colour_table/lookup.rs, with the same arithmetic.
 //
+// The relief's factor is the reflectance without Fresnel factor, obliquity and shadowing. u, v and w are sums of
+// direction cosines, w = cosθi + cosθo.
+//
 // The table consists of rings about (u, v) = (0, 0) whose spacing grows with the radius: ring i has the radius
 // inner_spacing/growth·sinh(growth·(i + 1/2)). On a ring the colour is a cubic B-spline over the direction in turns and
 // over w. Between rings it is the cubic polynomial through four rings (`lagrange_weights`).
@@ -30,7 +33,7 @@ struct Ring {
 
 // Layout of the table; counterpart of `TableUniform` in table.rs.
 struct Table {
-    // Spacing of the rings near the centre.
+    // Spacing of the rings near the centre, in u and v.
     inner_spacing: f32,
     // Spacing of the outer rings over their radius.
     growth: f32,
@@ -40,21 +43,21 @@ struct Table {
     exponent_offset: u32,
     // Index of the outermost ring.
     last_ring: u32,
-    // Cells along each side of the grid of albedo_grid.wgsl; 0 without an albedo.
+    // Cells along each side of the grid of albedo_grid.wgsl; 0 where nothing is divided by an albedo.
     albedo_cells: u32,
-    // Planes of wavelength of the albedo of film.wgsl; 0 for bands.
+    // Planes of wavelength of the albedo of film.wgsl; 0 for the albedo of albedo.wgsl, stored for red, green and blue.
     albedo_planes: u32,
     // Wavelength of the first plane in nm.
     albedo_min_nm: f32,
     // Planes per nm of wavelength.
     albedo_planes_per_nm: f32,
-    // Index of the film of film.wgsl; 0 for a surface that only reflects.
+    // Refractive index of the film of film.wgsl; 0 for a surface that only reflects.
     body_eta: f32,
     // Smallest normal component of the scattering vector of a film, in units of the wave number in the film.
     body_normal_min: f32,
     _pad1: u32,
-    // Rings from the centre outwards. They are in the uniform struct, because software adapters read storage buffers
-    // word by word and pixel by pixel.
+    // Rings from the centre outwards, then zeros. They are in the uniform struct, because software adapters read
+    // storage buffers word by word and pixel by pixel. A test compares their number with that in Rust.
     rings: array<Ring, 1024>,
 }
 
@@ -122,7 +125,7 @@ fn lagrange_weights(t: f32) -> vec4<f32> {
 fn on_ring(ring_index: i32, turn: f32, w: f32) -> vec3<f32> {
     let opposite = ring_index < 0;
     let ring = table.rings[min(u32(select(ring_index, -1 - ring_index, opposite)), table.last_ring)];
-    // Positions in knots, along the ring and over w.
+    // Positions in knots, along the ring and over w. The row is limited so that four coefficients follow.
     let x = (turn + select(0.0, 0.5, opposite)) * f32(ring.directions);
     let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / table.w_log);
     let column = floor(x);
@@ -146,12 +149,13 @@ fn on_ring(ring_index: i32, turn: f32, w: f32) -> vec3<f32> {
     return sum * ((w * w + ring.zero_squared) / (w * w + ring.knee_squared));
 }
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr. Part 0 is the whole answer, and the
+// other parts are zero (common.wgsl).
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
-    let radius = length(q.xy);
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();
     }
+    let radius = length(q.xy);
     let turn = turns(q.xy);
     // Position among the rings, asinh(growth·radius/inner_spacing)/growth - 1/2: ring k lies at k. The divisions are
     // not simplified, since they must match those of lookup.rs: beside a bright order another rounding would be

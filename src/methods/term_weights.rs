@@ -1,18 +1,19 @@
-//! Weights of the terms in the series of the phase screen (symbols: orders.rs), for many wavelengths at one w. Several
-//! wavelengths are computed side by side in SIMD lanes.
+//! Weights of the terms in the series of the phase screen exp(iκh) (symbols: orders.rs), for many wavelengths at one w.
+//! Several wavelengths are computed side by side, in lanes that the compiler turns into SIMD.
 //!
-//! With `x = κH`, the phase rate times half the range of heights, the weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)`
-//! (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms, so that they are real and
-//! have the signs + + − − and so on.
+//! With `x = κH`, the phase rate times half the range of heights, in radians, the weight of term n is
+//! `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms, so
+//! that they are real and have the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
 use arrayvec::ArrayVec;
 use std::f32::consts::TAU;
 
-/// Number of wavelengths whose weights are computed side by side.
+/// Number of wavelengths whose weights are computed side by side. Larger values leave more lanes idle in the last
+/// batch; smaller ones leave parts of wide SIMD registers unused.
 const LANES: usize = 8;
-/// Number of lanes for a batch of at most this number of wavelengths, so that fewer lanes are idle.
+/// Number of lanes for small batches, so that fewer lanes are idle.
 const FEW_LANES: usize = 4;
 
 /// Weights of one wavelength, in pairs `[even, even, odd, odd]` of an even term and the following odd one. Each is
@@ -29,8 +30,8 @@ impl OrderGrid {
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
-    /// Computes the weights at `w` for several wavelengths, in batches of [`LANES`]. Each wavelength in µm comes with a
-    /// value of the caller. `receive` is called with wavelength, value and weights.
+    /// Computes the weights at `w = cosθi + cosθo` for several wavelengths, in batches of [`LANES`]. Each wavelength in
+    /// µm comes with a value of the caller. `receive` is called with wavelength, value and weights, in the given order.
     pub(super) fn at_wavelengths<T>(
         &self,
         w: f32,
@@ -57,6 +58,7 @@ impl OrderGrid {
     /// Writes the weights at the first `count` of the arguments x = κH to `weights`, `[argument][pair]`. Returns the
     /// number of pairs for each argument.
     fn write_weights<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut BatchWeights) -> usize {
+        // The largest argument needs the most terms.
         let terms = self.terms_at(x.into_iter().fold(0.0, f32::max));
         // `[term][lane]`.
         let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();
@@ -75,7 +77,7 @@ impl OrderGrid {
             row.iter_mut().for_each(|value| *value *= signed);
         }
         let pairs = terms / 2;
-        // The buffer only grows from batch to batch.
+        // The buffer keeps its length where a later batch needs less: only the first `count * pairs` entries are valid.
         let missing = (count * pairs).saturating_sub(weights.len());
         weights.extend(std::iter::repeat_n([0.0; 4], missing));
         for (n, pair) in values.chunks_exact(2).enumerate() {

@@ -1,15 +1,16 @@
-// Factor F of a film, which reflects and transmits; compiled after table.wgsl. Counterpart of
-// src/scattering/transparent.rs for bodies that are films.
+// Factor F of a film, which reflects and transmits: its scattering function is F times S/λ² of the relief. Compiled
+// after table.wgsl. Counterpart of src/scattering/transparent.rs, which derives the formulas, for bodies that are
+// films: a relief on top, a flat side below, and air on both sides.
 //
-// n is the index of the film, and ε = n². K is the wave vector of a direction, in units of the wave number in air. All
-// directions of a film are in air, so no component is imaginary. "Over n" means in units of the wave number in the
-// film, which is n times that in air.
+// n is the refractive index of the film, and ε = n². K is the wave vector of a direction, in units of the wave number
+// in air. All directions of a film are in air, so no component is imaginary. "Over n" means in units of the wave number
+// in the film, which is n times that in air.
 //
 //     k        length of the tangential part of K
 //     c1, cn   normal components in air and in the film, √(1 - k²) and √(n² - k²)
 //     ζ        c1 above the relief, cn below
 //     v, e     cn and n for a direction above; n·c1 and 1 below
-//     s, p     c1 + cn and ε·c1 + cn, the denominators of the two states
+//     s, p     c1 + cn and ε·c1 + cn, the denominators of the two states of polarisation, s and p
 //     τ        1 above; below, the transmittance of the film's flat side for the state
 //     φ        azimuth between the arriving and the leaving light
 //     σ        1 for reflection, -1 for transmission
@@ -19,7 +20,8 @@
 //     B_ps = v sinφ/(p s0)    B_pp = (v v0 cosφ - σ e e0 k k0)/(p p0)
 //     F = 2 ζ ζ0 (ε - 1)²/w² · Σ |B|² τ τ0      over the four pairs of states; 0 marks the incident direction
 
-// Smallest product of tangential lengths by which the azimuth's cosine is divided.
+// Smallest product k·k0 by which cosφ is computed. The azimuth of a direction along the normal is arbitrary: F does not
+// depend on it.
 const SINES_MIN: f32 = 1e-6;
 
 // Wave of one direction at a film: its wave vector, and its terms of the factor F.

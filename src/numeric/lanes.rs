@@ -287,6 +287,7 @@ impl<'a> Numbers for Lanes<'a> {
         let (at, mask) = (at.to_array(), mask.0.to_array());
         let packets: [[u32; W]; LANES] = std::array::from_fn(|lane| {
             let start = W * at[lane] as usize;
+            // Lanes whose mask is false may lie beyond the table.
             match table.get(start..start + W).and_then(|rest| rest.first_chunk()) {
                 Some(words) if mask[lane] != 0 => *words,
                 _ => [0; W],

@@ -1,4 +1,5 @@
-//! Functions that evaluators share: packed words, splines, polynomials, and maps of random numbers.
+//! Functions that evaluators share: packed words, splines, polynomials, and maps of uniform random numbers to other
+//! distributions.
 
 use super::{Index, Number, Numbers, Real};
 use wide::f64x4;
@@ -93,8 +94,8 @@ pub fn normal_quantile<R: Real>(u: R) -> R {
     R::select(w.lt(R::lit(5.0)), central, tail) * x * R::lit(std::f64::consts::SQRT_2)
 }
 
-/// Direction in the upper hemisphere from two random numbers in [0, 1), uniform in solid angle, and whether it is
-/// valid.
+/// Unit vector in the upper hemisphere (z > 0) from two random numbers in [0, 1), uniform in solid angle, and whether
+/// it is valid.
 ///
 /// The numbers are scaled to the square [−1, 1]². Lambert's equal-area map takes its inscribed disc to the hemisphere,
 /// without trigonometric functions. Points of the square outside the disc give no valid direction. The density over
@@ -108,7 +109,8 @@ pub fn square_to_hemisphere<N: Numbers>(u: [N::Real; 2]) -> ([N::Real; 3], N::Ma
     ([a * scale, b * scale, lit(1.0) - squared], squared.lt(lit(1.0)))
 }
 
-/// Density of [`square_to_hemisphere`] in 1/sr: the square has the area 4, and the map takes a unit of area to 2 sr.
+/// Density of [`square_to_hemisphere`] in 1/sr. It is 1/(4·2), since the square has the area 4, and the map takes a
+/// unit of area to 2 sr. Its integral over the hemisphere is π/4, the probability of a valid direction.
 pub const SQUARE_PDF: f64 = 0.125;
 
 #[cfg(test)]

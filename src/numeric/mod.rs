@@ -6,9 +6,9 @@
 //! - the *recorded* variables of the Mitsuba plugin (`cpp_shim/src/traced.rs`): operations on them are recorded by the
 //!   tracing compiler Dr.Jit as a kernel, which computes later for many lanes.
 //!
-//! A generic evaluator cannot branch on values. It selects with masks, masks its reads, and loops through
-//! [`Numbers::while_loop`]. Its tables are words of 32 bits, read by [`Numbers::gather`]. [`math`] has functions on top
-//! of the traits, among them the decoding of packed words.
+//! A generic evaluator cannot branch on values, which differ between lanes. It selects with masks, masks its reads, and
+//! loops through [`Numbers::while_loop`]. Its tables are words of 32 bits, read by [`Numbers::gather`]. [`math`] has
+//! functions on top of the traits, among them the decoding of packed words.
 //!
 //! ```
 //! use sunbeam::numeric::{Lanes, Number, Numbers, Plain, Real};
@@ -32,8 +32,8 @@ pub use plain::Plain;
 use std::ffi::CStr;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-/// Largest count of [`Numbers::tabulated`]: more than the nodes of a table's look-up along one axis
-/// (`table/lattice.rs`).
+/// Largest count of [`Numbers::tabulated`]. It exceeds the number of lattice nodes that a table's look-up reads along
+/// one axis (`table/lattice.rs`).
 pub(crate) const TABULATED_MAX: usize = 40;
 
 /// State of a loop: numbers, masks, and tuples and arrays of them.
@@ -120,9 +120,9 @@ pub trait Numbers: Copy {
     /// Mask that is `value` in every lane.
     fn mask(value: bool) -> Self::Mask;
     /// Reads a packet of `W` words (1, 2 or 4), `table[W·at]` to `table[W·at + W − 1]`; zeros where the mask is false.
-    /// The evaluator keeps `at` within the table.
+    /// The evaluator keeps `at` within the table where the mask is true.
     fn gather<const W: usize>(table: Self::Words, at: Self::Index, mask: Self::Mask) -> [Self::Index; W];
-    /// Number whose single-precision bits are `bits`.
+    /// Number whose single-precision bits are `bits`, in the family's working precision.
     fn from_bits(bits: Self::Index) -> Self::Real;
     /// Converts to [`Numbers::Double`].
     fn widen(x: Self::Real) -> Self::Double;
@@ -139,8 +139,9 @@ pub trait Numbers: Copy {
     fn while_loop<S: State>(name: &'static CStr, state: S, go_on: impl Fn(S) -> Self::Mask, step: impl Fn(S) -> S)
     -> S;
 
-    /// Function equal to `function` on `0..count`, for `count` up to 40. Numbers by value tabulate it once; for them
-    /// the argument has to be equal in all lanes, except those where a loop has ended at a smaller one.
+    /// Function equal to `function` on `0..count`, for `count` up to [`TABULATED_MAX`]. Numbers by value tabulate it
+    /// once. For them, the argument must be equal in all lanes of a loop; lanes that have left the loop may have a
+    /// smaller one.
     fn tabulated(count: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real;
 
     /// Results `[result][input]` of `function` for each of the `L` inputs in turn. Zeros where `active` is false; in

@@ -123,6 +123,7 @@ macro_rules! reals {
             }
             #[inline(always)]
             fn gather<const W: usize>(table: &'a [u32], at: u32, mask: bool) -> [u32; W] {
+                // A position whose mask is false may lie beyond the table.
                 match table.get(W * at as usize..).and_then(|rest| rest.first_chunk()) {
                     Some(words) if mask => *words,
                     _ => [0; W],

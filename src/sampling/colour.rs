@@ -10,8 +10,9 @@
 //! ```
 //!
 //! Both F and G depend on `wi + wo` only, so nothing is tabulated over `wi`. Masses are interpolated bilinearly: every
-//! node is a tent. Directions `wo` that leave lie in the square `wi_xy ± reach` of `(u, v)`, whose mass is an exact sum
-//! ([`SummedArea`]). Samples in the square's corners are lost.
+//! node contributes a tent, the density `1 − |t|` at the distance t in nodes along either axis. Directions `wo` that
+//! leave lie in the square `wi_xy ± reach` of `(u, v)`, whose mass is an exact sum ([`SummedArea`]). Samples in the
+//! square's corners are no directions and are rejected.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{BELOW_ONE, direction_above, tent_quantile};
@@ -173,7 +174,8 @@ pub struct ColourSamplerView<N: Numbers> {
     pub layout: ColourSamplerLayout,
     /// Table data, [`ColourSampler::words`].
     pub words: N::Words,
-    /// Size of the relief at the queried place; `None` for that of the tables. The table is read at `(s u, s v, d w)`.
+    /// Size of the relief at the present place, relative to that of the table; `None` for the same size. The table is
+    /// read at `(s u, s v, d w)`, with the size's `scale` s and `depth` d.
     pub size: Option<RelativeSize<N::Real>>,
 }
 
@@ -183,7 +185,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Position in nodes of a coordinate `u` or `v` of the relief at the queried place.
+    /// Position in nodes of a coordinate `u` or `v` at the present place.
     #[inline(always)]
     fn position(&self, coordinate: N::Real) -> N::Real {
         self.size
@@ -252,6 +254,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         let tents = self.areas().tents(position, &rectangle, active);
         let weights = self.slice_weights(passage);
         let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
+        // The integral of M over (u, v) is the total mass over the nodes per area.
         let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
         let nodes_per_area = self.size.map_or(nodes_per_area, |size| nodes_per_area * size.scale * size.scale);
         let has_mass = active & lit(0.0).lt(total);

@@ -1,8 +1,8 @@
 //! Importance sampling of outgoing directions, with the density of each over solid angle (docs/model.md#sampling).
 //!
-//! Directions are drawn approximately in proportion to `O·S(f; κ)/λ²`, with `S` a sum of Gaussians about the nodes of a
-//! lattice of frequencies. The other factors of the reflectance (R, M, the albedo's divisor) are left to the sample
-//! weight.
+//! Directions are drawn approximately in proportion to `O·S(f; κ)/λ²`. O is the obliquity factor, and the power
+//! spectrum `S` a sum of Gaussians about the nodes of a lattice of frequencies. The other factors of the reflectance
+//! (Fresnel factor, shadowing, the albedo's divisor) are left to the sample weight, `f_r·cosθo/pdf`.
 //!
 //! ```text
 //! f       = (wi + wo)_xy / λ            spatial frequency of a pair of directions, in cycles/µm
@@ -19,8 +19,8 @@
 //! - many orders: weights averaged over bands of κ, in a summed-area table over a square of frequencies ([`square`]);
 //! - colours: a summed-area table over a square of direction cosines, without a wavelength ([`ColourSampler`]).
 //!
-//! All three return the zero vector for a sample below the horizon. None reaches every direction, so the lobes mix them
-//! with a small uniform part over the hemisphere (`src/lobe/mixture.rs`).
+//! All three return the zero vector for a sample below the horizon. None reaches every direction, so the lobes draw a
+//! small fraction of the samples uniformly over the hemisphere (`src/lobe/mixture.rs`).
 
 mod colour;
 mod orders;
@@ -37,8 +37,9 @@ pub use square::{SquareAxis, SquareLayout};
 
 /// Largest number of propagating orders for which a relief that varies along one axis only is sampled by [`orders`].
 ///
-/// Ten orders take about as long as a sample from a [`square`]. But sample weights `f_r·cosθ/pdf` of gratings have a
-/// relative standard deviation of 2 with a square, 0.2 with orders. Larger values trade more time for less variance.
+/// Ten orders take about as long as a sample from a [`square`]. But sample weights of gratings have a relative standard
+/// deviation of 2 with a square, 0.2 with orders. Larger values reduce the variance of more gratings, at the cost of
+/// time.
 const GRATING_ORDERS_MAX: f64 = 160.0;
 /// Largest number of propagating orders for which any other relief is sampled by [`orders`].
 ///
@@ -132,7 +133,8 @@ pub struct SamplerView<N: Numbers> {
 }
 
 impl<N: Numbers> SamplerView<N> {
-    /// Density of [`SamplerView::sample`] over solid angle, in 1/sr; zero where the mask is false.
+    /// Density of [`SamplerView::sample`] over solid angle, in 1/sr; zero where the mask is false. `reading` gives the
+    /// wavelength.
     ///
     /// Where the mask is true, both directions must lie above the surface and the wavelength within the table's range.
     #[inline(always)]

@@ -13,9 +13,10 @@
 //! V_j                                   approximate fraction of the Gaussian above the horizon
 //! ```
 //!
-//! A sample chooses an order with probability `W_j/ΣW`, then a normal offset of `sigma` orders along each axis. The
-//! powers `P_j` are tabulated over uniform intervals in κ and interpolated linearly. In code, the *numbers* of an order
-//! are jx and jy; its *indices*, which count from 0, are the numbers plus `origin`.
+//! A sample chooses an order with probability `W_j/ΣW`, then a normally distributed offset from its centre along each
+//! axis, with a standard deviation of `sigma` orders. The powers `P_j` are tabulated over uniform intervals in κ and
+//! interpolated linearly. In code, the *numbers* of an order are jx and jy; its *indices*, which count from 0, are the
+//! numbers plus `origin`.
 
 use super::node_power;
 use crate::numeric::math::{bf16_pair, normal_quantile};
@@ -25,8 +26,8 @@ use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Smallest number of intervals in κ. Between it and [`INTERVALS_MAX`] there is one interval per knot interval of the
-/// spectral table. The number affects the variance of samples only.
+/// Smallest number of intervals in κ. Between it and [`INTERVALS_MAX`] the number is that of the spectral table's knot
+/// intervals. It affects the variance of samples only.
 const INTERVALS_MIN: usize = 32;
 /// Largest number of intervals in κ. It bounds the size of the table.
 const INTERVALS_MAX: usize = 128;
@@ -157,6 +158,7 @@ pub(super) struct OrdersView<N: Numbers> {
 /// Quantities of an incidence and a wavelength that all orders share, and the range of the loop over the orders.
 #[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
+    /// The incident wave vector, and the range of outgoing ones.
     passage: Passage<N>,
     /// Phase rate κ per unit of w, in rad/µm.
     kappa_per_w: N::Real,
@@ -364,6 +366,7 @@ impl<N: Numbers> OrdersView<N> {
         let [low, high] = bf16_pair::<N>(word);
         let t = (position - interval).clip(lit(0.0), lit(1.0));
         let visible_power = (high - low).fma(t, low) * visible;
+        // A transparent body has 1/w² in place of the obliquity factor.
         if passage.divisor_min.is_some() {
             return visible_power / (w * w);
         }

@@ -15,11 +15,12 @@
 //! divisor.
 //!
 //! Propagating frequencies fill a disc of radius 1/λ about `wi_xy/λ`. Nodes are drawn from the square around the disc,
-//! since a [`SummedArea`] yields the mass of any rectangle in four reads. Samples in the square's corners are lost.
+//! since a [`SummedArea`] yields the mass of any rectangle in four reads. Samples in the square's corners are no
+//! directions and are rejected.
 //!
 //! A sample is a node plus an offset along each axis. Where the Gaussian of a node is narrow, the offset is normal.
-//! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around: masses are convolved with the
-//! tents' weights beforehand, and the offset has the density of a tent of one node to either side.
+//! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around. Masses are convolved with the
+//! tents' weights beforehand, and the offset t in nodes has the density of a tent, `1 − |t|` for t in [−1, 1].
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{node_power, tent_quantile};
@@ -51,7 +52,7 @@ const TENT_REACH: f64 = 4.5;
 const TYPICAL_COS_GRAZING: f64 = 0.3;
 /// Increase of the typical outgoing cosine per unit of the incident cosine; see [`TYPICAL_COS_GRAZING`].
 const TYPICAL_COS_SLOPE: f64 = 0.5;
-/// Smallest number of quadrature points of the mean over a band of κ.
+/// Smallest number of quadrature points of the mean over a band of κ. Larger values lengthen the build of large tables.
 const POINTS_MIN: usize = 4;
 /// Largest number of quadrature points of the mean over a band of κ. It bounds the build time, as does
 /// [`TABLE_POINTS_MAX`].
@@ -183,6 +184,7 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
     let lattice = table.lattice();
     nodes
         .into_par_iter()
+        // Smaller tasks spend more time on scheduling.
         .with_min_len(1024)
         .map(|(jx, jy, record)| {
             let f = [jx as f64 / lattice.x.period_um, jy as f64 / lattice.y.period_um];

@@ -1,7 +1,7 @@
-//! One pair of directions at a transparent body, in double precision, for lists of orders.
+//! Diffraction order of a periodic relief at a transparent body, in double precision, for lists of single orders.
 //!
-//! The power of order m is `|c_m(κ)|²` times [`BodyOrder::unpolarised`], with the amplitude c_m of the phase screen at
-//! [`BodyOrder::kappa`].
+//! The fraction of the incident power in order m is `|c_m(κ)|²` times [`BodyOrder::unpolarised`], with the amplitude
+//! c_m of the phase screen at the phase rate [`BodyOrder::kappa`].
 
 use super::{BodyWave, TransparentBody, TransparentPair, Vec3};
 use crate::numeric::Plain;
@@ -15,7 +15,8 @@ pub struct BodyOrder {
     pub tangential: [f64; 2],
     /// |w| in wave numbers in vacuum, at least [`TransparentBody::normal_min`] times the body's index.
     pub normal: f64,
-    /// Factors on `|c_m|²` in the power of an order, for the pairs of states ss, sp, ps and pp, the outgoing one first.
+    /// Factors on `|c_m|²` in the power of an order, for the pairs of polarisation states ss, sp, ps and pp, the
+    /// outgoing one first.
     pub powers: [f64; 4],
 }
 
@@ -44,7 +45,7 @@ impl BodyOrder {
         TAU * self.normal / wavelength_um
     }
 
-    /// Factor on `|c_m|²` for unpolarised light.
+    /// Factor on `|c_m|²` for unpolarised light: the sum over outgoing states, the mean over incident ones.
     pub fn unpolarised(&self) -> f64 {
         0.5 * self.powers.iter().sum::<f64>()
     }

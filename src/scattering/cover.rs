@@ -2,11 +2,13 @@
 //! (docs/model.md#covers-and-relative-sizes).
 //!
 //! ```text
-//! n          index of the cover
-//! s, s'      transverse part of a direction outside and inside: s' = s/n (Snell's law)
+//! n          refractive index of the cover
+//! x, x'      tangential part of a direction outside and inside: x' = x/n (Snell's law)
 //! T(θ)       Fresnel transmittance of the cover's flat side
 //! f_out      T(θi)·T(θo)/n² · f_in(wi', wo', λ/n)     reflectance outside, from that inside the cover
 //! ```
+//!
+//! The factor 1/n² is the change of radiance where light leaves the cover.
 //!
 //! Inside the cover, light of the wavelength λ/n meets the bare relief. The relief magnified n times scatters light of
 //! the wavelength λ into the same directions. [`Cover`] therefore goes with tables of the magnified relief, coherence
@@ -31,7 +33,7 @@ pub struct Cover {
 }
 
 impl Cover {
-    /// A cover of index `eta`, at least 1.
+    /// A cover of refractive index `eta`, at least 1.
     pub fn new(eta: f64) -> Self {
         Self { eta }
     }
@@ -57,7 +59,8 @@ impl Cover {
     pub fn transmittance(self, w: Vec3) -> f64 {
         let squared = self.eta * self.eta;
         let normal = (squared - 1.0 + w[2] * w[2]).sqrt();
-        // Mean of s and p; n cosθ' = √(n² − sin²θ). The products do not cancel near the horizon, as 1 − R would.
+        // Mean of 4 cosθ·n cosθ'/s² and 4n² cosθ·n cosθ'/p² for the states s and p, with n cosθ' = √(n² − sin²θ).
+        // The products do not cancel near the horizon, as 1 − R would.
         let (s, p) = (w[2] + normal, squared * w[2] + normal);
         2.0 * w[2] * normal * (1.0 / (s * s) + squared / (p * p))
     }

@@ -40,7 +40,7 @@ pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
 /// [`fresnel_unpolarised`] for every family of numbers, in real arithmetic.
 #[inline(always)]
 pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
-    /// Smallest divisor, for equal media at grazing incidence, where the quotients would be 0/0.
+    /// Smallest divisor. It makes the result 0 for equal media at grazing incidence, where quotients would be 0/0.
     const DIVISOR_MIN: f64 = 1e-30;
     let lit = R::lit;
     let cos = cos_theta.clip(lit(0.0), lit(1.0));
@@ -62,7 +62,7 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
 /// Real and imaginary part of `t = √(ε − sin²θ) = a + ib`, both non-negative.
 #[inline(always)]
 pub(super) fn transmitted_normal<R: Real>(sin_squared: R, ComplexIndex { eta, k }: ComplexIndex) -> (R, R) {
-    /// Smallest divisor, for t = 0, where the quotient would be 0/0.
+    /// Smallest divisor. It makes the result 0 for t = 0, where the quotient would be 0/0.
     const LARGER_MIN: f64 = 1e-15;
     let lit = R::lit;
     // Real part of t², a² − b²; the imaginary part is 2ab = 2·eta·k.

@@ -1,6 +1,7 @@
 //! Directions, and the factors O (obliquity) and M (shadowing) of a pair of them (docs/model.md#the-reflectance).
 //!
-//! Both factors follow from the scattering vector `q = wi + wo` and the two cosines, since `1 + wi·wo = |q|²/2`.
+//! `wi` and `wo` are unit vectors towards the light and the viewer, at the angles θi and θo from the normal. Both
+//! factors follow from the scattering vector `q = wi + wo = (u, v, w)` and the two cosines, since `1 + wi·wo = |q|²/2`.
 
 use super::ComplexIndex;
 use super::fresnel::fresnel_unpolarised;
@@ -50,12 +51,12 @@ pub enum Obliquity {
     Stam,
     /// 1.
     Unit,
-    /// The small-slope factor Q replaces R·O.
+    /// 1; the small-slope factor Q (`small_slope.rs`) replaces the Fresnel reflectance R.
     SmallSlope,
 }
 
-/// Smallest cosine with the normal, 0.000 006° from the horizon; smaller ones are raised to it. Products of reciprocal
-/// cosines then stay finite in single precision.
+/// Smallest cosine with the normal; smaller ones are raised to it. Products of reciprocal cosines then stay finite in
+/// single precision. Its angle from the horizon, 0.000 006°, is invisible.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
 
 /// A pair of directions above the surface: scattering vector `(u, v, w)` and cosines.
@@ -122,7 +123,7 @@ impl Pair {
         obliquity(kind, [self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
 
-    /// The V-cavity factor M of shadowing and masking.
+    /// The V-cavity factor M of shadowing and masking, at most 1.
     pub fn shadowing(&self) -> f64 {
         shadowing([self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
@@ -156,7 +157,7 @@ fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
 }
 
 /// The V-cavity factor M of shadowing and masking (Stam 1999, appendix), with the normal n and the half vector h:
-/// `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`. Here `h·n = w/|q|` and `wo·h = |q|/2`.
+/// `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`. Here `h·n = w/|q|` and `wi·h = wo·h = |q|/2`.
 #[inline(always)]
 fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
     (R::lit(4.0) * q[2] * cosines[0].min(cosines[1]) / squared(q)).min(R::lit(1.0))

@@ -11,7 +11,8 @@ pub struct ComplexIndex {
     pub k: f64,
 }
 
-/// Largest `k/eta` of a dielectric. It lies between keratin with melanin (below 0.05) and the metals (above 1).
+/// Largest `k/eta` of a dielectric. Keratin with melanin stays below 0.05, metals lie above 1. Larger values would
+/// count strong absorbers as dielectrics, for which the small-slope factor is used by default.
 const DIELECTRIC_MAX: f64 = 0.1;
 
 impl ComplexIndex {
@@ -90,11 +91,11 @@ impl SpectralIndex {
             Self::Constant(index) => return *index,
             Self::Sampled(samples) => samples,
         };
-        // First sample at or above the wavelength. Where that is the first of all, the index before it wraps to one
-        // that does not exist.
+        // Position of the first sample at or above the wavelength, which lies between it and the sample before. Beyond
+        // the ends, one of the two is missing.
         let above = samples.partition_point(|(nm, _)| *nm < wavelength_nm);
-        let (Some(&(low_nm, low)), Some(&(high_nm, high))) = (samples.get(above.wrapping_sub(1)), samples.get(above))
-        else {
+        let below = above.checked_sub(1).and_then(|i| samples.get(i));
+        let (Some(&(low_nm, low)), Some(&(high_nm, high))) = (below, samples.get(above)) else {
             let end = if above == 0 { samples.first() } else { samples.last() };
             // Without samples, which `sampled` refuses, the index is 1.
             return end.map_or(ComplexIndex { eta: 1.0, k: 0.0 }, |(_, index)| *index);

@@ -3,7 +3,7 @@
 //!
 //! | file | contents |
 //! | --- | --- |
-//! | `vector.rs` | the scattering vector `q`: frequency `f` and phase rate `κ` of a query |
+//! | `vector.rs` | the scattering vector `q`: frequency `f` and phase rate `κ` of a pair of directions |
 //! | `geometry.rs` | pairs of directions, the obliquity factor O, V-cavity shadowing M |
 //! | `fresnel.rs`, `index.rs` | Fresnel reflectance R, refractive indices |
 //! | `size.rs` | sizes of pattern and heights relative to the relief of the tables |

@@ -29,8 +29,8 @@ pub struct Options {
     pub tiling: Tiling,
     /// The obliquity factor (default: Stam's).
     pub obliquity: Obliquity,
-    /// Index of the small-slope factor Q, which the albedo includes; `None` for a perfect conductor (default). With
-    /// other obliquity factors it has no effect, since their albedo excludes the Fresnel reflectance.
+    /// Refractive index in the small-slope factor Q, which the albedo includes; `None` for a perfect conductor
+    /// (default). With other obliquity factors it has no effect, since their albedo excludes the Fresnel reflectance.
     pub index: Option<SpectralIndex>,
     /// Whether the reflectance is divided so that the albedo is at most one (default: true).
     pub conserve_energy: bool,
@@ -45,14 +45,14 @@ pub struct Options {
     /// height field is the relief magnified by the body's index, and albedos are those of reflection and transmission
     /// together.
     pub body: Option<TransparentBody>,
-    /// Relative error to which tables are built (default: 1e-3).
+    /// Relative error to which tables are built (default: 1e-3). Smaller values take more memory and time.
     pub tolerance: f64,
-    /// Factor on the limits of memory and time of a build, at least 1 (default). Tables do not depend on it.
+    /// Factor on the limits of memory and time of a build, at least 1 (default: 1). Tables do not depend on it.
     #[serde(skip, default = "default_build_limit")]
     pub build_limit: f64,
 }
 
-/// Default of the field that is not serialised.
+/// Default of `build_limit`, which is not serialised.
 fn default_build_limit() -> f64 {
     1.0
 }
@@ -80,6 +80,7 @@ impl Options {
     /// Estimate of memory and time to build a surface of `field`, without building it.
     pub fn demand(&self, field: &HeightField) -> BuildDemand {
         let (low, high) = field.range_um();
+        // A single row of pixels. The albedo of such a grating has ridges, which take more work.
         let is_grating = field.size().1 == 1;
         let energy = self.sizes.map_or(1.0, |sizes| sizes.energy_factor(high - low, is_grating));
         BuildDemand {
@@ -110,8 +111,8 @@ impl Options {
         }
     }
 
-    /// Obliquity factor in the density of samplers, which have no small-slope factor Q. For dielectrics Q is bounded,
-    /// so that 1 replaces it. For conductors it grows towards the horizon as Stam's factor does.
+    /// Obliquity factor in the density of samplers, which replace the small-slope factor Q by a simpler one. For
+    /// dielectrics Q is bounded, so 1 replaces it. For conductors it grows towards the horizon as Stam's factor does.
     pub(crate) fn sampling_obliquity(&self) -> Obliquity {
         match (self.obliquity, &self.index) {
             (Obliquity::SmallSlope, Some(index)) if index.is_dielectric() => Obliquity::Unit,

@@ -3,9 +3,9 @@
 use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};
 
-/// Smallest normal component of the scattering vector in the weights of orders at a transparent body, in units of the
-/// wave number in vacuum. Samplers tabulate powers over intervals of about this size, so their powers do not vanish at
-/// zero as the true ones do. The value affects the variance of samples only.
+/// Smallest normal component w of the scattering vector in the weights of orders at a transparent body, in units of the
+/// wave number in vacuum. Weights are divided by w². Samplers tabulate powers over intervals of about this size, so
+/// their powers do not vanish at w = 0 as the true ones do. The value affects the variance of samples only.
 const DIVISOR_MIN: f64 = 0.05;
 
 /// An incident direction, and the side of the relief on which light leaves.
@@ -57,8 +57,8 @@ impl<N: Numbers> Passage<N> {
         let one = lit(1.0);
         let is_reflected = (wi.is_below & to_below) | (!wi.is_below & !to_below);
         let turn = N::Real::select(wi.is_below | to_below, -one, one);
-        // Normal components of the scattering vector at the refracted direction, |cn − c1| over n, and at the mirror
-        // direction.
+        // Typical normal components of the scattering vector over n: at the refracted direction |cn − c1|, and at the
+        // mirror direction twice the incident one (symbols: `transparent.rs`).
         let refracted = (wi.other_normal - wi.normal).abs();
         let reflected = wi.normal + wi.normal;
         Self {

@@ -6,7 +6,7 @@ use sunbeam_fourier::num_complex::Complex64;
 
 type Vector = [Complex64; 3];
 
-/// Plane wave whose electric field has the scalar product 1 with itself.
+/// Plane wave of unit amplitude: its electric field E has E·E = 1, without a complex conjugate.
 #[derive(Clone, Copy)]
 struct Wave {
     /// Electric and magnetic field at the origin.
@@ -19,8 +19,8 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
 }
 
-/// Waves in the states s and p of the wave vector `k`, in units of the wave number in air. `n` is the index of the
-/// medium.
+/// Waves in the polarisation states s and p of the wave vector `k`, in units of the wave number in air. `n` is the
+/// refractive index of the medium. `k` must not be along the normal.
 fn states(k: Vector, n: Complex64) -> [Wave; 2] {
     let length = (k[0].re * k[0].re + k[1].re * k[1].re).sqrt();
     let s = [-k[1] / length, k[0] / length, Complex64::default()];
@@ -36,6 +36,7 @@ fn states(k: Vector, n: Complex64) -> [Wave; 2] {
 /// They follow from the boundary conditions: the fields' components along the actual surface are continuous.
 pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2]; 2]; 2] {
     type Fields = nalgebra::Vector4<Complex64>;
+    // x and y components of the electric field, then of the magnetic field.
     let tangential = |fields: &[Vector; 2]| Fields::new(fields[0][0], fields[0][1], fields[1][0], fields[1][1]);
     let one = Complex64::new(1.0, 0.0);
     // Wave vector with the tangential part (x, y) in a medium of index n, upwards or downwards by the sign.
@@ -65,7 +66,8 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
         // Waves at a flat surface with their amplitudes; waves in the medium count negatively.
         let waves =
             [(arriving[state], one), (up[0], flat[0]), (up[1], flat[1]), (down[0], -flat[2]), (down[1], -flat[3])];
-        // Removes the jumps that they leave on the relief: ∂F/∂z times the height, and F_z times the slope.
+        // Their tangential fields F jump on the relief by h·∂F/∂z + F_z·∇h, to first order in the height h. The
+        // scattered waves must remove this jump. Here ∂/∂z is i·k_z, and ∇h is iK·h.
         let mut jump = Fields::zeros();
         for (Wave { fields, k_z }, amplitude) in waves {
             jump -= tangential(&fields) * (Complex64::i() * k_z * amplitude);

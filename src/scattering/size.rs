@@ -9,8 +9,8 @@
 //! ```
 //!
 //! The equation resizes the coherence window with the pattern, so that orders keep their width relative to their
-//! distance. A surface whose orders are read one by one ([`Reading::window`]) keeps its window instead:
-//! orders are then narrower by s in the tables' units, and the divisor is λ².
+//! distance. A surface whose table nodes are single orders can keep its window instead ([`Reading::window`]). Orders
+//! are then narrower by s in the tables' units, and the divisor is λ².
 
 use crate::numeric::{Number, Numbers, Real};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -25,9 +25,9 @@ pub const RELATIVE_SIZE: RangeInclusive<f64> = 1e-3..=1.0;
 /// Size of a relief relative to that of its tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeSize<R> {
-    /// Size of the pattern along the surface.
+    /// Size s of the pattern along the surface.
     pub scale: R,
-    /// Size of the heights.
+    /// Size d of the heights.
     pub depth: R,
 }
 
@@ -74,7 +74,7 @@ impl SizeRange {
     }
 
     /// Upper bound of the work to build an albedo table for this range, relative to that for one size. `range_um` is
-    /// the relief's range of heights.
+    /// the relief's range of heights. The albedo of a grating has ridges, which need more slabs.
     pub(crate) fn energy_factor(&self, range_um: f64, is_grating: bool) -> f64 {
         let phase_max = TAU * range_um / (1e-3 * WAVELENGTH_MIN_NM);
         let slab_phase = if is_grating { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
@@ -131,15 +131,16 @@ impl<N: Numbers> Reading<N> {
         self.depth_wavelength_nm.unwrap_or(self.wavelength_nm)
     }
 
-    /// `length`, a quantity proportional to the widths of orders, times the factor [`Reading::window`].
+    /// `width`, a quantity proportional to the widths of orders, times the factor [`Reading::window`].
     #[inline(always)]
-    pub(crate) fn narrowed(&self, length: N::Real) -> N::Real {
-        self.window.map_or(length, |window| length * window)
+    pub(crate) fn narrowed(&self, width: N::Real) -> N::Real {
+        self.window.map_or(width, |window| width * window)
     }
 
     /// Square of the wavelength in µm by which a power density is divided: λ'², or λ² if the window keeps its width.
     #[inline(always)]
     pub(crate) fn squared_um(&self) -> N::Real {
+        // λ'·s = λ.
         let um = self.narrowed(self.wavelength_nm * N::Real::lit(1e-3));
         um * um
     }

@@ -102,7 +102,7 @@ pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -
     )
 }
 
-/// Terms of one direction in Q.
+/// Terms of one direction in Q, with the symbols of the formulas above.
 struct Terms<R> {
     /// Real and imaginary part of t.
     t: [R; 2],
@@ -152,7 +152,8 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let per_w_squared = one / (w * w);
     // Below, `straight` is the sum of |B_ss|² and |B_pp|², `crossed` that of |B_sp|² and |B_ps|², up to common factors.
     let Some(index) = index else {
-        // cosφ − k·k0. At grazing directions the difference cancels; the second form does not.
+        // cosφ − k·k0. At grazing directions the difference cancels. The second form, from (k·k0)² = 1 − q² − q0² +
+        // q²q0², does not.
         let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - one_plus_dot) / divisor;
         let difference = R::select(sines.lt(lit(0.5)), cos - sines, grazing);
         let crossed = sin_squared * (q_squared + q0_squared);

@@ -1,4 +1,5 @@
-//! Transparent bodies: reflection and transmission by the relief between air, above, and a lossless medium, below.
+//! Transparent bodies: reflection and transmission by the relief between air, above, and a lossless medium, below. The
+//! medium is a half-space, or a film with a flat lower side and air behind it.
 //!
 //! Light arrives from either side of the relief and is scattered to either side. All four cases read one power
 //! spectrum, by the sum of the two wave vectors. One factor F serves all: first-order small-slope theory with Rice's
@@ -12,7 +13,7 @@
 //! c1, cn       normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1
 //! ζ            normal component in the direction's own medium: c1 above, cn below
 //! v, e         cn and n for a direction above; n·c1 and 1 below
-//! s, p         c1 + cn, and ε·c1 + cn
+//! s, p         c1 + cn and ε·c1 + cn, the denominators of the polarisation states s and p
 //! φ            azimuth from the tangential direction of the arriving light (−Ki) to that of the leaving light (Ko)
 //! σ            1 for reflection, −1 for transmission
 //! w            normal component of Ki + Ko
@@ -52,7 +53,7 @@ const WIDTH_WAVELENGTH_UM: f64 = 0.55;
 /// Smallest product of tangential lengths by which the azimuth's cosine is divided (`small_slope.rs`).
 pub(crate) const SINES_MIN: f64 = 1e-6;
 
-/// Fate of the light that passes the relief.
+/// Fate of the light that passes through the relief.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Transmission {
@@ -103,11 +104,11 @@ pub(crate) struct BodyWave<N: Numbers> {
     pub eta_squared: N::Real,
     /// Normal component over n in the other of the two media; zero where it is imaginary.
     pub other_normal: N::Real,
-    /// k.
+    /// k of the formulas above.
     length: N::Real,
-    /// Real and imaginary part of v.
+    /// Real and imaginary part of v of the formulas above.
     v: [N::Real; 2],
-    /// e.
+    /// e of the formulas above.
     e: N::Real,
     /// `1/|s|²` and `1/|p|²`.
     per_squared: [N::Real; 2],
@@ -151,10 +152,11 @@ impl TransparentBody {
         self.pair(&self.wave::<Plain<'_, f64>>(wi), &self.wave(wo)).factor()
     }
 
-    /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that it reflects
-    /// inside.
+    /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that is reflected
+    /// between its two sides.
     pub fn transmittance(self, cos: f64) -> f64 {
         let [s, p] = self.wave::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
+        // Each state passes two sides of equal transmittance.
         0.5 * (s * s + p * p)
     }
 

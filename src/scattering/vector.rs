@@ -1,7 +1,7 @@
 //! The scattering vector `q = wi + wo = (u, v, w)`, by which the relief's power spectrum `S(f; κ)` is read.
 //!
 //! The arguments of S are the spatial frequency `f = (u, v)/λ` in cycles/µm and the phase rate `κ = 2πw/λ` in rad/µm.
-//! The factor before `S/λ²` is `R·O·M` (docs/model.md#the-reflectance).
+//! The factor before `S/λ²` is `R·O·M`: Fresnel reflectance, obliquity and shadowing (docs/model.md#the-reflectance).
 
 use super::{ComplexIndex, Obliquity, Reading, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 pub(crate) struct Scattering<N: Numbers> {
     /// `(u, v)` in double precision: an order may be narrower than single precision resolves.
     tangential: [N::Double; 2],
-    /// `w`.
+    /// `w`, without a lower bound, by which the power spectrum is read.
     normal: N::Real,
     /// Cosines of `wi` and `wo` with the normal, at least [`COSINE_MIN`](super::COSINE_MIN).
     cosines: [N::Real; 2],
@@ -36,7 +36,8 @@ impl<N: Numbers> Scattering<N> {
         }
     }
 
-    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up.
+    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up. λ' and λ" are λ at
+    /// the tables' own size (`size.rs`).
     #[inline(always)]
     pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
         let depth_um = reading.for_kappa_nm() * N::Real::lit(1e-3);

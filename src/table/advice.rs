@@ -1,19 +1,22 @@
 //! Advice in the message of a refused build: changes that would bring its cost below the limit.
+//!
+//! A *build limit* is a factor, at least 1, on the default limits of memory and time ([`BuildDemand::check`]). Users
+//! set it by the parameter `build_limit`. [`Estimate::limit`] is the smallest build limit that allows a build.
 
 use super::estimate::{BUILD_LIMIT, BuildDemand, Estimate};
 
-/// Range of heights in µm from which the advice asks whether the given heights are in nm. Reliefs that diffract are
-/// much shallower.
+/// Range of heights in µm from which on the advice asks whether the given heights are in nm. Reliefs that diffract are
+/// much shallower. Larger values miss mistakes; smaller ones ask about reliefs that are merely deep.
 const DEEP_UM: f64 = 10.0;
-/// Tolerances that may be advised, ascending.
+/// Relative errors of the tables (`tolerance`) that may be advised, ascending.
 const TOLERANCES: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Coherence lengths in µm that may be advised, descending: round numbers and the default, 65.
 const COHERENCE_LENGTHS_UM: [f64; 10] = [3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 65.0, 30.0, 10.0, 3.0];
-/// Smallest number of pixels along the longer side that may be advised.
+/// Smallest number of pixels along the longer side that may be advised. Fewer pixels rarely represent a relief.
 const PIXELS_MIN: usize = 64;
 
 impl BuildDemand {
-    /// Text that names changes, each of which alone brings the build below the limit. `estimate` is the cost of the
+    /// Text that names changes, each of which alone brings the build below `build_limit`. `estimate` is the cost of the
     /// refused build.
     pub(super) fn advice(&self, estimate: Estimate, build_limit: f64) -> String {
         let fits = |changed: &Self| changed.estimate().limit() <= build_limit;
@@ -29,7 +32,7 @@ impl BuildDemand {
             .filter(|&length_um| length_um < self.coherence_length_um)
             .find(|&length_um| fits(&Self { coherence_length_um: length_um, ..self.clone() }));
         changes.extend(shorter_um.map(|length_um| format!("a coherence length of {length_um} µm")));
-        // A grating has one row or column of pixels; fewer of them would save little.
+        // Fewer pixels would save little of the cost of a grating, which has one row or column of them.
         if self.size.0.min(self.size.1) > 1 {
             let coarser = std::iter::successors(Some(self.coarser()), |changed| Some(changed.coarser()))
                 .take_while(|changed| changed.size.0.max(changed.size.1) >= PIXELS_MIN)
@@ -45,9 +48,10 @@ impl BuildDemand {
             Some(last) if changes.is_empty() => format!("{last} would do"),
             Some(last) => format!("{} or {last} would do", changes.join(", ")),
         };
-        let as_nm = Self { range_um: self.range_um * 1e-3, ..self.clone() };
-        if self.range_um >= DEEP_UM && fits(&as_nm) {
-            let (given, meant) = (four_digits(self.range_um), four_digits(as_nm.range_um));
+        // The relief if its heights are meant in nm but were read in µm.
+        let thousandth = Self { range_um: self.range_um * 1e-3, ..self.clone() };
+        if self.range_um >= DEEP_UM && fits(&thousandth) {
+            let (given, meant) = (four_digits(self.range_um), four_digits(thousandth.range_um));
             advice += &format!(". Is the height in µm? It is {given} µm; {meant} µm would do");
         }
         advice
@@ -64,30 +68,16 @@ impl BuildDemand {
     }
 }
 
-/// Rounds a limit, at least 1, up to two significant digits.
+/// Rounds a build limit, at least 1, up to two significant digits.
 fn rounded_up(limit: f64) -> f64 {
     let unit = 10f64.powf(limit.log10().floor() - 1.0);
     // Tenths are divided by 10, since a product with the unit 0.1 may print as 1.2000000000000002.
     if unit >= 1.0 { (limit / unit).ceil() * unit } else { (limit * 10.0).ceil() / 10.0 }
 }
 
-/// Formats a positive number with at least four significant digits, without trailing zeros.
+/// Formats a positive number with at least four significant digits, without trailing zeros after the decimal point.
 fn four_digits(value: f64) -> String {
     let decimals = (3.0 - value.log10().floor()).clamp(0.0, 15.0) as usize;
     let text = format!("{value:.decimals$}");
     if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }
-}
-
-/// Display of a positive number with few digits, for messages. Numbers below 0.1 read 0.1.
-pub(super) struct RoundNumber(pub f64);
-
-impl std::fmt::Display for RoundNumber {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.0 {
-            value if value.is_nan() || value > 1e15 => f.write_str("more than 1e15"),
-            value if value >= 1e5 => write!(f, "{value:.0e}"),
-            value if value >= 10.0 => write!(f, "{value:.0}"),
-            value => write!(f, "{:.1}", value.max(0.1)),
-        }
-    }
 }

@@ -1,10 +1,11 @@
 //! Band limit of the power spectrum from which an ensemble's nodes are computed, along one axis.
 //!
-//! Nodes of the ensemble are the transform of the autocorrelation times the window, and the autocorrelation is the
-//! transform of the power spectrum. A scan with fine pixels has power far beyond the frequencies of any pair of
-//! directions ([`super::FREQUENCY_MAX_PER_UM`]). Such power affects the needed nodes only within the width to which the
-//! window spreads it. The spectrum is therefore cut at a margin beyond those frequencies, and the autocorrelation needs
-//! fewer and larger pixels. The cut is smooth, since a sharp one would lengthen the autocorrelation.
+//! The ensemble is the mean over all positions of the coherence window. Its nodes are the transform of the
+//! autocorrelation times the window, and the autocorrelation is the transform of the power spectrum. A scan with fine
+//! pixels has power far beyond the frequencies of any pair of directions ([`super::FREQUENCY_MAX_PER_UM`]). Such power
+//! affects the needed nodes only within the width to which the window spreads it. The spectrum is therefore cut at a
+//! margin beyond those frequencies, and the autocorrelation needs fewer and larger pixels. The cut is smooth, since a
+//! sharp one would lengthen the autocorrelation.
 
 use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
@@ -14,7 +15,8 @@ use sunbeam_fourier::next_fast_len;
 /// a look-up reads). The taps span about the width to which the window spreads power. With this margin and
 /// [`TRANSITION`], the table's error stays that of the interpolation for tolerances from 1e-2 to 1e-6.
 const KEPT_MARGIN: f64 = 3.0;
-/// Width of the transition from kept to cut frequencies, in node spacings for each tap.
+/// Width of the transition from kept to cut frequencies, in node spacings for each tap. Larger values keep more pixels;
+/// smaller ones make the cut sharper and so the autocorrelation longer.
 const TRANSITION: f64 = 12.0;
 /// Margin from [`FREQUENCY_MAX_PER_UM`] to the end of the spectrum, in node spacings for each tap.
 pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + TRANSITION;
@@ -47,10 +49,11 @@ impl Band {
         if kept >= lags {
             return Self { weights: vec![1.0; lags] };
         }
-        // Ends of the transition in cycles/µm.
+        // Ends of the transition in cycles/µm; `high` is half the sampling rate of the kept pixels.
         let low = FREQUENCY_MAX_PER_UM + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
         let high = 0.5 * kept as f64 / length_um;
         let steepness = (1.0 / tolerance).ln().sqrt();
+        // In FFT order, bins i and kept − i have opposite frequencies.
         let weight = |bin: usize| {
             let frequency = bin.min(kept - bin) as f64 / length_um;
             0.5 * libm::erfc(steepness * (2.0 * frequency - low - high) / (high - low))

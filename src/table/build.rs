@@ -137,7 +137,9 @@ struct KeptNode {
 
 /// Build at a fixed spacing of knots.
 struct Build<'a> {
+    /// Source of the node values.
     spectrum: &'a Spectrum,
+    /// Quantity of the nodes.
     quantity: NodeQuantity,
     /// Distance between knots in rad/µm.
     kappa_step: f64,
@@ -225,7 +227,7 @@ impl<'a> Build<'a> {
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut headers = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
-        // The bound avoids a division by zero for a flat relief.
+        // The bound in µm avoids a division by zero for a flat relief.
         let small_kappa = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
         if self.quantity == NodeQuantity::Power {
             let nearby = self.kept_values(&self.spectrum.nodes(small_kappa));
@@ -332,7 +334,7 @@ impl<'a> Build<'a> {
     }
 }
 
-/// Value at −κ of kept node i, from the values of all kept nodes at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and
+/// Value at −κ of kept node `i`, from the values of all kept nodes at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and
 /// `D_j(−κ)` is the conjugate of `D_{−j}(κ)`.
 fn mirrored(values: &[Complex64], i: usize) -> Complex64 {
     values[values.len() - 1 - i].conj()

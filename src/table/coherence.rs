@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, SQRT_2, TAU};
 
-/// Coherence length over the window's standard deviation: the definition of `coherence_length`.
+/// Coherence length over the window's standard deviation: the definition of the parameter `coherence_length`.
 const LENGTH_SIGMAS: f64 = 4.0;
 
 /// Gaussian window `exp(−|x|²/(2s²))` within which light interferes (docs/model.md#coherence).
@@ -27,7 +27,7 @@ pub struct CoherenceWindow {
 }
 
 impl CoherenceWindow {
-    /// Window with the coherence length `4s` in µm.
+    /// Window with the coherence length `4s` in µm, positive.
     pub fn new(length_um: f64) -> Self {
         Self { sigma_um: length_um / LENGTH_SIGMAS }
     }
@@ -42,8 +42,8 @@ impl CoherenceWindow {
         self.sigma_um
     }
 
-    /// Standard deviation in cycles/µm, along either axis, of an order's power density `K(f) = 4πs²·exp(−4π²s²|f|²)`:
-    /// `1/(2π√2·s)`.
+    /// Standard deviation in cycles/µm, along either axis, of an order's power density: `1/(2π√2·s)`. The density is
+    /// `K(f) = 4πs²·exp(−4π²s²|f|²)`, the squared transform of the window with the integral 1.
     pub fn order_sigma_per_um(self) -> f64 {
         1.0 / (TAU * self.sigma_um * SQRT_2)
     }

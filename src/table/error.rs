@@ -1,6 +1,5 @@
 //! Errors of table builds.
 
-use super::advice::RoundNumber;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -42,5 +41,20 @@ impl TableError {
         accepted: &'static str,
     ) -> Result<(), Self> {
         if range.contains(&value) { Ok(()) } else { Err(Self::OutOfRange { name, value, accepted }) }
+    }
+}
+
+/// Display of a positive number with few digits, for messages. Numbers below 0.1 read 0.1. NaN
+/// reads as a number that is too large.
+struct RoundNumber(f64);
+
+impl std::fmt::Display for RoundNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            value if value.is_nan() || value > 1e15 => f.write_str("more than 1e15"),
+            value if value >= 1e5 => write!(f, "{value:.0e}"),
+            value if value >= 10.0 => write!(f, "{value:.0}"),
+            value => write!(f, "{:.1}", value.max(0.1)),
+        }
     }
 }

@@ -1,8 +1,9 @@
 //! Cost of building tables, from sizes alone.
 //!
-//! A build transforms the relief at every knot in κ, and computes a spline through the knots of every kept node. The
-//! numbers of knots and nodes follow from sizes and options. An estimate transforms nothing and allocates at most a few
-//! kB, so that an endless build is refused at once.
+//! A build transforms the relief at every knot in the phase rate κ, and computes a spline through the knots of every
+//! kept node: a node that the look-up of some pair of directions reads. The numbers of knots and nodes follow from
+//! sizes and options. An estimate transforms nothing and allocates at most a few kB, so that an endless build is
+//! refused at once.
 //!
 //! - Time in ns: `BUILDS·((knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·nodes·components·knots)`.
 //! - Time at one κ: `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of
@@ -26,8 +27,9 @@ pub const LIMIT_SECONDS: f64 = 120.0;
 /// Accepted build limits: factors on [`LIMIT_BYTES`] and [`LIMIT_SECONDS`].
 pub const BUILD_LIMIT: RangeInclusive<f64> = 1.0..=1e6;
 
-// The constants of time were measured on two cores for skins, gratings and scans of 32² to 2048² pixels. Estimates are
-// within a factor of two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of five.
+// The constants of time were measured on two cores for animal skins, gratings and scans of 32² to 2048² pixels.
+// Estimates are within a factor of two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of
+// five.
 
 /// Nanoseconds per pixel of a phase screen, which takes a sine and a cosine.
 const SCREEN_NS: f64 = 9.0;
@@ -106,7 +108,7 @@ pub enum Purpose {
     Table,
     /// A surface: also the sampler, and the albedo table where energy is conserved.
     Surface {
-        /// Time of the albedo table over that of one for one relative size; 0 where energy is not conserved.
+        /// Time to build the albedo table, relative to that for a relief of one size; 0 where energy is not conserved.
         energy: f64,
     },
 }

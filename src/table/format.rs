@@ -1,5 +1,8 @@
 //! Formats of a packed table: the words of a node's entry, and of its spline's coefficients.
 //!
+//! Symbols are those of [`super::SpectralTable`]: a node's power P or amplitude D over the phase rate κ is a *record*,
+//! a header of two floats and spline coefficients.
+//!
 //! Words have 32 bits. Each node has an *entry* of two or four words. Coefficients are read in *packets* of one or four
 //! words. The first word of an entry is the `start` of the node's coefficients, counted in packets from the table's
 //! first word.

@@ -89,16 +89,16 @@ fn semicircle_integral(beta: f64, radius: f64, even: impl Fn(f64) -> f64) -> f64
     2.0 * radius * step * (0..QUADRATURE_NODES).map(term).sum::<f64>()
 }
 
-/// Period of a lattice over the largest lag of its data. A larger ratio takes more nodes in the table. At 2.5 the
-/// images of a scan are two to five times as strong with equally many taps. [`semicircle`]'s constants were fitted at
-/// this ratio.
+/// Period of a lattice over the largest lag of its data. A larger ratio takes more nodes in the table, a smaller one
+/// more taps: at 2.5 the images of a scan are two to five times as strong with the same number of taps.
+/// [`semicircle`]'s constants were fitted at this ratio.
 pub(super) const OVERSAMPLING: f64 = 3.0;
 
 /// Fall of the images for each tap (node that a look-up reads), as a natural logarithm. Measured at [`OVERSAMPLING`]
 /// for the autocorrelation of a tapered scan and for a Gaussian window. The test `images_stay_below_the_planned_error`
 /// repeats the measurement.
 const LOG_FALL_PER_TAP: f64 = 2.1;
-/// Natural logarithm of the images of a kernel of no taps, extrapolated from the fit of [`LOG_FALL_PER_TAP`].
+/// Natural logarithm of the images at zero taps, the intercept of the fit of [`LOG_FALL_PER_TAP`].
 const LOG_IMAGES_AT_ZERO_TAPS: f64 = 0.6;
 /// β of the semicircle for each tap. 2.3 makes the images of 5 to 8 taps weakest in the measurement of
 /// [`LOG_FALL_PER_TAP`]; at 2.1 and 2.5 they are about twice as strong.

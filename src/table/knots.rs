@@ -26,9 +26,9 @@ const KNOT_SPACING: f64 = 13.0;
 /// single-precision coefficients.
 pub(super) const FEW_NODES: usize = 4096;
 
-/// Fraction of the tolerance that is left to the splines of a table whose nodes may have deep gaps over κ: a table of
-/// few nodes, or of a resampled lattice. The measured error is a percentile, which does not show errors within gaps.
-/// Larger values take fewer knots; smaller ones fill the gaps less.
+/// Fraction of the tolerance that is left to the splines of a table whose nodes may have deep gaps, ranges of κ where
+/// the power nearly vanishes: a table of few nodes, or of a resampled lattice. The measured error is a percentile,
+/// which does not show errors within gaps. Larger values take fewer knots; smaller ones fill the gaps less.
 const GAP_FRACTION: f64 = 0.1;
 
 /// Relative error that the splines of a table may have, for a table of the relative error `tolerance`.

@@ -17,8 +17,8 @@
 //!
 //! - *Native*: `P` is the width T of a tile that repeats, so nodes are its diffraction orders. The kernel is the
 //!   shape of an order, the transform of `g`: a Gaussian of `σ = T/(2π·σ_w)` nodes. The data are not multiplied by `g`.
-//!   This lattice is used where the tile repeats and `3·x_max > 1.5·T`.
-//! - *Resampled*: `P = 3·x_max` ([`OVERSAMPLING`]). The data are multiplied by `g(x)·ê(0)/ê(x/P)` before their
+//!   This lattice is used where the tile repeats and `3·x_max > 1.5·T` ([`OVERSAMPLING`], [`NATIVE_RATIO`]).
+//! - *Resampled*: `P = 3·x_max`, at least. The data are multiplied by `g(x)·ê(0)/ê(x/P)` before their
 //!   transform ([`LatticeAxis::window`]), where `ê` is the transform of a semicircle kernel. Interpolation then
 //!   restores `g`, up to the kernel's images, which stay below ε. This lattice is used where the scan does not repeat,
 //!   and for windows much narrower than the tile.
@@ -236,7 +236,8 @@ impl AxisDemand {
         // The upper bound never acts: a native Gaussian has a σ of at most √(2Λ)/π nodes, and tolerances are at least
         // 1e-6.
         let taps = taps.clamp(1, TAPS_MAX);
-        // Nodes that look-ups up to the largest frequency read.
+        // Largest node that look-ups up to the largest frequency read. A native tile has no orders beyond half its
+        // pixels. A resampled axis has copies of nodes beyond them, half the taps wide.
         let reach_wanted = (FREQUENCY_MAX_PER_UM * period_um + 0.5 * taps as f64).ceil() as usize;
         let (reach, cutoff) = if is_native {
             (reach_wanted.min(pixels / 2), f64::INFINITY)
@@ -254,6 +255,7 @@ impl AxisDemand {
             cutoff,
         }
     }
+
     /// Plan of a native lattice: the pixels of the tile, and the shape of an order as the kernel.
     fn native(&self, log_error: f64) -> AxisPlan {
         let margin = if self.is_grating { GRATING_TAIL_FACTOR.ln() } else { 0.0 };

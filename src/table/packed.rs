@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Smallest tolerance of tables whose splines are stored in 16 bits. A step of the integers, 1/65 535 of a record's
-/// range, is then well below the tolerance.
+/// range, is then well below the tolerance. Smaller values save memory in more tables, at the cost of rounding errors.
 const FIXED_TOLERANCE: f64 = 1e-4;
 
 /// Number of midpoints of a mean over κ. The mean is the scale of relative errors, so a few per cent of error in it do

@@ -49,14 +49,14 @@ impl Progress {
         Self { listener: Some(Arc::new(listener)), from: 0.0, to: 1.0 }
     }
 
-    /// Part of this progress between two of its fractions. Fractions that are reported to the part run from 0 to 1
-    /// again.
+    /// Part of this progress between the fractions `from` and `to`, 0 to 1. Fractions that are reported to the part run
+    /// from 0 to 1 again.
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
         Self { listener: self.listener.clone(), from: self.of_whole(from), to: self.of_whole(to) }
     }
 
-    /// Both halves of this progress, for two pieces of work of unknown ratio.
+    /// Both halves of this progress, for two tasks of unknown ratio.
     pub fn halves(&self) -> (Self, Self) {
         (self.part(0.0, 0.5), self.part(0.5, 1.0))
     }

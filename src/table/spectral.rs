@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Number of floats at the head of a node's record: `P(0)` and `P'(0)` of a power, real and imaginary part of `D(0)` of
-/// an amplitude.
+/// Number of floats at the head of a node's record: `P(0)` and `P'(0) = dP/dκ` of a power, real and imaginary part of
+/// `D(0)` of an amplitude.
 pub const HEADER: usize = 2;
 
 /// Quantity of a node, which determines how nodes add up.
@@ -93,7 +93,7 @@ impl SpectralTable {
         self.kappa_knee
     }
 
-    /// Nodes with a record, row by row: node numbers jx and jy, and the record.
+    /// Nodes with a record, row by row: `(jx, jy, record)` with the node numbers jx and jy.
     pub fn kept_nodes(&self) -> Vec<(i64, i64, &[f32])> {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let kept: Vec<usize> = (0..self.offsets.len()).filter(|&index| self.offsets[index] != 0).collect();

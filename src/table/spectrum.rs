@@ -1,4 +1,5 @@
-//! Node values of a table at one κ, from the height field.
+//! Node values of a table at one phase rate κ, from the height field. The kinds of lattice are defined in `lattice.rs`,
+//! the models *ensemble* and *patch* in `coherence.rs`.
 //!
 //! - `E = exp(iκh)`: phase screen over the tile.
 //! - `t`: taper of an aperiodic scan; 1 where the tile repeats.
@@ -68,7 +69,7 @@ pub struct Spectrum {
     screen_grid: (usize, usize),
     /// Kept frequencies of that transform along x and y, for the autocorrelation of the ensemble.
     bands: [Band; 2],
-    /// Source pixel and weight of each lattice pixel, along x and y; see [`axis_weights`].
+    /// Source pixel and weight of each lattice pixel in FFT order, along x and y; see [`axis_weights`].
     weights: [Vec<(usize, f64)>; 2],
     /// From the padded screen to its power spectrum.
     lag_forward: Fft2<f64>,
@@ -160,8 +161,10 @@ impl Spectrum {
                 to[..nx].copy_from_slice(from);
             }
             screen = padded;
+            // Sums over the pixels of the scan.
             1.0 / (gx * gy) as f64
         } else {
+            // Means over the pixels of the tile.
             ((gx * gy) as f64).powi(-2)
         };
         let [x, y] = &self.bands;
@@ -267,7 +270,8 @@ fn total_power((tx, ty): &(Vec<f64>, Vec<f64>), model: Model, (dx_um, dy_um): (f
     }
 }
 
-/// Factor `norm` of `S` in µm², for a window of the standard deviation `s_um`.
+/// Factor `norm` of `S` in µm², for a window of the standard deviation `s_um`. A patch's S is a squared sum, divided by
+/// the power of the window, `∫ exp(−|x|²/s²) d²x = πs²`.
 fn norm(lattice: &Lattice, model: Model, s_um: f64) -> f64 {
     // Reciprocal of the kernel's integral over frequency, in µm².
     let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));

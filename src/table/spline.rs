@@ -1,9 +1,10 @@
 //! Uniform cubic B-splines: coefficients from values at the knots.
 //!
 //! The value at knot i is `(c[i − 1] + 4·c[i] + c[i + 1])/6`, with the coefficients c. Two recursive filters invert
-//! this: one forward, one backward.
+//! this: one forward, one backward. They are the factors of `6/(z + 4 + 1/z)`, with z a shift by one knot.
 
-/// Pole of both filters, `√3 − 2`. The influence of a value falls by this factor per knot.
+/// Pole of both filters, `√3 − 2`: the root of `z² + 4z + 1` within the unit circle. The influence of a value falls by
+/// this factor per knot.
 pub(crate) const POLE: f64 = -0.267_949_192_431_122_7;
 
 /// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them. Beyond either end the

@@ -1,9 +1,10 @@
 //! Look-up in a [`super::PackedTable`], generic over [`Numbers`].
 //!
-//! A look-up at `(f, κ)` reads `taps.x · taps.y` nodes. Of each node it reads the entry and the packets that contain
-//! four consecutive spline coefficients. Packets begin at multiples of their length, so up to eight coefficients are
-//! read, some with weights of zero. Symbols are those of the [module](super), formulas of a node those of
-//! [`super::SpectralTable`], and the words of entries and packets those of [`Format`].
+//! A look-up at the frequency f in cycles/µm and the phase rate κ in rad/µm reads `taps.x · taps.y` nodes. Of each node
+//! it reads the entry and the packets that contain four consecutive spline coefficients. Packets begin at multiples of
+//! their length, so up to eight coefficients are read, some with weights of zero. Symbols are those of the
+//! [module](super), formulas of a node those of [`super::SpectralTable`], and the words of entries and packets those of
+//! [`Format`].
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -36,7 +37,7 @@ const UNROLLED_TAPS: u32 = 8;
 pub struct TableView<N: Numbers> {
     /// Layout of the words.
     pub layout: PackedLayout,
-    /// All words of the table.
+    /// Table data, [`super::PackedTable::words`].
     pub words: N::Words,
 }
 

@@ -1,4 +1,4 @@
-//! Direct sum of an order amplitude of a tile of nx × ny pixels with the heights h(ix, iy) in µm:
+//! Direct sum for the amplitude of a diffraction order of a tile of nx × ny pixels with the heights h(ix, iy) in µm:
 //!
 //! `c_j(κ) = 1/(nx·ny) Σ exp(iκh(ix, iy))·exp(+2πi(jx·ix/nx + jy·iy/ny))` for the order j = (jx, jy).
 

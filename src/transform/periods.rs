@@ -3,10 +3,10 @@
 //! - A *wave* is a bin (jx, jy) of the transform: jx and jy periods over the extents Lx and Ly in µm. It has the
 //!   frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm, and the direction φ = atan2(fy, fx).
 //! - An *axis bin* j of the x axis sums the power of all waves with |jx| = j within 45° of that axis, for any jy.
-//!   Axis bins of the y axis likewise.
-//! - The dominant period is the extent divided by the axis bin j that maximises j·power(j), with a fraction from a
-//!   parabola through the peak and its neighbours. The factor j, the frequency, favours a grating over the slow
-//!   undulation of natural surfaces.
+//!   Axis bins of the y axis likewise. Axis bin 0 is empty, since its only wave is the mean.
+//! - The dominant period is the extent divided by the position of the axis bin j that maximises j·power(j). A parabola
+//!   through the peak and its neighbours refines the position to a fraction of a bin. The factor j, the frequency,
+//!   favours a grating over the slow undulation of natural surfaces.
 
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
@@ -14,13 +14,15 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Fraction of the heights' variance at or below which a peak is attributed to rounding.
+/// Fraction of the heights' variance at or below which a peak is attributed to rounding. Larger values miss weak
+/// periods; smaller ones mistake rounding for periods.
 const POWER_FRACTION_MIN: f64 = 1e-9;
 /// Smallest axis bin that is smoothed and refined by its neighbours. Neighbours of lower bins hold other waves: bin 1
 /// the tilt of the relief, bins 2 and 3 harmonics.
 const REFINED_MIN: usize = 3;
 /// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
-/// frequency; see [`Period::power_share`].
+/// frequency; see [`Period::power_share`]. Larger values include more of an irregular pattern; smaller ones exclude
+/// other patterns.
 const BAND: f64 = 0.1;
 
 /// Dominant period along one axis.
@@ -56,7 +58,7 @@ struct AxisBin {
 ///
 /// A period is that of the highest peak of frequency times power, refined by a parabola. The power is that of waves
 /// within 45° of the axis, summed over the other axis. A field that does not repeat (`repeats` is false) is first
-/// multiplied by a Hann window.
+/// multiplied by a Hann window, since its edges do not match.
 ///
 /// ```
 /// use sunbeam::Preset;
@@ -89,6 +91,7 @@ pub fn periods(field: &HeightField, repeats: bool) -> Periods {
     for (index, amplitude) in amplitudes.iter().enumerate().skip(1) {
         let power = amplitude.norm_sqr();
         total += power;
+        // Bins are [jy][jx] in FFT order.
         let (jx, jy) = (signed(index % nx, nx), signed(index / nx, ny));
         let (fx, fy) = (jx as f64 / lx, jy as f64 / ly);
         let direction = power * Complex64::cis(2.0 * fy.atan2(fx));
@@ -118,10 +121,10 @@ fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<P
     let smooth = |j: usize| {
         if j < REFINED_MIN { raw(j) } else { 0.25 * raw(j - 1) + 0.5 * raw(j) + 0.25 * raw(j + 1) }
     };
-    // Bin 1 of a field that does not repeat has the rest of its tilt.
+    // Bin 1 of a field that does not repeat contains a part of its tilt.
     let first = if repeats { 1 } else { 2 };
     let best = (first..bins.len())
-        .filter(|&j| (j == 1 || smooth(j) >= smooth(j - 1)) && smooth(j) >= smooth(j + 1) && raw(j) > 0.0)
+        .filter(|&j| smooth(j) >= smooth(j - 1) && smooth(j) >= smooth(j + 1) && raw(j) > 0.0)
         .max_by(|&a, &b| (a as f64 * smooth(a)).total_cmp(&(b as f64 * smooth(b))))?;
     let offset = if best < REFINED_MIN { 0.0 } else { vertex(smooth(best - 1), smooth(best), smooth(best + 1)) };
     let position = best as f64 + offset;
@@ -137,7 +140,7 @@ fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<P
     if power_share.is_nan() || power_share <= POWER_FRACTION_MIN {
         return None;
     }
-    // −90° is the same direction as 90°.
+    // Half of the double angle of the sum. −90° is the same direction as 90°.
     let radians = 0.5 * direction.arg();
     let direction_deg = if radians <= -0.5 * PI { 90.0 } else { radians.to_degrees() };
     // Removes rounding of the transform. Adding 0 removes the sign of −0.

@@ -1,7 +1,8 @@
 //! Summed-area table: masses on a rectangular lattice that are summed over, and sampled within, any rectangle.
 //!
-//! Each node holds a mass in each of [`BANDS`] bands, rounded to a whole number of *counts* with 12 significant bits
-//! ([`encode`]). Sums of counts are exact, so a density equals the probability of the sample.
+//! A mass is a non-negative weight in proportion to which nodes are drawn. Each node holds a mass in each of [`BANDS`]
+//! bands, rounded to a whole number of *counts* with 12 significant bits ([`encode`]). Sums of counts are exact, so a
+//! density equals the probability of the sample.
 //!
 //! ```text
 //! T[y][x][b] = Σ counts in band b of the blocks before column x and before row y      table of sums
@@ -21,7 +22,8 @@ pub use view::{Drawn, Rectangle, SummedAreaView};
 /// Masses per node: bands of κ of the spectral sampler, slices of w of the colour sampler. A node's counts fill the
 /// four halves of two words. The sums at a block's corner fill one packet.
 pub const BANDS: usize = 4;
-/// Nodes of a block along either axis, a power of two.
+/// Nodes of a block along either axis, a power of two. Larger blocks need less memory for the sums, but widen
+/// rectangles more.
 const BLOCK: usize = 4;
 /// Binary logarithm of [`BLOCK`].
 const BLOCK_SHIFT: u32 = BLOCK.ilog2();
@@ -122,6 +124,7 @@ fn positive(mass: f32) -> f64 {
 /// Sum of the positive masses of all nodes in each band.
 fn totals(masses: &[[f32; BANDS]]) -> [f64; BANDS] {
     masses
+        // Smaller chunks spend more time on scheduling.
         .par_chunks(4096)
         .map(|chunk| chunk.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b]))))
         .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]))

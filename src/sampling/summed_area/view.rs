@@ -6,7 +6,7 @@ use super::{BANDS, BLOCK, BLOCK_PACKETS, BLOCK_SHIFT, EXPONENT_SHIFT, SummedArea
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::sampling::BELOW_ONE;
 
-/// A half-open range of blocks along x and y.
+/// A half-open range of blocks along x and y. Rectangles consist of whole blocks of nodes, in which sums are stored.
 #[derive(Clone, Copy)]
 pub struct Rectangle<N: Numbers> {
     /// First column and row of blocks.
@@ -105,7 +105,7 @@ impl<N: Numbers> SummedAreaView<N> {
             let edge = |block: N::Index| N::widen(N::real(block << BLOCK_SHIFT));
             edge(rectangle.low[axis]).le(at) & at.lt(edge(rectangle.high[axis]))
         };
-        // Clamped to the table, because outside of it an index does not exist.
+        // Clamped to the table: the conversion of a negative number to an index is arbitrary.
         let index = |axis: usize, at: N::Double| {
             let last = f64::from(self.layout.blocks[axis] * BLOCK as u32 - 1);
             N::index_of_double(at.clip(N::Double::lit(0.0), N::Double::lit(last)))
