@@ -147,6 +147,7 @@ const ATAN_TURNS: [f64; 8] = [
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
     let (abs_u, abs_v) = (u.abs(), v.abs());
+    // The lower bound, about the smallest normal number, avoids 0/0 at the origin.
     let largest = abs_v.max(abs_u).max(R::lit(1e-37));
     let ratio = abs_v.min(abs_u) / largest;
     let octant = ratio * polynomial(ratio * ratio, &ATAN_TURNS);
