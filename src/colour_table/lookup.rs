@@ -4,7 +4,8 @@
 //! four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the direction and w. The
 //! words of coefficients are those of `pack.rs`. Formulas of positions are those of [`ColourLayout`] and [`Ring`].
 //!
-//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic.
+//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic. Tests of the method `table` in
+//! crates/realtime compare the two.
 
 use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};

@@ -14,8 +14,8 @@
 //! B-spline ([`SpectralTable`]).
 //!
 //! The rings of a *group* have the same directions. Along each ray the records are therefore interpolated once, at
-//! uniform ρ that resolve an order. These records serve every ring of the group and every w. They and the sums over them
-//! are in single precision, like the spectral table.
+//! uniform ρ that resolve an order. These records serve every ring of the group and every w. They and the sums over
+//! them are in single precision, like the spectral table.
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
