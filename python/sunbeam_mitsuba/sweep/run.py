@@ -113,7 +113,7 @@ def run(
             want.check_here()
         check_library(case.parameters for case in cases)
     store = Store(spec.output)
-    # It raises SweepError itself, with the folder unlocked.
+    # `open` raises SweepError itself, and then leaves the folder unlocked.
     store.open(fresh)
     # Entries of the summary that are known at the start.
     begun = {"version": version(), "cases": len(cases), "started": _now()}
@@ -121,7 +121,7 @@ def run(
         write_summary(spec, "unfinished", begun)
         pending, failed = _pending_cases(spec, cases, retry_failed)
         with Progress(len(cases), len(cases) - len(pending), failed, progress) as counter:
-            # Errors in this block also report the number of finished cases.
+            # The inner block adds the number of finished cases to errors. The outer one converts earlier errors.
             try:
                 if pending:
                     with _client(spec, job, pending, scheduler, workers, memory_gb, progress) as client:
