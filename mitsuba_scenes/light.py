@@ -1,7 +1,7 @@
 """Sun, sky and lamps as Mitsuba emitters with the spectrum of D65.
 
-The unit of radiance is that of a white diffuse plane facing the sun. The sun's irradiance on such a plane is
-therefore π. The frame is that of scene.py: cm, z up, the snake's tail towards +x.
+The unit of radiance is that of a white diffuse plane facing the sun. Since such a plane has the radiance E/π at the
+irradiance E, the sun's irradiance on it is π. The frame is that of scene.py: cm, z up, the snake's tail towards +x.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def lamps(directions: list[tuple[float, float]], brightness: float, sky_radiance
     `directions` has azimuth and elevation of each lamp in degrees (`direction`). A white diffuse plane at the origin
     that faces a lamp has the radiance `brightness`.
     """
-    # A sphere of radius r and radiance L at the distance d has the irradiance π L r²/d².
+    # A sphere of radius r and radiance L at the distance d gives the irradiance E = π L r²/d², and `brightness` is E/π.
     radiance = brightness * (LAMP_DISTANCE_CM / LAMP_RADIUS_CM) ** 2
     spheres = {
         f"lamp_{number}": {
@@ -62,6 +62,9 @@ class Light:
     `azimuth_deg` is the sun's angle from +x (tail), counter-clockwise seen from above. `elevation_deg` is its angle
     above the ground, in (0, 90]. `sun` is one of SUN_KINDS. A `sky_radiance` of 0 leaves out the sky. Other values
     raise ValueError.
+
+    The defaults are chosen by eye. The default sun stands on the side of the head and the camera. A brighter sky adds
+    diffuse light, in which the diffraction colours pale.
     """
 
     azimuth_deg: float = -150.0
@@ -95,11 +98,14 @@ class Light:
         }
 
     def _disc(self) -> dict:
-        """A disc of the sun's angular radius ρ. Its radiance 1/sin²ρ gives the directional sun's irradiance, π."""
+        """A disc of the sun's angular radius ρ. Its radiance 1/sin²ρ gives the directional sun's irradiance, π.
+
+        The radius of the disc is its distance times sin ρ instead of tan ρ, since they differ by only 1e-5 of ρ.
+        """
         sin_radius = math.sin(math.radians(SUN_DIAMETER_DEG / 2))
         transform = mi.ScalarTransform4f
         centre = (self.to_sun() * DISC_DISTANCE_CM).tolist()
-        # The up direction of `look_at` must not be parallel to the view.
+        # The up direction of `look_at` must not be parallel to the direction to the sun. Any other one serves.
         up = [0, 0, 1] if self.elevation_deg < 80 else [1, 0, 0]
         return {
             "type": "disk",

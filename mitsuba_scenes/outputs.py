@@ -1,6 +1,6 @@
 """Argparse types of output files and folders, which are checked before anything is rendered.
 
-Argparse also applies a type to a default if it is a string, so defaults are given as strings.
+Argparse applies a type to a default only if it is a string. Defaults are given as strings, so they are checked, too.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from pathlib import Path
 def output_file(suffix: str, beside: tuple[str, ...] = ()) -> Callable[[str], Path]:
     """An argparse type: a writable file whose name ends in `suffix`, such as ".exr"; its folder may be created later.
 
-    Files of the same name with the endings `beside` must be writable, too.
+    `suffix` is in lower case; names may have it in upper case. Files of the same name with the endings `beside`, such
+    as ".png", must be writable, too.
     """
 
     def convert(text: str) -> Path:

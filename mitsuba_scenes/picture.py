@@ -1,4 +1,7 @@
-"""Renders scenes with timing, checks and tone-maps pictures, and writes them as EXR and PNG."""
+"""Renders scenes with timing, checks and tone-maps pictures, and writes them as EXR and PNG.
+
+A *pass* renders the whole picture with a part of the samples and a seed of its own.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,14 @@ from .light import Light
 from .scene import MAX_DEPTH, View, snake_scene
 from .snake import SnakeFiles
 
-# Largest number of paths in memory during a pass. A path typically takes 1 kB, so a pass takes about 8 GB.
+# Largest number of paths of a pass, which are all in memory. A path typically takes 1 kB, so a pass takes about 8 GB.
+# Smaller values take less memory and more passes.
 PATHS_PER_PASS = 1 << 23
-# Smallest mean of a picture that is not black, in linear sRGB.
+# Smallest mean of a picture that is not black, in linear sRGB. Pictures of lit scenes have larger means.
 BLACK_MEAN = 1e-4
-# Tone mapping, equal to that of the realtime renderer (src/colour/tone.rs): largest channel up to which colours are
-# displayed unchanged. Larger values leave less contrast to highlights.
+# Tone mapping: largest channel up to which colours are displayed unchanged. Larger values leave less contrast to
+# highlights; smaller ones darken more of the picture. KNEE and SHOULDER equal those of the realtime renderer
+# (src/colour/tone.rs); no test compares them.
 KNEE = 0.8
 # Excess over KNEE that is displayed halfway between KNEE and 1. Larger values keep contrast between brighter
 # highlights; smaller ones display moderate highlights brighter.
@@ -50,8 +55,9 @@ def render(
 ) -> Picture:
     """Builds the scene of the snake and renders it; the picture is the mean of at least `passes` passes.
 
-    `spp` is the number of samples per pixel of all passes together. In each pass it is rounded up to a square number,
-    which the sampler requires. `bsdf` is a dictionary, or the object of an earlier `Picture`.
+    `spp` is the number of samples per pixel of all passes together. Each pass has an equal part, rounded up to a square
+    number, which the sampler requires. `bsdf` is a dictionary, or the object of an earlier `Picture`, whose tables are
+    not built again.
 
     Keys of `seconds`: `tables` is the creation of the BSDF (absent for an object), `scene` that of the scene.
     `first_pass` includes the compilation of kernels; `later_pass` is the median of the other passes (absent if there
@@ -107,7 +113,7 @@ def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
     so that p becomes k + (1 − k) e/(e + s). The curve tends to 1.
     """
     linear = np.maximum(pixels * 2.0**exposure_stops, 0)
-    # One factor for the three channels keeps the hue.
+    # One factor for the three channels keeps the hue. The floor 1e-9 avoids 0/0 at black pixels, which are kept.
     peak = linear.max(axis=-1, keepdims=True)
     excess = np.maximum(peak - KNEE, 0)
     compressed = KNEE + (1 - KNEE) * excess / (excess + SHOULDER)

@@ -15,7 +15,8 @@ from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
 
-# Exposure of PNG pictures in stops. The sunlit snake is dark and diffracts little light; larger values clip highlights.
+# Exposure of PNG pictures in stops (doublings). The sunlit snake is dark and diffracts little light. Larger values
+# brighten it and compress more highlights.
 EXPOSURE_STOPS = 2.0
 
 
@@ -34,7 +35,7 @@ def positive(kind: type) -> Callable[[str], float]:
 
 
 def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
-    """The parser, for its name in messages, and the parsed options."""
+    """The parser, for its name in messages, and the options parsed from `words` (None: the process's arguments)."""
     view, light = View(), Light()
     parser = argparse.ArgumentParser(
         prog="python -m mitsuba_scenes.render",
@@ -47,7 +48,7 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
     skin.add_argument("--height-field", type=Path, metavar="FILE", help="a scan: .exr, .png, .gsf, .npy or .txt")
     add("--pixel-size", type=positive(float), metavar="UM", help="edge of a pixel, where the scan does not say")
     add("--max-height", type=positive(float), metavar="UM", help="largest height, where the scan does not say")
-    add("--rotation", type=float, metavar="DEG", help="turns the relief against the body (None: the skin's own)")
+    add("--rotation", type=float, metavar="DEG", help="turns the relief counter-clockwise (None: the skin's own angle)")
     add("--eta", type=positive(float), default=KERATIN, help="refractive index of the skin")
     add(
         "--light-direction",
@@ -55,12 +56,13 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
         nargs=2,
         metavar=("AZIMUTH", "ELEVATION"),
         default=(light.azimuth_deg, light.elevation_deg),
-        help="where the sun is, in degrees: from +x counter-clockwise, above the ground",
+        help="where the sun is, in degrees: counter-clockwise from +x (the tail), above the ground",
     )
     add("--sun", choices=SUN_KINDS, default=light.sun, help="parallel light, or a disc of 0.53 degrees")
     add("--sky", type=float, default=light.sky_radiance, help="radiance of the sky; a white plane facing the sun has 1")
-    add("--resolution", type=positive(int), nargs=2, metavar=("W", "H"), default=(view.width, view.height))
-    add("--spp", type=positive(int), default=64, help="samples a pixel")
+    size = (view.width, view.height)
+    add("--resolution", type=positive(int), nargs=2, metavar=("W", "H"), default=size, help="size in pixels")
+    add("--spp", type=positive(int), default=64, help="samples a pixel, rounded up to a square number")
     add("--max-depth", type=positive(int), default=MAX_DEPTH, help="longest path, in segments")
     add("--exposure", type=float, default=EXPOSURE_STOPS, help="brightens the PNG, in stops")
     add("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba")
@@ -106,10 +108,14 @@ def run(options: argparse.Namespace) -> None:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command. Exit status: 0, or 2 after one line on stderr that names the error."""
+    """Runs the command with the arguments `words`, by default those of the process.
+
+    Exit status: 0, or 2 after one line on stderr that names the error.
+    """
     parser, options = arguments(words)
     try:
         run(options)
+    # Mitsuba raises RuntimeError.
     except (SetupError, ValueError, picture.PictureError, RuntimeError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2

@@ -21,7 +21,7 @@ SOIL = (0.020, 0.0155, 0.012)
 class View:
     """Resolution in pixels, and the camera: its position `origin_cm`, and `target_cm` in the middle of the picture.
 
-    `fov_deg` is the horizontal field of view.
+    `fov_deg` is the horizontal field of view. +z is up in the picture.
     """
 
     width: int = 384
@@ -67,7 +67,8 @@ def snake_scene(
 def stage(objects: dict, emitters: dict, view: View, spp: int = 64, max_depth: int = MAX_DEPTH) -> dict:
     """A scene of `objects` on the ground z = 0 in the light of `emitters`, both entries of the dictionary.
 
-    `spp` and `max_depth` are as in `snake_scene`.
+    The ground is a square with sides of 4 m around the origin, larger than the pictures show. `spp` and `max_depth` are
+    as in `snake_scene`.
     """
     return {
         "type": "scene",

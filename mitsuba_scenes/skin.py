@@ -9,9 +9,11 @@ import numpy as np
 
 from .scene import colour_texture, raw_texture
 
-# Refractive index of keratin, of which a snake's skin consists; equal to the realtime renderer's.
+# Refractive index of keratin, of which a snake's skin consists. It equals `KERATIN` of the realtime renderer
+# (crates/realtime/src/view.rs); no test compares them.
 KERATIN = 1.56
-# Factor on the pigment's linear reflectance. Larger values hide the diffraction colours on the nearly black snake.
+# Factor on the pigment's linear reflectance. Larger values hide the diffraction colours on the nearly black snake. It
+# equals `PIGMENT_SCALE` of the realtime renderer; no test compares them.
 PIGMENT_SCALE = 0.35
 
 # Parameters that each preset needs on the snake besides its name. At rotation 0 the relief's x axis is the mesh's
@@ -25,15 +27,18 @@ PRESETS = {
 }
 
 # Length of the snake, and width of its sheet of scales around the body, in half scales. They are the defaults of
-# `sunbeam snake`. A scale is two half scales long and wide, and overlaps its neighbours.
+# `sunbeam snake`. A scale of the skin is two half scales long and wide, and overlaps its neighbours.
 ROWS = (27, 17)
-# Exponent of the outline of a scale, equal to that of the mesh (crates/realtime/src/snake/lattice.rs).
+# Exponent p of the outline of a scale, |along|^p + |across|^p = 1 in half scales. It equals that of the mesh
+# (crates/realtime/src/snake/lattice.rs); no test compares them.
 OUTLINE = 1.4
-# Texels per half scale of the textures that vary from scale to scale.
+# Texels per half scale of the textures that vary from scale to scale. Larger values give smoother outlines.
 TEXELS = 48
-# Smallest and largest relative size of the pattern on the scales, whose sizes are uniform in this range.
+# Smallest and largest relative size of the relief on the scales, drawn uniformly from this range. A wider range varies
+# the colours more from scale to scale. Chosen by eye.
 SIZES = (0.85, 1.0)
-# Standard deviation in degrees of the pattern's angle on the scales.
+# Standard deviation in degrees of the relief's angle on the scales. Larger values scatter the colours more. Chosen by
+# eye.
 TURN_DEG = 4.0
 # Seed of sizes and angles, an arbitrary number.
 SEED = 7
@@ -64,10 +69,10 @@ def scanned_skin(
     return parameters
 
 
-def pigment_texture(pigment: Path, scale: float = PIGMENT_SCALE) -> dict:
-    """The Mitsuba texture of the sRGB picture `pigment`, with its linear reflectance times `scale`."""
+def pigment_texture(pigment: Path, factor: float = PIGMENT_SCALE) -> dict:
+    """The Mitsuba texture of the sRGB picture `pigment`, with its linear reflectance times `factor`."""
     linear = mi.Bitmap(str(pigment)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
-    return colour_texture(scale * np.array(linear))
+    return colour_texture(factor * np.array(linear))
 
 
 def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
@@ -79,7 +84,7 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
 
 
 def scale_values(values: np.ndarray) -> np.ndarray:
-    """A picture over the snake's UVs, (rows, columns) with row 0 at v = 0, that has one number on each scale.
+    """A picture over the snake's UVs that has one number on each scale. Row 0 is at v = 0, column 0 at u = 0.
 
     Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. Scales
     beyond the edges of the picture reach into it, so i is from −1 to 28 and j from −1 to 18. `values` is (30, 20), and
@@ -87,8 +92,9 @@ def scale_values(values: np.ndarray) -> np.ndarray:
     random by up to a twentieth of a half scale.
     """
     rows_u, rows_v = ROWS
-    v, u = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
-    picture = np.zeros_like(u)
+    # Centres of the texels in half scales.
+    y, x = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
+    picture = np.zeros_like(x)
     # A scale lies over those nearer to the tail, so it is painted after them.
     for i in range(rows_u + 1, -2, -1):
         for j in range(-1, rows_v + 2):
@@ -96,7 +102,7 @@ def scale_values(values: np.ndarray) -> np.ndarray:
                 continue
             # The square of texels that the scale can cover: from one half scale before its centre to one beyond it.
             rows, columns = (slice(max(k - 1, 0) * TEXELS, max(k + 1, 0) * TEXELS) for k in (j, i))
-            along, across = u[rows, columns] - i, np.abs(v[rows, columns] - j)
+            along, across = x[rows, columns] - i, np.abs(y[rows, columns] - j)
             # lattice.rs explains the outline: an arc towards the tail, and parallel sides towards the head.
             gauge = np.maximum(along, 0) ** OUTLINE + across**OUTLINE
             inside = np.where(along > 0, gauge, across) <= 1
@@ -105,7 +111,10 @@ def scale_values(values: np.ndarray) -> np.ndarray:
 
 
 def varied_skin(name: str) -> dict:
-    """Parameters of the plugin for a preset whose size and angle vary at random from scale to scale."""
+    """Parameters of the plugin for a preset whose relief varies at random in size and angle from scale to scale.
+
+    The plugin's parameter `scale` is the relative size of the relief.
+    """
     parameters = preset_skin(name)
     random = np.random.default_rng(SEED)
     # One row and column for each index from −1 to 28 and from −1 to 18 (`scale_values`).

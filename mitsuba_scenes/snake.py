@@ -24,9 +24,9 @@ class SnakeFiles:
 def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
     """Paths of the snake's files in `folder`.
 
-    `resolution` is the factor of `sunbeam snake --resolution` on the number of the mesh's cells in each direction. The
-    files are written if one is missing or older than the executable `tool`. Raises SetupError where they cannot be
-    written.
+    `resolution` is the factor of `sunbeam snake --resolution` on the number of the mesh's quadrilaterals in each
+    direction; larger values give smoother scales and larger files. The files are written if one is missing or older
+    than the executable `tool`, since a new build may draw another snake. Raises SetupError where `tool` fails.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
     # Without the executable all files count as outdated, and calling it raises the error.

@@ -42,7 +42,8 @@ class PluginBuildHook(BuildHookInterface):
     def initialize(self, version: str, build_data: dict) -> None:
         """Builds and adds the plugins. Hatchling calls it before it collects the files of a wheel.
 
-        Raises SystemExit with one line where the plugin cannot be built.
+        `version` is the kind of wheel, standard or editable; both are built alike. The files to add and the wheel's tag
+        are written to `build_data`. Raises SystemExit with one line where the plugin cannot be built.
         """
         root = Path(self.root)
         environment = {"CARGO_TARGET_DIR": str(root / "target"), **os.environ}

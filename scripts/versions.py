@@ -21,7 +21,7 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 FOLDER = REPOSITORY / "target" / "versions"
 # Packages of every release's environment besides Mitsuba, in the versions of requirements.lock.
 SHARED = ("nanobind", "numpy", "pytest", "iniconfig", "packaging", "pluggy", "Pygments")
-# Files of tests/ that every release must pass.
+# Files of tests/ that every release must pass. They need no packages beyond SHARED.
 TESTS = (
     "test_chi2.py",
     "test_plugin_parameters.py",
@@ -31,7 +31,7 @@ TESTS = (
     "test_lifetimes.py",
 )
 # Largest relative difference between a picture's mean colours in two releases. Random numbers and model are equal, but
-# the releases round differently.
+# the releases round differently. Smaller values would refuse releases for rounding; larger ones could hide a defect.
 MEANS_TOLERANCE = 1e-4
 # Program that renders a picture and prints the mean of each channel as JSON. Its arguments are the plugin's folder and
 # the variant.
@@ -61,9 +61,9 @@ def releases() -> list[str]:
     return re.findall(r'Release \{ mitsuba: "([\d.]+)"', script)
 
 
-def run(*words: object, **variables: str) -> None:
+def run(*command: object, **variables: str) -> None:
     """Runs a command in the repository with further environment variables. Raises CalledProcessError if it fails."""
-    subprocess.run([str(word) for word in words], check=True, cwd=REPOSITORY, env={**os.environ, **variables})
+    subprocess.run([str(word) for word in command], check=True, cwd=REPOSITORY, env={**os.environ, **variables})
 
 
 def release_folder(release: str) -> Path:
@@ -107,8 +107,8 @@ def means(release: str) -> dict[str, list[float]]:
     """
     by_variant: dict[str, list[float]] = {}
     for variant in VARIANTS:
-        words = [python_of(release), "-c", PICTURE_PROGRAM, release_folder(release), variant]
-        done = subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True)
+        command = [python_of(release), "-c", PICTURE_PROGRAM, release_folder(release), variant]
+        done = subprocess.run([str(word) for word in command], check=True, capture_output=True, text=True)
         by_variant[variant] = json.loads(done.stdout)
     return by_variant
 

@@ -1,6 +1,7 @@
 """Specifications of sweeps: accepted and refused ones, and combinations of values."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from sweeps import REPOSITORY, SPEC
@@ -279,6 +280,16 @@ def test_the_expected_period_of_peaks_follows_the_scale(sweep_package):
     peaks = Peaks((550.0,), 0.02, None)
     assert peaks._period_um({"preset": "blazed", "scale": 0.5}) == 1.25
     assert peaks._period_um({"preset": "blazed", "period": 2.0, "scale": 0.5}) == 1.0
+
+
+def test_a_render_gives_the_index_as_a_float(sweep_package, tmp_path):
+    from sunbeam_mitsuba.sweep.wants.render import Render
+
+    (tmp_path / "scene.xml").write_text('<scene version="3.0.0"><bsdf type="diffuse" id="surface"/></scene>')
+    parameters = {"preset": "flat", "transmission": "interface", "eta": 1.5, "theta_i_deg": 0.0}
+    text = Render.read({"scene": "scene.xml"}, tmp_path)._scene_with(SimpleNamespace(parameters=parameters))
+    # A spectrum would be refused where light is transmitted.
+    assert '<float name="eta" value="1.5" />' in text
 
 
 def test_the_shared_specification_has_twelve_cases(sweep_package, tmp_path):

@@ -13,6 +13,9 @@ later::
 
     surface = sunbeam_mitsuba.Surface(preset="blazed", coherence_length=30)
     f = surface.eval(wi=[0, 0, 1], wo=[[0.28, 0, 0.96], [0.6, 0, 0.8]], wavelength_nm=[450, 550, 650])  # shape (2, 3)
+
+``eta`` is the refractive index, and lengths are in µm. Directions are unit vectors away from the surface; z is its
+normal.
 """
 
 from ._errors import SunbeamError

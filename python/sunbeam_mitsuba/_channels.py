@@ -13,14 +13,15 @@ from ._errors import SunbeamError
 from ._relief import is_length
 
 # Parts of the titles, in lower case, of signals that are no relief. Their unit may still be a length, as for the
-# deflection of a cantilever. The native readers have the same list (crates/height_field/src/file/channel.rs).
+# deflection of a cantilever. The native readers have the same list (crates/height_field/src/file/channel.rs); no test
+# compares the two.
 # fmt: off
 _NO_RELIEF = (
     "error", "deflection", "amplitude", "phase", "friction", "lateral", "adhesion", "modulus", "dissipation",
     "deformation", "indentation", "potential", "current", "setpoint", "drive", "frequency", "stiffness", "bias",
 )
 # Parts of the titles of reliefs, in lower case, without blanks, `_` and `-`. The list is that of the native readers
-# with "zaxis", which Nanosurf uses.
+# with "zaxis", which the manufacturer Nanosurf uses.
 _RELIEF = ("height", "topo", "zsens", "zaxis", "elevation", "relief", "hauteur", "höhe", "altura")
 # fmt: on
 # Largest number of channels that a message lists; more would make its one line too long to read.
@@ -76,8 +77,8 @@ def channel_of(info: Any) -> Channel:
 def choose(channels: tuple[Channel, ...], wanted: int | str | None) -> Channel:
     """Finds the channel that is ``wanted``, or for ``None`` the first of the lowest rank.
 
-    ``wanted`` is a number, or a title without regard to case; a number comes first. Raises :class:`SunbeamError` with a
-    list of the channels where none fits, or where the wanted one has values that cannot be heights.
+    ``wanted`` is a number, or a title without regard to case. A number counts before an equal title. Raises
+    :class:`SunbeamError` with a list of the channels where none fits, or where the wanted one cannot be heights.
     """
     available = "there are " + listed(channels)
     if wanted is None:

@@ -62,6 +62,7 @@ def register() -> None:
     """
     import mitsuba as mi
 
+    # Mitsuba passes the names of the old and the new variant, which are not needed.
     def add_folder(*_: object) -> None:
         # Mitsuba's type stubs declare `file_resolver` as an object that cannot be called.
         resolver = mi.file_resolver()  # type: ignore[operator]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 # Largest accepted ratio of a height's magnitude to the peak-to-valley height; beyond it the mean is subtracted. 32-bit
-# floats have a relative rounding error of 6e-8; at this ratio it is 16 · 6e-8 = 1e-6 of the relief.
+# floats have a relative rounding error of 6e-8, which becomes 1e-6 of the relief at this ratio.
 _OFFSET_MAX = 16.0
 # Length in µm of each of SurfaceTopography's units. Micro has two signs in Unicode, U+00B5 and the Greek letter U+03BC.
 _UM_PER = {
@@ -117,7 +117,9 @@ def relief_of_topography(topography: Any, unit: str | None = None, top_first: bo
     rows, columns = heights.shape
     size_x, size_y = sizes
     pixel_um = (float(size_x) * unit_um / columns, float(size_y) * unit_um / rows)
-    if top_is_first(topography.info) if top_first is None else top_first:
+    if top_first is None:
+        top_first = top_is_first(topography.info)
+    if top_first:
         heights = heights[::-1]
     return Relief(heights, pixel_um)
 

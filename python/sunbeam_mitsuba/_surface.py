@@ -39,7 +39,7 @@ _BUFFER_TOO_SMALL = 6
 # Smallest number of evaluations, items times wavelengths, for each thread. Starting a thread takes as long as some
 # hundred evaluations, so smaller values waste time; larger ones leave cores idle.
 _EVALUATIONS_PER_THREAD = 2000
-# Parts of a batch per thread. Several parts balance the load, since some directions take longer.
+# Parts of a batch per thread. Some directions take longer, so more parts balance the load better, but take more calls.
 _PARTS_PER_THREAD = 4
 
 
@@ -125,11 +125,11 @@ def _numbers(name: str, values: ArrayLike) -> Floats:
     return np.asarray(values, dtype=np.float32)
 
 
-def _direction(name: str, values: ArrayLike) -> Floats:
-    """Directions ``[..., 3]`` as 32-bit floats. Raises :class:`SunbeamError` for another shape."""
+def _triples(name: str, values: ArrayLike) -> Floats:
+    """Directions or random numbers ``[..., 3]`` as 32-bit floats. Raises :class:`SunbeamError` for another shape."""
     array = _numbers(name, values)
     if array.shape[-1:] != (3,):
-        raise SunbeamError(f"{name} has the shape {array.shape}, but must end in 3: x, y, z")
+        raise SunbeamError(f"{name} has the shape {array.shape}, but its last axis must have 3 numbers")
     return array
 
 
@@ -229,7 +229,7 @@ class Surface:
 
     def _evaluate(self, function: str, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> list[Floats]:
         """Results of ``sunbeam_surface_FUNCTION``, where ``function`` is ``eval``, ``pdf`` or ``eval_pdf``."""
-        wi, wo = _direction("wi", wi), _direction("wo", wo)
+        wi, wo = _triples("wi", wi), _triples("wo", wo)
         nm, is_single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], wo.shape[:-1], nm.shape[:-1])
         wavelengths = nm.shape[-1]
@@ -255,7 +255,7 @@ class Surface:
         broadcast against each other. The weight is ``f |cosθo| / pdf``, ``[...]`` for one wavelength given as a number,
         else ``[..., m]``. Samples below the horizon have zeros in all three arrays.
         """
-        wi, u = _direction("wi", wi), _direction("u", u)
+        wi, u = _triples("wi", wi), _triples("u", u)
         nm, is_single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], u.shape[:-1], nm.shape[:-1])
         wavelengths = nm.shape[-1]

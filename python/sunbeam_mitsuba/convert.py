@@ -158,6 +158,7 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
         top_first = None if format_name in _EITHER_FIRST else format_name not in _BOTTOM_FIRST
         relief = relief_of_topography(info.topography(**sizes), unit, top_first)
     except SunbeamError:
+        # This package's own messages stay as they are.
         raise
     # The library's readers raise many kinds of exceptions for files that they cannot read.
     except Exception as error:
@@ -262,7 +263,10 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command line. Returns the exit code: 0 with a report on stderr, or 2 with a one-line error there."""
+    """Runs the command line with the arguments ``words``, by default those of the process.
+
+    Returns the exit code: 0 with a report on stderr, or 2 with a one-line error there.
+    """
     parser = _Parser(
         prog="python -m sunbeam_mitsuba.convert",
         description="Writes the heights of an instrument's file, with their size and unit, as .gsf.",

@@ -61,7 +61,7 @@ fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
     // Time of last use, size in bytes and path of each entry; sorts by the time.
     let mut entries = Vec::new();
     for file in fs::read_dir(folder)?.flatten() {
-        // Fails for a file that another process has just removed.
+        // Reading the metadata fails for a file that another process has just removed.
         let Ok(metadata) = file.metadata() else { continue };
         let used = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
         let name = file.file_name().to_string_lossy().into_owned();

@@ -53,7 +53,8 @@ pub const SWITCH: &str = "SUNBEAM_CACHE";
 pub const FOLDER: &str = "SUNBEAM_CACHE_DIR";
 /// Environment variable with the largest size of the folder, in MB (10⁶ bytes).
 pub const LIMIT: &str = "SUNBEAM_CACHE_LIMIT_MB";
-/// Largest size of the folder in MB where [`LIMIT`] is not set. It holds about a hundred skins of 20 MB each.
+/// Largest size of the folder in MB where [`LIMIT`] is not set. It holds about a hundred surfaces of 20 MB each. Larger
+/// values take more disk; smaller ones build surfaces again more often.
 pub const DEFAULT_LIMIT_MB: u64 = 2000;
 
 /// An environment variable whose value is not accepted.
@@ -205,8 +206,8 @@ impl Cache {
         IN_USE.get(key, || self.read_or_build(|| key, build))
     }
 
-    /// The rigorous tables (Maxwell's equations) of a grating with the relief `profile` on `body`; shared as by
-    /// [`Cache::shared_surface`]. `build_limit` multiplies the limits of memory and time of a build.
+    /// The rigorous tables (Maxwell's equations) of a grating with the relief `profile` on `body`, the material below;
+    /// shared as by [`Cache::shared_surface`]. `build_limit` multiplies the limits of memory and time of a build.
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
@@ -221,6 +222,7 @@ impl Cache {
     ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
         static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
         let key = Key::of_grating("grating", profile, body);
+        // A float is no hash key, so its bits stand for it.
         IN_USE.get((key, coherence_length_um.to_bits()), || {
             let build = || GratingSurface::of_body(profile, body, coherence_length_um, build_limit, progress);
             let (grating, origin) = self.read_or_build(|| key, build)?;

@@ -31,7 +31,8 @@ pub fn srgb_encode(linear: [f64; 3]) -> [f64; 3] {
     linear.map(|value| Srgb::from_linear(unit(value)))
 }
 
-/// [`srgb_encode`] as bytes, within 0.6 of `255·srgb_encode`: `palette` interpolates in a table of the encoding.
+/// [`srgb_encode`] as bytes, within 0.6 of `255·srgb_encode`: the crate `palette` interpolates in a table of the
+/// encoding.
 pub fn srgb_bytes(linear: [f64; 3]) -> [u8; 3] {
     // The type of the result, a byte, selects the table.
     linear.map(|value| Srgb::from_linear(unit(value)))

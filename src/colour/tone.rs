@@ -1,4 +1,5 @@
-//! Tone mapping for display. `tone.wgsl` of crates/realtime has the same curve for the GPU.
+//! Tone mapping for display. `tone.wgsl` of crates/realtime has the same curve for the GPU; a test in
+//! crates/window/src/tone.rs compares both.
 //!
 //! ```text
 //! p    largest channel of a colour after exposure
@@ -15,8 +16,9 @@ const SHOULDER: f64 = 0.6;
 
 /// Maps linear sRGB, multiplied by `2^stops`, to [0, 1] for [`super::srgb_encode`].
 ///
-/// Colours whose largest channel is at most 0.8 are kept. All channels of brighter ones are multiplied by one factor,
-/// which keeps their hue. Negative channels and NaN become 0. A colour with an infinite channel is not compressed.
+/// Colours whose largest channel is at most `KNEE` are kept. All channels of brighter ones are multiplied by one
+/// factor, which keeps their hue. Negative channels and NaN become 0. A colour with an infinite channel is not
+/// compressed.
 ///
 /// ```
 /// use sunbeam::colour::tone_map;

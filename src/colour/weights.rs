@@ -102,13 +102,14 @@ impl SpectralToRgb {
         Ok(Self { first_nm, step_nm, weights })
     }
 
-    /// Weights for [`OBSERVER_RANGE_NM`] in steps of `step_nm`. The default and M. Single's thesis of 2014 use 5 nm.
+    /// Weights for [`OBSERVER_RANGE_NM`] in steps of `step_nm`, in nm. The default and M. Single's thesis of 2014 use
+    /// 5 nm. Smaller steps resolve narrower peaks of a reflectance.
     ///
     /// # Errors
     /// The errors of [`SpectralToRgb::new`]; [`ColourError::TooFine`] for more than 2²⁰ wavelengths.
     pub fn visible(step_nm: f64) -> Result<Self, ColourError> {
         let (first_nm, last_nm) = OBSERVER_RANGE_NM;
-        // The small summand keeps the last wavelength where the quotient is rounded down.
+        // The small summand keeps the last wavelength where the quotient is rounded down. Casts saturate.
         let steps = ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize;
         // Steps that are not positive are left to `new` to refuse.
         let count = if step_nm > 0.0 { steps.saturating_add(1) } else { 0 };
@@ -134,7 +135,7 @@ impl SpectralToRgb {
     }
 
     /// The weights as a density per nm, at a wavelength in nm: linear between the samples, and falling to zero one step
-    /// beyond the outermost. Its integral is (1, 1, 1).
+    /// beyond the outermost. Its integral is (1, 1, 1), since each sample's triangle has the area of its weight.
     pub fn density(&self, wavelength_nm: f64) -> [f64; 3] {
         let position = (wavelength_nm - self.first_nm) / self.step_nm;
         let below = position.floor();

@@ -23,7 +23,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Upper bound of the [`cost`] of a build, in products of a [`Term`] and a ray: a few seconds on two cores.
+/// Upper bound of the [`cost`] of a build, in products of a [`Term`] and a ray: a few seconds on two cores. Larger
+/// values keep longer coherence lengths; smaller ones build faster.
 const COST_MAX: f64 = 1.5e9;
 
 /// Factor by which the coherence length is reduced until the table is small enough. A smaller factor would reduce the
@@ -185,7 +186,8 @@ fn fit_rings(
     reflectance: Reflectance,
     progress: &Progress,
 ) -> Vec<FittedRing> {
-    // A group has the rings with equal numbers of directions; a batch of it has RAYS directions.
+    // A group has the rings with equal numbers of directions; a batch of it has RAYS directions. The last batch may
+    // have rays beyond the last direction, whose samples are not used.
     let batches_of = |group: &[RingPlan]| group[0].directions.div_ceil(RAYS);
     let groups = || plan.rings.chunk_by(|a, b| a.directions == b.directions);
     let steps = progress.of_steps(groups().map(batches_of).sum());

@@ -86,6 +86,7 @@ fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
         cubic_b_spline(position - (coefficient as f64 - 1.0))
     });
     // The inverse exists by the theorem of Schoenberg and Whitney: each basis function has a sample within its support.
+    // The identity only replaces a panic.
     let inverse = basis.try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));
     (0..n * n).map(|i| inverse[(i / n, i % n)] as f32).collect()
 }

@@ -4,7 +4,8 @@
 //! four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the direction and w. The
 //! words of coefficients are those of `pack.rs`. Formulas of positions are those of [`ColourLayout`] and [`Ring`].
 //!
-//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic.
+//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic. Tests of the method `table` in
+//! crates/realtime compare the two.
 
 use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
@@ -147,6 +148,7 @@ const ATAN_TURNS: [f64; 8] = [
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
     let (abs_u, abs_v) = (u.abs(), v.abs());
+    // The lower bound, about the smallest normal number, avoids 0/0 at the origin.
     let largest = abs_v.max(abs_u).max(R::lit(1e-37));
     let ratio = abs_v.min(abs_u) / largest;
     let octant = ratio * polynomial(ratio * ratio, &ATAN_TURNS);

@@ -9,8 +9,13 @@
 //!
 //! `F(q) = Σ_ρ (Δρ/r)·R·weight(λ)·S(f; κ)` with `f = ρ·(cos φ, sin φ)`, `λ = r/ρ` and `κ = 2πw/λ`.
 //!
-//! The rings of a *group* have the same directions. Along each ray the records of the spectral table are therefore
-//! interpolated once, at uniform ρ that resolve an order. These records serve every ring of the group and every w.
+//! A *record* of the spectral table has S, or its complex amplitude D, at one frequency as a function of κ. It consists
+//! of a header of [`HEADER`] numbers, P(0) and P'(0) of a power or D(0) of an amplitude, and of coefficients of a cubic
+//! B-spline ([`SpectralTable`]).
+//!
+//! The rings of a *group* have the same directions. Along each ray the records are therefore interpolated once, at
+//! uniform ρ that resolve an order. These records serve every ring of the group and every w. They and the sums over
+//! them are in single precision, like the spectral table.
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
@@ -57,7 +62,7 @@ pub(super) struct Term {
     header_factors: [f32; HEADER],
     /// Factor on the spline, real and imaginary part.
     spline_factor: [f32; 2],
-    /// Factor on `S/norm`, linear sRGB.
+    /// Factor on `S/norm`, linear sRGB; `norm` is the spectral table's common factor of all records.
     rgb: [f32; 3],
 }
 

@@ -23,7 +23,7 @@ const RING_SPACING: f64 = 0.45;
 /// them.
 const SPACING_MAX: f64 = 0.1;
 /// Spacing of the outer rings over their radius. The integral over wavelength smears features by the width of the
-/// colour matching functions, 0.04 to 0.09 of the radius.
+/// colour matching functions, 0.04 to 0.09 of the radius. Larger values blur colours; smaller ones take more rings.
 const GROWTH: f64 = 0.025;
 /// Knots over w per feature: per half wave of the fastest fringe, and per e-fold of `1 + w/`[`W_LOG`]. This is enough
 /// for a ΔE₀₀ below 1 at 99 % of the pixels (`tests/core/colour_table.rs`).

@@ -90,7 +90,7 @@ impl BuiltSurface {
         if self.transmits() { Some(Inside::bare(wi, wo)) } else { Inside::new(self.cover, wi, wo) }
     }
 
-    /// Calls `each(k, f)` for every wavelength in turn. `k` is the wavelength's position in `wavelengths_nm`; `f` is
+    /// Calls `each(k, f)` for every wavelength in turn. `k` is the wavelength's index in `wavelengths_nm`; `f` is
     /// the BSDF in 1/sr, without the cosine, of light that arrives from `wi` and leaves along `wo`. `f` is 0 unless the
     /// wavelength lies within the tables' range and, on a surface that only reflects, both directions above it.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {

@@ -1,4 +1,7 @@
 //! The realtime method that a configuration describes, by either theory.
+//!
+//! A method ([`Method`]) is an algorithm of the realtime renderer. Its *answer* is the colour, or the value at a
+//! wavelength, for a pair of directions.
 
 use super::{BuildError, SurfaceConfig, Theory};
 use crate::cache::{Cache, Origin};

@@ -46,7 +46,7 @@ use std::path::PathBuf;
 /// Accepted real parts of a refractive index. They include all materials, and their squares neither overflow nor vanish
 /// in single precision.
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
-/// Accepted imaginary parts of a refractive index. The upper bound is that of [`ETA`].
+/// Accepted imaginary parts of a refractive index; positive ones absorb. The upper bound is that of [`ETA`].
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
 /// Accepted indices of a cover. The range includes diamond (2.4) and titania (2.6).
@@ -242,7 +242,7 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// Refuses a cover and transmission. `user` names in the message the functions that work with bare reliefs only.
+    /// Refuses a cover and transmission. `user` names the functions that work with bare reliefs only, for the message.
     ///
     /// # Errors
     /// [`ConfigError::Contradiction`] if the configuration has one of them.

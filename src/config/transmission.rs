@@ -25,7 +25,7 @@ impl SurfaceConfig {
         self.cover_eta.or(self.body().map(|body| body.eta)).unwrap_or(1.0)
     }
 
-    /// Refuses transmission. `user` names in the message the functions that show reflected light only.
+    /// Refuses transmission. `user` names the functions that show reflected light only, for the message.
     ///
     /// # Errors
     /// [`ConfigError::Contradiction`] if the configuration transmits.

@@ -73,8 +73,8 @@ const GRAZING_INCREASE: f64 = 0.6;
 const LARGE_INCREASE: f64 = 0.007;
 /// Excess of `t` that is attributed to errors of the quadrature, and set to zero.
 const NEGLIGIBLE: f64 = 3e-4;
-/// Number of iterations for `t`. Every iterate is an upper bound of `t`. More iterations lower the bound, which darkens
-/// the reflectance less, but take longer.
+/// Number of iterations for `t`. Every iterate is an upper bound of `t`. More iterations lower the bound, so that the
+/// divisor darkens the reflectance less, but take longer.
 const ITERATIONS: usize = 4;
 /// Half-side of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 here and 0.5 for [`BOX_GROUPS`]
 /// albedos reach 1.04; with 1 here the mean albedo is lower by 0.01.
@@ -120,6 +120,7 @@ pub(super) struct Nodes<const K: usize> {
 
 /// Builder of the nodes of one table.
 pub(super) struct Builder<'a, const K: usize> {
+    /// Integral of the model's reflectance over outgoing directions.
     integral: &'a AlbedoIntegral<'a>,
     /// Makes the group at a position `group_at`, from 0 to `groups − 1`.
     group: &'a (dyn Fn(f64) -> Group<K> + Sync),
@@ -293,6 +294,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             false if is_divided => &[[0.5; 3]],
             false => &[],
         };
+        // Cells on the horizon have further check points close to it; others have none here.
         let rim = grid.on_rim([x, y]).map(|[x, y]| [x, y, 0.5]);
         let mut deficit = [0f32; K];
         for point in inside.iter().copied().chain(rim) {

@@ -29,10 +29,11 @@ from .errors import SweepError
 from .tables import WORKER_BYTES
 from .work import Job, probe
 
-#: Number of killed workers after which their task is given up. Smaller values blame tasks for deaths that they did not
-#: cause; larger ones lose more work of the other tasks at these workers.
+#: Number of workers that must die at a task before it is given up. Smaller values blame tasks for deaths that they did
+#: not cause; larger ones lose more work of the other tasks at these workers.
 KILLS = 3
-# Fraction of the machine's free memory for all workers together. The rest is for this process and the system.
+# Fraction of the machine's free memory for all workers together. The rest is for this process and the system, so larger
+# values risk that the system kills a process; smaller ones refuse more surfaces.
 _MEMORY_FRACTION = 0.9
 # Seconds to wait for the scheduler's first answer. A scheduler that is up answers at once.
 _CONNECT_SECONDS = 5
@@ -63,7 +64,7 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
 
     The workers are killed when the context ends.
     """
-    # Children of a script that calls the sweep, which must survive it.
+    # PIDs of the children of a script that calls the sweep, which must survive it.
     before = {child.pid for child in psutil.Process().children(recursive=True)}
     _quiet()
     scratch = tempfile.mkdtemp(prefix="sunbeam-sweep-")
@@ -89,7 +90,7 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
             )
             client = Client(cluster, set_as_default=False)
             yield client
-            # Timeouts in seconds; workers that do not end within them are killed below.
+            # Reached without an error. Timeouts in seconds; workers that do not end within them are killed below.
             client.close(timeout=2)
             cluster.close(timeout=5)
     finally:
@@ -135,10 +136,7 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise SweepError(f"the scheduler {address} does not answer: {reason}") from error
     try:
-        try:
-            client.wait_for_workers(1, timeout=_WAIT_SECONDS)
-        except DaskTimeoutError as error:
-            raise SweepError(f"the scheduler {address} has had no worker for {_WAIT_SECONDS} s") from error
+        _wait_for_worker(client, address)
         _probe_all(client, job)
         yield client
     finally:
@@ -151,6 +149,14 @@ async def _reach(address: str) -> None:
     """Opens and drops a connection to the scheduler. Raises OSError or ValueError where none answers."""
     comm = await connect(address, timeout=_CONNECT_SECONDS)
     comm.abort()
+
+
+def _wait_for_worker(client: Client, address: str) -> None:
+    """Waits for the scheduler's first worker. Raises :class:`SweepError` without one after _WAIT_SECONDS."""
+    try:
+        client.wait_for_workers(1, timeout=_WAIT_SECONDS)
+    except DaskTimeoutError as error:
+        raise SweepError(f"the scheduler {address} has had no worker for {_WAIT_SECONDS} s") from error
 
 
 def _probe_all(client: Client, job: Job) -> None:

@@ -1,4 +1,4 @@
-"""Runs the command ``sunbeam`` (crates/cli), which reports figures that the package itself cannot compute.
+"""Runs the command ``sunbeam`` (crates/cli), which computes numbers that the package itself cannot compute.
 
 ``sunbeam height-field`` reports statistics and periods of a relief and the estimated size of its tables, and
 ``sunbeam orders`` the diffraction orders of a grating. Both print a JSON object.

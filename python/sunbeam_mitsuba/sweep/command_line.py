@@ -22,20 +22,25 @@ REFUSED = 2
 #: Exit code of an interrupted sweep: 128 plus the number of SIGINT, by convention.
 INTERRUPTED = 130
 
+_WORKERS_HELP = (
+    "processes on this machine (default: one per core, or fewer where memory is short); not used with --scheduler"
+)
+_MEMORY_HELP = "memory limit of each process (default: an equal part of the free memory); not used with --scheduler"
+
 
 def _parser() -> argparse.ArgumentParser:
     """Makes the parser of the options."""
     parser = argparse.ArgumentParser(
         prog="python -m sunbeam_mitsuba.sweep",
         description="Computes figures and pictures of many surfaces under many settings; resumes after interruptions.",
-        epilog="Exit status: 0, 1 where some cases failed, 2 after a refusal in one line, 130 on Ctrl-C.",
+        epilog="Exit status: 0, 1 where some cases failed, 2 after a refusal in one line, 130 on Ctrl-C or SIGTERM.",
     )
     add = parser.add_argument
     add("spec", type=Path, metavar="SPEC.toml", help="surfaces, settings and wanted figures")
     add("-o", "--output", type=Path, metavar="FOLDER", help="folder of the results, instead of the specification's")
     add("--scheduler", metavar="ADDRESS", help="compute on a Dask scheduler such as tcp://host:8786")
-    add("--workers", type=_positive(int), metavar="N", help="processes on this machine (default: one per core)")
-    add("--memory", type=_positive(float), metavar="GB", help="memory of each process (default: from free memory)")
+    add("--workers", type=_positive(int), metavar="N", help=_WORKERS_HELP)
+    add("--memory", type=_positive(float), metavar="GB", help=_MEMORY_HELP)
     # `--resume` only states the default, so its value is never read.
     earlier = parser.add_mutually_exclusive_group()
     earlier.add_argument("--resume", action="store_true", help="keep the folder's results (the default)")
@@ -86,7 +91,8 @@ def main(words: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         # A second Ctrl-C would interrupt the clean-up.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        print("\nsweep: stopped; the same command goes on with the rest", file=sys.stderr, flush=True)
+        same_command = "the same command without --fresh" if options.fresh else "the same command"
+        print(f"\nsweep: stopped; {same_command} goes on with the rest", file=sys.stderr, flush=True)
         # Dask restarts workers that the interruption killed. They would outlive this process and print tracebacks.
         kill_workers()
         # Dask's threads may wait for lost connections, and a normal exit would wait for these threads.

@@ -43,7 +43,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Words:
-    """A choice of words."""
+    """A choice of some texts, each one word."""
 
     words: tuple[str, ...]
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 # Largest side of a thumbnail in pixels.
 _THUMBNAIL_PIXELS = 96
-# Fraction of the lit pixels that automatic exposure clips, as in ``sunbeam brdf-map``.
+# Fraction of the lit pixels that automatic exposure clips, as in ``sunbeam brdf-map`` (src/colour/exposure.rs). Larger
+# values brighten pictures; smaller ones keep more highlights.
 _CLIPPED_FRACTION = 0.01
 
 
@@ -35,7 +36,7 @@ def automatic_exposure(pixels: Doubles) -> float:
 
 
 def encoded(pixels: Doubles, exposure: float) -> Bytes8:
-    """Linear sRGB ``[..., 3]`` times the exposure, clipped to [0, 1] and encoded as 8-bit sRGB (IEC 61966-2-1)."""
+    """Linear sRGB ``[..., 3]`` times the factor ``exposure``, clipped to [0, 1], as 8-bit sRGB (IEC 61966-2-1)."""
     linear = np.clip(pixels * exposure, 0, 1)
     curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return np.round(255 * curve).astype(np.uint8)

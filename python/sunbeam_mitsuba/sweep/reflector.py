@@ -1,4 +1,4 @@
-"""BSDF and albedo of a surface for the figures: by the C interface (``Surface``), or by the plugin's BSDF in Mitsuba.
+"""BSDF and albedo of a surface, by the C interface (``Surface``) or by the plugin's BSDF in Mitsuba.
 
 Mitsuba evaluates surfaces with parameters that only its BSDF has, such as ``material``. The C interface evaluates all
 others and needs no Mitsuba variant. Mitsuba is compiled in *variants*, combinations of a backend and a representation
@@ -37,7 +37,7 @@ class ReflectorError(ValueError):
 
 
 class Reflector(Protocol):
-    """A surface that can be evaluated for the figures of a sweep."""
+    """A surface that can be evaluated for the figures (computed numbers and pictures) of a sweep."""
 
     #: Memory of the finished tables in bytes; 0 where it is unknown.
     table_bytes: float
@@ -174,6 +174,7 @@ def one_thread() -> Iterator[None]:
     try:
         yield
     finally:
+        # Waits for kernels that still run.
         dr.sync_thread()
         dr.set_thread_count(before)
 

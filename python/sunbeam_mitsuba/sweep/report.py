@@ -1,7 +1,7 @@
 """Writes the sweep's table of settings and figures, the table of times, and the summary.
 
-A row is a case. Each want (wants/want.py) declares the columns of its figures. The record of a case (work.record_of)
-has the figures by column.
+A row is a *case*, a surface under a setting. A *want* (wants/want.py) is a group of figures, computed numbers and
+pictures; it declares the columns of its figures. The record of a case (work.record_of) has the figures by column.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from .store import SUMMARY, TABLE, TIMES, StoreError, picture_name, read_result,
 from .wants import Column
 
 #: Arrow type of each kind of column (Column.kind). The last three kinds are tables within a cell, each row a struct:
-#: peaks (wants/peaks.py), diffraction orders with efficiencies by polarisation (wants/orders.py), and corners of a
-#: gamut in CIE 1976 u'v' (wants/colour.py).
+#: peaks (wants/peaks.py), diffraction orders with efficiencies for TE and TM light and their mean (wants/orders.py),
+#: and corners of a gamut in CIE 1976 u'v' (wants/colour.py).
 KINDS: dict[str, pa.DataType] = {
     "number": pa.float64(),
     "whole": pa.int64(),

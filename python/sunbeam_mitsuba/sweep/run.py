@@ -43,7 +43,7 @@ class Outcome:
     cases: int
     #: Number of cases in which some figure failed.
     failed: int
-    #: Duration of the run, without the reading of the specification.
+    #: Duration of the run in seconds, without the reading of the specification.
     seconds: float
 
 
@@ -55,16 +55,18 @@ class Plan:
     cases: int
     #: Number of different surfaces.
     surfaces: int
-    #: Estimated peak memory of the largest build of tables.
+    #: Estimated peak memory of the largest build of tables in GB (10⁹ bytes).
     largest_gb: float
     #: Number of worker processes.
     workers: int
-    #: Memory limit of each worker.
+    #: Memory limit of each worker in GB.
     worker_gb: float
 
 
 def plan(spec: Spec, workers: int | None = None, memory_gb: float | None = None) -> Plan:
     """Estimates the sweep's demand on this machine without computing it.
+
+    All cases count, including those that have results and that :func:`run` would skip.
 
     ``workers`` and ``memory_gb`` are those of :func:`run`. Raises :class:`SweepError` where ``SUNBEAM_COMMAND`` cannot
     be run.
@@ -90,7 +92,8 @@ def run(
 
     - ``workers`` and ``memory_gb``: number of processes on this machine, and memory of each. The default is one process
       per core, or fewer where memory is short, with equal parts of the free memory.
-    - ``scheduler``: address of a Dask scheduler, whose workers compute the cases instead.
+    - ``scheduler``: address of a Dask scheduler, whose workers compute the cases instead. ``workers`` and ``memory_gb``
+      then have no effect.
     - ``fresh``: removes earlier results in the folder, which are kept otherwise.
     - ``retry_failed``: computes failed cases again.
     - ``progress``: reports on stderr.
@@ -100,14 +103,17 @@ def run(
     Raises :class:`SweepError` where the sweep cannot begin or continue; finished cases are kept.
     """
     start = time.perf_counter()
+    # The versions of the package, its library and Mitsuba are part of a case's identity, so updates compute all again.
     cases = list(spec.cases(version()))
     job = Job(spec.output, spec.folder, spec.wants, version())
     if scheduler is None:
-        # Workers of this machine need the requirements here; remote workers are probed instead.
+        # The wants (groups of figures) and files may need a command, a variant of Mitsuba or a library. Missing ones
+        # raise SweepError. Remote workers are probed instead.
         for want in spec.wants:
             want.check_here()
         check_library(case.parameters for case in cases)
     store = Store(spec.output)
+    # `open` raises SweepError itself, and then leaves the folder unlocked.
     store.open(fresh)
     # Entries of the summary that are known at the start.
     begun = {"version": version(), "cases": len(cases), "started": _now()}
@@ -115,6 +121,7 @@ def run(
         write_summary(spec, "unfinished", begun)
         pending, failed = _pending_cases(spec, cases, retry_failed)
         with Progress(len(cases), len(cases) - len(pending), failed, progress) as counter:
+            # The inner block adds the number of finished cases to errors. The outer one converts earlier errors.
             try:
                 if pending:
                     with _client(spec, job, pending, scheduler, workers, memory_gb, progress) as client:
@@ -124,7 +131,7 @@ def run(
                 write_sheet(spec, read_rows(spec.output, cases), facts)
                 write_summary(spec, "finished", {**facts, "seconds": round(time.perf_counter() - start, 3)})
             except (SweepError, StoreError) as error:
-                raise SweepError(_with_progress(str(error), counter)) from error
+                raise SweepError(_with_progress(str(error), counter, fresh)) from error
     except StoreError as error:
         raise SweepError(str(error)) from error
     finally:
@@ -132,11 +139,12 @@ def run(
     return Outcome(spec.output, len(cases), counter.failed, time.perf_counter() - start)
 
 
-def _with_progress(message: str, counter: Progress) -> str:
-    """The message of an error, with the number of finished cases, which are kept."""
+def _with_progress(message: str, counter: Progress, fresh: bool) -> str:
+    """The message of an error, with the number of finished cases, which a run without ``fresh`` keeps."""
     if counter.done == 0:
         return message
-    return f"{message} ({counter.done} of {counter.total} cases are done; the same command goes on with the rest)"
+    same_command = "the same command without --fresh" if fresh else "the same command"
+    return f"{message} ({counter.done} of {counter.total} cases are done; {same_command} goes on with the rest)"
 
 
 def _pending_cases(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Case], int]:
@@ -149,7 +157,9 @@ def _pending_cases(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[l
     for case in cases:
         record = read_result(spec.output, case.identity)
         name = case.parameters.get("filename")
-        is_valid = record is not None and is_current(record, None if name is None else spec.folder / str(name))
+        # None for a preset, whose results are always current.
+        input_path = None if name is None else spec.folder / str(name)
+        is_valid = record is not None and is_current(record, input_path)
         has_failed = record is not None and record["status"] == "failed"
         if not is_valid or (has_failed and retry_failed):
             _forget(spec.output, case)
@@ -179,7 +189,8 @@ def _client(
 ) -> Iterator[Client]:
     """A client of the scheduler at the address ``scheduler``, or of new workers on this machine for ``None``.
 
-    ``workers``, ``memory_gb`` and ``progress`` are those of :func:`run`. Raises :class:`SweepError` where the scheduler
+    ``pending`` are the cases to compute. Their largest surface limits the number of new workers. ``workers``,
+    ``memory_gb`` and ``progress`` are those of :func:`run`. Raises :class:`SweepError` where the scheduler
     or one of its workers cannot take part.
     """
     if scheduler is not None:

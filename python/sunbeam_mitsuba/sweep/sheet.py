@@ -34,11 +34,11 @@ def write_sheet(spec: Spec, rows: Iterable[Row], facts: dict[str, Any]) -> None:
     ]
     # Empty columns are left out, such as the errors of a sweep without any.
     columns = [column for column in columns if any(row.cells.get(column.name) is not None for row in shown)]
-    # Columns of wants with texts have paths of files.
+    # Texts computed by a want (a group of figures, wants/want.py) are always paths of files.
     file_columns = {
         f"{want.name}_{column.name}" for want in spec.wants for column in want.columns() if column.kind == "text"
     }
-    # Names of the thumbnails, each a column of pictures.
+    # Names of the thumbnails, such as "map". Each has a column of pictures.
     pictures = sorted({name for row in shown for name in row.record["thumbnails"]})
     lines = [
         {

@@ -11,7 +11,8 @@ A short specification is::
     illuminant = "D65"
 
 Each ``[[surface]]`` and ``[settings]`` give combinations of parameters (sampling.py). A combination of a surface is one
-of its *variants*, here a file. Every variant under every setting is a case.
+of its *variants*, here a file. Every variant under every setting is a case. Each ``[want.NAME]`` is a *want*, a group
+of computed figures with its options (wants/want.py).
 """
 
 from __future__ import annotations
@@ -111,7 +112,7 @@ class Spec:
                 for setting in self.settings:
                     parameters = {**_LIGHT_DEFAULTS, **variant, **setting}
                     text = json.dumps([name, parameters, wanted, version], sort_keys=True)
-                    # 80 bits: two of 10⁶ different cases agree with a probability below 10⁻¹².
+                    # 20 hexadecimal digits: two of 10⁶ different cases agree with a probability below 10⁻¹².
                     identity = hashlib.sha256(text.encode()).hexdigest()[:20]
                     if identity not in seen:
                         seen.add(identity)

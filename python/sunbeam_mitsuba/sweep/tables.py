@@ -27,13 +27,15 @@ WORKER_BYTES = 0.6e9
 #: Largest fraction of the memory for tables that held surfaces take between builds. Larger values build fewer surfaces
 #: again; smaller ones leave more for pictures.
 HELD_FRACTION = 0.5
-# Presets whose tables take only some megabytes at coherence lengths up to _SMALL_COHERENCE_UM. They need no estimate.
+# Presets whose tables take only some megabytes at coherence lengths up to _SMALL_COHERENCE_UM. They need no estimate,
+# which would run the command.
 _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
 # Largest coherence length in µm at which the _SMALL_PRESETS need no estimate.
 _SMALL_COHERENCE_UM = 1000.0
-# Default of the parameter `coherence_length` (src/config/).
+# Default of the parameter `coherence_length` in µm, equal to the library's (src/config/); no test compares them.
 _DEFAULT_COHERENCE_UM = 65.0
-# Largest number of surfaces estimated before the workers start. Each runs the command; workers estimate the others.
+# Largest number of surfaces estimated before the workers start; workers estimate the others. Each estimate runs the
+# command, so larger values delay the start. Smaller ones may miss the largest surface.
 _ESTIMATED_BEFORE = 32
 
 

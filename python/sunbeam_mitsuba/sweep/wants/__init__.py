@@ -1,4 +1,7 @@
-"""Kinds of wants of a sweep (``[want.NAME]``), one class and file each; want.py has their base class."""
+"""Kinds of wants of a sweep, one class and file each; want.py has their base class.
+
+A *want* (``[want.NAME]`` of a specification) is a group of computed figures with its options.
+"""
 
 from __future__ import annotations
 

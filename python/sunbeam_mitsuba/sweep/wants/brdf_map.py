@@ -1,4 +1,8 @@
-"""The BRDF map: colours over the hemisphere of outgoing directions, the picture of ``sunbeam brdf-map``."""
+"""The BRDF map: colours over the hemisphere of outgoing directions, the picture of ``sunbeam brdf-map``.
+
+A *want* is a group of figures of a sweep. Its *question* is a case, a surface under a setting, and its *answer* has the
+figures and pictures (want.py).
+"""
 
 from __future__ import annotations
 
@@ -30,7 +34,7 @@ class BrdfMap(Want):
 
     #: Side of the picture in pixels.
     size: int
-    #: Step between wavelengths.
+    #: Step between wavelengths in nm.
     lambda_step_nm: float
     #: Factor on linear sRGB in the PNG; 0 for automatic exposure.
     exposure: float

@@ -2,6 +2,9 @@
 
 The angle of view is the angle with the normal in the plane of incidence. The mirror direction is at the angle of
 incidence, and the light at minus this angle.
+
+A *want* is a group of figures of a sweep. Its *question* is a case, a surface under a setting, and its *answer* has the
+figures and pictures (want.py).
 """
 
 from __future__ import annotations
@@ -32,11 +35,12 @@ if TYPE_CHECKING:
 
     from ..colours import Doubles
 
-# Largest angle of view to either side in degrees.
+# Largest angle of view to either side in degrees. Larger values include views nearer to the horizon.
 _VIEW_MAX_DEG = 85.0
 # Number of directions over which the detector averages. More of them resolve narrower peaks and take longer.
 _DIRECTIONS_PER_VIEW = 10
-# Luminance, relative to the brightest view, below which a view appears black and is left out of the gamut.
+# Luminance, relative to the brightest view, below which a view appears black and is left out of the gamut. Smaller
+# values add colours too dark to be seen.
 _LUMINANCE_FLOOR = 0.01
 # Height of the strip of colours in pixels.
 _STRIP_PIXELS = 16
@@ -51,8 +55,8 @@ class Colour(Want):
 
     Defaults are in parentheses. The mean colour is the colour of the light reflected into all directions. The gamut is
     the convex hull, in CIE 1976 u'v', of the colours seen by a detector ``detector_deg`` wide at angles of view from
-    −85° to 85°. It leaves out views within ``mirror_deg`` of the mirror direction and views below 1 % of the brightest
-    luminance.
+    −_VIEW_MAX_DEG to _VIEW_MAX_DEG. It leaves out views within ``mirror_deg`` of the mirror direction and views darker
+    than _LUMINANCE_FLOOR.
     """
 
     #: One of ILLUMINANTS.
@@ -61,11 +65,11 @@ class Colour(Want):
     samples: int
     #: Whether the gamut is computed.
     gamut: bool
-    #: Width of the detector in the angle of view.
+    #: Width of the detector in the angle of view, in degrees.
     detector_deg: float
-    #: Largest angle between a view and the mirror direction at which the view is left out of the gamut.
+    #: Largest angle in degrees between a view and the mirror direction at which the gamut leaves the view out.
     mirror_deg: float
-    #: Step between wavelengths.
+    #: Step between wavelengths in nm.
     lambda_step_nm: float
 
     name = "colour"
@@ -102,7 +106,12 @@ class Colour(Want):
             Column("gamut_area", "number", "area of the gamut in the CIE 1976 u'v' diagram"),
             Column("gamut_views", "whole", "number of views whose colours span the gamut"),
             Column("gamut", "gamut", "corners of the gamut: angle of view in degrees, u', v'"),
-            Column("strip", "text", "PNG file of the colours from -85 to 85 degrees of view, below the sweep's folder"),
+            Column(
+                "strip",
+                "text",
+                f"PNG file of the colours from -{_VIEW_MAX_DEG:g} to {_VIEW_MAX_DEG:g} degrees of view, "
+                "below the sweep's folder",
+            ),
         ]
 
     def compute(self, question: Question) -> Answer:
@@ -131,7 +140,7 @@ class Colour(Want):
         off_mirror = np.abs(view_deg - question.theta_i_deg) > self.mirror_deg
         xyz = weighted(spectra, xyz_weights(self.illuminant, self.lambda_step_nm))
         brightest = xyz[off_mirror, 1].max(initial=0.0)
-        # Indices of the views whose colours span the gamut.
+        # Indices of the views whose colours span the gamut. Black ones have no chromaticity.
         counted = np.flatnonzero(off_mirror & (xyz[:, 1] > _LUMINANCE_FLOOR * brightest) & (xyz[:, 1] > 0))
         uv = chromaticities(xyz[counted])
         corners = hull(uv)

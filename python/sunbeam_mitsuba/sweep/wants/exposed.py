@@ -1,4 +1,4 @@
-"""Exposure of a picture, and the figures that maps and renders have in common."""
+"""Exposure of a picture, and the figures that the wants ``map`` and ``render`` have in common (want.py)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 
 def exposed(pixels: Doubles, averaged: Doubles, exposure: float) -> tuple[Answer, Bytes8]:
-    """Exposes the picture ``pixels[height, width, 3]`` in linear sRGB; an exposure of 0 selects the automatic one.
+    """Exposes the picture ``pixels[height, width, 3]`` in linear sRGB.
+
+    ``exposure`` is a factor; 0 selects automatic exposure.
 
     Returns an answer with the figures ``exposure``, ``mean_r``, ``mean_g`` and ``mean_b``, and the 8-bit sRGB picture.
     The means are over the pixels ``averaged[count, 3]`` before exposure. Raises :class:`WantError` where a pixel is not

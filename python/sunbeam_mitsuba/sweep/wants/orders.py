@@ -2,6 +2,9 @@
 
 The efficiency of an order is its fraction of the incident light. There are two theories: the scalar one, in which the
 relief only delays the wave, and the rigorous one, Maxwell's equations.
+
+A *want* is a group of figures of a sweep. Its *question* is a case, a surface under a setting, and its *answer* has the
+figures and pictures (want.py).
 """
 
 from __future__ import annotations
@@ -72,14 +75,14 @@ class Orders(Want):
         # Cells of the column `list`: all orders.
         rows = []
         for theory in self.theories:
-            # `words` name the theory.
+            # The option `--theory` names the theory.
             left_out = ("theory", *(_SCALAR_ONLY if theory == "rigorous" else ()))
             parameters = {name: value for name, value in question.parameters.items() if name not in left_out}
-            words = [f"--theta-i={question.theta_i_deg!r}", f"--phi-i={question.phi_i_deg!r}", f"--theory={theory}"]
+            options = [f"--theta-i={question.theta_i_deg!r}", f"--phi-i={question.phi_i_deg!r}", f"--theory={theory}"]
             # Sum of the reflected efficiencies over wavelengths and orders.
             reflected = 0.0
             for nm in self.wavelengths_nm:
-                report = ask("orders", "--json", *words, f"--wavelength={nm!r}", *surface_words(parameters))
+                report = ask("orders", "--json", *options, f"--wavelength={nm!r}", *surface_words(parameters))
                 for order in report["orders"]:
                     # Efficiencies: `te` and `tm` by polarisation, which the scalar theory lacks, and `mean` of both.
                     kept = {key: order.get(key) for key in ("order", "theta_deg", "phi_deg", "te", "tm", "mean")}

@@ -5,6 +5,9 @@ The grating equation of the first order in the x–z plane is sin θr = λ/d −
 - θi, the angle of incidence, on the side of +x;
 - θr, the peak's angle with the normal, positive towards +x;
 - d, the spacing.
+
+A *want* is a group of figures of a sweep. Its *question* is a case, a surface under a setting, and its *answer* has the
+figures and pictures (want.py).
 """
 
 from __future__ import annotations
@@ -28,9 +31,10 @@ _SPACING_MIN = 0.7
 # Largest spacing at which the peak is searched, relative to the expected period. It excludes order 0: at its angle the
 # equation of the first order gives an infinite spacing.
 _SPACING_MAX = 1.4
-# Largest angle with the normal at which the peak is searched, in degrees.
+# Largest angle with the normal at which the peak is searched, in degrees. Towards 90° the sine, and so the spacing,
+# hardly depends on the angle.
 _THETA_MAX_DEG = 89.0
-# Default periods of presets in µm (src/config/).
+# Default periods of presets in µm, equal to the library's (src/config/); no test compares them.
 _PRESET_PERIODS_UM = {"blazed": 2.5, "sinusoidal": 2.5, "lamellar": 2.5}
 
 
@@ -39,8 +43,8 @@ class Peaks(Want):
     """``[want.peaks]``: ``wavelengths_nm`` (450 to 650 in steps of 25), ``angle_step_deg`` (0.02), ``period_um``.
 
     Defaults are in parentheses. The peak is the direction in the x–z plane with the largest ``f_r``. It is searched
-    where the spacing d = λ/(sin θi + sin θr) is 0.7 to 1.4 of the expected period. The expected period is the first
-    known one of
+    where the spacing d = λ/(sin θi + sin θr) is _SPACING_MIN to _SPACING_MAX times the expected period. The expected
+    period is the first known one of
 
     - ``period_um``;
     - the surface's parameter ``period``, or else the preset's default, times the parameter ``scale``;
@@ -48,7 +52,7 @@ class Peaks(Want):
     """
 
     wavelengths_nm: tuple[float, ...]
-    #: Step between the angles of the search.
+    #: Step between the angles of the search in degrees.
     angle_step_deg: float
     #: Expected period of the relief as it is evaluated; ``None`` for that of the surface.
     period_um: float | None

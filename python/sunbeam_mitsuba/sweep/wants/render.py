@@ -2,6 +2,9 @@
 
 The XML of the scene is edited and given to Mitsuba as a text. The picture is the mean of several passes, each of which
 traces some of the samples per pixel.
+
+A *want* is a group of figures of a sweep. Its *question* is a case, a surface under a setting, and its *answer* has the
+figures and pictures (want.py).
 """
 
 from __future__ import annotations
@@ -21,11 +24,10 @@ from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_varia
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Parameters whose numbers become `spectrum` elements of the scene; other numbers become `float` elements.
-_SPECTRA = ("specular_reflectance", "diffuse_reflectance", "eta", "k")
 # Parameters that a given parameter removes from the scene's BSDF, which accepts only one of them.
 _REPLACED = {"preset": {"filename"}, "filename": {"preset"}, "material": {"eta", "k"}, "eta": {"material"}}
-# Largest number of paths in a pass: about 4 GB, since Mitsuba keeps about 1 kB a path.
+# Largest number of paths in a pass: about 4 GB, since Mitsuba keeps about 1 kB a path. Smaller values take less memory
+# and more passes.
 _PATHS_PER_PASS = 1 << 22
 # Largest number of paths of a render. More would take days.
 _PATHS_MAX = 1 << 34
@@ -180,7 +182,8 @@ class Render(Want):
             if isinstance(value, bool):
                 kind, written = "boolean", str(value).lower()
             elif isinstance(value, float):
-                kind, written = "spectrum" if name in _SPECTRA else "float", repr(value)
+                # Mitsuba accepts a float for any spectrum. With the parameter `transmission`, `eta` must be a float.
+                kind, written = "float", repr(value)
             else:
                 kind, written = "string", str(value)
             ElementTree.SubElement(bsdf, kind, {"name": name, "value": written})

@@ -1,4 +1,8 @@
-"""Size, roughness and periods of the relief, reported by ``sunbeam height-field``."""
+"""Size, roughness and periods of the relief, reported by ``sunbeam height-field``.
+
+A *want* is a group of figures of a sweep. Its *question* is a case, a surface under a setting, and its *answer* has the
+figures and pictures (want.py).
+"""
 
 from __future__ import annotations
 
