@@ -1,4 +1,4 @@
-//! Charts as SVG: axes with ticks, curves, cells, dots and a legend.
+//! Charts as SVG: axes with ticks, curves, cells (filled rectangles), dots and a legend.
 //!
 //! A drawing has one or more charts. In each, the plot area lies inside the margins for title and labels, whose offsets
 //! in pixels fit [`FONT_SIZE`]. Positions are in pixels with y downwards. An [`Axis`] maps a value to a fraction of the
@@ -39,7 +39,7 @@ impl Axis {
         Self { label, first: first - margin, last: last + margin, is_logarithmic: false }
     }
 
-    /// A logarithmic axis. Both ends of the range are positive.
+    /// A logarithmic axis. Both ends of the range are positive and differ.
     pub(crate) fn logarithmic(label: &'static str, (first, last): (f64, f64)) -> Self {
         Self { label, first, last, is_logarithmic: true }
     }
@@ -63,6 +63,7 @@ impl Axis {
         let span = self.last - self.first;
         let power = 10f64.powf((span / TICKS_MAX).log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| span / step <= TICKS_MAX);
+        // Ten times `power` is at least span/TICKS_MAX. Only rounding could leave no step.
         let step = step.unwrap_or(span);
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         // Indices of the first and last tick. The margin keeps a tick at the end of the axis in spite of rounding.

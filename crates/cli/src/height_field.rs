@@ -225,6 +225,7 @@ impl HeightFieldArgs {
 
     /// Builds the tables of the processed heights.
     fn build_tables(&self, config: &SurfaceConfig, field: &HeightField) -> Result<Tables, Box<dyn Error>> {
+        // Under a cover or on a body that transmits, tables are built from a magnified relief, not the reported one.
         config.require_bare("--tables")?;
         let cache = self.surface.cache()?;
         match config.theory {

@@ -82,6 +82,7 @@ impl Axis {
     /// With an even number of pixels, the bin at the Nyquist frequency stands for the orders at both ends, each with
     /// half of its power.
     fn gaussians(&self, position: f64, values: &mut Vec<f64>) -> i64 {
+        // Distance in orders at which the exponent a·d² is EXPONENT_MAX.
         let reach = (EXPONENT_MAX / self.sharpness).sqrt();
         let half = self.pixels / 2;
         let first = ((position - reach).ceil() as i64).max(-half);
@@ -231,7 +232,7 @@ fn lagrange(node_angle: f64, x: f64, nodes: usize) -> f64 {
     let n = nodes as f64;
     let dirichlet = |phi: f64| {
         let sin_half = (0.5 * phi).sin();
-        // The limit at multiples of 2π is 2N − 1.
+        // The limit at multiples of 2π is 2N − 1. It replaces the quotient near 0/0, where rounding would dominate.
         if sin_half.abs() < 1e-9 { 2.0 * n - 1.0 } else { ((n - 0.5) * phi).sin() / sin_half }
     };
     let theta = x.acos();

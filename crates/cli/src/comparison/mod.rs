@@ -4,7 +4,7 @@
 //! exposure is derived from it.
 //!
 //! - [`Picture`] and [`Mask`]: the pictures, and the pixels that are compared.
-//! - [`compare`]: all figures, with the pictures as shown, as a [`Comparison`].
+//! - [`compare`]: the pictures as shown, and all [`Figures`], which measure their differences.
 
 mod display;
 mod error;
