@@ -135,6 +135,7 @@ impl BrdfMapArgs {
         if self.adapter.is_some() && self.backend == Backend::Cpu {
             return Err("--adapter has no effect with --backend cpu; --backend gpu has one".to_owned());
         }
+        // The colours of --stam-form gems are not multiplied by a Fresnel factor.
         if self.method.is_gems() && self.surface.has_index() {
             return Err(no_effect_with_gems("--eta"));
         }

@@ -15,8 +15,8 @@
 //!
 //! The power spectral density S, from which values S/λ² in 1/sr follow, is a sum over the orders around f:
 //!
-//! - patch: S = 4πs²·|Σ g·c_j|²;
-//! - ensemble: S = 4πs²·Σ g²·|c_j|².
+//! - patch, one fixed coherence window: S = 4πs²·|Σ g·c_j|²;
+//! - ensemble, the mean over all positions of the window: S = 4πs²·Σ g²·|c_j|².
 //!
 //! A transform of the tile for each λ and pair would take too long. Both c_j and |c_j|² are smooth functions of κ: c_j
 //! is a mean of exp(iκh), and |c_j|² is a mean of exp(iκ(h − h′)) with |h − h′| ≤ 2H. The transform is computed at
@@ -63,7 +63,8 @@ pub(crate) struct Truth {
 pub(crate) struct TruthCheck {
     /// Number of values compared, for each model.
     pub(crate) compared: usize,
-    /// Largest deviation of S, relative to the largest of both models' values and [`DENSITY_FLOOR_UM2`].
+    /// Largest deviation of S, relative to the largest of both models' values and [`DENSITY_FLOOR_UM2`], a hundredth of
+    /// the S of a white diffuse surface.
     pub(crate) largest: f64,
 }
 

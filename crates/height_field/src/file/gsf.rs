@@ -12,7 +12,8 @@ use std::collections::HashMap;
 /// First line of a file.
 const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
 
-/// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits` the pixel size.
+/// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits` the pixel size. `wanted` is the
+/// option `channel`, which does not apply to this format.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
@@ -31,10 +32,10 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let header_end = MAGIC.len() + end;
     // One to four NUL bytes, up to a multiple of four.
     let data_start = (header_end / 4 + 1) * 4;
-    let length = data_length(nx, ny, Number::F32)?;
+    let expected = data_length(nx, ny, Number::F32)?;
     let data = bytes.get(data_start..).unwrap_or_default();
-    if data.len() != length {
-        return Err(format!("{nx} × {ny} heights are {length} bytes, but {} follow the header", data.len()));
+    if data.len() != expected {
+        return Err(format!("{nx} × {ny} heights are {expected} bytes, but {} follow the header", data.len()));
     }
     if bytes[header_end..data_start].iter().any(|b| *b != 0) {
         return Err("the padding after the header is not NUL".to_owned());

@@ -128,8 +128,8 @@ fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
     Ok(Scale { full_range_um, unit })
 }
 
-/// Title of an image, and direction of the scan in lower case (empty if unknown). The title is in quotes in
-/// `@2:Image Data` or `@3:Image Data`, or in brackets after an S.
+/// Title of an image, and direction of the scan in lower case (empty if unknown). The value of `@2:Image Data` or
+/// `@3:Image Data` is `S [key] "title"`; without quotes, the text in brackets is the title.
 fn title_and_direction(image: &Section) -> Result<(String, String), String> {
     let text = image.text("@2:Image Data").or_else(|_| image.text("@3:Image Data"))?;
     let quoted = text.split('"').nth(1);
@@ -189,6 +189,7 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     if points_agree && x == y {
         return Ok(Pixel::Um(dx, dx));
     }
+    // The text completes "the file does not say its …".
     Ok(Pixel::Unknown(format!(
         "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square \
          pixels would be of {dx} µm)"
@@ -235,7 +236,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let step_um = full_range_um / steps;
     let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step_um).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    // The scan size is that of all lines, even if the scan was stopped.
+    // The scan size is that of all lines, even if the scan was stopped and fewer rows are stored.
     let lines = image.count("Number of lines")?;
     let pixel = pixel_size(image, &all, (nx, lines))?;
     let meaning = Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };

@@ -239,6 +239,7 @@ impl Raw {
             Meaning::Unknown => {
                 let top = scale.max_height_um.ok_or_else(|| missing("unit of height"))?;
                 let (low, high) = range_of(&self.values);
+                // Equal values become 0.
                 let range = if high > low { high - low } else { 1.0 };
                 self.values.mapv_inplace(|v| (v - low) / range * top);
                 Ok(Understood::new(Source::Option, format!("the highest value is {top} µm, the lowest 0")))

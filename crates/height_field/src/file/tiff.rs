@@ -2,7 +2,8 @@
 //!
 //! A file is a chain of directories, one for each page, of *tags* (u16 number, type, count, values). [`parse`] checks
 //! the tags' sizes, selects a page, reads scale and orientation from tags and from ImageJ's description, and last
-//! decodes the values. Integers are fractions of full scale, unless ImageJ calibrates them.
+//! decodes the values. Integers are fractions of full scale, the largest integer of their type, unless ImageJ
+//! calibrates them.
 
 use super::channel::{self, Channel, ValueKind};
 use super::provenance::{Source, Understood};

@@ -16,7 +16,8 @@ use zip::ZipArchive;
 
 /// Name of the XML description in the archive.
 const DESCRIPTION: &str = "main.xml";
-/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
+/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
+/// damaged file.
 const DEFLATE_RATIO_MAX: u64 = 1040;
 
 /// The archive, and the folder in it that contains the description.
@@ -43,6 +44,7 @@ impl<'a> Archive<'a> {
             let is_hidden = name.starts_with("__MACOSX/");
             (!is_hidden && (folder.is_empty() || folder.ends_with('/'))).then(|| folder.to_owned())
         });
+        // Of several descriptions, the one with the shortest path is read.
         let folder = folders.min_by_key(String::len).ok_or("its archive has no file \"main.xml\"")?;
         Ok(Self { zip, folder })
     }

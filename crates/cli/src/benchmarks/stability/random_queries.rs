@@ -70,8 +70,8 @@ pub struct RandomQueries {
     pub reciprocity: f64,
     /// Samples above the horizon.
     pub samples: u64,
-    /// Surfaces of the ensemble model with energy conservation. A single patch may be brighter than the ensemble, so
-    /// its albedo is not limited.
+    /// Surfaces of the ensemble model (the mean over all positions of the coherence window) with energy conservation. A
+    /// patch, a single position, may be brighter than the ensemble, so its albedo is not limited.
     pub scaled_surfaces: u64,
     /// Albedos integrated on these surfaces.
     pub albedos: u64,

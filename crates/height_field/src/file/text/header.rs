@@ -8,7 +8,8 @@
 //! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore interpreted by their
 //!    order: channel, width, height, and unit of the values.
 //!
-//! Lengths are in µm; arrays of two are along x and y. Lines have their numbers in the file, for messages.
+//! Lengths are in µm; arrays of two are along x and y. In code, `line` is a line's number in the file, for messages,
+//! and `text` its contents.
 
 use super::super::raw::FirstRow;
 use super::super::units::micrometres;

@@ -65,7 +65,8 @@ pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     parse_kind(bytes, wanted, Kind::Points)
 }
 
-/// Reads the contents that `kind` allows; common to [`parse`] and [`parse_points`].
+/// Reads the contents that `kind` allows; common to [`parse`] and [`parse_points`]. `wanted` is the option `channel`,
+/// which applies to NanoScope's text only.
 fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     surfer::refuse_binary(bytes)?;
     let text = encoding::text(bytes)?;
@@ -194,7 +195,7 @@ fn refuse_point_lists(table: &Table, columns: usize, rows: usize) -> Result<(), 
     let three_columns = |skip: usize| -> Vec<f64> {
         table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
     };
-    // Whether these columns are points x, y, z on a grid of more than one row and column.
+    // Whether these columns are points x, y, z on a grid of more than one row and column. The unit does not matter.
     let is_list = |skip: usize| {
         points::grid(&three_columns(skip), [1.0; 2]).is_ok_and(|grid| {
             let (ny, nx) = grid.values.dim();
