@@ -185,6 +185,7 @@ impl Chart {
         let y_label = text_at(self.y.label, (0.0, 0.0));
         chart.append(y_label.set("transform", format!("translate(-52 {}) rotate(-90)", 0.5 * height)));
         let frame = Rectangle::new().set("width", width).set("height", height).set("fill", "none");
+        // A nested `svg` element clips the marks to the plot area.
         let clipped = SVG::new().set("width", width).set("height", height);
         let clipped = clipped.add(self.cells).add(self.marks).add(legend);
         chart.add(clipped).add(frame.set("stroke", "black"))

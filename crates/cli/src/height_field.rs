@@ -166,6 +166,7 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
         // The blended tile is periodic, and the report describes it.
         config.tiling.get_or_insert(Tiling::Periodic);
     }
+    // Filled, but not levelled yet.
     let read = config.raw_height_field()?;
     let cropped = match args.crop {
         Some(Rectangle { x_um, y_um, width_um, height_um }) => read.field.cropped(x_um, y_um, width_um, height_um)?,

@@ -171,6 +171,7 @@ impl Truth {
         let mut totals = vec![Total::default(); sums.len() * wavelengths];
         for node in 0..nodes {
             let node_angle = PI * (node as f64 + 0.5) / nodes as f64;
+            // The node's κ, mapped from [−1, 1] to [0, κ_max].
             let amplitudes = transform.amplitudes(0.5 * kappa_max * (1.0 + node_angle.cos()));
             let add_node = |gaussians: &mut [Vec<f64>; 2], (totals, q): (&mut [Total], &[f64; 3])| {
                 for (i, total) in totals.iter_mut().enumerate() {

@@ -83,6 +83,7 @@ fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
                 b'D' => array(8).map(Value::Doubles),
                 // A count that is too large ends with an error at the end of the bytes.
                 b'S' => (0..count).try_for_each(|_| bytes.string().map(|_| ())).map(|()| Value::Other),
+                // The letter is `O`.
                 _ => (0..count).try_for_each(|_| Object::read(bytes).map(|_| ())).map(|()| Value::Other),
             }
         }

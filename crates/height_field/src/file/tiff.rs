@@ -197,6 +197,7 @@ fn check_page(pages: &mut Pages, file_bytes: usize) -> Result<(u32, u32), String
         _ => {}
     }
     let colour = pages.colortype().map_err(|error| error.to_string())?;
+    // 64 bits may be floats; `Samples::read` refuses integers.
     if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
     }
@@ -226,8 +227,8 @@ impl Samples {
             }
             DecodingResult::F64(values) => (values, None, no_data),
             _ => {
-                let needed = "unsigned ones or floats are needed";
-                return Err(format!("its samples are signed integers or half floats; {needed}"));
+                let needed = "unsigned ones of up to 32 bits, or floats of 32 or 64, are needed";
+                return Err(format!("its samples are signed or 64-bit integers, or half floats; {needed}"));
             }
         };
         for value in values.iter_mut().filter(|value| Some(**value) == no_data) {

@@ -192,7 +192,7 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
     };
     let methods = published_methods(&input)?;
     // Sums of the samples' weights and of their squares. A sample below the horizon adds 0.
-    let (mut sum, mut squares) = (0.0, 0.0);
+    let (mut weights, mut squared_weights) = (0.0, 0.0);
     for i in 0..count {
         let nm = wavelength(&mut random);
         let wi = incident(&mut random);
@@ -200,8 +200,8 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
         if let Some(sample) = &sample {
             found.check(sample.weight);
             found.check(sample.pdf);
-            sum += sample.weight;
-            squares += sample.weight * sample.weight;
+            weights += sample.weight;
+            squared_weights += sample.weight * sample.weight;
             found.samples += 1;
         }
         let wo = outgoing(&mut random, wi, sample.map(|sample| sample.wo));
@@ -222,8 +222,8 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
         found.scaled_surfaces = 1;
         // A short run may leave a surface without queries.
         let n = count.max(1) as f64;
-        let mean = sum / n;
-        let variance = (squares / n - mean * mean).max(0.0);
+        let mean = weights / n;
+        let variance = (squared_weights / n - mean * mean).max(0.0);
         found.mean_weight = mean - 4.0 * (variance / n).sqrt();
         check_albedos(&surface, tolerance, &mut random, &mut found);
     }
