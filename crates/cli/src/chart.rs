@@ -21,7 +21,7 @@ const FONT_SIZE: f64 = 12.0;
 const LEGEND_LINE: f64 = 16.0;
 /// Mean width of a character in pixels, from which the width of the legend is estimated.
 const CHARACTER_WIDTH: f64 = 6.6;
-/// Largest number of tick intervals of a linear axis.
+/// Largest number of tick intervals of a linear axis. More would crowd the labels.
 const TICKS_MAX: f64 = 9.0;
 
 /// An axis with a label, from the value `first` (left or bottom) to the larger value `last` (right or top).

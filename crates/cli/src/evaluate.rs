@@ -30,11 +30,13 @@ use sunbeam::scattering::ComplexIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::periods;
 
-/// Accepted steps between angles, in degrees.
+/// Accepted steps between angles, in degrees. Coarser steps blur the angles of the peaks; finer ones only cost time.
 const ANGLE_STEP_DEG: RangeInclusive<f64> = 1e-4..=1.0;
-/// Accepted steps between wavelengths, in nm.
+/// Accepted steps between wavelengths, in nm. Coarser steps leave few wavelengths for the mean; finer ones only cost
+/// time.
 const WAVELENGTH_STEP_NM: RangeInclusive<f64> = 0.1..=20.0;
-/// Margin of the default range of angles beyond the angles of the first order, in degrees.
+/// Margin of the default range of angles beyond the angles of the first order, in degrees. It shows both sides of the
+/// peaks, while larger margins could include other orders.
 const MARGIN_DEG: f64 = 1.0;
 /// Largest angle of the default range, in degrees: the horizon is left out.
 const ANGLE_MAX_DEG: f64 = 89.0;

@@ -36,7 +36,8 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{CoherenceWindow, DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{OrderTransform, chebyshev_terms};
 
-/// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision.
+/// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision. Smaller
+/// values would add nodes without effect.
 const REMAINDER: f64 = 1e-12;
 /// Largest exponent of a Gaussian g along one axis that is summed. The others are below e⁻²⁹ = 2.5e-13, near rounding.
 const EXPONENT_MAX: f64 = 29.0;

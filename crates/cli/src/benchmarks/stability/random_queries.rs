@@ -26,7 +26,8 @@ use sunbeam::table::{Model, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 const QUERIES_PER_SURFACE: u64 = 25_000;
 /// Smallest number of surfaces, so that short runs see several kinds of relief.
 const SURFACES_MIN: u64 = 4;
-/// Step between the queries that the published methods answer as well. These methods take much longer.
+/// Step between the queries that the published methods answer as well. These methods take much longer, so smaller steps
+/// would leave time for fewer surfaces.
 const METHODS_STRIDE: u64 = 50;
 /// Number of albedos that are integrated for each surface that conserves energy. Larger values find rarer excesses, but
 /// an albedo takes as long as many queries.

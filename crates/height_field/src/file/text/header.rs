@@ -20,7 +20,7 @@ use super::quantity::{Quantity, bracketed, quantity};
 
 /// Largest number of words of a key that is separated from its number by a blank only. Longer lines are prose.
 const KEY_WORDS_MAX: usize = 3;
-/// Largest number of characters of a line that a message quotes.
+/// Largest number of characters of a line that a message quotes, so that the message stays readable.
 const QUOTED_MAX: usize = 80;
 
 /// Program that wrote a header; its conventions apply to omitted properties.
