@@ -153,7 +153,7 @@ impl BrdfMapArgs {
     }
 
     /// The number of pixels.
-    fn pixels(&self) -> usize {
+    fn pixel_count(&self) -> usize {
         self.size * self.size
     }
 
@@ -205,7 +205,7 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let wi = args.wi();
     let start = Instant::now();
     let colour = |wo| reflector.eval_rgb(wi, wo, &spectrum).map(|value| value as f32);
-    let rgb = reflector.map_indices(args.pixels(), |i| args.wo(i).map_or([0.0; 3], colour));
+    let rgb = reflector.map_indices(args.pixel_count(), |i| args.wo(i).map_or([0.0; 3], colour));
     let seconds = start.elapsed().as_secs_f64();
     // The other methods, nmm and stam, choose the wavelengths of each pair of directions.
     let has_fixed_steps = match method {
@@ -226,10 +226,10 @@ fn on_gpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let (shader, report) = realtime.build(&gpu, index)?;
     let wi = single(args.wi());
     let start = Instant::now();
-    let (mut rgb, mut gpu_ms) = (Vec::with_capacity(args.pixels()), 0.0);
-    for first in (0..args.pixels()).step_by(DIRECTIONS_MAX) {
-        let pixels = first..args.pixels().min(first + DIRECTIONS_MAX);
-        let queries: Vec<Query> = pixels.map(|i| Query::new(wi, args.wo(i).map_or(OUTSIDE, single))).collect();
+    let (mut rgb, mut gpu_ms) = (Vec::with_capacity(args.pixel_count()), 0.0);
+    for first in (0..args.pixel_count()).step_by(DIRECTIONS_MAX) {
+        let indices = first..args.pixel_count().min(first + DIRECTIONS_MAX);
+        let queries: Vec<Query> = indices.map(|i| Query::new(wi, args.wo(i).map_or(OUTSIDE, single))).collect();
         let answers = shader.evaluate(&gpu, &queries)?;
         rgb.extend(answers.reflectances);
         gpu_ms += answers.gpu_ms;

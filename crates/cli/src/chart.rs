@@ -124,21 +124,21 @@ impl Chart {
 
     /// Position in pixels of a point `(x, y)` in values of the axes, from the plot area's upper left corner. It is
     /// rounded to a hundredth of a pixel, since more digits would only make the file larger.
-    fn pixel(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    fn to_pixels(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let round = |position: f64| (100.0 * position).round() / 100.0;
         (round(self.area.0 * self.x.fraction(x)), round(self.area.1 * (1.0 - self.y.fraction(y))))
     }
 
     /// Draws a curve through points in values of the axes.
     pub(crate) fn curve(&mut self, points: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) {
-        let pixels = points.into_iter().map(|point| self.pixel(point)).map(|(x, y)| format!("{x},{y}"));
-        let line = Polyline::new().set("points", pixels.collect::<Vec<_>>()).set("fill", "none");
+        let positions = points.into_iter().map(|point| self.to_pixels(point)).map(|(x, y)| format!("{x},{y}"));
+        let line = Polyline::new().set("points", positions.collect::<Vec<_>>()).set("fill", "none");
         self.marks.append(stroked(line, stroke));
     }
 
     /// Fills the rectangle between two opposite corners, which are in values of the axes.
     pub(crate) fn cell(&mut self, corner: (f64, f64), opposite: (f64, f64), colour: &str) {
-        let ((x0, y0), (x1, y1)) = (self.pixel(corner), self.pixel(opposite));
+        let ((x0, y0), (x1, y1)) = (self.to_pixels(corner), self.to_pixels(opposite));
         let cell = Rectangle::new().set("x", x0.min(x1)).set("y", y0.min(y1));
         let cell = cell.set("width", (x1 - x0).abs()).set("height", (y1 - y0).abs()).set("fill", colour);
         self.cells.append(cell);
@@ -146,12 +146,12 @@ impl Chart {
 
     /// Draws a filled disc of `radius` pixels around a point in values of the axes.
     pub(crate) fn disc(&mut self, centre: (f64, f64), radius: f64, colour: &str) {
-        self.marks.append(disc(self.pixel(centre), radius).set("fill", colour));
+        self.marks.append(disc(self.to_pixels(centre), radius).set("fill", colour));
     }
 
     /// Draws a circle of `radius` pixels around a point in values of the axes.
     pub(crate) fn circle(&mut self, centre: (f64, f64), radius: f64, stroke: Stroke) {
-        self.marks.append(stroked(disc(self.pixel(centre), radius).set("fill", "none"), stroke));
+        self.marks.append(stroked(disc(self.to_pixels(centre), radius).set("fill", "none"), stroke));
     }
 
     /// Adds a line to the legend: a stroke and its meaning.
@@ -172,12 +172,12 @@ impl Chart {
         let mut chart = Group::new().set("transform", format!("translate({LEFT} {TOP})"));
         chart.append(text_at(&self.title, (0.5 * width, -12.0)).set("font-size", 18));
         for (value, text) in self.x.ticks() {
-            let x = self.pixel((value, self.y.first)).0;
+            let x = self.to_pixels((value, self.y.first)).0;
             chart.append(grid_line((x, 0.0), (x, height + 5.0)));
             chart.append(text_at(&text, (x, height + 18.0)));
         }
         for (value, text) in self.y.ticks() {
-            let y = self.pixel((self.x.first, value)).1;
+            let y = self.to_pixels((self.x.first, value)).1;
             chart.append(grid_line((-5.0, y), (width, y)));
             chart.append(text_at(&text, (-9.0, y + 4.0)).set("text-anchor", "end"));
         }

@@ -166,7 +166,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     }
     refuse_without_interface(&config)?;
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, Purpose::Map)?;
-    let values = args.values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
+    let values = args.response_values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
     let response = Response { wavelengths_nm, angles_deg, values };
     let peaks_deg = response.peaks_deg();
     args.check_peaks(&response, &peaks_deg)?;
@@ -240,7 +240,7 @@ impl EvaluateArgs {
     /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. The tile has `pixels_x` pixels along x and the length `tile_um`.
     ///
     /// The method nmm has values only at its orders: its rows are 0 except at the angles nearest to them.
-    fn values(
+    fn response_values(
         &self,
         reflector: &Reflector,
         pixels_x: usize,

@@ -253,6 +253,7 @@ impl Reflector {
             Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
             Evaluator::Realtime(method) => {
                 let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+                // Methods without values by wavelength are refused for spectra (`Quantity::Spectrum`).
                 let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
                 self.options.angular_factor(&pair) * f64::from(spectral)
             }

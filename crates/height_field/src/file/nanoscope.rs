@@ -99,8 +99,8 @@ struct Scale {
 
 /// Reads the scale of an image; `all` are the sections of the header.
 ///
-/// The line is `V [soft scale] (hard scale) hard value`, where the soft scale names the key of a sensitivity. Without a
-/// soft scale the hard value is the full range.
+/// The line is `V [soft scale] (hard scale) hard value`, such as `V [Sens. Zscan] (0.003 V/LSB) 200 V`. The soft scale
+/// names the key of a sensitivity, here `@Sens. Zscan`. Without a soft scale the hard value is the full range.
 fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
     let text = image.text("@2:Z scale")?;
     let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");

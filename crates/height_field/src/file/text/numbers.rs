@@ -223,8 +223,8 @@ mod tests {
 
     fn values(text: &str) -> Result<(Vec<f64>, usize), String> {
         let lines: Vec<Line> = text.lines().enumerate().map(|(at, text)| (at + 1, text)).collect();
-        let table = table(&lines)?;
-        Ok((table.values.clone(), table.columns()?))
+        let found = table(&lines)?;
+        Ok((found.values.clone(), found.columns()?))
     }
 
     #[test]
