@@ -30,9 +30,9 @@ fn check_size(bytes: &[u8]) -> Result<(), String> {
 }
 
 /// Reads the single channel of floats. The file may have its pixel size as attributes of the layer or of the image.
-/// `wanted` is the option `channel`, which does not apply to a single channel.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     check_size(bytes)?;
     let image = read()
         .no_deep_data()

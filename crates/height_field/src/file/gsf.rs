@@ -12,10 +12,10 @@ use std::collections::HashMap;
 /// First line of a file.
 const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
 
-/// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits` the pixel size. `wanted` is the
-/// option `channel`, which does not apply to this format.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits` the pixel size.
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
     let end = body.iter().position(|b| *b == 0).ok_or("the header does not end with a NUL byte")?;
     let header = encoding::utf8_or_latin1(&body[..end]);

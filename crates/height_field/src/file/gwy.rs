@@ -185,8 +185,8 @@ fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
     Ok(entries)
 }
 
-/// Reads the channel `wanted` (its number or title), or the default one of `channel.rs`.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the channel that `channel_option` names (number or title), or the default one of `channel.rs`.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let mut body = Bytes::new(bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"GWYP\"")?);
     let container = Object::read(&mut body)?;
     if container.type_name != b"GwyContainer" {
@@ -201,7 +201,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel::new(number, entry.title, field.unit_z.clone()));
         fields.push((field, entry.mask));
     }
-    let chosen = channel::choose(&channels, wanted)?;
+    let chosen = channel::choose(&channels, channel_option)?;
     let (field, mask) = &fields[chosen];
     let (nx, ny) = field.size;
     let meaning = if field.unit_z.is_empty() {
@@ -230,5 +230,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Some((field.extent.0 * unit_um / nx as f64, field.extent.1 * unit_um / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[chosen].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[chosen].name(), channel_option))
 }

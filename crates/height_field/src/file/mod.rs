@@ -4,9 +4,9 @@
 //! with their unit and pixel size as far as the file says. `raw.rs` turns a [`Raw`] into a height field: scale,
 //! orientation and missing points, and the origin of each property.
 //!
-//! In all parsers `wanted` is the option `channel` (number or title, `channel.rs`), `None` without it. *Full scale* is
-//! the stored number of the largest height, such as 255. Errors are texts that complete "not a usable … height
-//! field: ".
+//! In all parsers `channel_option` is the option `channel` (number or title, `channel.rs`), `None` without it. *Full
+//! scale* is the stored number of the largest height, such as 255. Errors are texts that complete "not a usable …
+//! height field: ".
 
 mod bytes;
 mod channel;

@@ -196,8 +196,8 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     )))
 }
 
-/// Reads the channel `wanted` (its number or title), or the default one of `channel.rs`.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the channel that `channel_option` names (number or title), or the default one of `channel.rs`.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     if !bytes.starts_with(b"\\*") {
         return Err(
             "it does not begin with a line like \\*File list; binary Nanoscope files since version 4.3 are read"
@@ -220,7 +220,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel { number: channels.len() + 1, title, unit, kind });
         images.push((image, full_range_um));
     }
-    let chosen = channel::choose(&channels, wanted)?;
+    let chosen = channel::choose(&channels, channel_option)?;
     let (image, full_range_um) = images[chosen];
     let full_range_um = full_range_um.ok_or("the channel is not a height")?;
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
@@ -240,5 +240,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let lines = image.count("Number of lines")?;
     let pixel = pixel_size(image, &all, (nx, lines))?;
     let meaning = Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
-    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[chosen].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Bottom)
+        .pixel_or_reason(pixel)
+        .channel(channels[chosen].name(), channel_option))
 }

@@ -59,10 +59,10 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Reads a matrix: floats are heights in µm, unsigned integers are fractions of full scale. `wanted` is the option
-/// `channel`, which does not apply to this format.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// Reads a matrix: floats are heights in µm, unsigned integers are fractions of full scale.
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     check_shape(bytes)?;
     let raw = |values, meaning| Raw::new(values, meaning, FirstRow::Bottom);
     let fraction_of = |full| Meaning::FullScale { full, max_height_um: None };

@@ -19,10 +19,10 @@ const PIXELS_PER_METRE_MIN: u32 = 100_000;
 /// damaged file.
 const DEFLATE_RATIO_MAX: usize = 1040;
 
-/// Reads a picture of grey. The pixel size comes from both text chunks, or else from the resolution. `wanted` is the
-/// option `channel`, which does not apply to this format.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// Reads a picture of grey. The pixel size comes from both text chunks, or else from the resolution.
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|error| error.to_string())?;
     let (full, has_16_bits) = match (reader.info().color_type, reader.info().bit_depth) {
         (ColorType::Grayscale, BitDepth::Eight) => (255.0, false),

@@ -105,10 +105,10 @@ fn require_none(name: &str, code: u8) -> Result<(), String> {
     if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
 }
 
-/// Reads the magic, which is `a` (text) or `b` (binary) and the revision, and then the file. `wanted` is the option
-/// `channel`, which does not apply to this format.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// Reads the magic, which is `a` (text) or `b` (binary) and the revision, and then the file.
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     let mut rest = Bytes::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
     let magic = rest.take(8).map_err(|_| "it has no header")?;
     let revision = match &magic[1..] {

@@ -112,10 +112,10 @@ fn read_no_data(pages: &mut Pages, file_bytes: usize) -> Option<f64> {
     ascii(pages, Tag::GdalNodata, file_bytes)?.trim().trim_end_matches('\0').parse().ok()
 }
 
-/// Goes to the page `wanted` (from 0), and returns its number as text. Without `wanted`, stays at the first page and
-/// returns `None`.
-fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
-    let Some(wanted) = wanted else { return Ok(None) };
+/// Goes to the page that `channel_option` names (from 0), and returns its number as text. Without the option, stays at
+/// the first page and returns `None`.
+fn go_to_page(pages: &mut Pages, channel_option: Option<&str>) -> Result<Option<String>, String> {
+    let Some(wanted) = channel_option else { return Ok(None) };
     let page = wanted.trim().parse::<usize>().ok();
     for current in 0..PAGES_MAX {
         if Some(current) == page {
@@ -243,8 +243,8 @@ fn damaged(error: tiff::TiffError) -> String {
     format!("it is cut short or damaged: {error}")
 }
 
-/// Reads the page `wanted` (its number from 0), or the first one.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the page that `channel_option` names (its number from 0), or the first one.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     check_tags(bytes)?;
     let mut limits = Limits::unlimited();
     limits.ifd_value_size = bytes.len();
@@ -258,7 +258,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
              `python -m sunbeam_mitsuba.convert` (with the extra \"formats\") or Gwyddion writes them as .gsf"
         ));
     }
-    let page = go_to_page(&mut pages, wanted)?;
+    let page = go_to_page(&mut pages, channel_option)?;
     let (width, height) = check_page(&mut pages, bytes.len())?;
     let (first_row, first_row_source) = match integer(&mut pages, Tag::Orientation)? {
         None => (FirstRow::Top, Source::Format),
@@ -282,7 +282,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     };
     let raw = Raw::new(values, meaning, first_row).pixel(pixel_um).rows_from(first_row_source);
     Ok(match page {
-        Some(page) => raw.channel(page, wanted),
+        Some(page) => raw.channel(page, channel_option),
         None => raw,
     })
 }

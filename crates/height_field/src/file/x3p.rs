@@ -136,8 +136,8 @@ impl Points {
     }
 }
 
-/// Reads the layer `wanted` (its number from 0), or the first one. Layers are maps of equal size.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the layer that `channel_option` names (its number from 0), or the first one. Layers are maps of equal size.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let mut archive = Archive::open(bytes)?;
     let xml = encoding::text(&unpack(&mut archive, DESCRIPTION, None)?)?;
     let document = Document::parse(&xml).map_err(|error| format!("main.xml: {error}"))?;
@@ -170,7 +170,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     }
 
     let layers: Vec<Channel> = (0..nz).map(|number| Channel::new(number, String::new(), "m".to_owned())).collect();
-    let layer = channel::choose(&layers, wanted)?;
+    let layer = channel::choose(&layers, channel_option)?;
     // Indices of the layer's points among those of all layers.
     let indices = layer * points..(layer + 1) * points;
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
@@ -179,7 +179,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let pixel_um = Some((dx_m * UM_PER_M, dy_m * UM_PER_M));
     let raw = Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(pixel_um);
-    Ok(if nz > 1 { raw.channel(layer.to_string(), wanted) } else { raw })
+    Ok(if nz > 1 { raw.channel(layer.to_string(), channel_option) } else { raw })
 }
 
 /// Heights written in the XML itself, as `z` or `x;y;z`. Empty elements are missing points.
