@@ -63,7 +63,7 @@ pub(crate) fn compare(
         None => sunbeam::colour::automatic_exposure(chosen.iter().map(|&i| a.pixels()[i].map(f64::from))).log2(),
     };
     let shown = DisplayPair::new(a, b, mask, exposure_stops);
-    let flip_map = flip::map(&shown);
+    let flip_map = flip::error_map(&shown);
     let figures = Figures::new(a, b, &chosen, &shown, &flip_map);
     Ok(Comparison { figures, exposure_stops, pixels: chosen.len(), shown, flip_map })
 }
