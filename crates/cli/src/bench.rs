@@ -228,7 +228,7 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
 impl BenchArgs {
     /// The given surface; without one, each of `presets` with the other arguments of the surface.
     fn surfaces(&self, presets: &[Preset]) -> Vec<SurfaceArgs> {
-        if self.surface.is_given() { vec![self.surface.clone()] } else { self.surface.with_presets(presets) }
+        if self.surface.names_relief() { vec![self.surface.clone()] } else { self.surface.with_presets(presets) }
     }
 }
 

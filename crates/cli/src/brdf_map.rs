@@ -19,8 +19,8 @@ use sunbeam_realtime::{AdapterChoice, Query};
 /// Accepted numbers of pixels along a side of the map. The largest map takes 6.5 GB, 24 bytes a pixel: 12 for the
 /// colour, and up to 12 for the encoded EXR, or afterwards for the automatic exposure.
 const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
-/// Largest number of directions in one call of the GPU; they take 50 MB. It is a multiple of the shader's batch, so the
-/// results do not depend on it.
+/// Largest number of directions in one call of the GPU; their queries take 50 MB. Larger values need more memory;
+/// smaller ones take more calls. The shader itself holds as many queries at a time.
 const DIRECTIONS_MAX: usize = 1 << 20;
 /// Direction of the pixels outside the disc. Any direction below the surface would do: the reflectance there is 0.
 const OUTSIDE: [f32; 3] = [0.0, 0.0, -1.0];
@@ -92,7 +92,7 @@ struct Map {
 #[derive(Serialize)]
 struct GpuReport {
     adapter: String,
-    /// Time for all directions; see `sunbeam_realtime::Gpu::has_timestamps`.
+    /// Time for all directions: by timestamps of the GPU where it has them, else by the wall clock.
     gpu_ms: f64,
 }
 
@@ -129,11 +129,13 @@ impl BrdfMapArgs {
             return Err(out_of_range("phi-i", self.phi_i, "finite"));
         }
         if !SIDE_PIXELS.contains(&self.size) {
-            return Err(out_of_range("size", self.size, "1 to 16384 pixels"));
+            let accepted = format!("{} to {} pixels", SIDE_PIXELS.start(), SIDE_PIXELS.end());
+            return Err(out_of_range("size", self.size, &accepted));
         }
         if self.adapter.is_some() && self.backend == Backend::Cpu {
             return Err("--adapter has no effect with --backend cpu; --backend gpu has one".to_owned());
         }
+        // The colours of --stam-form gems are not multiplied by a Fresnel factor.
         if self.method.is_gems() && self.surface.has_index() {
             return Err(no_effect_with_gems("--eta"));
         }
@@ -151,7 +153,7 @@ impl BrdfMapArgs {
     }
 
     /// The number of pixels.
-    fn pixels(&self) -> usize {
+    fn pixel_count(&self) -> usize {
         self.size * self.size
     }
 
@@ -172,9 +174,10 @@ pub(crate) fn run(args: &BrdfMapArgs) -> Outcome {
     args.output.write(&encode::exr((size, size), |i| colours[i])?)?;
     let mut exposure = None;
     if let Some(file) = &args.png {
-        let in_double = || colours.iter().map(|rgb| rgb.map(f64::from));
-        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(in_double()));
-        let bytes: Vec<u8> = in_double().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
+        // The library converts colours in double precision.
+        let doubles = || colours.iter().map(|rgb| rgb.map(f64::from));
+        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(doubles()));
+        let bytes: Vec<u8> = doubles().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
         file.write(&encode::png((size, size), png::ColorType::Rgb, &bytes)?)?;
         exposure = Some(factor);
     }
@@ -202,8 +205,9 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let wi = args.wi();
     let start = Instant::now();
     let colour = |wo| reflector.eval_rgb(wi, wo, &spectrum).map(|value| value as f32);
-    let rgb = reflector.map_indices(args.pixels(), |i| args.wo(i).map_or([0.0; 3], colour));
+    let rgb = reflector.map_indices(args.pixel_count(), |i| args.wo(i).map_or([0.0; 3], colour));
     let seconds = start.elapsed().as_secs_f64();
+    // The other methods, nmm and stam, choose the wavelengths of each pair of directions.
     let has_fixed_steps = match method {
         Method::Exact | Method::Table => true,
         Method::Realtime(kind) => kind.options().contains(&"lambda_step_nm"),
@@ -215,16 +219,17 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
 fn on_gpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let realtime = Realtime::new(&args.method, &args.surface)?;
     let config = args.surface.config()?;
+    // On the CPU, `Reflector::new` refuses transmission.
     config.refuse_transmission("maps and peaks")?;
     let index = config.index();
     let gpu = realtime::open(args.adapter)?;
     let (shader, report) = realtime.build(&gpu, index)?;
     let wi = single(args.wi());
     let start = Instant::now();
-    let (mut rgb, mut gpu_ms) = (Vec::with_capacity(args.pixels()), 0.0);
-    for first in (0..args.pixels()).step_by(DIRECTIONS_MAX) {
-        let part = first..args.pixels().min(first + DIRECTIONS_MAX);
-        let queries: Vec<Query> = part.map(|i| Query::new(wi, args.wo(i).map_or(OUTSIDE, single))).collect();
+    let (mut rgb, mut gpu_ms) = (Vec::with_capacity(args.pixel_count()), 0.0);
+    for first in (0..args.pixel_count()).step_by(DIRECTIONS_MAX) {
+        let indices = first..args.pixel_count().min(first + DIRECTIONS_MAX);
+        let queries: Vec<Query> = indices.map(|i| Query::new(wi, args.wo(i).map_or(OUTSIDE, single))).collect();
         let answers = shader.evaluate(&gpu, &queries)?;
         rgb.extend(answers.reflectances);
         gpu_ms += answers.gpu_ms;

@@ -1,4 +1,4 @@
-//! Charts as SVG: axes with ticks, curves, cells, dots and a legend.
+//! Charts as SVG: axes with ticks, curves, cells (filled rectangles), dots and a legend.
 //!
 //! A drawing has one or more charts. In each, the plot area lies inside the margins for title and labels, whose offsets
 //! in pixels fit [`FONT_SIZE`]. Positions are in pixels with y downwards. An [`Axis`] maps a value to a fraction of the
@@ -21,7 +21,7 @@ const FONT_SIZE: f64 = 12.0;
 const LEGEND_LINE: f64 = 16.0;
 /// Mean width of a character in pixels, from which the width of the legend is estimated.
 const CHARACTER_WIDTH: f64 = 6.6;
-/// Largest number of tick intervals of a linear axis.
+/// Largest number of tick intervals of a linear axis. More would crowd the labels.
 const TICKS_MAX: f64 = 9.0;
 
 /// An axis with a label, from the value `first` (left or bottom) to the larger value `last` (right or top).
@@ -39,7 +39,7 @@ impl Axis {
         Self { label, first: first - margin, last: last + margin, is_logarithmic: false }
     }
 
-    /// A logarithmic axis. Both ends of the range are positive.
+    /// A logarithmic axis. Both ends of the range are positive and differ.
     pub(crate) fn logarithmic(label: &'static str, (first, last): (f64, f64)) -> Self {
         Self { label, first, last, is_logarithmic: true }
     }
@@ -63,6 +63,7 @@ impl Axis {
         let span = self.last - self.first;
         let power = 10f64.powf((span / TICKS_MAX).log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| span / step <= TICKS_MAX);
+        // Ten times `power` is at least span/TICKS_MAX. Only rounding could leave no step.
         let step = step.unwrap_or(span);
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         // Indices of the first and last tick. The margin keeps a tick at the end of the axis in spite of rounding.
@@ -123,21 +124,21 @@ impl Chart {
 
     /// Position in pixels of a point `(x, y)` in values of the axes, from the plot area's upper left corner. It is
     /// rounded to a hundredth of a pixel, since more digits would only make the file larger.
-    fn pixel(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    fn to_pixels(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let round = |position: f64| (100.0 * position).round() / 100.0;
         (round(self.area.0 * self.x.fraction(x)), round(self.area.1 * (1.0 - self.y.fraction(y))))
     }
 
     /// Draws a curve through points in values of the axes.
     pub(crate) fn curve(&mut self, points: impl IntoIterator<Item = (f64, f64)>, stroke: Stroke) {
-        let pixels = points.into_iter().map(|point| self.pixel(point)).map(|(x, y)| format!("{x},{y}"));
-        let line = Polyline::new().set("points", pixels.collect::<Vec<_>>()).set("fill", "none");
+        let positions = points.into_iter().map(|point| self.to_pixels(point)).map(|(x, y)| format!("{x},{y}"));
+        let line = Polyline::new().set("points", positions.collect::<Vec<_>>()).set("fill", "none");
         self.marks.append(stroked(line, stroke));
     }
 
     /// Fills the rectangle between two opposite corners, which are in values of the axes.
     pub(crate) fn cell(&mut self, corner: (f64, f64), opposite: (f64, f64), colour: &str) {
-        let ((x0, y0), (x1, y1)) = (self.pixel(corner), self.pixel(opposite));
+        let ((x0, y0), (x1, y1)) = (self.to_pixels(corner), self.to_pixels(opposite));
         let cell = Rectangle::new().set("x", x0.min(x1)).set("y", y0.min(y1));
         let cell = cell.set("width", (x1 - x0).abs()).set("height", (y1 - y0).abs()).set("fill", colour);
         self.cells.append(cell);
@@ -145,12 +146,12 @@ impl Chart {
 
     /// Draws a filled disc of `radius` pixels around a point in values of the axes.
     pub(crate) fn disc(&mut self, centre: (f64, f64), radius: f64, colour: &str) {
-        self.marks.append(disc(self.pixel(centre), radius).set("fill", colour));
+        self.marks.append(disc(self.to_pixels(centre), radius).set("fill", colour));
     }
 
     /// Draws a circle of `radius` pixels around a point in values of the axes.
     pub(crate) fn circle(&mut self, centre: (f64, f64), radius: f64, stroke: Stroke) {
-        self.marks.append(stroked(disc(self.pixel(centre), radius).set("fill", "none"), stroke));
+        self.marks.append(stroked(disc(self.to_pixels(centre), radius).set("fill", "none"), stroke));
     }
 
     /// Adds a line to the legend: a stroke and its meaning.
@@ -171,12 +172,12 @@ impl Chart {
         let mut chart = Group::new().set("transform", format!("translate({LEFT} {TOP})"));
         chart.append(text_at(&self.title, (0.5 * width, -12.0)).set("font-size", 18));
         for (value, text) in self.x.ticks() {
-            let x = self.pixel((value, self.y.first)).0;
+            let x = self.to_pixels((value, self.y.first)).0;
             chart.append(grid_line((x, 0.0), (x, height + 5.0)));
             chart.append(text_at(&text, (x, height + 18.0)));
         }
         for (value, text) in self.y.ticks() {
-            let y = self.pixel((self.x.first, value)).1;
+            let y = self.to_pixels((self.x.first, value)).1;
             chart.append(grid_line((-5.0, y), (width, y)));
             chart.append(text_at(&text, (-9.0, y + 4.0)).set("text-anchor", "end"));
         }
@@ -184,6 +185,7 @@ impl Chart {
         let y_label = text_at(self.y.label, (0.0, 0.0));
         chart.append(y_label.set("transform", format!("translate(-52 {}) rotate(-90)", 0.5 * height)));
         let frame = Rectangle::new().set("width", width).set("height", height).set("fill", "none");
+        // A nested `svg` element clips the marks to the plot area.
         let clipped = SVG::new().set("width", width).set("height", height);
         let clipped = clipped.add(self.cells).add(self.marks).add(legend);
         chart.add(clipped).add(frame.set("stroke", "black"))

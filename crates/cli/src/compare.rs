@@ -46,6 +46,7 @@ struct Report<'a> {
     size: (usize, usize),
     /// Number of compared pixels.
     pixels: usize,
+    /// Exposure of the pictures as shown: the given one or the default.
     exposure_stops: f64,
     #[serde(flatten)]
     figures: Figures,

@@ -56,7 +56,7 @@ pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], stops: f64) -
 /// Encodes an array in NumPy's format `.npy`, with the element type and the shape of `array`.
 ///
 /// # Errors
-/// The encoder's message. Writing to memory does not fail.
+/// The encoder's message, for a header that it cannot write. Writing to memory itself does not fail.
 pub fn npy<A, S, D>(array: &ArrayBase<S, D>) -> Result<Vec<u8>, Box<dyn Error>>
 where
     A: WritableElement,

@@ -30,11 +30,13 @@ use sunbeam::scattering::ComplexIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::periods;
 
-/// Accepted steps between angles, in degrees.
+/// Accepted steps between angles, in degrees. Coarser steps blur the angles of the peaks; finer ones only cost time.
 const ANGLE_STEP_DEG: RangeInclusive<f64> = 1e-4..=1.0;
-/// Accepted steps between wavelengths, in nm.
+/// Accepted steps between wavelengths, in nm. Coarser steps leave few wavelengths for the mean; finer ones only cost
+/// time.
 const WAVELENGTH_STEP_NM: RangeInclusive<f64> = 0.1..=20.0;
-/// Margin of the default range of angles beyond the angles of the first order, in degrees.
+/// Margin of the default range of angles beyond the angles of the first order, in degrees. It shows both sides of the
+/// peaks, while larger margins could include other orders.
 const MARGIN_DEG: f64 = 1.0;
 /// Largest angle of the default range, in degrees: the horizon is left out.
 const ANGLE_MAX_DEG: f64 = 89.0;
@@ -164,7 +166,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Outcome {
     }
     refuse_without_interface(&config)?;
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, Purpose::Map)?;
-    let values = args.values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
+    let values = args.response_values(&reflector, field.size().0, field.extent_um().0, &wavelengths_nm, &angles_deg);
     let response = Response { wavelengths_nm, angles_deg, values };
     let peaks_deg = response.peaks_deg();
     args.check_peaks(&response, &peaks_deg)?;
@@ -238,7 +240,7 @@ impl EvaluateArgs {
     /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. The tile has `pixels_x` pixels along x and the length `tile_um`.
     ///
     /// The method nmm has values only at its orders: its rows are 0 except at the angles nearest to them.
-    fn values(
+    fn response_values(
         &self,
         reflector: &Reflector,
         pixels_x: usize,

@@ -166,6 +166,7 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
         // The blended tile is periodic, and the report describes it.
         config.tiling.get_or_insert(Tiling::Periodic);
     }
+    // Filled, but not levelled yet.
     let read = config.raw_height_field()?;
     let cropped = match args.crop {
         Some(Rectangle { x_um, y_um, width_um, height_um }) => read.field.cropped(x_um, y_um, width_um, height_um)?,
@@ -225,6 +226,7 @@ impl HeightFieldArgs {
 
     /// Builds the tables of the processed heights.
     fn build_tables(&self, config: &SurfaceConfig, field: &HeightField) -> Result<Tables, Box<dyn Error>> {
+        // Under a cover or on a body that transmits, tables are built from a magnified relief, not the reported one.
         config.require_bare("--tables")?;
         let cache = self.surface.cache()?;
         match config.theory {

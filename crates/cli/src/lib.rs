@@ -6,6 +6,8 @@
 //! - [`output`], [`encode`], `chart`: files that are written.
 //! - [`benchmarks`], `comparison`: the measurements of `sunbeam bench` and `sunbeam compare`.
 //!
+//! Public modules serve the program `sunbeam-view` (crates/window) and tests as well.
+//!
 //! Results go to stdout as JSON, except for the table of `sunbeam orders`. A failure is one line on stderr and exit
 //! status 2.
 
@@ -95,7 +97,7 @@ pub fn run() -> ExitCode {
 
 /// Parses the process's arguments and runs `program` on them.
 ///
-/// With `--help` or `--version` that text is printed instead. An error is printed on stderr, and the status is 2.
+/// `--help` and `--version` print their text instead. An error is printed on stderr, and the status is 2.
 pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
     let args = match parse_arguments() {
         Ok(args) => args,

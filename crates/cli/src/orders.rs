@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use sunbeam::config::{BuildError, SurfaceConfig};
 use sunbeam::scattering::Transmission;
 
-/// Accepted wavelengths in nm.
+/// Accepted wavelengths in nm, from X-rays to a millimetre: a wrong unit is refused.
 const WAVELENGTH_NM: RangeInclusive<f64> = 1.0..=1e6;
 /// Wavelength in nm where none is given.
 const WAVELENGTH_DEFAULT_NM: f64 = 550.0;

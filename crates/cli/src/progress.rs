@@ -6,9 +6,9 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use sunbeam::table::Progress;
 
-/// Time after which the bar appears; shorter work shows none.
+/// Time after which the bar appears; shorter work shows none, since a bar would only flash.
 const DELAY: Duration = Duration::from_secs(2);
-/// Number of steps of the whole bar.
+/// Number of steps of the whole bar, more than a terminal has columns.
 const STEPS: u64 = 1000;
 
 /// Label of the bar while tables are built.

@@ -30,7 +30,7 @@ use sunbeam::scattering::{ComplexIndex, Cover, Inside, Options, Pair, SpectralIn
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Largest number of pixels of a tile whose direct sums run concurrently. A direct sum over a larger tile is parallel
-/// by itself, and each sum needs memory for the whole tile.
+/// by itself, and each sum needs memory for the whole tile. Smaller values would leave cores idle on small tiles.
 const CONCURRENT_PIXELS_MAX: usize = 1 << 16;
 
 /// The tables of a grating by Maxwell's equations, as the cache returns them.
@@ -253,6 +253,7 @@ impl Reflector {
             Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
             Evaluator::Realtime(method) => {
                 let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+                // Methods without values by wavelength are refused for spectra (`Quantity::Spectrum`).
                 let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
                 self.options.angular_factor(&pair) * f64::from(spectral)
             }
@@ -344,7 +345,7 @@ impl Reflector {
     /// Applies `answer` to the indices below `count`, concurrently where the method allows it; the order is kept.
     pub(crate) fn map_indices<A: Send>(&self, count: usize, answer: impl Fn(usize) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
-            // A single look-up is too short for a task of its own.
+            // A single look-up is too short for a task of its own; eight share one.
             (0..count).into_par_iter().with_min_len(8).map(answer).collect()
         } else {
             (0..count).map(answer).collect()

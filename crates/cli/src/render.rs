@@ -77,7 +77,7 @@ struct Report<'a> {
     adapter: String,
     backend: &'static str,
     software: bool,
-    /// Time of all stages: the sum of their medians.
+    /// Time of all stages of the renderer ([`StageTimes`]): the sum of their medians.
     gpu_ms: f64,
     /// Median time of each stage over the repeated pictures.
     gpu_stages_ms: StageTimes,
@@ -169,6 +169,7 @@ fn pair_components((width, height): (usize, usize), queries: &[Query]) -> Array3
     Array3::from_shape_fn((height, width, PAIR_COMPONENTS), |(y, x, i)| {
         let query = &queries[y * width + x];
         match i {
+            // Only pixels on the mesh have the kind SKIN.
             _ if query.kind != Query::SKIN => 0.0,
             0..3 => query.wi[i],
             3..6 => query.wo[i - 3],

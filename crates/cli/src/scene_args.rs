@@ -6,7 +6,8 @@ use std::str::FromStr;
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{Blend, Camera, Light, Mesh, Shape, View};
 
-/// Default factor on the snake's cells along each direction. More cells make the outline rounder and take more time.
+/// Default factor on the snake's mesh cells (pairs of triangles) along each direction. More cells make the outline
+/// rounder and take more time.
 const RESOLUTION: f64 = 4.0;
 
 /// The mesh, the camera and the light.

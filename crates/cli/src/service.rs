@@ -8,7 +8,7 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 /// Size in bytes of the buffer for stdin.
 ///
 /// The complete lines in the buffer are answered together. A client that sends one line and waits gets its answer at
-/// once, and a file is answered in large batches.
+/// once, and a file is answered in large batches. Larger buffers keep all cores busier, and need more memory.
 const BUFFER_BYTES: usize = 1 << 20;
 
 /// The answer to a line that could not be answered.

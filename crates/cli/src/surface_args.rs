@@ -223,7 +223,7 @@ impl SurfaceArgs {
     }
 
     /// Whether the arguments name a relief, a preset or a file.
-    pub fn is_given(&self) -> bool {
+    pub fn names_relief(&self) -> bool {
         self.preset.is_some() || self.height_field.is_some()
     }
 
@@ -248,6 +248,7 @@ impl SurfaceArgs {
             ("--k", self.k.is_some()),
             ("--cover-eta", self.cover_eta.is_some()),
             ("--transmission", self.transmission.is_some()),
+            // The scalar theory is what the benchmark uses anyway.
             ("--theory", self.theory == Some(Theory::Rigorous)),
         ];
         match flags.iter().find(|(_, is_given)| *is_given) {

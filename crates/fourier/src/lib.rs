@@ -137,6 +137,7 @@ const COLUMNS_PER_TASK: usize = 16;
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT
 /// order).
 fn kept_bin(i: usize, kept: usize, n: usize) -> usize {
+    // Negative frequencies, in the upper half, keep their distance from the end.
     if 2 * i > kept { i + n - kept } else { i }
 }
 

@@ -1,7 +1,8 @@
 //! Preset `cd`: tracks of pits of random length.
 //!
 //! A pit or a land between two pits is a *run* of 3 T to 11 T, as in the eight-to-fourteen modulation of IEC 60908.
-//! T is the length of one channel bit. Tracks run along y. In functions, lengths are in µm.
+//! T is the length of one channel bit. Tracks run along y. In functions, lengths are in µm. Rounding is
+//! by `libm` rather than the platform's library, so that the tile is identical on every machine (`random.rs`).
 
 use super::random::{Random, smooth_step};
 use super::{HeightField, HeightFieldError};
@@ -10,7 +11,7 @@ use ndarray::Array2;
 /// Pixels along each side of the tile, 0.0625 µm each: a pit's wall spans two. More pixels resolve the walls better;
 /// fewer make tables faster to build.
 const PIXELS: usize = 1024;
-/// Tracks on the tile. Forty make it 64 µm wide, about as large as the tiles of the skins.
+/// Tracks on the tile. Forty make it 64 µm wide, about as large as the tiles of the presets of snake skin.
 const TRACKS: usize = 40;
 /// Distance between tracks along x in µm (IEC 60908).
 const PITCH_UM: f64 = 1.6;

@@ -22,8 +22,8 @@ pub enum Fill {
     /// No heights: missing points are an error.
     #[default]
     None,
-    /// The solution of Laplace's equation in each hole, with the heights around the hole as boundary values. The
-    /// solution stays between the lowest and the highest boundary value.
+    /// The solution of Laplace's equation in each hole (connected missing points), with the heights around the hole as
+    /// boundary values. The solution stays between the lowest and the highest boundary value.
     Laplace,
     /// The mean of all known heights. Leaves a step around each hole, which diffracts.
     Mean,

@@ -1,8 +1,8 @@
 //! Filling of missing points: by the mean, or by a film that solves Laplace's equation.
 //!
-//! On the grid, the height h of each missing point satisfies `Σ w·(h − h_neighbour) = 0`. The sum is over its up to
-//! four neighbours, which are missing points or known heights. The weight w is 1/dx² along x and 1/dy² along y. The
-//! system is symmetric and positive definite, and solved by conjugate gradients.
+//! In finite differences, the height h of each missing point satisfies `Σ w·(h − h_neighbour) = 0`. The sum is over its
+//! up to four neighbours, which are missing points or known heights. The weight w is 1/dx² along x and 1/dy² along y.
+//! The system is symmetric and positive definite, and solved by conjugate gradients.
 //!
 //! The unknowns are heights above the *base*, the mean of the known heights, in µm. The *film* is the vector of all
 //! unknowns, one for each missing point in row-major order. The flat film has the height of the base everywhere.
@@ -41,7 +41,8 @@ impl Fill {
     }
 }
 
-/// The linear system of a film over all holes. At the tile's edges the film has zero slope across the edge.
+/// The linear system of a film over all holes (connected missing points). At the tile's edges the film has zero slope
+/// across the edge.
 struct FilmSystem {
     /// `[iy, ix]` of each missing point.
     points: Vec<[usize; 2]>,

@@ -15,8 +15,8 @@
 //!
 //! The power spectral density S, from which values S/λ² in 1/sr follow, is a sum over the orders around f:
 //!
-//! - patch: S = 4πs²·|Σ g·c_j|²;
-//! - ensemble: S = 4πs²·Σ g²·|c_j|².
+//! - patch, one fixed coherence window: S = 4πs²·|Σ g·c_j|²;
+//! - ensemble, the mean over all positions of the window: S = 4πs²·Σ g²·|c_j|².
 //!
 //! A transform of the tile for each λ and pair would take too long. Both c_j and |c_j|² are smooth functions of κ: c_j
 //! is a mean of exp(iκh), and |c_j|² is a mean of exp(iκ(h − h′)) with |h − h′| ≤ 2H. The transform is computed at
@@ -36,7 +36,8 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{CoherenceWindow, DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{OrderTransform, chebyshev_terms};
 
-/// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision.
+/// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision. Smaller
+/// values would add nodes without effect.
 const REMAINDER: f64 = 1e-12;
 /// Largest exponent of a Gaussian g along one axis that is summed. The others are below e⁻²⁹ = 2.5e-13, near rounding.
 const EXPONENT_MAX: f64 = 29.0;
@@ -63,7 +64,8 @@ pub(crate) struct Truth {
 pub(crate) struct TruthCheck {
     /// Number of values compared, for each model.
     pub(crate) compared: usize,
-    /// Largest deviation of S, relative to the largest of both models' values and [`DENSITY_FLOOR_UM2`].
+    /// Largest deviation of S, relative to the largest of both models' values and [`DENSITY_FLOOR_UM2`], a hundredth of
+    /// the S of a white diffuse surface.
     pub(crate) largest: f64,
 }
 
@@ -82,6 +84,7 @@ impl Axis {
     /// With an even number of pixels, the bin at the Nyquist frequency stands for the orders at both ends, each with
     /// half of its power.
     fn gaussians(&self, position: f64, values: &mut Vec<f64>) -> i64 {
+        // Distance in orders at which the exponent a·d² is EXPONENT_MAX.
         let reach = (EXPONENT_MAX / self.sharpness).sqrt();
         let half = self.pixels / 2;
         let first = ((position - reach).ceil() as i64).max(-half);
@@ -169,6 +172,7 @@ impl Truth {
         let mut totals = vec![Total::default(); sums.len() * wavelengths];
         for node in 0..nodes {
             let node_angle = PI * (node as f64 + 0.5) / nodes as f64;
+            // The node's κ, mapped from [−1, 1] to [0, κ_max].
             let amplitudes = transform.amplitudes(0.5 * kappa_max * (1.0 + node_angle.cos()));
             let add_node = |gaussians: &mut [Vec<f64>; 2], (totals, q): (&mut [Total], &[f64; 3])| {
                 for (i, total) in totals.iter_mut().enumerate() {
@@ -231,7 +235,7 @@ fn lagrange(node_angle: f64, x: f64, nodes: usize) -> f64 {
     let n = nodes as f64;
     let dirichlet = |phi: f64| {
         let sin_half = (0.5 * phi).sin();
-        // The limit at multiples of 2π is 2N − 1.
+        // The limit at multiples of 2π is 2N − 1. It replaces the quotient near 0/0, where rounding would dominate.
         if sin_half.abs() < 1e-9 { 2.0 * n - 1.0 } else { ((n - 0.5) * phi).sin() / sin_half }
     };
     let theta = x.acos();

@@ -10,7 +10,8 @@ pub(crate) enum CompareError {
     #[error("the {what} has {} x {} pixels, but the first picture has {} x {}; both must have the same size",
         found.0, found.1, expected.0, expected.1)]
     Size { what: &'static str, expected: (usize, usize), found: (usize, usize) },
-    /// A picture without pixels, with more than FLIP can index, or with a number of pixels that differs from its size.
+    /// A picture without pixels, with more than FLIP can index (`PIXELS_MAX`), or with a number of values that differs
+    /// from its size.
     #[error(
         "a picture of {} x {} pixels with {found} values cannot be compared; it must have 1 to 2^28 pixels and a value \
          for each",
@@ -22,7 +23,7 @@ pub(crate) enum CompareError {
     /// A mask that excludes every pixel.
     #[error("the mask leaves no pixel to compare; it must be above 0 somewhere")]
     NothingLeft,
-    /// An exposure that is not finite or out of range.
+    /// An exposure that is not finite, or beyond ±`STOPS_MAX`.
     #[error("the exposure is {stops} stops, but must be in [-100, 100]")]
     Exposure { stops: f64 },
     /// A file that cannot be read, or whose format is wrong.
@@ -31,7 +32,7 @@ pub(crate) enum CompareError {
 }
 
 impl CompareError {
-    /// The error of a file's contents, with the file's name.
+    /// The same message as a [`CompareError::File`] with the path of the file whose contents are wrong.
     pub(super) fn in_file(self, path: &Path) -> Self {
         Self::File { path: path.to_owned(), reason: self.to_string() }
     }

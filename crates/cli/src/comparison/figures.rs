@@ -1,5 +1,5 @@
-//! The figures of a comparison: errors of the radiance (RMSE, relative MSE) and of the pictures as shown on a screen
-//! (PSNR, CIEDE2000, FLIP). display.rs defines how a picture is shown.
+//! The figures of a comparison, numbers that measure the differences of two pictures: of their radiance (RMSE, relative
+//! MSE), and as shown on a screen (PSNR, CIEDE2000, FLIP). display.rs defines how a picture is shown.
 
 use super::{DisplayPair, Picture};
 use serde::Serialize;
@@ -93,6 +93,7 @@ fn mean_of(values: &[f64]) -> f64 {
 
 /// The smallest of at least one value that a `fraction` of the values, in (0, 1], does not exceed. Reorders the values.
 fn quantile(values: &mut [f64], fraction: f64) -> f64 {
+    // Index among the sorted values, from 0.
     let rank = (fraction * values.len() as f64).ceil() as usize - 1;
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }

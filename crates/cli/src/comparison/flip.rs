@@ -8,7 +8,7 @@ use super::DisplayPair;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
 
 /// FLIP's error of each pixel, in [0, 1], by rows from the top.
-pub(super) fn map(shown: &DisplayPair) -> Vec<f32> {
+pub(super) fn error_map(shown: &DisplayPair) -> Vec<f32> {
     let (width, height) = size_in_32_bits(shown.size());
     let [a, b] = shown.bytes().map(|bytes| FlipImageRgb8::with_data(width, height, &bytes));
     nv_flip::flip(a, b, DEFAULT_PIXELS_PER_DEGREE).to_vec()

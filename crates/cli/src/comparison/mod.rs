@@ -4,7 +4,7 @@
 //! exposure is derived from it.
 //!
 //! - [`Picture`] and [`Mask`]: the pictures, and the pixels that are compared.
-//! - [`compare`]: all figures, with the pictures as shown, as a [`Comparison`].
+//! - [`compare`]: the pictures as shown, and all [`Figures`], which measure their differences.
 
 mod display;
 mod error;
@@ -63,7 +63,7 @@ pub(crate) fn compare(
         None => sunbeam::colour::automatic_exposure(chosen.iter().map(|&i| a.pixels()[i].map(f64::from))).log2(),
     };
     let shown = DisplayPair::new(a, b, mask, exposure_stops);
-    let flip_map = flip::map(&shown);
+    let flip_map = flip::error_map(&shown);
     let figures = Figures::new(a, b, &chosen, &shown, &flip_map);
     Ok(Comparison { figures, exposure_stops, pixels: chosen.len(), shown, flip_map })
 }

@@ -4,7 +4,7 @@ use super::CompareError;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use std::path::Path;
 
-/// Largest number of pixels. FLIP indexes the bytes of three channels with 32 bits.
+/// Largest number of pixels. FLIP indexes the bytes of three channels with 32 bits: 3 · 2^28 fits.
 pub(super) const PIXELS_MAX: usize = 1 << 28;
 /// Names of the channels in an OpenEXR file.
 const CHANNELS: [char; 3] = ['R', 'G', 'B'];

@@ -10,7 +10,7 @@ use crate::chart::{Axis, Chart, Corner, Stroke, drawing};
 const SIZE: (u32, u32) = (900, 600);
 /// Largest number of cells along each axis. A response may have millions of values, which would make the file large.
 const CELLS_MAX: usize = 150;
-/// Shade, from 0 to 1, up to which a cell is left white.
+/// Shade, from 0 to 1, up to which a cell is left out, since it would look white.
 const SHADE_MIN: f64 = 0.01;
 
 /// Draws the response as SVG, with the angles of its peaks and of the grating equation, one for each wavelength.

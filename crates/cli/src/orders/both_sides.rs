@@ -56,7 +56,8 @@ fn rigorous(
     })
 }
 
-/// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#bodies-that-transmit.
+/// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#bodies-that-transmit. F
+/// depends on the polarisation; [`BodyOrder`] has its values.
 fn scalar(
     config: &SurfaceConfig,
     body: TransparentBody,

@@ -45,12 +45,12 @@ impl Screen {
         (first..=last).filter(is_resolved).map(move |m| (m, [f64::from(m) * step - wi[0], -wi[1]]))
     }
 
-    /// The number of the order whose scattering vector has this x component, in wave numbers in vacuum.
+    /// The number of the order whose scattering vector has this x component, in units of the vacuum wave number 2π/λ.
     pub(super) fn number(&self, tangential_x: f64) -> i32 {
         (tangential_x / self.step).round() as i32
     }
 
-    /// `|c_m|²` at the phase rate `kappa` in rad/µm.
+    /// `|c_m|²` at the phase rate `kappa` in rad/µm. Each order has its own phase rate, and needs its own transform.
     pub(super) fn power(&self, m: i32, kappa: f64) -> f64 {
         // The first row of the transform has the orders along x, negative ones in its upper half.
         self.transform.amplitudes(kappa)[m.rem_euclid(self.bins) as usize].norm_sqr()

@@ -107,20 +107,20 @@ fn list(channels: &[Channel]) -> String {
     listed.join(", ")
 }
 
-/// Index in `channels` of the channel whose number or title is `wanted`; without `wanted`, of the default channel. A
-/// number takes precedence over an equal title.
+/// Index in `channels` of the channel whose number or title is `channel_option`; without the option, of the default
+/// channel. A number takes precedence over an equal title.
 ///
 /// The default is the first length whose title names a relief, else the first other length. Without lengths it is the
 /// first channel without a unit whose title names a relief, else the first other one without a unit. Signals of
-/// [`NO_RELIEF`] are chosen only by `wanted`.
+/// [`NO_RELIEF`] are chosen only by the option.
 ///
 /// # Errors
 /// A missing channel, or one in a unit that is not a length; the message lists the channels.
-pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize, String> {
+pub(super) fn choose(channels: &[Channel], channel_option: Option<&str>) -> Result<usize, String> {
     if channels.is_empty() {
         return Err("it holds no channels of data".to_owned());
     }
-    let Some(wanted) = wanted else {
+    let Some(wanted) = channel_option else {
         let ranks = channels.iter().enumerate().filter_map(|(at, channel)| Some((channel.rank()?, at)));
         return ranks.min().map(|(_, at)| at).ok_or_else(|| {
             if channels.iter().any(|channel| channel.kind == ValueKind::Lengths) {
@@ -145,9 +145,9 @@ pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize
 }
 
 /// Refuses the option `channel` for formats with a single channel.
-pub(super) fn refuse(wanted: Option<&str>) -> Result<(), String> {
-    match wanted {
-        Some(wanted) => Err(format!("`channel` is \"{wanted}\", but files of this format hold a single channel")),
+pub(super) fn refuse(channel_option: Option<&str>) -> Result<(), String> {
+    match channel_option {
+        Some(given) => Err(format!("`channel` is \"{given}\", but files of this format hold a single channel")),
         None => Ok(()),
     }
 }

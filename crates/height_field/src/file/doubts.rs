@@ -6,7 +6,7 @@ use std::fmt;
 /// Peak to valley in µm below which a relief is implausible: 0.05 nm, less than an atom. Heights in metres that were
 /// taken for µm are below it.
 const PEAK_TO_VALLEY_MIN_UM: f64 = 5e-5;
-/// Largest plausible ratio of a pixel's sides. Scans with fewer lines than points have a ratio of 2 or 4.
+/// Largest plausible ratio of a pixel's sides. Scans with fewer lines than points in each line have a ratio of 2 or 4.
 const PIXEL_RATIO_MAX: f64 = 4.0;
 
 /// An implausible property of a height field that does not prevent its use.

@@ -30,8 +30,9 @@ fn check_size(bytes: &[u8]) -> Result<(), String> {
 }
 
 /// Reads the single channel of floats. The file may have its pixel size as attributes of the layer or of the image.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     check_size(bytes)?;
     let image = read()
         .no_deep_data()
@@ -39,6 +40,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         .all_channels()
         .first_valid_layer()
         .all_attributes()
+        // Otherwise the decoder starts a pool of threads of its own, and so does the encoder below.
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;

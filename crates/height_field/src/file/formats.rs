@@ -2,7 +2,7 @@
 
 use super::{Parsed, exr, gsf, gwy, nanoscope, npy, png, sdf, text, tiff, x3p};
 
-/// Extensions of [`FORMATS`], for messages.
+/// Extensions of [`FORMATS`], for messages. A test checks that none is missing.
 pub const READABLE: &str =
     ".exr, .png, .gsf, .npy, .txt, .asc, .csv, .dat, .grd, .xyz, .tif, .tiff, .gwy, .sdf, .x3p, .spm, .000 to .999";
 

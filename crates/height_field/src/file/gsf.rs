@@ -13,8 +13,9 @@ use std::collections::HashMap;
 const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
 
 /// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits` the pixel size.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
     let end = body.iter().position(|b| *b == 0).ok_or("the header does not end with a NUL byte")?;
     let header = encoding::utf8_or_latin1(&body[..end]);
@@ -31,10 +32,10 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let header_end = MAGIC.len() + end;
     // One to four NUL bytes, up to a multiple of four.
     let data_start = (header_end / 4 + 1) * 4;
-    let length = data_length(nx, ny, Number::F32)?;
+    let expected = data_length(nx, ny, Number::F32)?;
     let data = bytes.get(data_start..).unwrap_or_default();
-    if data.len() != length {
-        return Err(format!("{nx} × {ny} heights are {length} bytes, but {} follow the header", data.len()));
+    if data.len() != expected {
+        return Err(format!("{nx} × {ny} heights are {expected} bytes, but {} follow the header", data.len()));
     }
     if bytes[header_end..data_start].iter().any(|b| *b != 0) {
         return Err("the padding after the header is not NUL".to_owned());

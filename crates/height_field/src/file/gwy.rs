@@ -83,6 +83,7 @@ fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
                 b'D' => array(8).map(Value::Doubles),
                 // A count that is too large ends with an error at the end of the bytes.
                 b'S' => (0..count).try_for_each(|_| bytes.string().map(|_| ())).map(|()| Value::Other),
+                // The letter is `O`.
                 _ => (0..count).try_for_each(|_| Object::read(bytes).map(|_| ())).map(|()| Value::Other),
             }
         }
@@ -96,7 +97,7 @@ struct DataField<'a> {
     /// Points along x and y.
     size: (usize, usize),
     /// Extent along x and y in `unit_xy`.
-    real: (f64, f64),
+    extent: (f64, f64),
     /// Unit of x and y; empty without one.
     unit_xy: String,
     /// Unit of the values; empty without one.
@@ -121,8 +122,8 @@ impl<'a> DataField<'a> {
                 // A negative count becomes 0, which `data_length` refuses.
                 (b"xres", Value::Integer(count)) => field.size.0 = usize::try_from(count).unwrap_or(0),
                 (b"yres", Value::Integer(count)) => field.size.1 = usize::try_from(count).unwrap_or(0),
-                (b"xreal", Value::Double(length)) => field.real.0 = length,
-                (b"yreal", Value::Double(length)) => field.real.1 = length,
+                (b"xreal", Value::Double(length)) => field.extent.0 = length,
+                (b"yreal", Value::Double(length)) => field.extent.1 = length,
                 (b"si_unit_xy", Value::Object(unit)) => field.unit_xy = unit_name(unit)?,
                 (b"si_unit_z", Value::Object(unit)) => field.unit_z = unit_name(unit)?,
                 (b"data", Value::Doubles(data)) => field.data = data,
@@ -184,8 +185,8 @@ fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
     Ok(entries)
 }
 
-/// Reads the channel `wanted` (its number or title), or the default one of `channel.rs`.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the channel that `channel_option` names (number or title), or the default one of `channel.rs`.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let mut body = Bytes::new(bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"GWYP\"")?);
     let container = Object::read(&mut body)?;
     if container.type_name != b"GwyContainer" {
@@ -200,7 +201,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel::new(number, entry.title, field.unit_z.clone()));
         fields.push((field, entry.mask));
     }
-    let chosen = channel::choose(&channels, wanted)?;
+    let chosen = channel::choose(&channels, channel_option)?;
     let (field, mask) = &fields[chosen];
     let (nx, ny) = field.size;
     let meaning = if field.unit_z.is_empty() {
@@ -221,12 +222,13 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
             }
         }
     }
+    // A missing length leaves an extent of 0, which `Raw::check` refuses.
     let pixel_um = if field.unit_xy.is_empty() {
         None
     } else {
         let unit_um = micrometres(&field.unit_xy)?;
-        Some((field.real.0 * unit_um / nx as f64, field.real.1 * unit_um / ny as f64))
+        Some((field.extent.0 * unit_um / nx as f64, field.extent.1 * unit_um / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[chosen].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[chosen].name(), channel_option))
 }

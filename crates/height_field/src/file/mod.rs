@@ -4,8 +4,9 @@
 //! with their unit and pixel size as far as the file says. `raw.rs` turns a [`Raw`] into a height field: scale,
 //! orientation and missing points, and the origin of each property.
 //!
-//! In all parsers `wanted` is the option `channel` (number or title, `channel.rs`), and *full scale* is the stored
-//! number of the largest height, such as 255. Errors are texts that complete "not a usable … height field: ".
+//! In all parsers `channel_option` is the option `channel` (number or title, `channel.rs`), `None` without it. *Full
+//! scale* is the stored number of the largest height, such as 255. Errors are texts that complete "not a usable …
+//! height field: ".
 
 mod bytes;
 mod channel;
@@ -35,7 +36,7 @@ use raw::{Meaning, Parsed, Raw};
 use std::path::Path;
 
 /// Extensions of files that the Python library SurfaceTopography reads; equal to `convert.EXTENSIONS` of the Python
-/// package.
+/// package. `tests/test_formats.py` checks that none of those is missing here.
 const INSTRUMENTS: [&str; 36] = [
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
@@ -91,7 +92,7 @@ pub struct FileField {
     pub channel: Option<String>,
     /// Number of missing points that were filled.
     pub filled: usize,
-    /// Origin of size, unit, orientation, channel and holes; `None` for heights without a file.
+    /// Origin of size, unit, orientation, channel and missing points; `None` for heights without a file.
     pub provenance: Option<Provenance>,
     /// Implausible properties of the relief; they do not prevent its use.
     pub doubts: Vec<Doubt>,

@@ -99,8 +99,8 @@ struct Scale {
 
 /// Reads the scale of an image; `all` are the sections of the header.
 ///
-/// The line is `V [soft scale] (hard scale) hard value`, where the soft scale names the key of a sensitivity. Without a
-/// soft scale the hard value is the full range.
+/// The line is `V [soft scale] (hard scale) hard value`, such as `V [Sens. Zscan] (0.003 V/LSB) 200 V`. The soft scale
+/// names the key of a sensitivity, here `@Sens. Zscan`. Without a soft scale the hard value is the full range.
 fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
     let text = image.text("@2:Z scale")?;
     let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");
@@ -128,8 +128,8 @@ fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
     Ok(Scale { full_range_um, unit })
 }
 
-/// Title of an image, and direction of the scan in lower case (empty if unknown). The title is in quotes in
-/// `@2:Image Data` or `@3:Image Data`, or in brackets after an S.
+/// Title of an image, and direction of the scan in lower case (empty if unknown). The value of `@2:Image Data` or
+/// `@3:Image Data` is `S [key] "title"`; without quotes, the text in brackets is the title.
 fn title_and_direction(image: &Section) -> Result<(String, String), String> {
     let text = image.text("@2:Image Data").or_else(|_| image.text("@3:Image Data"))?;
     let quoted = text.split('"').nth(1);
@@ -189,14 +189,15 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     if points_agree && x == y {
         return Ok(Pixel::Um(dx, dx));
     }
+    // The text completes "the file does not say its …".
     Ok(Pixel::Unknown(format!(
         "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square \
          pixels would be of {dx} µm)"
     )))
 }
 
-/// Reads the channel `wanted` (its number or title), or the default one of `channel.rs`.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the channel that `channel_option` names (number or title), or the default one of `channel.rs`.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     if !bytes.starts_with(b"\\*") {
         return Err(
             "it does not begin with a line like \\*File list; binary Nanoscope files since version 4.3 are read"
@@ -219,7 +220,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel { number: channels.len() + 1, title, unit, kind });
         images.push((image, full_range_um));
     }
-    let chosen = channel::choose(&channels, wanted)?;
+    let chosen = channel::choose(&channels, channel_option)?;
     let (image, full_range_um) = images[chosen];
     let full_range_um = full_range_um.ok_or("the channel is not a height")?;
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
@@ -235,9 +236,11 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let step_um = full_range_um / steps;
     let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step_um).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    // The scan size is that of all lines, even if the scan was stopped.
+    // The scan size is that of all lines, even if the scan was stopped and fewer rows are stored.
     let lines = image.count("Number of lines")?;
     let pixel = pixel_size(image, &all, (nx, lines))?;
     let meaning = Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
-    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[chosen].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Bottom)
+        .pixel_or_reason(pixel)
+        .channel(channels[chosen].name(), channel_option))
 }

@@ -1,4 +1,5 @@
-//! NumPy arrays (`.npy`): floats in µm, or unsigned integers whose largest value is full scale; from the bottom row on.
+//! NumPy arrays (`.npy`), from the bottom row on: floats in µm, or unsigned integers. The largest integer of the type
+//! is full scale, the number of the largest height.
 
 use super::raw::FirstRow;
 use super::{Meaning, Parsed, Raw, channel};
@@ -32,18 +33,19 @@ where
 /// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later
 /// versions), and the header. The header is a Python dictionary whose `'shape'` is a tuple.
 fn check_shape(bytes: &[u8]) -> Result<(), String> {
-    let length = bytes.get(8..12).ok_or("it has no header")?;
-    // Byte 6 is the major version.
+    let stored = bytes.get(8..12).ok_or("it has no header")?;
+    // Byte 6 is the major version. The header follows its length.
     let (start, length) = if bytes[6] == 1 {
-        (10, usize::from(u16::from_le_bytes([length[0], length[1]])))
+        (10, usize::from(u16::from_le_bytes([stored[0], stored[1]])))
     } else {
-        let length = u32::from_le_bytes([length[0], length[1], length[2], length[3]]);
+        let length = u32::from_le_bytes([stored[0], stored[1], stored[2], stored[3]]);
         (12, usize::try_from(length).unwrap_or(usize::MAX))
     };
     let header = bytes.get(start..).and_then(|rest| rest.get(..length)).ok_or("its header ends early")?;
     let header = String::from_utf8_lossy(header);
     // Every shape is checked, since a damaged header may repeat the key.
     for (at, _) in header.match_indices("shape") {
+        // The text between the brackets after the key, such as `3, 4`.
         let shape = header[at..].split(['(', ')']).nth(1).unwrap_or_default();
         let counts = shape.split(',').map(str::trim).filter(|count| !count.is_empty());
         let points = counts
@@ -58,8 +60,9 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
 }
 
 /// Reads a matrix: floats are heights in µm, unsigned integers are fractions of full scale.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     check_shape(bytes)?;
     let raw = |values, meaning| Raw::new(values, meaning, FirstRow::Bottom);
     let fraction_of = |full| Meaning::FullScale { full, max_height_um: None };

@@ -1,4 +1,4 @@
-//! PNG: 8- or 16-bit grey, black at height 0 and white at full scale; from the top row on.
+//! PNG: 8- or 16-bit grey, black at height 0 and white at the largest height (full scale); from the top row on.
 
 use super::raw::FirstRow;
 use super::{Meaning, Parsed, Raw, channel};
@@ -15,12 +15,14 @@ const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
 /// those of printers and screens.
 const PIXELS_PER_METRE_MIN: u32 = 100_000;
 
-/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
+/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
+/// damaged file.
 const DEFLATE_RATIO_MAX: usize = 1040;
 
 /// Reads a picture of grey. The pixel size comes from both text chunks, or else from the resolution.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|error| error.to_string())?;
     let (full, has_16_bits) = match (reader.info().color_type, reader.info().bit_depth) {
         (ColorType::Grayscale, BitDepth::Eight) => (255.0, false),
@@ -35,6 +37,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     }
     let mut buffer = vec![0; length];
     reader.next_frame(&mut buffer).map_err(|error| error.to_string())?;
+    // Text chunks may follow the pixels.
     reader.finish().map_err(|error| error.to_string())?;
     let info = reader.info();
     let values: Vec<f64> = if has_16_bits {
@@ -79,6 +82,7 @@ pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(ColorType::Grayscale);
     encoder.set_depth(BitDepth::Sixteen);
+    // A PNG stores whole numbers below 2^31, so the text chunks are more exact.
     let per_metre = |step_um: f64| (1e6 / step_um).round().clamp(1.0, f64::from(i32::MAX)) as u32;
     encoder.set_pixel_dims(Some(PixelDimensions {
         xppu: per_metre(field.dx_um()),

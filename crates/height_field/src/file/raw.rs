@@ -129,9 +129,9 @@ impl Raw {
         Self { first_row_source, ..self }
     }
 
-    /// Sets the name of the channel; `wanted` is the option that chose it, or `None` for the default channel.
-    pub(super) fn channel(self, name: impl Into<String>, wanted: Option<&str>) -> Self {
-        let source = if wanted.is_some() { Source::Option } else { Source::Default };
+    /// Sets the name of the channel. `channel_option` chose it; `None` means the default channel.
+    pub(super) fn channel(self, name: impl Into<String>, channel_option: Option<&str>) -> Self {
+        let source = if channel_option.is_some() { Source::Option } else { Source::Default };
         Self { channel: Some(Understood::new(source, name)), ..self }
     }
 
@@ -239,6 +239,7 @@ impl Raw {
             Meaning::Unknown => {
                 let top = scale.max_height_um.ok_or_else(|| missing("unit of height"))?;
                 let (low, high) = range_of(&self.values);
+                // Equal values become 0.
                 let range = if high > low { high - low } else { 1.0 };
                 self.values.mapv_inplace(|v| (v - low) / range * top);
                 Ok(Understood::new(Source::Option, format!("the highest value is {top} µm, the lowest 0")))

@@ -106,8 +106,9 @@ fn require_none(name: &str, code: u8) -> Result<(), String> {
 }
 
 /// Reads the magic, which is `a` (text) or `b` (binary) and the revision, and then the file.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
+/// `channel_option` must be `None`, since the format has a single channel.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    channel::refuse(channel_option)?;
     let mut rest = Bytes::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
     let magic = rest.take(8).map_err(|_| "it has no header")?;
     let revision = match &magic[1..] {
@@ -179,6 +180,7 @@ fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
         None => number_of(type_name.parse().map_err(|_| format!("DataType is \"{type_name}\"; 0 to 7 are known"))?)?,
     };
     let (nx, ny) = (count("NumPoints")?, count("NumProfiles")?);
+    // `data_length` refuses sizes that are 0 or too large.
     let points = data_length(nx, ny, number)? / number.size();
     let (dx_m, dy_m, z_m) = (real("Xscale")?, real("Yscale")?, real("Zscale")?);
     let mut stored = Vec::new();

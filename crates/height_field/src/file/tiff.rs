@@ -2,7 +2,8 @@
 //!
 //! A file is a chain of directories, one for each page, of *tags* (u16 number, type, count, values). [`parse`] checks
 //! the tags' sizes, selects a page, reads scale and orientation from tags and from ImageJ's description, and last
-//! decodes the values. Integers are fractions of full scale, unless ImageJ calibrates them.
+//! decodes the values. Integers are fractions of full scale, the largest integer of their type, unless ImageJ
+//! calibrates them.
 
 use super::channel::{self, Channel, ValueKind};
 use super::provenance::{Source, Understood};
@@ -111,10 +112,10 @@ fn read_no_data(pages: &mut Pages, file_bytes: usize) -> Option<f64> {
     ascii(pages, Tag::GdalNodata, file_bytes)?.trim().trim_end_matches('\0').parse().ok()
 }
 
-/// Goes to the page `wanted` (from 0), and returns its number as text. Without `wanted`, stays at the first page and
-/// returns `None`.
-fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
-    let Some(wanted) = wanted else { return Ok(None) };
+/// Goes to the page that `channel_option` names (from 0), and returns its number as text. Without the option, stays at
+/// the first page and returns `None`.
+fn go_to_page(pages: &mut Pages, channel_option: Option<&str>) -> Result<Option<String>, String> {
+    let Some(wanted) = channel_option else { return Ok(None) };
     let page = wanted.trim().parse::<usize>().ok();
     for current in 0..PAGES_MAX {
         if Some(current) == page {
@@ -196,6 +197,7 @@ fn check_page(pages: &mut Pages, file_bytes: usize) -> Result<(u32, u32), String
         _ => {}
     }
     let colour = pages.colortype().map_err(|error| error.to_string())?;
+    // 64 bits may be floats; `Samples::read` refuses integers.
     if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
     }
@@ -225,8 +227,8 @@ impl Samples {
             }
             DecodingResult::F64(values) => (values, None, no_data),
             _ => {
-                let needed = "unsigned ones or floats are needed";
-                return Err(format!("its samples are signed integers or half floats; {needed}"));
+                let needed = "unsigned ones of up to 32 bits, or floats of 32 or 64, are needed";
+                return Err(format!("its samples are signed or 64-bit integers, or half floats; {needed}"));
             }
         };
         for value in values.iter_mut().filter(|value| Some(**value) == no_data) {
@@ -241,8 +243,8 @@ fn damaged(error: tiff::TiffError) -> String {
     format!("it is cut short or damaged: {error}")
 }
 
-/// Reads the page `wanted` (its number from 0), or the first one.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the page that `channel_option` names (its number from 0), or the first one.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     check_tags(bytes)?;
     let mut limits = Limits::unlimited();
     limits.ifd_value_size = bytes.len();
@@ -256,7 +258,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
              `python -m sunbeam_mitsuba.convert` (with the extra \"formats\") or Gwyddion writes them as .gsf"
         ));
     }
-    let page = go_to_page(&mut pages, wanted)?;
+    let page = go_to_page(&mut pages, channel_option)?;
     let (width, height) = check_page(&mut pages, bytes.len())?;
     let (first_row, first_row_source) = match integer(&mut pages, Tag::Orientation)? {
         None => (FirstRow::Top, Source::Format),
@@ -280,7 +282,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     };
     let raw = Raw::new(values, meaning, first_row).pixel(pixel_um).rows_from(first_row_source);
     Ok(match page {
-        Some(page) => raw.channel(page, wanted),
+        Some(page) => raw.channel(page, channel_option),
         None => raw,
     })
 }

@@ -1,7 +1,7 @@
 //! X3P of ISO 25178-72 (ISO 5436-2): a ZIP archive of an XML description, `main.xml`, and the heights in binary.
 //!
-//! Columns run along x and rows along y, from y = 0 on; all lengths are in metres. The CRC of the archive is verified,
-//! the MD5 checksums are not.
+//! Columns run along x and rows along y, from y = 0 on; all lengths are in metres. The axes are named CX, CY and CZ; CZ
+//! is that of the heights. The CRC of the archive is verified, the MD5 checksums are not.
 
 use super::bytes::{Number, data_length};
 use super::channel::{self, Channel};
@@ -16,7 +16,8 @@ use zip::ZipArchive;
 
 /// Name of the XML description in the archive.
 const DESCRIPTION: &str = "main.xml";
-/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
+/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
+/// damaged file.
 const DEFLATE_RATIO_MAX: u64 = 1040;
 
 /// The archive, and the folder in it that contains the description.
@@ -43,6 +44,7 @@ impl<'a> Archive<'a> {
             let is_hidden = name.starts_with("__MACOSX/");
             (!is_hidden && (folder.is_empty() || folder.ends_with('/'))).then(|| folder.to_owned())
         });
+        // Of several descriptions, the one with the shortest path is read.
         let folder = folders.min_by_key(String::len).ok_or("its archive has no file \"main.xml\"")?;
         Ok(Self { zip, folder })
     }
@@ -77,13 +79,13 @@ fn find<'a, 'input>(from: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'i
 }
 
 /// Text of the element at a path; `None` where it is missing or empty.
-fn text<'a>(from: Node<'a, '_>, path: &[&str]) -> Option<&'a str> {
+fn text_at<'a>(from: Node<'a, '_>, path: &[&str]) -> Option<&'a str> {
     find(from, path).and_then(|node| node.text()).map(str::trim).filter(|text| !text.is_empty())
 }
 
 /// Number in the element at a path; `None` where it is missing or empty.
 fn real(from: Node, path: &[&str]) -> Result<Option<f64>, String> {
-    let Some(text) = text(from, path) else { return Ok(None) };
+    let Some(text) = text_at(from, path) else { return Ok(None) };
     text.parse().map(Some).map_err(|_| format!("{} is \"{text}\", not a number", path.join("/")))
 }
 
@@ -91,7 +93,8 @@ fn real(from: Node, path: &[&str]) -> Result<Option<f64>, String> {
 fn increment(root: Node, axis: &str) -> Result<f64, String> {
     let base = ["Record1", "Axes", axis];
     let node = find(root, &base).ok_or_else(|| format!("it has no axis {axis}"))?;
-    match text(node, &["AxisType"]) {
+    match text_at(node, &["AxisType"]) {
+        // Incremental: equal steps. The other type, A (absolute), lists coordinates.
         Some("I") => {}
         found => {
             let found = found.unwrap_or("of no type");
@@ -103,7 +106,7 @@ fn increment(root: Node, axis: &str) -> Result<f64, String> {
 
 /// Number of points along one axis of the matrix: `SizeX`, `SizeY` or `SizeZ` (the number of layers).
 fn count(root: Node, name: &str) -> Result<usize, String> {
-    let found = text(root, &["Record3", "MatrixDimension", name]);
+    let found = text_at(root, &["Record3", "MatrixDimension", name]);
     found.and_then(|text| text.parse().ok()).filter(|count| *count > 0).ok_or_else(|| {
         format!("{name} is {}, not a positive count; lists of points are not read", found.unwrap_or("missing"))
     })
@@ -123,9 +126,9 @@ impl Points {
     fn read(archive: &mut Archive, root: Node, number: Number, all_bytes: usize) -> Result<Self, String> {
         let record = find(root, &["Record3"]).ok_or("it has no Record3")?;
         if let Some(link) = find(record, &["DataLink"]) {
-            let name = text(link, &["PointDataLink"]).ok_or("DataLink names no file of heights")?;
+            let name = text_at(link, &["PointDataLink"]).ok_or("DataLink names no file of heights")?;
             let stored = number.decode(&unpack(archive, name, Some(all_bytes))?);
-            let valid = text(link, &["ValidPointsLink"]).map(|name| unpack(archive, name, None)).transpose()?;
+            let valid = text_at(link, &["ValidPointsLink"]).map(|name| unpack(archive, name, None)).transpose()?;
             return Ok(Self { stored, valid });
         }
         let list = find(record, &["DataList"]).ok_or("it has neither DataLink nor DataList")?;
@@ -133,8 +136,8 @@ impl Points {
     }
 }
 
-/// Reads the layer `wanted` (its number from 0), or the first one. Layers are maps of equal size.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+/// Reads the layer that `channel_option` names (its number from 0), or the first one. Layers are maps of equal size.
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let mut archive = Archive::open(bytes)?;
     let xml = encoding::text(&unpack(&mut archive, DESCRIPTION, None)?)?;
     let document = Document::parse(&xml).map_err(|error| format!("main.xml: {error}"))?;
@@ -144,7 +147,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     // The description of a single profile may omit the y axis.
     let dy_m = if ny == 1 { increment(root, "CY").unwrap_or(dx_m) } else { increment(root, "CY")? };
     let axis = find(root, &["Record1", "Axes", "CZ"]).ok_or("it has no axis CZ")?;
-    let number = match text(axis, &["DataType"]) {
+    let number = match text_at(axis, &["DataType"]) {
         Some("I") => Number::I16,
         Some("L") => Number::I32,
         Some("F") => Number::F32,
@@ -167,7 +170,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     }
 
     let layers: Vec<Channel> = (0..nz).map(|number| Channel::new(number, String::new(), "m".to_owned())).collect();
-    let layer = channel::choose(&layers, wanted)?;
+    let layer = channel::choose(&layers, channel_option)?;
     // Indices of the layer's points among those of all layers.
     let indices = layer * points..(layer + 1) * points;
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
@@ -176,7 +179,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let pixel_um = Some((dx_m * UM_PER_M, dy_m * UM_PER_M));
     let raw = Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(pixel_um);
-    Ok(if nz > 1 { raw.channel(layer.to_string(), wanted) } else { raw })
+    Ok(if nz > 1 { raw.channel(layer.to_string(), channel_option) } else { raw })
 }
 
 /// Heights written in the XML itself, as `z` or `x;y;z`. Empty elements are missing points.

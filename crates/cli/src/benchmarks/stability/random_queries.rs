@@ -2,8 +2,10 @@
 //!
 //! A query is a pair of directions and a wavelength, with three random numbers for a sample. Each surface answers with
 //! a sample, and with the reflectance and the sampling density for the directions in both orders (reciprocity). Every
-//! [`METHODS_STRIDE`]-th query is also given to the published methods. For surfaces that conserve energy, albedos are
-//! integrated and compared with 1. Seeds are fixed, so every run draws the same queries.
+//! [`METHODS_STRIDE`]-th query is also given to the published methods (flss, nmm, pq, stam). For surfaces that conserve
+//! energy, albedos are integrated and compared with 1. Seeds are fixed, so every run draws the same queries.
+//!
+//! κ = 2π·(cosθi + cosθo)/λ is the phase rate of a pair of directions, and H half the range of a relief's heights.
 
 use super::relief::{rough, sinusoid, step, uniform_direction};
 use crate::arguments::direction_from_degrees;
@@ -24,7 +26,8 @@ use sunbeam::table::{Model, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 const QUERIES_PER_SURFACE: u64 = 25_000;
 /// Smallest number of surfaces, so that short runs see several kinds of relief.
 const SURFACES_MIN: u64 = 4;
-/// Step between the queries that the published methods answer as well. These methods take much longer.
+/// Step between the queries that the published methods answer as well. These methods take much longer, so smaller steps
+/// would leave time for fewer surfaces.
 const METHODS_STRIDE: u64 = 50;
 /// Number of albedos that are integrated for each surface that conserves energy. Larger values find rarer excesses, but
 /// an albedo takes as long as many queries.
@@ -34,7 +37,8 @@ const ALBEDOS: usize = 110;
 const ALBEDO_SLACK: f64 = 1e-2;
 /// Reflectance in 1/sr below which reciprocity is not checked. Rounding dominates smaller ones.
 const RECIPROCITY_FLOOR: f64 = 1e-12;
-/// Largest κH of a random relief at the shortest wavelength of the tables, both directions along the normal.
+/// Largest κH of a random relief at the shortest wavelength of the tables, both directions along the normal. The sweep
+/// over depth (`deep.rs`) ends at this value, too.
 const KAPPA_H_MAX: f64 = 200.0;
 /// Smallest range of heights of a random relief in µm, optically flat.
 const HEIGHT_MIN_UM: f64 = 1e-3;
@@ -67,19 +71,19 @@ pub struct RandomQueries {
     pub reciprocity: f64,
     /// Samples above the horizon.
     pub samples: u64,
-    /// Surfaces of the ensemble model with energy conservation. A single patch may be brighter than the ensemble, so
-    /// its albedo is not limited.
+    /// Surfaces of the ensemble model (the mean over all positions of the coherence window) with energy conservation. A
+    /// patch, a single position, may be brighter than the ensemble, so its albedo is not limited.
     pub scaled_surfaces: u64,
     /// Albedos integrated on these surfaces.
     pub albedos: u64,
     /// Largest of these albedos.
     pub albedo: f64,
-    /// Number of these albedos above 1 by more than 0.01 and their surface's tolerance.
+    /// Number of these albedos above 1 by more than the sum of `ALBEDO_SLACK` and their surface's tolerance.
     pub albedos_above: u64,
     /// Largest lower bound of the mean albedo of one of these surfaces: the mean weight of its samples, less four
-    /// standard errors.
+    /// standard errors, so that noise alone hardly ever lifts it above 1.
     pub mean_weight: f64,
-    /// Largest excess of an albedo over 1.01, in units of its surface's tolerance; 0 where none exceeds 1.01.
+    /// Largest excess of an albedo over 1 + `ALBEDO_SLACK`, in units of its surface's tolerance; 0 without an excess.
     pub albedo_excess: f64,
 }
 
@@ -119,10 +123,10 @@ impl RandomQueries {
 pub fn random_queries(count: u64) -> Result<RandomQueries, BenchError> {
     let surfaces = count.div_ceil(QUERIES_PER_SURFACE).max(SURFACES_MIN);
     // Number of queries of the i-th surface; over all surfaces the numbers add up to `count`.
-    let part = |i: u64| (i + 1) * count / surfaces - i * count / surfaces;
+    let queries_of = |i: u64| (i + 1) * count / surfaces - i * count / surfaces;
     (0..surfaces)
         .into_par_iter()
-        .map(|i| query_surface(i, part(i)))
+        .map(|i| query_surface(i, queries_of(i)))
         .try_reduce(RandomQueries::default, |a, b| Ok(a.merged(b)))
 }
 
@@ -137,7 +141,7 @@ struct SurfaceInput {
 /// Ranges of lengths are wider than users need them, and logarithmic, so that every power of ten is as frequent.
 fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let mut log_uniform = |low: f64, high: f64| (random.between(low.ln(), high.ln())).exp();
-    // κ = 4π/λ, and H is half the height.
+    // Along the normal κ = 4π/λ, and H is half the height.
     let height_max_um = 2.0 * KAPPA_H_MAX * (WAVELENGTH_MIN_NM * 1e-3) / (4.0 * PI);
     let height_um = log_uniform(HEIGHT_MIN_UM, height_max_um);
     let (coherence_length_um, tolerance) = (log_uniform(1.0, 1e4), log_uniform(1e-4, 1e-2));
@@ -156,6 +160,7 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let offset_um = if random.unit() < 0.2 { OFFSET_UM } else { 0.0 };
     let field = HeightField::new(field.heights_um() + offset_um, field.dx_um(), field.dy_um())?;
     let mut coin = || random.unit() < 0.5;
+    // Without a material, a cover, textures and transmission: the relief alone is tested.
     let options = Options {
         coherence_length_um,
         model: if coin() { Model::Ensemble } else { Model::Patch },
@@ -175,18 +180,20 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
 
 /// Builds a random surface and evaluates `count` queries of it. `index` determines the random numbers.
 fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
+    // An arbitrary seed, different for each surface.
     let mut random = Random::new(1000 + index);
     let mut found = RandomQueries { surfaces: 1, queries: count, ..RandomQueries::default() };
     let (input, surface) = loop {
         let input = random_input(&mut random)?;
         match Surface::new(&input.field, &input.options) {
             Ok(surface) => break (input, surface),
+            // The options are within their ranges, so only the size or the time of a build can be refused.
             Err(_) => found.refused += 1,
         }
     };
     let methods = published_methods(&input)?;
     // Sums of the samples' weights and of their squares. A sample below the horizon adds 0.
-    let (mut sum, mut squares) = (0.0, 0.0);
+    let (mut weights, mut squared_weights) = (0.0, 0.0);
     for i in 0..count {
         let nm = wavelength(&mut random);
         let wi = incident(&mut random);
@@ -194,8 +201,8 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
         if let Some(sample) = &sample {
             found.check(sample.weight);
             found.check(sample.pdf);
-            sum += sample.weight;
-            squares += sample.weight * sample.weight;
+            weights += sample.weight;
+            squared_weights += sample.weight * sample.weight;
             found.samples += 1;
         }
         let wo = outgoing(&mut random, wi, sample.map(|sample| sample.wo));
@@ -214,9 +221,10 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
     let Options { conserve_energy, model, tolerance, .. } = input.options;
     if conserve_energy && model == Model::Ensemble {
         found.scaled_surfaces = 1;
+        // A short run may leave a surface without queries.
         let n = count.max(1) as f64;
-        let mean = sum / n;
-        let variance = (squares / n - mean * mean).max(0.0);
+        let mean = weights / n;
+        let variance = (squared_weights / n - mean * mean).max(0.0);
         found.mean_weight = mean - 4.0 * (variance / n).sqrt();
         check_albedos(&surface, tolerance, &mut random, &mut found);
     }
@@ -254,6 +262,7 @@ fn published_methods(input: &SurfaceInput) -> Result<Vec<Box<dyn Method>>, Bench
         Options { model: Model::Patch, tiling: Tiling::Periodic, conserve_energy: false, ..input.options.clone() };
     // Coarse steps save time. With a given period, stam accepts every relief.
     let method_options = MethodOptions { lambda_step_nm: 20.0, period_um: Some(1.0), ..MethodOptions::default() };
+    // The colour table is the only method that is not published, and the only one for more than patches.
     let kinds = MethodKind::ALL.into_iter().filter(|kind| kind.is_patch_only());
     kinds
         .filter_map(|kind| match methods::build(kind, &input.field, &patch, &method_options) {

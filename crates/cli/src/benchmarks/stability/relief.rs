@@ -1,6 +1,6 @@
 //! Reliefs and random directions for the sweeps.
 //!
-//! Parameters: `(nx, ny)` is the number of pixels along x and y, `(dx_um, dy_um)` the edges of a pixel.
+//! Parameters: `(nx, ny)` is the number of pixels along x and y, `(dx_um, dy_um)` the edges of a pixel in µm.
 
 use crate::arguments::direction_from_degrees;
 use ndarray::Array2;
@@ -12,14 +12,14 @@ use sunbeam::scattering::Vec3;
 /// The rough relief of the sweeps over depth and angle of incidence: 17 × 13 pixels of 0.11 × 0.23 µm, with heights
 /// from 0 to `height_um`.
 ///
-/// The numbers of pixels are different primes, which fast transforms find hardest. The pixels are not square, so that x
-/// and y cannot be mistaken for each other.
+/// The numbers of pixels are different primes, the sizes for which an FFT needs its most general algorithm. The pixels
+/// are not square, so that x and y cannot be mistaken for each other.
 pub(super) fn rough_of_primes(height_um: f64) -> Result<HeightField, HeightFieldError> {
     rough(&mut Random::new(7), (17, 13), (0.11, 0.23), height_um)
 }
 
-/// A rough relief: independent heights, uniform between 0 and `height_um`. Both limits occur unless there is a single
-/// pixel.
+/// A rough relief: independent heights, uniform between 0 and `height_um`. Both limits occur; a single pixel has the
+/// height `height_um`.
 pub(super) fn rough(
     random: &mut Random,
     (nx, ny): (usize, usize),
@@ -50,6 +50,7 @@ pub(super) fn step(
 
 /// A random direction, uniform in solid angle over the upper hemisphere.
 pub(super) fn uniform_direction(random: &mut Random) -> Vec3 {
-    let theta = (1.0 - random.unit()).acos().to_degrees();
-    direction_from_degrees(theta, random.between(-180.0, 180.0))
+    // Equal ranges of cosθ have equal solid angles, so cosθ is uniform in (0, 1].
+    let cos_theta = 1.0 - random.unit();
+    direction_from_degrees(cos_theta.acos().to_degrees(), random.between(-180.0, 180.0))
 }

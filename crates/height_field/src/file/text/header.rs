@@ -8,7 +8,8 @@
 //! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore interpreted by their
 //!    order: channel, width, height, and unit of the values.
 //!
-//! Lengths are in µm; arrays of two are along x and y. Lines have their numbers in the file, for messages.
+//! Lengths are in µm; arrays of two are along x and y. In code, `line` is a line's number in the file, for messages,
+//! and `text` its contents.
 
 use super::super::raw::FirstRow;
 use super::super::units::micrometres;
@@ -19,7 +20,7 @@ use super::quantity::{Quantity, bracketed, quantity};
 
 /// Largest number of words of a key that is separated from its number by a blank only. Longer lines are prose.
 const KEY_WORDS_MAX: usize = 3;
-/// Largest number of characters of a line that a message quotes.
+/// Largest number of characters of a line that a message quotes, so that the message stays readable.
 const QUOTED_MAX: usize = 80;
 
 /// Program that wrote a header; its conventions apply to omitted properties.

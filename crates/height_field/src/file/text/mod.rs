@@ -56,24 +56,25 @@ pub(super) enum Kind {
 }
 
 /// Reads a matrix or points.
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    parse_kind(bytes, wanted, Kind::Any)
+pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    parse_kind(bytes, channel_option, Kind::Any)
 }
 
 /// Reads points only.
-pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    parse_kind(bytes, wanted, Kind::Points)
+pub(super) fn parse_points(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
+    parse_kind(bytes, channel_option, Kind::Points)
 }
 
 /// Reads the contents that `kind` allows; common to [`parse`] and [`parse_points`].
-fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
+/// `channel_option` must be `None`, except for NanoScope's text.
+fn parse_kind(bytes: &[u8], channel_option: Option<&str>, kind: Kind) -> Parsed {
     surfer::refuse_binary(bytes)?;
     let text = encoding::text(bytes)?;
     let lines = numbered_lines(&text);
     if nanoscope::is_export(&lines) {
-        return nanoscope::parse(&lines, wanted);
+        return nanoscope::parse(&lines, channel_option);
     }
-    channel::refuse(wanted)?;
+    channel::refuse(channel_option)?;
     if surfer::is_grid(&lines) {
         return surfer::parse(&lines);
     }
@@ -194,7 +195,7 @@ fn refuse_point_lists(table: &Table, columns: usize, rows: usize) -> Result<(), 
     let three_columns = |skip: usize| -> Vec<f64> {
         table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
     };
-    // Whether these columns are points x, y, z on a grid of more than one row and column.
+    // Whether these columns are points x, y, z on a grid of more than one row and column. The unit does not matter.
     let is_list = |skip: usize| {
         points::grid(&three_columns(skip), [1.0; 2]).is_ok_and(|grid| {
             let (ny, nx) = grid.values.dim();

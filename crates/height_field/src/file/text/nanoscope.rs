@@ -20,11 +20,11 @@ fn is_header(text: &str) -> bool {
     text.trim_start_matches('"').starts_with('\\')
 }
 
-/// Reads the column of the channel `wanted`, or a single matrix, from the bottom row on.
+/// Reads the column of the channel that `channel_option` names, or a single matrix, from the bottom row on.
 ///
 /// Numbers come in one of two layouts: ny lines of nx numbers (a matrix) for a single channel, or nx·ny lines with one
 /// number for each channel.
-pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
+pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     let header: Vec<&str> =
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
     let header = header.join("\n");
@@ -50,7 +50,8 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
         // One column for each channel.
         let channels = column_channels(titles, columns);
         // A single column is read whatever its title.
-        let column = if columns == 1 && wanted.is_none() { 0 } else { channel::choose(&channels, wanted)? };
+        let column =
+            if columns == 1 && channel_option.is_none() { 0 } else { channel::choose(&channels, channel_option)? };
         (column, table.values.into_iter().skip(column).step_by(columns).collect())
     } else {
         let rows = table.rows.len();
@@ -64,7 +65,7 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let raw = Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel);
-    Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
+    Ok(if name.is_empty() { raw } else { raw.channel(name, channel_option) })
 }
 
 /// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. Either may be empty.

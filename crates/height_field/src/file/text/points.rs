@@ -5,7 +5,8 @@
 
 use ndarray::Array2;
 
-/// Largest distance of a coordinate from its node, in steps. Files have coordinates of few decimals.
+/// Largest distance of a coordinate from its node, in steps. Files have coordinates of few decimals; larger distances
+/// would accept scattered points.
 const NODE_DISTANCE_MAX: f64 = 0.05;
 /// Largest number of grid nodes for each given point. Beyond it points are scattered rather than missing.
 const NODES_PER_POINT_MAX: usize = 4;

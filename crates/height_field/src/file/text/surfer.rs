@@ -31,6 +31,7 @@ pub(super) fn parse(lines: &[Line]) -> Parsed {
     let (nx, ny) = (next()?, next()?);
     let (x, y) = ([next()?, next()?], [next()?, next()?]);
     let _z = [next()?, next()?];
+    // At least two nodes, which have a spacing. Counts below 1e9 fit into a `usize`.
     let count = |value: f64| (value.fract() == 0.0 && (2.0..1e9).contains(&value)).then_some(value as usize);
     let (Some(nx), Some(ny)) = (count(nx), count(ny)) else {
         return Err(format!("its size is {nx} × {ny}; at least 2 × 2 nodes are needed"));
