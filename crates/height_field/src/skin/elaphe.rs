@@ -1,5 +1,6 @@
 //! Preset `elaphe`: long tapering fingers, 1.144 µm apart, whose tips lie on the next layer.
 //!
+//! *Fingers* are the finger-like ridges in which the skin's overlapping cells end; a *layer* is a row of such cells.
 //! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
@@ -9,7 +10,7 @@ use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Seed of all random numbers of the skin, which also depends on their order.
+/// Seed of all random numbers. It is arbitrary; another seed, or another order of the numbers, makes another skin.
 const SEED: u64 = 0x000e_1a9e_0001;
 /// Layers on the tile, 3.26 µm each.
 const LAYERS: usize = 20;
@@ -41,15 +42,16 @@ fn sheet(t: f64) -> f64 {
     0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
 
-/// Half the width of a finger at `t`, in finger periods. Fingers touch at t = 0; the gap between them is a wedge; tips
-/// are round.
+/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
+/// the gap between them is a wedge; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
-    // Half a period, at which fingers touch. With 0.6 flanks more, the opacity is 1 there, too.
+    // Half a period, at which fingers touch, plus 0.6 flanks. The flank then begins beyond |q| = ½, where fingers
+    // touch, so the opacity is 1 everywhere.
     let closed = 0.5 + 0.6 * FLANK;
     // The wedge opens as t^(3/4), by square roots, which are the same on every machine.
     let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
-    // Fraction of the round end, 0 before it.
+    // Fraction of the round end that lies before `t`: 0 before the end, 1 at its extremity.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
     mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
 }
@@ -118,8 +120,8 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     (heights, extent / PIXELS as f64)
 }
 
-/// Adds three large and six small granules on each finger. Radii and heights are in µm. Granules are 1.2 times as long
-/// along the finger as across it.
+/// Adds three large and six small granules on each finger. Radii (standard deviations) and heights are in µm. Granules
+/// are 1.2 times as long along the finger as across it.
 fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {

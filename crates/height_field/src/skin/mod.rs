@@ -4,8 +4,8 @@
 //! (Bern, 2014). `tests/core/snake_spectra.rs` compares the spectra of the skins with them. Numbers without another
 //! source in the files of both skins were chosen by eye and by these spectra.
 //!
-//! Both skins are layers of cells that overlap like tiles on a roof; each cell ends in fingers. Coordinates, with the
-//! fingers along +x:
+//! The cells of a skin lie in rows, the *layers*, which overlap like tiles on a roof. Each cell ends in several
+//! finger-like ridges, its *fingers*. The shapes of the cells are not modelled. Coordinates, with the fingers along +x:
 //!
 //! - `t`: position along a layer, in layer periods: 0 at the root of its fingers, where the gaps between them begin; 1
 //!   where the next layer begins; above 1 at tips that lie on the next layer;
@@ -20,9 +20,10 @@
 //! 4. A slow undulation and noise.
 //! 5. A stretch to the published range of heights.
 //!
-//! Coordinates are displaced (*warped*) by smooth periodic fields, so that orientation and period vary over the tile.
-//! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; shared
-//! parts are here.
+//! Coordinates are *warped*: smooth periodic displacements are added to them, so that orientation and period vary over
+//! the tile.
+//! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; this
+//! file has what they share.
 
 mod elaphe;
 mod regions;
@@ -36,7 +37,8 @@ use super::random::Random;
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 
-/// Pixels along each side of a skin, 64 nm each: about ten to the shortest finger period, 0.62 µm.
+/// Pixels along each side of a skin, 64 nm each: about ten in the shortest period of fingers, 0.62 µm. More pixels take
+/// more memory and time in all later steps; fewer lose the flanks of the fingers.
 const PIXELS: usize = 1024;
 /// Standard deviations to which a granule extends. Its height there is a hundredth of that at its centre.
 const GRANULE_REACH: f64 = 3.0;
@@ -66,9 +68,9 @@ struct Lattice {
     extent_y_um: f64,
     /// Every finger, `[layer · fingers + finger]`.
     table: Vec<Finger>,
-    /// Displacement along x in µm, `[[iy, ix]]`.
+    /// Displacement along x in µm, added to the coordinate of pixel `[[iy, ix]]`.
     warp_x: Array2<f64>,
-    /// Displacement along y in µm, `[[iy, ix]]`.
+    /// Displacement along y in µm, likewise.
     warp_y: Array2<f64>,
     /// Shift of each layer against the lattice, in finger periods.
     layer_shift: Vec<f64>,
@@ -76,11 +78,11 @@ struct Lattice {
 
 /// Coordinates of a pixel in the lattice.
 struct Position {
-    /// Number of the layer; beyond the tile the layers repeat.
+    /// Number of the layer along x. It may lie outside 0 to `layers` − 1; the layers repeat.
     layer: i64,
     /// Position along the layer, in layer periods, in `[0, 1)`.
     t: f64,
-    /// Position across the fingers, in finger periods.
+    /// Position across the fingers, in finger periods, before the layer's shift.
     v: f64,
 }
 

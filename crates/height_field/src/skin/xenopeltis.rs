@@ -1,5 +1,6 @@
 //! Preset `xenopeltis`, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
 //!
+//! *Fingers* are the finger-like ridges in which the skin's overlapping cells end; a *layer* is a row of such cells.
 //! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
@@ -10,7 +11,7 @@ use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
 use std::f64::consts::TAU;
 
-/// Seed of all random numbers of the skin, which also depends on their order.
+/// Seed of all random numbers. It is arbitrary; another seed, or another order of the numbers, makes another skin.
 const SEED: u64 = 0x5e40_9e17_0001;
 /// Layers on the tile; 42 periods make a tile of 65.2 µm.
 const LAYERS: usize = 42;
@@ -37,15 +38,16 @@ const REACH: f64 = 1.4;
 /// Lean of the fingers towards −y from root to tip, in finger periods.
 const LEAN: f64 = 0.15;
 
-/// Half the width of a finger at `t`, in finger periods. Fingers touch at t = 0; the gap between them is a pointed
-/// ellipse; tips are round.
+/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
+/// the gap between them is a pointed ellipse; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
-    // Half a period, at which fingers touch. With 0.6 flanks more, the opacity is 1 there, too.
+    // Half a period, at which fingers touch, plus 0.6 flanks. The flank then begins beyond |q| = ½, where fingers
+    // touch, so the opacity is 1 everywhere.
     let closed = 0.5 + 0.6 * FLANK;
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
-    // Wide and narrow fingers differ at the tip alone.
+    // Wide and narrow fingers differ only near the tip, which is a bulb.
     let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
-    // Fraction of the round end, 0 before it.
+    // Fraction of the round end that lies before `t`: 0 before the end, 1 at its extremity.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
     (closed - gap + bulb) * (1.0 - past * past).sqrt()
 }
@@ -73,8 +75,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
             if opacity > cover {
                 // Fraction of the tip's height that the finger has reached.
                 let rise = 0.35 * smooth_step(0.0, 0.4, t) + 0.65 * smooth_step(0.45, 0.9, t);
-                // The fall of a finger's surface from its axis to its sides: 0.03 µm at |q| = 0.4, at most 1.5 times as
-                // much.
+                // The fall of a finger's surface from its axis to its sides: 0.03 µm at |q| = 0.4, at most 0.045 µm.
                 let dome = 0.03 * smooth_step(0.05, 0.4, t) * (q * q / 0.16).min(1.5);
                 (cover, crest) = (opacity, PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - dome);
             }
@@ -125,7 +126,8 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     HeightField::new(heights, extent / PIXELS as f64, extent / PIXELS as f64)
 }
 
-/// Adds granules on 12 % of the tips, and deep holes in 12 % of the pits. Radii and heights are in µm.
+/// Adds a granule to some tips and a deep hole to about as many pits. Radii (standard deviations) and heights are in
+/// µm.
 fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
