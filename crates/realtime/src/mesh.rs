@@ -28,7 +28,8 @@ pub struct Mesh {
     pub positions: Vec<[f32; 3]>,
     /// Shading normals of any length except 0.
     pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates (u, v). The tangent along growing u is the grating's x axis at rotation 0.
+    /// Texture coordinates (u, v). The tangent along growing u is the grating's x axis at a
+    /// [`rotation`](super::View::rotation_deg) of 0.
     pub uvs: Vec<[f32; 2]>,
     /// Indices of vertices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,

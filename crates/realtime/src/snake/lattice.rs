@@ -36,7 +36,7 @@ use rand_pcg::Pcg64;
 
 use super::SnakeOptions;
 
-/// Exponent p of the free edges: 1 for a rhombus, 2 for an ellipse; chosen by eye.
+/// Exponent p of the free edges, chosen by eye: 1 makes straight edges (a rhombus), 2 round ones (an ellipse).
 const OUTLINE: f64 = 1.4;
 /// Width of the wall at the tip, in units of the gauge; chosen by eye.
 ///
@@ -76,11 +76,11 @@ pub(super) enum Side {
 /// Random properties of one scale.
 #[derive(Clone, Copy)]
 pub(super) struct Traits {
-    /// Factor on the height of the dome, near 1.
+    /// Factor on the height of the dome (scales.rs), near 1.
     pub(super) height: f64,
-    /// Factor on the height of the keel, near 1.
+    /// Factor on the height of the keel (scales.rs), near 1.
     pub(super) keel: f64,
-    /// Lightness, −1 to 1.
+    /// Lightness of the pigment, −1 to 1.
     pub(super) shade: f64,
     /// Distance of the tip from the centre along i in half scales, near 1.
     reach: f64,
@@ -281,7 +281,7 @@ impl Lattice {
             .find(covers)
             // Rounding may leave a gap, which the nearest scale closes.
             .or_else(|| nearby().min_by(|a, b| gauge_in(a).total_cmp(&gauge_in(b))))
-            // Never used: there is always a scale nearby.
+            // Never used: one of two adjacent points of `nearby` is always a scale.
             .unwrap_or((first_i, middle_j))
     }
 }

@@ -1,13 +1,14 @@
 //! The relief of the scales: a height over the smooth skin, and the visible scale at a point.
 //!
 //! The height of a scale is `unit · (dome + keel(across)) · rise(x) · rise(y)`, where the unit is the width of a half
-//! scale times the factor [`SnakeOptions::relief`]. Dome and keel have random factors near 1 (`Traits` in lattice.rs).
+//! scale times the factor [`SnakeOptions::relief`]. The *dome* is the height of a scale in its middle, and the *keel* a
+//! ridge along its axis. Both have random factors near 1 (`Traits` in lattice.rs).
 //!
 //! The scale comes out from under two scales nearer to the head, one on its left and one on its right. The coordinate x
 //! is 0 on the foot of the left scale, and 1 at the tip of the covered scale. It follows from the gauge in the
-//! coordinates of the left scale (lattice.rs): `x = (gauge − 1)/(gauge(2, 1) − 1)`. In these coordinates the covered
-//! scale has its centre at (1, 1) and its tip at (2, 1), apart from random displacements. The coordinate y is that of
-//! the right scale.
+//! coordinates of the left scale, a measure of the distance from its centre (lattice.rs): `x = (gauge − 1)/(gauge(2, 1)
+//! − 1)`. In these coordinates the covered scale has its centre at (1, 1) and its tip at (2, 1), apart from random
+//! displacements. The coordinate y is that of the right scale.
 
 use glam::DVec2;
 
