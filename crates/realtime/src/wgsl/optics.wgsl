@@ -7,8 +7,7 @@
 //
 // Under a cover of index n, these factors are taken for the directions inside the cover. f_r is multiplied by
 // T(θi)·T(θo)/n², where T is the transmittance of the cover's flat side. The angle θ' inside the cover follows from
-// n·cosθ' = √(n² − sin²θ).
-// The functions for covers are counterparts of `Cover` in src/scattering/cover.rs.
+// n·cosθ' = √(n² − sin²θ). The functions for covers are counterparts of `Cover` in src/scattering/cover.rs.
 
 // Value of `Optics.answers` for methods whose answer is the relief's factor.
 const OPTICS_ANSWERS_RELIEF: u32 = 0u;

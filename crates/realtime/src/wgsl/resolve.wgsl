@@ -7,8 +7,8 @@
 //     fixed mix  f = (1 - share)·ρ/π + share·f_r
 //     none       f = f_r
 // R is the Fresnel reflectance, C the factor of a cover, and θ' an angle inside the cover (optics.wgsl). Without a
-// cover, C is 1 and θ' is θ. A film has no pigment: f is its scattering function, for light on either side. Where light arrives through films, E
-// is multiplied by `query.sun`.
+// cover, C is 1 and θ' is θ. A film has no pigment: f is its scattering function, for light on either side. Where light
+// arrives through films, E is multiplied by `query.sun`.
 
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
