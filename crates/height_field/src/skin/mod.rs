@@ -33,7 +33,7 @@ pub(super) use elaphe::elaphe;
 pub use regions::{REGION_SIZE_UM, REGION_SPREAD, Regions};
 pub(super) use xenopeltis::xenopeltis;
 
-use super::random::Random;
+use super::random::{Random, smooth_step};
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 
@@ -54,6 +54,20 @@ struct Finger {
     width: f64,
     /// Height of the tip above the layer's surface, in µm.
     height_um: f64,
+}
+
+/// Shape of the fingers of one skin.
+struct FingerShape {
+    /// Lean of the fingers towards −y from root to tip, in finger periods; negative towards +y.
+    lean: f64,
+    /// Width of a finger's flanks, in finger periods. A flank is the edge at which the opacity falls from 1 to 0.
+    flank: f64,
+    /// Position along a layer beyond which no finger is drawn, in layer periods, at most 2.
+    reach: f64,
+    /// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks.
+    half_width: fn(t: f64, finger: &Finger) -> f64,
+    /// Height of a finger's surface at `t` and `q`, in µm.
+    surface_um: fn(t: f64, q: f64, finger: &Finger) -> f64,
 }
 
 /// Layers and fingers over one tile, with the fingers along +x.
@@ -132,6 +146,31 @@ impl Lattice {
             // The regular axis of finger j is at j + ½.
             (finger, v - j as f64 - 0.5 - finger.shift)
         })
+    }
+
+    /// Height in µm at a position: that of the ground, covered by the fingers of the layer, and both of them covered by
+    /// the tips of the previous layer.
+    fn covered_um(&self, ground_um: f64, position: &Position, shape: &FingerShape) -> f64 {
+        let mut height_um = ground_um;
+        for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
+            if t > shape.reach {
+                continue;
+            }
+            // Opacity of the finger that covers the position most, and the height of its surface.
+            let (mut cover, mut surface_um) = (0.0_f64, 0.0);
+            for (finger, q) in self.near(layer, position.v + shape.lean * t) {
+                let half = (shape.half_width)(t, finger);
+                // A flank is no wider than the finger.
+                let flank = shape.flank.min(half * 2.0);
+                let opacity =
+                    if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
+                if opacity > cover {
+                    (cover, surface_um) = (opacity, (shape.surface_um)(t, q, finger));
+                }
+            }
+            height_um = mix(height_um, surface_um, cover);
+        }
+        height_um
     }
 
     /// Position `(x, y)` in µm of the point at `t` on a finger, `across` finger periods from its axis.

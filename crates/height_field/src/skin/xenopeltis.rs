@@ -5,7 +5,7 @@
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
-use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
+use super::{Finger, FingerShape, Lattice, PIXELS, Regions, fingers, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
@@ -35,8 +35,8 @@ const TIP_LENGTH: f64 = 0.20;
 /// Position along a layer beyond which no finger is drawn. Few random tips reach it.
 const REACH: f64 = 1.4;
 
-/// Lean of the fingers towards −y from root to tip, in finger periods.
-const LEAN: f64 = 0.15;
+/// Shape of the fingers, which lean towards −y.
+const SHAPE: FingerShape = FingerShape { lean: 0.15, flank: FLANK, reach: REACH, half_width, surface_um };
 
 /// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
 /// the gap between them is a pointed ellipse; tips are round.
@@ -52,37 +52,23 @@ fn half_width(t: f64, finger: &Finger) -> f64 {
     (closed - gap + bulb) * (1.0 - past * past).sqrt()
 }
 
+/// Height of a finger's surface at `t` and `q`, in µm.
+fn surface_um(t: f64, q: f64, finger: &Finger) -> f64 {
+    // Fraction of the tip's height that the finger has reached.
+    let rise = 0.35 * smooth_step(0.0, 0.4, t) + 0.65 * smooth_step(0.45, 0.9, t);
+    // The fall of the surface from the finger's axis to its sides: 0.03 µm at |q| = 0.4, at most 0.045 µm.
+    let fall = 0.03 * smooth_step(0.05, 0.4, t) * (q * q / 0.16).min(1.5);
+    PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - fall
+}
+
 /// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
 ///
-/// The ground is the plain of this layer with a pit between the fingers. Over it come the fingers of this layer, and
-/// over both the tips of the previous layer.
-fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
+/// The ground is the plain of this layer, with a pit between the fingers.
+fn height_um(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let position = lattice.position(ix, iy);
     let pit = 0.16 * smooth_step(0.04, 0.16, position.t) * smooth_step(0.95, 0.25, position.t);
-    let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, position.t) - pit;
-    // Tips of the previous layer lie on top of this layer, so they come last. `cover` is the opacity of the finger that
-    // covers the pixel most, `crest` its height in µm.
-    for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
-        if t > REACH {
-            continue;
-        }
-        let (mut cover, mut crest) = (0.0_f64, 0.0);
-        for (finger, q) in lattice.near(layer, position.v + LEAN * t) {
-            let half = half_width(t, finger);
-            // A flank is no wider than the finger.
-            let flank = FLANK.min(half * 2.0);
-            let opacity = if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
-            if opacity > cover {
-                // Fraction of the tip's height that the finger has reached.
-                let rise = 0.35 * smooth_step(0.0, 0.4, t) + 0.65 * smooth_step(0.45, 0.9, t);
-                // The fall of a finger's surface from its axis to its sides: 0.03 µm at |q| = 0.4, at most 0.045 µm.
-                let dome = 0.03 * smooth_step(0.05, 0.4, t) * (q * q / 0.16).min(1.5);
-                (cover, crest) = (opacity, PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - dome);
-            }
-        }
-        h = mix(h, crest, cover);
-    }
-    h
+    let ground_um = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, position.t) - pit;
+    lattice.covered_um(ground_um, &position, &SHAPE)
 }
 
 /// The skin in the orientation of the scan: fingers along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart
@@ -117,7 +103,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     if let Some(regions) = regions {
         regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
     }
-    let mut heights = lattice.relief(height);
+    let mut heights = lattice.relief(height_um);
     add_granules(&mut heights, &lattice, &mut random);
     // A slow undulation, and noise with a grain along x; root mean squares in µm.
     heights += &(random.smooth_field(PIXELS, PIXELS, 12) * 0.015);
