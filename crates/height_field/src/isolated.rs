@@ -19,7 +19,8 @@ const MISSING_NUMBERS: [f64; 12] =
 /// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
 const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because reliefs are not always far from such a
-/// number: heights of 0 to 2000 nm are only half a range above −999.
+/// number: heights of 0 to 2000 nm are only half a range above −999. A smaller bound would remove the extreme of a
+/// relief that happens to be such a number.
 const KNOWN_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A smaller bound would remove particles of dust, which are usually less than
 /// ten times as high as the relief. A larger one would leave missing points as spikes.
@@ -30,8 +31,8 @@ const LEVEL_MIN: f64 = 0.05;
 /// Smallest fraction of the points at the most frequent of the other values for a level beside it. Coarsely quantised
 /// measurements have equal heights, too, but spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
-/// Largest fraction of points that isolated numbers may have together. Beyond it they are levels of the relief, and
-/// none is isolated.
+/// Largest fraction of points that isolated numbers may have together. Where most points share few numbers, these are
+/// more probably levels of the relief, and none is isolated.
 const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file. Three are common, for points not measured,
 /// underflow and overflow; the fourth is spare.

@@ -16,7 +16,8 @@ use std::f64::consts::PI;
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
 /// Smallest length that the search for matching edges tries, as a fraction of the longest, which is the axis without
-/// the strip. The search then covers a whole period of any relief with at least three periods.
+/// the strip. The search then covers a whole period of any relief with at least three periods. A smaller fraction may
+/// cut off more of the scan; a larger one finds fewer whole periods.
 const SHORTEST_FRACTION: f64 = 2.0 / 3.0;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
 /// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more

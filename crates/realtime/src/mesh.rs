@@ -46,7 +46,8 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Largest number of triangles. The number of their corners, and of the nodes of their tree, must fit in 32 bits.
+/// Largest number of triangles. The number of their corners, three for each, and of the nodes of their tree, at most
+/// two for each, must fit in 32 bits.
 const TRIANGLES_MAX: usize = 1_000_000_000;
 
 /// Accepted names in PLY files of each property of a vertex: position, normal and texture coordinates.

@@ -30,7 +30,8 @@ pub struct Orbit {
 }
 
 impl Orbit {
-    /// Accepted elevations of the camera in degrees. At ±90° the upward direction of the picture is undefined.
+    /// Accepted elevations of the camera in degrees. At ±90° the upward direction of the picture is undefined
+    /// ([`Camera`]).
     pub const ELEVATION_DEG: RangeInclusive<f64> = -89.0..=89.0;
     /// Accepted distances of the camera from its target in cm. They must exceed the distance of the near plane, 0.01 cm
     /// (frame.wgsl).

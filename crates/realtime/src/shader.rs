@@ -31,8 +31,8 @@ const FIRST_QUERIES: u32 = 1024;
 /// a large one badly, so larger ratios may overshoot the intended time. Smaller ratios take more submissions to reach
 /// it.
 const GROWTH_MAX: u32 = 8;
-/// Largest number of parts of an answer; a method that needs more is refused with [`GpuError::CutShort`]. Each part
-/// costs a submission, so such a method would be too slow for pictures.
+/// Largest number of parts of an answer, a power of 2; a method that needs more is refused with [`GpuError::CutShort`].
+/// Each part costs a submission, so such a method would be too slow for pictures.
 const PARTS_MAX: u32 = 4096;
 /// Largest number of queries that [`Shader::evaluate_async`] holds on the GPU at a time: 68 MiB of queries, indices and
 /// answers. More take more memory; fewer copy between GPU and processor more often.

@@ -40,7 +40,8 @@ use rayon::prelude::*;
 /// Pixels along each side of a skin, 64 nm each: about ten in the shortest period of fingers, 0.62 µm. More pixels take
 /// more memory and time in all later steps; fewer lose the flanks of the fingers.
 const PIXELS: usize = 1024;
-/// Standard deviations to which a granule extends. Its height there is a hundredth of that at its centre.
+/// Standard deviations to which a granule extends. Its height there is a hundredth of that at its centre. Larger values
+/// take more time; smaller ones leave a step around granules.
 const GRANULE_REACH: f64 = 3.0;
 
 /// Random deviations of one finger from the regular pattern.
@@ -84,7 +85,7 @@ struct Lattice {
     table: Vec<Finger>,
     /// Displacement along x in µm, added to the coordinate of pixel `[[iy, ix]]`.
     warp_x: Array2<f64>,
-    /// Displacement along y in µm, likewise.
+    /// Displacement along y in µm, added to the coordinate of pixel `[[iy, ix]]`.
     warp_y: Array2<f64>,
     /// Shift of each layer against the lattice, in finger periods.
     layer_shift: Vec<f64>,

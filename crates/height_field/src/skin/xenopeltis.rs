@@ -24,15 +24,16 @@ const LAYER_UM: f64 = 1.552_27;
 const TOP_UM: f64 = 0.818_69;
 
 /// Width of the fingers' flanks, in finger periods. A flank is the edge at which a finger's opacity falls from 1 to 0.
+/// Wider flanks are less steep.
 const FLANK: f64 = 0.20;
 /// Height of a layer's surface between pits and tips, in µm.
 const PLAIN_UM: f64 = 0.435;
 
-/// Position along a layer at which the round end of a mean finger begins.
+/// Position along a layer, in layer periods, at which the round end of a mean finger begins.
 const TIP: f64 = 0.80;
 /// Length of a finger's round end, in layer periods.
 const TIP_LENGTH: f64 = 0.20;
-/// Position along a layer beyond which no finger is drawn. Few random tips reach it.
+/// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. Few random tips reach it.
 const REACH: f64 = 1.4;
 
 /// Shape of the fingers, which lean towards −y.

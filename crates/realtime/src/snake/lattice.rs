@@ -266,7 +266,7 @@ impl Lattice {
     ///
     /// Towards the root, the gauge 1 bounds an endless strip instead of the scale, but there the scales nearer to the
     /// head lie on top.
-    pub(super) fn on_top(&self, point: DVec2) -> (i64, i64) {
+    pub(super) fn visible_scale(&self, point: DVec2) -> (i64, i64) {
         let (first_i, middle_j) = (point.x.floor() as i64 - 1, point.y.round() as i64);
         // The scales around the point, from head to tail. A scale reaches about one half scale from its centre, so the
         // covering one is among them.

@@ -10,7 +10,7 @@ use sunbeam::colour::srgb_bytes;
 /// Default size of a pigment texture in pixels along and around the body. The skin is twice as long as wide, so texels
 /// are square on it.
 pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
-/// Largest accepted size of a side in pixels.
+/// Largest accepted size of a side in pixels. It bounds the memory of a texture to 768 MiB.
 const SIDE_MAX: usize = 16_384;
 
 /// Linear sRGB reflectance of the back, blackish brown.

@@ -27,7 +27,7 @@ const RISE: f64 = 0.3;
 /// Slope of the second factor of [`rise`], 1 − FALL·x, which lowers a scale towards its free edges; chosen by eye. With
 /// 0 nothing is lowered, with 1 the tip lies on the skin.
 const FALL: f64 = 0.65;
-/// Half width of the keel, relative to the half width of a scale; chosen by eye.
+/// Half width of the keel at half its height, relative to the half width of a scale; chosen by eye.
 const KEEL_WIDTH: f64 = 0.11;
 /// The x in the middle of a scale, `(gauge(1, 1) − 1)/(gauge(2, 1) − 1)` = 0.4226, rounded. Meshes depend on the
 /// digits.
@@ -71,7 +71,7 @@ impl Scales {
     /// The visible scale at `u`, `v` in [0, 1].
     pub(super) fn at(&self, u: f64, v: f64) -> Spot {
         let point = DVec2::new(u, v) * self.lattice.size();
-        let scale = self.lattice.on_top(point);
+        let scale = self.lattice.visible_scale(point);
         let local = self.lattice.local(scale, point);
         Spot {
             along: local.along,
