@@ -40,6 +40,7 @@ const GROUP: [Access; 11] = [
 /// 3. `rest` and `choose`: the queries of `rest` are written, and those of sunlit points of the mesh are listed in
 ///    `chosen`.
 pub(super) struct Locate {
+    /// Layout of the bind group of all five pipelines.
     layout: wgpu::BindGroupLayout,
     sort: wgpu::ComputePipeline,
     bare: wgpu::ComputePipeline,
@@ -64,7 +65,7 @@ impl Locate {
         })
     }
 
-    /// The bind group for a scene and a target, in the order of [`GROUP`].
+    /// The bind group for a scene and a target, in the order of [`GROUP`]. `frame` is the uniform struct of the sample.
     pub(crate) fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
         pipeline::bind_resources(
             gpu,

@@ -2,8 +2,8 @@
 //! draws one sample of every pixel.
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
-//! *query* for each pixel, its visible point with the directions to sun and viewer (layout.rs), and chooses those of
-//! sunlit points of the mesh. Their number is read back, because it sizes the dispatches of the next two stages.
+//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). It chooses the queries
+//! of sunlit points of the mesh. Their number is read back, because it sizes the dispatches of the next two stages.
 
 use super::clock::Clock;
 use super::layout::FrameUniform;

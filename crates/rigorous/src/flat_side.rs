@@ -12,9 +12,9 @@
 //! b, in the medium, are the components of the polarisation across the plane of incidence. U is the rotation that maps
 //! b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`.
 //!
-//! With d.y the y component of a direction, a and b have the denominator |K|·√(1 − d.y²), so the elements of U and of
-//! `a bᵀ` have the factor 1/K². It is cancelled below, with the identities in the comments. The results are finite for
-//! K = 0 and analytic in Ky, which serves the continuation to imaginary Ky.
+//! The vectors a and b have the denominator |K|·√(1 − d.y²), where d.y is the y component of the wave's direction. The
+//! elements of U and of `a bᵀ` therefore have the factor 1/K². It is cancelled below, with the identities in the
+//! comments. The results are finite for K = 0 and analytic in Ky, which serves the continuation to imaginary Ky.
 
 use crate::{Jones, Order};
 use num_complex::Complex64;
@@ -32,7 +32,7 @@ pub(crate) fn passage(eta: f64, k_x: f64, k_y: Complex64, [c1, cn]: [f64; 2], is
     let k_squared = k_x * k_x + y_squared;
     // Scalar product of a and b times `norm`, (Kx² + Ky²·c1·cn/n)/K², by (c1·cn/n)² − 1 = K²(K²/ε − 1 − 1/ε).
     let cosine = 1.0 + y_squared * (k_squared / eps - 1.0 - 1.0 / eps) / (c1 * cn / eta + 1.0);
-    // Sine of the angle of U times `norm`, ±Kx·Ky(cn/n − c1)/K², by (cn/n)² − c1² = K²(ε − 1)/ε.
+    // Sine of the angle of U times `norm`, sign·Kx·Ky(cn/n − c1)/K², by (cn/n)² − c1² = K²(ε − 1)/ε.
     let sine = k_y * (sign * k_x * (eps - 1.0) / (eta * (eta * c1 + cn)));
     let tp = 2.0 * eta * root / p;
     // (ts − tp)/K², by 1/s − n/p = (n − 1)(n·c1 − cn)/(s·p) and (n·c1)² − cn² = −K²(ε − 1).

@@ -59,7 +59,7 @@ struct Finger {
 
 /// Shape of the fingers of one skin.
 struct FingerShape {
-    /// Lean of the fingers towards −y from root to tip, in finger periods; negative towards +y.
+    /// Lean of the fingers towards −y over one layer period, in finger periods; negative towards +y.
     lean: f64,
     /// Width of a finger's flanks, in finger periods. A flank is the edge at which the opacity falls from 1 to 0.
     flank: f64,
