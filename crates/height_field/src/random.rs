@@ -41,8 +41,8 @@ impl Random {
     /// `√(kx² + ky²)` is 1 to `max_wave`, which is at least 1. Amplitudes are normal numbers divided by the wave
     /// number, so long waves dominate.
     pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
-        /// Rows to which one wave is added before the next wave. Fewer rows read the tables of the waves more often; more
-        /// rows do not stay in the processor's cache.
+        /// Rows to which one wave is added before the next wave. Fewer rows read the tables of the waves more often;
+        /// more rows do not stay in the processor's cache.
         const ROWS: usize = 8;
         // The phase of a wave at (ix, iy) is a phase along x plus one along y. An entry is the wave's amplitude, the
         // tables of sines and cosines of the phase along x, and those of the phase along y.
