@@ -1,17 +1,18 @@
 //! Detection of points without a height.
 //!
 //! A point is missing where its number is NaN, infinite, of magnitude 1e30 or more, or *isolated*: far from all other
-//! numbers, such as −9999 (`isolated.rs`). Once found, missing points are NaN until `film.rs` fills them.
+//! numbers, such as −9999 (`isolated.rs`). Missing points are first marked as NaN, then replaced (`fill.rs`) or
+//! refused.
 
 use super::isolated::isolated;
 use super::{Fill, HeightField, HeightFieldError, check_pixel_size};
 use ndarray::Array2;
 
-/// Magnitude from which a number marks a missing point, as stored or in µm. Programs write 1e30 and more where nothing
-/// was measured.
+/// Magnitude from which a number marks a missing point, as stored or in µm. Many programs write such numbers where
+/// nothing was measured; no height in any unit is as large.
 const MISSING_MAGNITUDE: f64 = 1e30;
 
-/// `number`, or NaN if it marks a missing point: NaN, infinities, and magnitudes from 1e30 on.
+/// `number`, or NaN if it marks a missing point: NaN, infinities, and magnitudes from [`MISSING_MAGNITUDE`] on.
 pub(crate) fn known_or_nan(number: f64) -> f64 {
     // NaN fails the comparison.
     if number.abs() < MISSING_MAGNITUDE { number } else { f64::NAN }
@@ -28,9 +29,8 @@ pub(crate) struct Holes {
 }
 
 impl Holes {
-    /// Replaces the marks of missing points by NaN: infinities, magnitudes from 1e30 on, and isolated numbers.
-    ///
-    /// `unit_um` is the unit of `values` in µm. A point is missing if its magnitude reaches 1e30 as stored or in µm.
+    /// Replaces the marks of missing points in `values` by NaN: infinities, magnitudes from [`MISSING_MAGNITUDE`] on,
+    /// as stored or in µm, and isolated numbers. `unit_um` is the unit of `values` in µm.
     pub(crate) fn mark(values: &mut Array2<f64>, unit_um: f64) -> Self {
         let is_missing = |value: f64| known_or_nan(value).is_nan() || known_or_nan(value * unit_um).is_nan();
         values.mapv_inplace(|value| if is_missing(value) { f64::NAN } else { value });
@@ -45,10 +45,10 @@ impl Holes {
         Self { count, first, isolated }
     }
 
-    /// The isolated numbers in words, to be appended to a list in a message.
+    /// The isolated numbers as clauses that continue a message about the missing points; empty without such numbers.
     pub(crate) fn isolated_in_words(&self) -> String {
-        let words = |(value, count): &(f64, usize)| format!("; {count} of them {value}, isolated from the rest");
-        self.isolated.iter().map(words).collect()
+        let clause = |(value, count): &(f64, usize)| format!("; {count} of them {value}, isolated from the rest");
+        self.isolated.iter().map(clause).collect()
     }
 }
 
@@ -74,7 +74,7 @@ impl HeightField {
                 let isolated = holes.isolated_in_words();
                 return Err(HeightFieldError::Holes { count, total, row, column, isolated });
             }
-            // The pixel sizes are the weights of the film, so they are checked first.
+            // `Fill::Laplace` divides by the pixel sizes, so they are checked before `new` checks them again.
             check_pixel_size(dx_um, dy_um)?;
             fill.apply(&mut heights_um, dx_um, dy_um);
         }
@@ -95,9 +95,9 @@ mod tests {
             heights[[1, 2]] = hole;
             let refused = HeightField::with_holes(heights.clone(), 0.1, 0.2, Fill::None).unwrap_err().to_string();
             assert!(refused.contains("1 of 20") && refused.contains("row 1, column 2; `fill`"), "{refused}");
-            // A plane solves Laplace's equation. The film is solved to 1e-12 of the rim's heights, at most 2 µm.
-            let film = HeightField::with_holes(heights.clone(), 0.1, 0.2, Fill::Laplace).unwrap();
-            assert!((film.heights_um()[[1, 2]] - plane[[1, 2]]).abs() < 1e-11);
+            // A plane solves Laplace's equation, which is solved to a residual of 1e-12 of heights up to 2 µm.
+            let laplace = HeightField::with_holes(heights.clone(), 0.1, 0.2, Fill::Laplace).unwrap();
+            assert!((laplace.heights_um()[[1, 2]] - plane[[1, 2]]).abs() < 1e-11);
             let mean = HeightField::with_holes(heights, 0.1, 0.2, Fill::Mean).unwrap();
             let known = (plane.sum() - plane[[1, 2]]) / 19.0;
             assert!((mean.heights_um()[[1, 2]] - known).abs() < 1e-14);

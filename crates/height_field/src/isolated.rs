@@ -6,9 +6,10 @@
 //!
 //! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. A level
 //! may lie as far from the others as a number for missing points. It differs in two properties: it covers an area, and
-//! the other values have a level, too. Measured heights have no levels, since noise makes them differ. A common number
-//! for missing points is a level only in a relief whose levels are both ends of the 16-bit integers, such as a grating
-//! from −32767 to 32767.
+//! the other values have a level, too. Measured heights have no levels, since noise makes them differ.
+//!
+//! The numbers that programs commonly write for missing points, such as −9999, are never levels. The only exceptions
+//! are both ends of the 16-bit integers, if a relief has both as levels, such as a grating from −32767 to 32767.
 
 use ndarray::Array2;
 
@@ -18,24 +19,27 @@ const MISSING_NUMBERS: [f64; 12] =
 /// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
 const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because reliefs are not always far from such a
-/// number: heights of 0 to 2000 nm are only half a range above −999.
+/// number: heights of 0 to 2000 nm are only half a range above −999. A smaller bound would remove the extreme of a
+/// relief that happens to be such a number.
 const KNOWN_GAP_MIN: f64 = 0.25;
-/// Smallest gap/range of any other number. A particle of dust is usually less than ten times as high as the relief, and
-/// its points have different values.
+/// Smallest gap/range of any other number. A smaller bound would remove particles of dust, which are usually less than
+/// ten times as high as the relief. A larger one would leave missing points as spikes.
 const GAP_MIN: f64 = 10.0;
-/// Smallest fraction of the points at a level of the relief. Missing points are usually fewer, and narrower levels are
-/// rare.
+/// Smallest fraction of the points at a level of the relief. A larger bound would remove narrow levels, such as thin
+/// ridges of a grating; a smaller one would keep common fractions of missing points.
 const LEVEL_MIN: f64 = 0.05;
-/// Smallest fraction of the points at one of the other values beside a level. Quantised measurements of common surfaces
-/// are spread over more than four values.
+/// Smallest fraction of the points at the most frequent of the other values for a level beside it. Coarsely quantised
+/// measurements have equal heights, too, but spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
-/// Largest fraction of points that isolated numbers may have together. Beyond it they are levels of the relief, and
-/// none is isolated.
+/// Largest fraction of points that isolated numbers may have together. Where most points share few numbers, these are
+/// more probably levels of the relief, and none is isolated.
 const FRACTION_MAX: f64 = 0.5;
-/// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
+/// Largest number of different numbers for missing points in one file. Three are common, for points not measured,
+/// underflow and overflow; the fourth is spare.
 const KINDS_MAX: usize = 4;
-/// Reciprocal of the fraction of the other values that is ignored at either end, when their range is compared with the
-/// gap of one of [`MISSING_NUMBERS`]. Another number for missing points among them would otherwise enlarge the range.
+/// Reciprocal of the fraction of the other values that is ignored at either end when the gap of one of
+/// [`MISSING_NUMBERS`] is compared with their range. A second number for missing points among them would otherwise
+/// enlarge the range. A larger fraction would cut off more of the relief.
 const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count, in the order of their detection. NaN are
@@ -61,7 +65,7 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     found
 }
 
-/// Sorted values without an isolated number.
+/// An isolated number, split off from sorted values.
 struct Split<'a> {
     /// The isolated number.
     value: f64,

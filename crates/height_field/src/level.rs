@@ -89,15 +89,15 @@ impl HeightField {
         if level == Level::Mean {
             return field;
         }
-        // On a full grid both tilts are orthogonal to each other and to the mean, so each is fitted by itself.
+        // Over a rectangular grid both tilts are orthogonal to each other and to the mean, so each is fitted by itself.
         field.subtract_fit(|x, _| x);
         field.subtract_fit(|_, y| y);
         match level {
             Level::None | Level::Mean | Level::Plane => {}
             Level::Quadratic => {
                 let (nx, ny) = self.size();
-                // Mean of x² over n pixels counted from the centre. Squares minus their means are orthogonal to the
-                // mean, the tilts and each other.
+                // Mean of x² over n pixels, with x counted from the centre. Squares minus their means are orthogonal to
+                // the mean, the tilts and each other.
                 let mean_square = |n: usize| ((n * n) as f64 - 1.0) / 12.0;
                 let (mean_x2, mean_y2) = (mean_square(nx), mean_square(ny));
                 field.subtract_fit(|x, y| x * y);
@@ -108,7 +108,7 @@ impl HeightField {
                 for mut row in field.heights_um.rows_mut() {
                     let mut sorted = row.to_vec();
                     sorted.sort_by(f64::total_cmp);
-                    // Both are the middle height of an odd number of pixels.
+                    // For an odd number of pixels, both are the middle height.
                     let (below, above) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
                     let median = 0.5 * (below + above);
                     row.mapv_inplace(|h| h - median);
@@ -159,8 +159,8 @@ impl HeightField {
         highest - lowest
     }
 
-    /// Root mean square slopes along x and along y (dimensionless), from differences of neighbouring pixels. The slope
-    /// along an axis of one pixel is 0.
+    /// Root mean square slopes along x and along y (dimensionless), from differences of neighbouring pixels inside the
+    /// field. The slope along an axis of one pixel is 0.
     pub fn rms_slope(&self) -> (f64, f64) {
         let (nx, ny) = self.size();
         let h = &self.heights_um;

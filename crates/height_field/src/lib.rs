@@ -15,8 +15,10 @@
 //! # Ok::<(), sunbeam_height_field::HeightFieldError>(())
 //! ```
 //!
-//! Frame of the presets: the period that Single 2014 measures lies along x. For *Elaphe* this is across the fingers, so
-//! its preset is rotated by +90° against the published picture, whose fingers lie along x.
+//! Single 2014 is M. Single's thesis, *An Interactive Shader for Natural Diffraction Gratings* (Bern, 2014). The
+//! presets of snake skins are modelled on its scans. Skins have rows of finger-like ridges. In their presets, the
+//! period that Single 2014 measures lies along x. For *Elaphe* the period lies across these fingers, so its preset is
+//! rotated by +90° against the published picture, whose fingers lie along x.
 
 mod cd;
 mod crop;
@@ -49,8 +51,8 @@ pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;
 
-/// Longest period, pixel and range of heights in µm that interfaces accept: one millimetre. Reliefs that diffract light
-/// visibly are far finer, so a longer length was probably meant in another unit.
+/// Longest period, pixel and range of heights in µm that scenes and command lines may give: one millimetre. Reliefs
+/// that diffract light visibly are far finer, so a longer length was probably meant in another unit.
 pub const MAX_LENGTH_UM: f64 = 1e3;
 
 /// Smallest pixel in µm that [`HeightField::check_size`] accepts: a thousandth of an atom's diameter. A smaller one was
@@ -96,7 +98,7 @@ impl HeightField {
         Self { heights_um: &self.heights_um * depth, dx_um: self.dx_um * scale, dy_um: self.dy_um * scale }
     }
 
-    /// Checks that pixel sizes and the range of heights are plausible.
+    /// Checks that pixel sizes and the range of heights are plausible. `limit_um` is usually [`MAX_LENGTH_UM`].
     ///
     /// # Errors
     /// [`HeightFieldError::TooLarge`] for a pixel size or a range of heights above `limit_um`;

@@ -1,4 +1,5 @@
-//! Named surfaces.
+//! Named surfaces. Single 2014 is M. Single's thesis, *An Interactive Shader for Natural Diffraction Gratings* (Bern,
+//! 2014), on whose scans the snake skins are modelled.
 
 use super::{HeightField, HeightFieldError, Regions, cd, skin, synthetic};
 use serde::{Deserialize, Serialize};
@@ -29,12 +30,13 @@ pub enum Preset {
     Lamellar,
     /// Compact disc: tracks along y, 1.6 µm apart along x, with pits 0.12 µm deep; 64 × 64 µm.
     Cd,
-    /// Skin of the genus *Elaphe*: fingers along +y, 1.144 µm apart along x; 65.2 × 65.2 µm, heights 0 to 0.435 µm.
+    /// Skin of the genus *Elaphe*: finger-like ridges along +y, 1.144 µm apart along x; 65.2 × 65.2 µm, heights 0 to
+    /// 0.435 µm.
     ///
     /// The period is the one that Single 2014 measures for this skin, 1144.26 nm.
     Elaphe,
-    /// Skin of the sunbeam snake *Xenopeltis*: fingers along +x in layers 1.552 µm apart along x, fingers 0.62 µm
-    /// apart along y; 65.2 × 65.2 µm, heights 0 to 0.819 µm.
+    /// Skin of the sunbeam snake *Xenopeltis*: layers 1.552 µm apart along x, each with finger-like ridges along +x,
+    /// 0.62 µm apart along y; 65.2 × 65.2 µm, heights 0 to 0.819 µm.
     ///
     /// The period of the layers is the one that Single 2014 measures for this skin, 1552.27 nm.
     Xenopeltis,
@@ -109,7 +111,8 @@ impl Preset {
         matches!(self, Self::Elaphe | Self::Xenopeltis)
     }
 
-    /// Builds the tile of a skin with sub-regions.
+    /// Builds the tile of a skin with sub-regions, squares with slightly shorter or longer periods. Size and range of
+    /// heights are those of [`Preset::build`].
     ///
     /// # Errors
     /// [`HeightFieldError::SkinParameter`] for a preset other than a skin.

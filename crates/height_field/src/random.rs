@@ -20,6 +20,7 @@ impl Random {
 
     /// Uniform in `[0, 1)`, a multiple of 2⁻⁵³.
     pub fn unit(&mut self) -> f64 {
+        // The upper 53 of 64 random bits, the precision of f64.
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
@@ -28,7 +29,8 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Approximately normal with mean 0 and standard deviation 1: a sum of 12 uniform numbers, within ±6.
+    /// Approximately normal with mean 0 and standard deviation 1: a sum of 12 uniform numbers, each of variance 1/12,
+    /// minus 6. Values lie within ±6.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
@@ -36,17 +38,19 @@ impl Random {
     /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1.
     ///
     /// The field is a sum of random waves of `kx` and `ky` periods over the tile along x and y. Their wave number
-    /// `√(kx² + ky²)` is 1 to `max_wave`. Amplitudes are normal numbers divided by the wave number.
+    /// `√(kx² + ky²)` is 1 to `max_wave`, which is at least 1. Amplitudes are normal numbers divided by the wave
+    /// number, so long waves dominate.
     pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
-        /// Rows to which one wave is added before the next wave, few enough to stay in the processor's cache.
+        /// Rows to which one wave is added before the next wave. Fewer rows read the tables of the waves more often;
+        /// more rows do not stay in the processor's cache.
         const ROWS: usize = 8;
-        // The phase of a wave at (ix, iy) is a phase along x plus one along y, both of which are tabulated. Each wave:
-        // amplitude, sines and cosines of the phase along x, those of the phase along y.
+        // The phase of a wave at (ix, iy) is a phase along x plus one along y. An entry is the wave's amplitude, the
+        // tables of sines and cosines of the phase along x, and those of the phase along y.
         let mut waves = Vec::new();
         for kx in -max_wave..=max_wave {
             for ky in 0..=max_wave {
                 let square = kx * kx + ky * ky;
-                // (kx, 0) and (−kx, 0) are the same wave, so one of both is left out.
+                // (kx, ky) and (−kx, −ky) are one wave, so ky is never negative, and for ky = 0 neither is kx.
                 if square == 0 || square > max_wave * max_wave || (ky == 0 && kx < 0) {
                     continue;
                 }
@@ -60,7 +64,7 @@ impl Random {
         }
         let mut values = vec![0.0; nx * ny];
         values.par_chunks_mut(nx * ROWS).enumerate().for_each(|(chunk, rows)| {
-            // Every pixel sums the waves in the same order, on which its last bit depends.
+            // Every pixel sums the waves in this order, on which the rounding of its last bit depends.
             for (amplitude, (sin_x, cos_x), (sin_y, cos_y)) in &waves {
                 for (row, iy) in rows.chunks_exact_mut(nx).zip(chunk * ROWS..) {
                     let (sy, cy) = (sin_y[iy], cos_y[iy]);
@@ -111,7 +115,7 @@ fn normalise(field: &mut Array2<f64>) {
 
 /// Smooth step: 0 on the side of `from`, 1 on the side of `to`, and between them a cubic with zero slope at both ends.
 ///
-/// `from` may exceed `to`; the step then falls along +x.
+/// `from` may exceed `to`; the step then falls along +x. They must differ.
 pub fn smooth_step(from: f64, to: f64, x: f64) -> f64 {
     let fraction = ((x - from) / (to - from)).clamp(0.0, 1.0);
     fraction * fraction * (3.0 - 2.0 * fraction)

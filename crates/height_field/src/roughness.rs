@@ -3,7 +3,7 @@
 use super::HeightField;
 use serde::Serialize;
 
-/// Parameters of a relief about its mean height, over the whole field, without filtering.
+/// Parameters of a relief about its mean height, over the whole field, without the filters of the standard.
 ///
 /// ```
 /// use sunbeam_height_field::Preset;
@@ -26,7 +26,7 @@ pub struct Roughness {
     pub sku: Option<f64>,
     /// Sz: highest minus lowest height, in µm.
     pub sz_um: f64,
-    /// Sdq: root mean square gradient (dimensionless), from differences of neighbouring pixels along x and y.
+    /// Sdq: root mean square gradient (dimensionless), from differences of neighbouring pixels inside the field.
     pub sdq: f64,
 }
 

@@ -1,12 +1,14 @@
 //! Presets `flat`, `blazed`, `sinusoidal` and `lamellar` by closed forms.
 //!
-//! Gratings are one period of pixels along x by one row. `fraction` is x/period in (0, 1), at the centre of a pixel.
+//! A grating is one period of pixels along x by one row, which is as high as the period, so that the tile is square.
+//! `fraction` is x/period in (0, 1), at the centre of a pixel.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 use std::f64::consts::TAU;
 
-/// Samples in one period, an even number, so that both halves of the lamellar grating are equal.
+/// Number of pixels in one period. It is even, so that both halves of the lamellar grating are equal. More pixels
+/// follow the closed forms more closely and take more time in all later steps.
 const SAMPLES: usize = 1024;
 
 /// One pixel of 1 × 1 µm at height 0.

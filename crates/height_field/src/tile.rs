@@ -3,9 +3,9 @@
 //! A *seam* is the step in height between the last pixel of a tile and the first pixel of its next copy.
 //!
 //! Blending along one axis, in pixels: the tile is the first `length` pixels of the axis. The `strip` pixels beyond the
-//! tile are blended over its first `strip` pixels. Their weight falls from 1 at pixel 0 to 0 at pixel `strip`. The
-//! tile's last pixel then continues into its first. The *mismatch* of a length is the root of the sum of squared
-//! differences between both strips.
+//! tile are blended over its first `strip` pixels. Their weight falls from nearly 1 at pixel 0 to nearly 0 at pixel
+//! `strip − 1`. The tile's last pixel then continues into its first. The *mismatch* of a length is the root of the sum
+//! of squared differences between both strips.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::{Array2, Axis, s};
@@ -16,7 +16,8 @@ use std::f64::consts::PI;
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
 /// Smallest length that the search for matching edges tries, as a fraction of the longest, which is the axis without
-/// the strip. The search then covers a whole period of any relief with at least three periods.
+/// the strip. The search then covers a whole period of any relief with at least three periods. A smaller fraction may
+/// cut off more of the scan; a larger one finds fewer whole periods.
 const SHORTEST_FRACTION: f64 = 2.0 / 3.0;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
 /// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more
@@ -37,9 +38,9 @@ pub struct Seam {
 /// Seams along both axes; `None` along an axis of one pixel, which always repeats.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Seams {
-    /// Seam between the right and the left edge.
+    /// Seam between the last and the first column.
     pub x: Option<Seam>,
-    /// Seam between the upper and the lower edge.
+    /// Seam between the last and the first row.
     pub y: Option<Seam>,
 }
 
@@ -161,6 +162,7 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
         if ix >= strip {
             return own;
         }
+        // A raised cosine at the centre of the pixel.
         let own_weight = 0.5 - 0.5 * (PI * (ix as f64 + 0.5) / strip as f64).cos();
         own_weight * own + (1.0 - own_weight) * heights[[iy, length + ix]]
     })
@@ -179,6 +181,7 @@ fn best_length(heights: &Array2<f64>, strip: usize) -> usize {
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = mismatches.iter().copied().fold(0.0, f64::max);
     let accepted = least + MISMATCH_TOLERANCE * largest;
+    // The length of the least mismatch is always accepted, so the fallback is never used.
     let mut best = mismatches.iter().rposition(|m| *m <= accepted).unwrap_or(mismatches.len() - 1);
     // Descend to the next local minimum among shorter lengths: the whole number of periods near an accepted length.
     while best > 0 && mismatches[best - 1] < mismatches[best] {

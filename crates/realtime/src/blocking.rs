@@ -1,5 +1,5 @@
-//! Blocking forms of the asynchronous calls, named without `_async`. They exist on native platforms only: the event
-//! loop of a browser must not block.
+//! Blocking forms of the asynchronous calls, named without `_async`. lib.rs compiles this file for native platforms
+//! only: the event loop of a browser must not block.
 
 use super::{AdapterChoice, Answers, FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, Shader, Target, View};
 use pollster::block_on;

@@ -7,7 +7,8 @@
 use super::{Gpu, GpuError};
 use web_time::Instant;
 
-/// Measures the time of submissions that have one pass each, one submission after the other.
+/// Measures the time of submissions that have one compute or render pass each. Submissions must not overlap, because
+/// they share the memory for timestamps.
 pub(super) struct Clock {
     /// `None` without [`Gpu::has_timestamps`]; then the wall clock is used.
     timestamps: Option<Timestamps>,
@@ -15,8 +16,8 @@ pub(super) struct Clock {
 
 /// Memory for the two timestamps of a pass.
 struct Timestamps {
-    /// The slots that a pass writes: 0 at its beginning, 1 at its end.
-    queries: wgpu::QuerySet,
+    /// The two timestamps that a pass writes: 0 at its beginning, 1 at its end.
+    query_set: wgpu::QuerySet,
     /// The two values, on the GPU.
     resolved: wgpu::Buffer,
     /// Copy of `resolved` for the processor.
@@ -30,7 +31,7 @@ impl Clock {
     /// A clock for passes on this device.
     pub(crate) fn new(gpu: &Gpu) -> Self {
         let timestamps = gpu.has_timestamps().then(|| Timestamps {
-            queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
+            query_set: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
                 ty: wgpu::QueryType::Timestamp,
                 count: 2,
@@ -49,7 +50,7 @@ impl Clock {
     /// The timestamps for the descriptor of a compute pass; `None` if the wall clock is used.
     pub(crate) fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::ComputePassTimestampWrites {
-            query_set: &timestamps.queries,
+            query_set: &timestamps.query_set,
             beginning_of_pass_write_index: Some(0),
             end_of_pass_write_index: Some(1),
         })
@@ -58,7 +59,7 @@ impl Clock {
     /// The timestamps for the descriptor of a render pass; `None` if the wall clock is used.
     pub(crate) fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::RenderPassTimestampWrites {
-            query_set: &timestamps.queries,
+            query_set: &timestamps.query_set,
             beginning_of_pass_write_index: Some(0),
             end_of_pass_write_index: Some(1),
         })
@@ -87,12 +88,13 @@ impl Clock {
             let elapsed = if cfg!(target_arch = "wasm32") { start.elapsed() } else { after_run };
             return Ok((elapsed.as_secs_f64() * 1e3, contents));
         };
-        encoder.resolve_query_set(&timestamps.queries, 0..2, &timestamps.resolved, 0);
+        encoder.resolve_query_set(&timestamps.query_set, 0..2, &timestamps.resolved, 0);
         encoder.copy_buffer_to_buffer(&timestamps.resolved, 0, &timestamps.staging, 0, BYTES);
         gpu.run(encoder)?;
         let ticks = gpu.read_staging(&timestamps.staging).await?;
         let [start, end] = bytemuck::pod_read_unaligned::<[u64; 2]>(&ticks);
         let ns_per_tick = f64::from(gpu.queue().get_timestamp_period());
+        // A GPU may reset its counter between both timestamps, so the difference could be negative.
         let ms = end.saturating_sub(start) as f64 * ns_per_tick * 1e-6;
         Ok((ms, gpu.read_staging_if(staging).await?))
     }

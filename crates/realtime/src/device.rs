@@ -1,7 +1,7 @@
 //! Access to a GPU through wgpu: choice of an adapter, its device and queue, buffers, submissions, and errors.
 //!
-//! wgpu reports two kinds of errors by callbacks only: validation errors and the loss of the device. The callbacks
-//! store the errors in [`Faults`], and [`Gpu::check`] returns them as values after each step.
+//! wgpu reports two kinds of errors by callbacks only: refused calls (validation, memory) and the loss of the device.
+//! The callbacks store the errors in [`Faults`], and [`Gpu::check`] returns them as values after each step.
 //!
 //! A *submission* is a list of commands that the queue executes in order. A *staging buffer* is memory that both the
 //! GPU and the processor can reach; results are copied into it and then read. On native platforms [`Gpu`] blocks until
@@ -45,7 +45,8 @@ impl FromStr for AdapterChoice {
 }
 
 impl AdapterChoice {
-    /// The choice in the environment variable [`ADAPTER_VARIABLE`]; [`AdapterChoice::Any`] where it is not set.
+    /// The choice in the environment variable [`ADAPTER_VARIABLE`]; [`AdapterChoice::Any`] where it is not set or not
+    /// Unicode.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] for a value other than `any` or `software`.
@@ -57,7 +58,7 @@ impl AdapterChoice {
 /// Errors that the device reports by callbacks.
 #[derive(Default)]
 struct Faults {
-    /// The first validation error since the last [`Gpu::check`].
+    /// Message of the first refused call since the last [`Gpu::check`].
     refused: Option<String>,
     /// The reason for the loss of the device.
     lost: Option<String>,
@@ -208,9 +209,8 @@ impl Gpu {
 
     /// Returns the error that the device has reported by a callback, if any.
     ///
-    /// # Errors
-    /// [`GpuError::Lost`] in every call after the loss of the device; else [`GpuError::Refused`] for the first
-    /// validation error since the last call.
+    /// # Errors [`GpuError::Lost`] in every call after the loss of the device; else [`GpuError::Refused`] for the first
+    /// call that wgpu has refused since the last check.
     pub fn check(&self) -> Result<(), GpuError> {
         let mut faults = lock(&self.faults);
         if let Some(reason) = faults.lost.clone() {
@@ -283,7 +283,7 @@ impl Gpu {
     /// Lets wgpu call the callbacks of finished work, after waiting for the work that `until` names.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
-        // wgpu panics if the device is lost during a wait. `check` knows the driver's reason.
+        // wgpu panics if the device is lost during a wait, which `guard` catches. `check` knows the driver's reason.
         let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
         self.check()?;
         waited.map_err(|Panic(reason)| GpuError::Lost { adapter: self.adapter(), reason })?;

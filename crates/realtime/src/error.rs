@@ -41,8 +41,8 @@ pub enum GpuError {
         /// The message of the driver.
         reason: String,
     },
-    /// Data that the adapter cannot bind in one piece.
-    #[error("{what} takes {needed} bytes, but the GPU adapter {adapter} takes at most {most} in one piece")]
+    /// Data larger than the largest buffer that the adapter can bind to a shader.
+    #[error("{what} takes {needed} bytes, but the GPU adapter {adapter} takes at most {most} in one buffer")]
     TooLarge {
         /// The data.
         what: String,
@@ -53,10 +53,10 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
-    /// A picture or texture whose sides exceed the adapter's limit.
+    /// A picture with a side that exceeds the adapter's limit.
     #[error("{what} has {needed} pixels along a side, but the GPU adapter {adapter} has at most {most}")]
     TooWide {
-        /// The texture.
+        /// Name of the picture in the message.
         what: &'static str,
         /// The side in pixels that exceeds the limit.
         needed: u64,
@@ -65,9 +65,13 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
-    /// A method whose long loops the adapter ends early, even though each answer is divided into the largest number of
-    /// parts (shader.rs).
-    #[error("the GPU adapter {adapter} cuts the method's loops short; use fewer terms or a smaller neighbourhood")]
+    /// A method whose loops over terms and orders are too long for the adapter. Some adapters, such as Mesa's software
+    /// renderer, end a shader's loops after a number of iterations. The terms of each answer are then divided among up
+    /// to 4096 submissions (shader.rs), but in this case the loops were still ended early.
+    #[error(
+        "the GPU adapter {adapter} ends the method's loops early, even when they are divided among submissions; give \
+         the method smaller options `terms` and `neighbourhood`"
+    )]
     CutShort {
         /// The adapter's name.
         adapter: String,
@@ -75,7 +79,7 @@ pub enum GpuError {
     /// The flag of [`super::Shader::stop_when`] was set.
     #[error("the work was stopped")]
     Stopped,
-    /// A value out of range.
+    /// A parameter out of range.
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     Parameter {
         /// Name of the parameter.
@@ -93,10 +97,10 @@ pub enum GpuError {
         /// The reason.
         reason: String,
     },
-    /// A mesh that cannot be drawn, or bytes that are not a scene.
+    /// A mesh that cannot be drawn, or bytes that are not those of a [`super::SceneData`].
     #[error("the mesh has {found}, but must have {accepted}")]
     Mesh {
-        /// The fault.
+        /// The defect.
         found: String,
         /// The condition of a valid mesh.
         accepted: &'static str,

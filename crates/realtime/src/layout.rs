@@ -7,12 +7,13 @@ use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
 use sunbeam::scattering::{ComplexIndex, Cover, Obliquity};
 
-/// A pair of directions for a [`super::Shader`] to answer; same layout as `Query` in `query.wgsl`.
+/// A visible surface point with its directions to light and viewer, for which a [`super::Shader`] computes the
+/// reflectance; same layout as `Query` in `query.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {
-    /// Unit vector towards the light in the grating's frame, above the surface or on either side of a film. For
-    /// [`Query::GROUND`] both directions are in the scene's frame.
+    /// Unit vector towards the light in the grating's frame, above the surface or on either side of a film. z is the
+    /// surface's normal and x the relief's x axis. For [`Query::GROUND`] both directions are in the scene's frame.
     pub wi: [f32; 3],
     /// [`Query::NOTHING`], [`Query::GROUND`] or [`Query::SKIN`].
     pub kind: u32,
@@ -29,11 +30,11 @@ pub struct Query {
 }
 
 impl Query {
-    /// [`Query::kind`] of a ray that leaves the scene.
+    /// [`Query::kind`] of a pixel whose ray leaves the scene.
     pub const NOTHING: u32 = 0;
-    /// [`Query::kind`] of a ray that meets the ground, the plane z = 0.
+    /// [`Query::kind`] of a pixel whose ray meets the ground, the plane z = 0.
     pub const GROUND: u32 = 1;
-    /// [`Query::kind`] of a ray that meets the mesh.
+    /// [`Query::kind`] of a pixel whose ray meets the mesh, whose surface is called skin.
     pub const SKIN: u32 = 2;
 
     /// A sunlit point of the mesh with these directions in the grating's frame, and (0, 0) as texture coordinates.
@@ -85,14 +86,15 @@ impl OpticsUniform {
             eta: index.eta as f32,
             k: index.k as f32,
             reflects_all: u32::from(optics.index.is_none()),
-            // The numbers are the constants `PAIR_OBLIQUITY_*` of pair.wgsl.
+            // The constants `PAIR_OBLIQUITY_*` of pair.wgsl. tests/realtime/twins.rs compares the results for each of
+            // them with the processor's.
             obliquity: match optics.obliquity {
                 Obliquity::Stam => 0,
                 Obliquity::Unit => 1,
                 Obliquity::SmallSlope => 2,
             },
             shadowing: u32::from(optics.shadowing),
-            // The numbers are the constants `OPTICS_ANSWERS_*` of optics.wgsl.
+            // The constants `OPTICS_ANSWERS_*` of optics.wgsl.
             answers: match answers {
                 AnswerKind::Relief => 0,
                 AnswerKind::Reflectance => 1,
@@ -103,13 +105,14 @@ impl OpticsUniform {
     }
 }
 
-/// Part of the work of the stage `shade` in one dispatch; same layout as `Range` in `shade.wgsl`.
+/// Work of one dispatch of the stage `shade`: one part of the answers to a range of queries. shader.rs explains ranges
+/// and parts. Same layout as `Range` in `shade.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct RangeUniform {
-    /// First of the entries of the list `chosen` that are answered.
+    /// First entry of the list `chosen`, which has the indices of the queries to answer.
     pub first: u32,
-    /// Number of these entries.
+    /// Number of entries.
     pub count: u32,
     /// Index of the computed part of each answer, from 0.
     pub part: u32,
@@ -123,10 +126,11 @@ pub(super) struct RangeUniform {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Vertex {
+    /// Position in cm.
     pub position: [f32; 3],
     /// First texture coordinate.
     pub u: f32,
-    /// Shading normal.
+    /// Shading normal of any length except 0.
     pub normal: [f32; 3],
     /// Second texture coordinate.
     pub v: f32,
@@ -168,7 +172,7 @@ pub(super) struct FrameUniform {
     pub pigment_scale: f32,
     /// Unit vector to the sun.
     pub to_sun: [f32; 3],
-    /// Number of the [`super::Blend`].
+    /// Number of the [`super::Blend`] (view.rs).
     pub blend: u32,
     /// Position of the ray within its pixel, 0 to 1 from the left and the top.
     pub subpixel: [f32; 2],
@@ -211,7 +215,7 @@ pub(super) struct SunlightUniform {
     pub half_depth: f32,
 }
 
-/// Colours in the contents of a buffer of `vec4<f32>`, without the fourth component.
+/// Colours in the contents of a buffer of `vec4<f32>`; the fourth component is dropped.
 pub(super) fn colours(contents: &[u8]) -> Vec<[f32; 3]> {
     let colour = |bytes: &[u8]| {
         let [r, g, b, _] = bytemuck::pod_read_unaligned::<[f32; 4]>(bytes);

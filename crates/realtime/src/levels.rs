@@ -1,11 +1,11 @@
-//! Resolutions of a picture that becomes finer step by step.
+//! Resolutions (*levels*) of a picture that becomes finer step by step, so that a slow method shows something soon.
 //!
 //! The first levels have 1/16, 1/8, 1/4, 1/2 and all of the pixels along each side, with one ray for each pixel. If
-//! more rays per pixel are requested, the last level has all pixels with all rays. [`next`] skips levels for fast
+//! more rays per pixel are requested, one more level has all pixels with all rays. [`next`] skips levels for fast
 //! methods.
 
 /// Divisor of the sides of the coarsest picture. A larger divisor shows the first picture of a slow method sooner, with
-/// less detail. The divisor 16 leaves 1/256 of the pixels.
+/// less detail. It is a power of 2, because each level halves it.
 const COARSEST_DIVISOR: u32 = 16;
 
 /// Resolution of a picture.

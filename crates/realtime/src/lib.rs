@@ -1,9 +1,10 @@
 //! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window. [`snake`] is the mesh that
 //! it draws by default.
 //!
-//! [`Gpu`] opens an adapter. A [`Shader`] is a method with its data on the GPU. It answers arrays of [`Query`], each
-//! with a pair of directions ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`]
-//! into a [`Target`], with the camera and the sun of a [`View`], in four stages:
+//! [`Gpu`] opens an adapter. A *method* computes the reflectance of a relief for a pair of directions. A [`Shader`] is
+//! a method with its data on the GPU. It answers arrays of [`Query`], each a surface point with a pair of directions
+//! ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`] into a [`Target`], with
+//! the camera and the sun of a [`View`], in four stages:
 //!
 //! 1. *raster* finds the triangle at each pixel. Nothing is interpolated.
 //! 2. *locate* computes the point of the triangle on the pixel's ray, the shading frame there, the directions in this

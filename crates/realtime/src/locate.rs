@@ -1,8 +1,10 @@
-//! Pipelines, bindings and submissions of the locate stage. `locate.wgsl` explains the passes and the lists `skin`,
-//! `bare`, `rest` and `chosen`.
+//! Pipelines, bindings and submissions of the locate stage, which follows the rasteriser. It turns the triangle of each
+//! pixel into a *query*: the visible point with its directions to sun and viewer (layout.rs). The next stage computes
+//! the reflectance of the queries listed in `chosen`. `locate.wgsl` explains the entry points and the lists of pixels
+//! `skin`, `bare`, `rest` and `chosen`.
 //!
 //! The lengths of the lists are read back after each submission, because they are the numbers of invocations of later
-//! passes.
+//! dispatches.
 
 use super::clock::Clock;
 use super::pipeline::{self, Access};
@@ -11,11 +13,12 @@ use super::target::{ListLengths, Target};
 use super::{Gpu, GpuError, program};
 use bytemuck::Zeroable;
 
-/// Number of pixels or list entries that an invocation of `locate_sort` or `locate_choose` processes; equal to
-/// `LOCATE_RUN` of `locate.wgsl`.
+/// Number of pixels of a row that an invocation of `locate_sort` processes, and of entries of `skin` that an invocation
+/// of `locate_choose` processes. A test compares it with `LOCATE_RUN` of `locate.wgsl`, which gives its reason.
 const RUN: u32 = 32;
 
-/// Accesses of the bindings 0, 1, … of `locate.wgsl`, each with its name in WGSL.
+/// Accesses of the bindings 0, 1, … of `locate.wgsl`, each with its name in WGSL. wgpu refuses a pipeline whose WGSL
+/// has other accesses.
 const GROUP: [Access; 11] = [
     Access::Uniform,   // frame
     Access::Read,      // vertices
@@ -34,8 +37,10 @@ const GROUP: [Access; 11] = [
 ///
 /// 1. `sort`: pixels are sorted into the lists `skin` (with a triangle) and `bare` (without one).
 /// 2. `bare` and `skin`: the queries of both lists are written. Pixels that need a ray are added to `rest`.
-/// 3. `rest` and `choose`: the queries of `rest` are written, and sunlit queries of the mesh are listed in `chosen`.
+/// 3. `rest` and `choose`: the queries of `rest` are written, and those of sunlit points of the mesh are listed in
+///    `chosen`.
 pub(super) struct Locate {
+    /// Layout of the bind group of all five pipelines.
     layout: wgpu::BindGroupLayout,
     sort: wgpu::ComputePipeline,
     bare: wgpu::ComputePipeline,
@@ -45,17 +50,22 @@ pub(super) struct Locate {
 }
 
 impl Locate {
-    /// Compiles the five passes.
+    /// Compiles the five entry points.
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let module = pipeline::module(gpu, "locate", program::locate());
         let layout = pipeline::layout(gpu, &GROUP);
-        let entry = |name| pipeline::compute(gpu, &module, name, Some(&[Some(&layout)]));
-        let (sort, choose) = (entry("locate_sort")?, entry("locate_choose")?);
-        let (bare, skin, rest) = (entry("locate_bare")?, entry("locate_skin")?, entry("locate_rest")?);
-        Ok(Self { layout, sort, bare, skin, rest, choose })
+        let entry_point = |name| pipeline::compute(gpu, &module, name, Some(&[Some(&layout)]));
+        Ok(Self {
+            sort: entry_point("locate_sort")?,
+            bare: entry_point("locate_bare")?,
+            skin: entry_point("locate_skin")?,
+            rest: entry_point("locate_rest")?,
+            choose: entry_point("locate_choose")?,
+            layout,
+        })
     }
 
-    /// The bind group for a scene and a target, in the order of [`GROUP`].
+    /// The bind group for a scene and a target, in the order of [`GROUP`]. `frame` is the uniform struct of the sample.
     pub(crate) fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
         pipeline::bind_resources(
             gpu,
@@ -76,7 +86,7 @@ impl Locate {
         )
     }
 
-    /// Writes the queries of a sample; returns the time in ms and the number of entries of `chosen`.
+    /// Writes the queries of one sample of every pixel; returns the time in ms and the number of entries of `chosen`.
     pub(crate) async fn run(
         &self,
         gpu: &Gpu,
@@ -84,12 +94,15 @@ impl Locate {
         bindings: &wgpu::BindGroup,
     ) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
+        // The lengths are the first members of the buffer.
         gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&ListLengths::zeroed()));
+        // Runs do not cross rows.
         let runs = width.div_ceil(RUN) * height;
         let (sort_ms, ListLengths { skin, bare, .. }) =
             self.submit(gpu, target, bindings, &[(&self.sort, runs)]).await?;
         let (skin_ms, ListLengths { rest, .. }) =
             self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.skin, skin)]).await?;
+        // Only pixels of `skin` can show the mesh, so only they are chosen from.
         let (rest_ms, ListLengths { chosen, .. }) =
             self.submit(gpu, target, bindings, &[(&self.rest, rest), (&self.choose, skin.div_ceil(RUN))]).await?;
         Ok((sort_ms + skin_ms + rest_ms, chosen))
@@ -120,5 +133,15 @@ impl Locate {
         encoder.copy_buffer_to_buffer(&target.lists, 0, &staging, 0, ListLengths::BYTES);
         let (ms, lengths) = clock.run_and_read(gpu, encoder, Some(&staging)).await?;
         Ok((ms, bytemuck::pod_read_unaligned(&lengths)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_as_long_as_in_the_shader() {
+        assert!(program::locate().contains(&format!("const LOCATE_RUN: u32 = {RUN}u;")));
     }
 }

@@ -28,7 +28,8 @@ pub struct Mesh {
     pub positions: Vec<[f32; 3]>,
     /// Shading normals of any length except 0.
     pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates (u, v). The tangent along growing u is the grating's x axis at rotation 0.
+    /// Texture coordinates (u, v). The tangent along growing u is the grating's x axis at a
+    /// [`rotation`](super::View::rotation_deg) of 0.
     pub uvs: Vec<[f32; 2]>,
     /// Indices of vertices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -45,7 +46,8 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Largest number of triangles. The number of their corners, and of the nodes of their tree, must fit in 32 bits.
+/// Largest number of triangles. The number of their corners, three for each, and of the nodes of their tree, at most
+/// two for each, must fit in 32 bits.
 const TRIANGLES_MAX: usize = 1_000_000_000;
 
 /// Accepted names in PLY files of each property of a vertex: position, normal and texture coordinates.

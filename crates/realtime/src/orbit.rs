@@ -1,5 +1,8 @@
 //! A camera that orbits its target, moved by drags on the screen.
 //!
+//! A drag is a pair of numbers, positive to the right and downwards, in *points*: logical pixels of the screen, which a
+//! browser calls CSS pixels. They are f32, as window toolkits report them.
+//!
 //! The camera lies at `target + distance·d`, where d = (cos a·cos e, sin a·cos e, sin e) for the azimuth a and the
 //! elevation e. z points up.
 
@@ -11,10 +14,10 @@ use std::ops::RangeInclusive;
 /// circle. Larger values turn faster; smaller ones are more precise.
 pub const DEGREES_PER_POINT: f64 = 0.35;
 
-/// A camera that orbits its target; z is up. Drags are in points of the screen.
+/// A camera that orbits its target; z is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// Point in the middle of the picture.
+    /// Point in the middle of the picture, in cm.
     target_cm: DVec3,
     /// Distance of the camera from the target.
     distance_cm: f64,
@@ -27,9 +30,11 @@ pub struct Orbit {
 }
 
 impl Orbit {
-    /// Accepted elevations of the camera in degrees. At ±90° the upward direction of the picture is undefined.
+    /// Accepted elevations of the camera in degrees. At ±90° the upward direction of the picture is undefined
+    /// ([`Camera`]).
     pub const ELEVATION_DEG: RangeInclusive<f64> = -89.0..=89.0;
-    /// Accepted distances of the camera from its target in cm.
+    /// Accepted distances of the camera from its target in cm. They must exceed the distance of the near plane, 0.01 cm
+    /// (frame.wgsl).
     pub const DISTANCE_CM: RangeInclusive<f64> = 0.2..=200.0;
 
     /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. The
@@ -69,15 +74,16 @@ impl Orbit {
         self.distance_cm
     }
 
-    /// Turns the camera so that the scene follows a drag by `right` and `down` points.
+    /// Turns the camera so that the scene follows a drag: to the right, the camera moves left around the target;
+    /// downwards, it rises.
     pub fn turn(&mut self, right: f32, down: f32) {
         self.azimuth_deg -= DEGREES_PER_POINT * f64::from(right);
         let elevation = self.elevation_deg + DEGREES_PER_POINT * f64::from(down);
         self.elevation_deg = clamp(elevation, &Self::ELEVATION_DEG);
     }
 
-    /// Shifts the target so that the scene follows a drag by `right` and `down` points. The picture is `width` points
-    /// wide.
+    /// Shifts target and camera so that points at the target's distance follow a drag. The picture is `width` points
+    /// wide; widths below 1 count as 1.
     pub fn pan(&mut self, right: f32, down: f32, width: f32) {
         let forward = -self.outward();
         let right_axis = forward.cross(DVec3::Z).normalize();
@@ -87,7 +93,7 @@ impl Orbit {
         self.target_cm += cm_per_point * (f64::from(down) * up_axis - f64::from(right) * right_axis);
     }
 
-    /// Multiplies the distance by `factor`, within its range; factors below 1 move the camera nearer.
+    /// Multiplies the distance by a positive `factor`, within its range; factors below 1 move the camera nearer.
     pub fn zoom(&mut self, factor: f64) {
         self.distance_cm = clamp(self.distance_cm * factor, &Self::DISTANCE_CM);
     }

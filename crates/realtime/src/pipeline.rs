@@ -27,7 +27,8 @@ pub(super) enum Access {
     Texture,
 }
 
-/// Number of invocations of a workgroup in `locate.wgsl`, `shade.wgsl` and `resolve.wgsl`.
+/// Number of invocations of a workgroup in `locate.wgsl`, `shade.wgsl` and `resolve.wgsl`, as a test checks. It is a
+/// multiple of the 32 or 64 invocations that GPUs execute in lockstep.
 pub(super) const WORKGROUP: u32 = 64;
 /// Largest number of workgroups of a dispatch along one axis on every adapter; WebGPU's default limit.
 pub(super) const WORKGROUPS_MAX: u32 = 65_535;
@@ -114,4 +115,19 @@ pub(super) fn bind_resources(
         .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
         .collect();
     gpu.device().create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::WORKGROUP;
+    use crate::program;
+
+    #[test]
+    fn workgroups_have_the_size_that_the_shaders_declare() {
+        let declared = format!("@workgroup_size({WORKGROUP})");
+        for source in [program::locate(), program::shade(&program::no_method()), program::resolve()] {
+            assert!(source.contains(&declared));
+            assert_eq!(source.matches("@workgroup_size").count(), source.matches(declared.as_str()).count());
+        }
+    }
 }

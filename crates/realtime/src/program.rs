@@ -1,5 +1,6 @@
 //! WGSL programs for the GPU. WGSL has no includes, so a program is the concatenation of the files that it needs. The
-//! first comment of each file in the folder wgsl explains the file's purpose.
+//! macro `wgsl!` includes a file without its comments. The first comment of each file in the folder wgsl explains the
+//! file's purpose.
 
 use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
@@ -39,7 +40,7 @@ pub(super) fn shadow() -> String {
     [SUNLIGHT, MESH, wgsl!("wgsl/shadow.wgsl")].join("\n")
 }
 
-/// The program that turns the triangles of pixels into queries.
+/// The program that turns the triangles of pixels into queries (query.wgsl).
 pub(super) fn locate() -> String {
     let (trace, sheet) = (wgsl!("wgsl/trace.wgsl"), wgsl!("wgsl/sheet.wgsl"));
     [FRAME, MESH, trace, sheet, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
@@ -85,7 +86,7 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     Ok(programs)
 }
 
-/// Stand-in for a method, without data. Its answer has no meaning; it uses both arguments.
+/// Stand-in for a method, without data. Its answer has no meaning.
 pub(super) fn no_method() -> MethodShader<'static> {
     let wgsl = vec!["fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return wi + wo; }"];
     MethodShader { name: "none", wgsl, uniform: Vec::new(), storage: Vec::new() }

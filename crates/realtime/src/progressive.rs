@@ -1,4 +1,5 @@
-//! Pictures that begin coarse and become finer while nothing changes, as the window and the page show them.
+//! Pictures that begin coarse and become finer while nothing changes. The window (crates/window) and the page in a
+//! browser (crates/web) show them.
 //!
 //! A [`Progressive`] holds a scene, a method and a [`Job`], and decides how fine the next picture is. It never waits
 //! for the GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands the frame back:
@@ -82,7 +83,7 @@ impl Frame {
 pub struct Progressive {
     /// The full scene.
     scene: Option<Rc<Scene>>,
-    /// The scene of coarse pictures, and of all pictures until there is a full scene.
+    /// A scene that is drawn faster, for coarse pictures, and for all pictures until there is a full scene.
     draft: Option<Rc<Scene>>,
     /// The method.
     shader: Option<Rc<Shader>>,
@@ -93,7 +94,7 @@ pub struct Progressive {
     targets: Vec<Arc<Target>>,
     /// Speed of the method.
     pace: Pace,
-    /// Intended time in ms of the first picture after a change.
+    /// Intended time in ms of the first picture after a change. Larger values show a finer first picture, but later.
     preview_ms: f64,
     /// Number of changes of scene, method and job.
     generation: u64,
@@ -210,7 +211,7 @@ impl Progressive {
         }))
     }
 
-    /// Whether scene, method and job are unchanged since the frame was made.
+    /// Whether no scene, draft, method or job was set since the frame was made.
     pub fn is_current(&self, frame: &Frame) -> bool {
         self.generation == frame.generation
     }

@@ -1,8 +1,9 @@
 //! The renderer: runs the four stages of a picture (raster, locate, shade, resolve; lib.rs). Each run of the stages
 //! draws one sample of every pixel.
 //!
-//! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The number of queries that
-//! the locate stage chooses is read back, because it sizes the dispatches of the next two stages.
+//! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
+//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). It chooses the queries
+//! of sunlit points of the mesh. Their number is read back, because it sizes the dispatches of the next two stages.
 
 use super::clock::Clock;
 use super::layout::FrameUniform;
@@ -53,11 +54,11 @@ impl StageTimes {
 /// Time and work of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameReport {
-    /// Times of the stages, summed over all samples.
+    /// Times of the stages, summed over all samples of a pixel.
     pub gpu_ms: StageTimes,
     /// Number of queries that the method answered: sunlit samples of the mesh.
     pub answered: u64,
-    /// Number of submissions of the stage `shade`.
+    /// Number of submissions of the stage `shade`, at least one for each sample that has queries.
     pub submissions: u32,
 }
 

@@ -12,8 +12,8 @@ use crate::snake::PigmentTexture;
 /// Number of texels along each side of the sun's depth map, a multiple of 64 ([`Sunlight::new`]). A finer map takes
 /// longer to draw; a coarser one leaves more pixels to rays.
 const SUNLIGHT_SIDE: u32 = 1024;
-/// Number of texels along each side of the sun's depth map of a draft. The map is drawn again for each picture while
-/// the sun moves, so its time matters more than its resolution.
+/// Number of texels along each side of the sun's depth map of a draft ([`Scene::draft`]). The map is drawn again for
+/// each picture while the sun moves, so its time matters more than its resolution.
 const DRAFT_SUNLIGHT_SIDE: u32 = 256;
 
 /// A mesh and its pigment on the GPU, to be drawn with any camera and sun.

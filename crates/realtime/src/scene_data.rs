@@ -1,4 +1,5 @@
-//! A scene as bytes in the layout of the GPU, which another thread or process can prepare.
+//! A scene as bytes in the layout of the GPU, which another thread or process (such as a worker of a browser) can
+//! prepare.
 //!
 //! The bytes are a [`Header`] and four parts without padding: vertices (`Vertex` in layout.rs), vertex indices of the
 //! triangles (three u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
@@ -43,9 +44,9 @@ struct Header {
     high: [f32; 3],
 }
 
-/// Smallest number of u32 of a pigment texture. The struct `Pigment` in `resolve.wgsl` takes at least 16 bytes: a
-/// `vec2<u32>` and one texel are 12 bytes, rounded up to a multiple of 8, the alignment of the vector.
-const PIGMENT_WORDS_MIN: usize = 4;
+/// Smallest number of u32 in the struct `Pigment` of `resolve.wgsl`, which takes at least 16 bytes: a `vec2<u32>` and
+/// one texel are 12 bytes, rounded up to a multiple of 8, the alignment of the vector.
+const PIGMENT_U32_MIN: usize = 4;
 /// Magic number at the beginning of the bytes, the characters "sun1".
 const MAGIC: u32 = u32::from_le_bytes(*b"sun1");
 
@@ -65,7 +66,7 @@ impl SceneData {
             })
             .collect();
         let nodes: Vec<Node> = tree(mesh);
-        let texture = pigment_words(pigment);
+        let texture = pigment_struct(pigment);
         // The order is that of the indices `VERTICES`, `TRIANGLES`, `NODES`, `PIGMENT`.
         let parts: [&[u8]; PARTS] = [
             bytemuck::cast_slice(&vertices),
@@ -100,8 +101,8 @@ impl SceneData {
     /// [`GpuError::Mesh`] for another magic number, or a length that does not agree with the header.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, GpuError> {
         let refused = || GpuError::Mesh {
-            found: format!("{} bytes", bytes.len()),
-            accepted: "the number of bytes in its header",
+            found: format!("{} bytes of scene data", bytes.len()),
+            accepted: "the magic number and the length that its header states",
         };
         let header_bytes = bytes.get(..size_of::<Header>()).ok_or_else(refused)?;
         let header = bytemuck::pod_read_unaligned::<Header>(header_bytes);
@@ -157,14 +158,14 @@ impl SceneData {
 
 /// The struct `Pigment` of `resolve.wgsl`: width and height, then the encoded sRGB of each texel with red in the lowest
 /// byte.
-fn pigment_words(pigment: &PigmentTexture) -> Vec<u32> {
+fn pigment_struct(pigment: &PigmentTexture) -> Vec<u32> {
     // The sides are at most 16 384 pixels (`pigment_texture`), so they fit in 32 bits.
     let size = [pigment.width as u32, pigment.height as u32];
     let texels = pigment.pixels.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
-    let mut words: Vec<u32> = size.into_iter().chain(texels).collect();
+    let mut numbers: Vec<u32> = size.into_iter().chain(texels).collect();
     // A texture of one texel is padded to the size of the struct.
-    words.resize(words.len().max(PIGMENT_WORDS_MIN), 0);
-    words
+    numbers.resize(numbers.len().max(PIGMENT_U32_MIN), 0);
+    numbers
 }
 
 #[cfg(test)]
@@ -192,7 +193,7 @@ mod tests {
     #[test]
     fn a_single_texel_is_padded_to_the_struct_of_the_shader() {
         let texel = PigmentTexture { width: 1, height: 1, pixels: vec![[1, 2, 3]] };
-        assert_eq!(pigment_words(&texel), [1, 1, u32::from_le_bytes([1, 2, 3, 255]), 0]);
+        assert_eq!(pigment_struct(&texel), [1, 1, u32::from_le_bytes([1, 2, 3, 255]), 0]);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! A method on the GPU: answers arrays of queries in submissions of bounded time.
 //!
-//! `shade.wgsl` computes the reflectance `f_r` of the queries (layout.rs) whose indices are listed in a buffer
-//! `chosen`. A submission processes a range of this list. [`Shader`] adapts two numbers from submission to submission:
+//! A *query* is a surface point with a pair of directions (layout.rs), and its *answer* is the reflectance `f_r`.
+//! `shade.wgsl` answers the queries whose indices are listed in a buffer `chosen`. A submission processes a range of
+//! this list. [`Shader`] adapts two numbers from submission to submission:
 //!
 //! - the number of queries in the range, so that a submission takes about [`SUBMISSION_MS`];
 //! - the number of parts of an answer, which doubles when the adapter ends long loops early. A part has the terms of
@@ -23,17 +24,18 @@ use sunbeam::scattering::map_direction;
 /// Intended time of a submission in ms. Longer submissions waste less time between them. Shorter ones keep a window on
 /// the same GPU from stuttering. Drivers reset a GPU that does not answer for a second or two.
 const SUBMISSION_MS: f64 = 250.0;
-/// Number of queries of the first submission. It is small because the speed of the method is not known yet.
+/// Number of queries of the first submission. The speed of the method is not known yet: a larger number may block the
+/// GPU, a smaller one takes more submissions to reach the intended time.
 const FIRST_QUERIES: u32 = 1024;
 /// Largest ratio of the numbers of queries of consecutive submissions. The time of a small submission predicts that of
 /// a large one badly, so larger ratios may overshoot the intended time. Smaller ratios take more submissions to reach
 /// it.
 const GROWTH_MAX: u32 = 8;
-/// Largest number of parts of an answer; a method that needs more is refused with [`GpuError::CutShort`]. Each part
-/// costs a submission, so such a method would be too slow for pictures.
+/// Largest number of parts of an answer, a power of 2; a method that needs more is refused with [`GpuError::CutShort`].
+/// Each part costs a submission, so such a method would be too slow for pictures.
 const PARTS_MAX: u32 = 4096;
 /// Largest number of queries that [`Shader::evaluate_async`] holds on the GPU at a time: 68 MiB of queries, indices and
-/// answers.
+/// answers. More take more memory; fewer copy between GPU and processor more often.
 const BATCH: usize = 1 << 20;
 
 /// Accesses of the bindings 0, 1, … in group 0 of `shade.wgsl`: range, optics, queries, chosen, reflectances,
@@ -137,7 +139,8 @@ impl Shader {
             part_count: AtomicU32::new(1),
             stop: Arc::default(),
         };
-        // Drivers finish compiling at the first use, so its time says nothing about the method. The plan is restored.
+        // Drivers finish compiling at the first use, so its time says nothing about the method, and the number of
+        // queries that was derived from it is reset. The query has no valid directions, so it takes no time of its own.
         shader.evaluate_async(gpu, &[Query::default()]).await?;
         shader.planned_queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)
@@ -153,7 +156,7 @@ impl Shader {
         matches!(self.answer_kind, AnswerKind::Film { .. })
     }
 
-    /// Refractive index of the film; 0 if the surface is none.
+    /// Refractive index of the film; 0 for a surface that is not a film.
     pub(super) fn film_eta(&self) -> f32 {
         match self.answer_kind {
             AnswerKind::Film { eta } => eta,

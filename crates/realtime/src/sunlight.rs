@@ -62,8 +62,8 @@ impl Sunlight {
         })
     }
 
-    /// Prepares the map for the direction `to_sun`, a unit vector. Returns whether the map must be drawn; false if it
-    /// has been drawn for this direction.
+    /// Prepares the uniform for the direction `to_sun`, a unit vector. Returns whether the map must be drawn; false if
+    /// it has been drawn for this direction.
     pub(crate) fn begin_drawing(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn_for = self.lock();
         if *drawn_for == Some(to_sun) {
@@ -79,6 +79,7 @@ impl Sunlight {
         *self.lock() = Some(to_sun);
     }
 
+    /// [`Sunlight::drawn_for`]; a panic of another thread leaves its value intact.
     fn lock(&self) -> MutexGuard<'_, Option<[f64; 3]>> {
         self.drawn_for.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -101,8 +102,8 @@ impl Sunlight {
         gpu.run(encoder)
     }
 
-    /// The map's box for the direction `to_sun`, a unit vector; the other two axes are arbitrary. Along an axis, half
-    /// the extent of the mesh's box is the dot product of its half diagonal and the axis with absolute components.
+    /// The map's box for the direction `to_sun`, a unit vector; the other two axes are arbitrary. The projection of the
+    /// mesh's box on an axis extends from its centre by `Σ |axis_c|·half_diagonal_c` over the components c.
     fn uniform_for(&self, to_sun: DVec3) -> SunlightUniform {
         let centre = 0.5 * (self.low + self.high);
         let (right, up) = to_sun.any_orthonormal_pair();

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ListLengths {
-    /// Number of queries that the method answers.
+    /// Number of queries (layout.rs) that the method answers.
     pub chosen: u32,
     /// Number of pixels that need a ray through the tree.
     pub rest: u32,
@@ -29,7 +29,8 @@ const ENTRIES_BYTES_PER_PIXEL: u64 = size_of::<[u32; 2]>() as u64;
 const COLOUR_BYTES: u64 = size_of::<[f32; 4]>() as u64;
 /// Bytes of a [`Query`].
 const QUERY_BYTES: u64 = size_of::<Query>() as u64;
-/// Accepted sides of a picture in pixels. A list entry has 16 bits for the column and 16 for the row.
+/// Accepted sides of a picture in pixels. A list entry has 16 bits for the column and 16 for the row, so 65 536 would
+/// be possible, but few adapters have larger textures.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
 /// Format of the rasteriser's triangle numbers.

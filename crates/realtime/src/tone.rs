@@ -1,4 +1,4 @@
-//! The last pass before the screen: tone mapping and sRGB encoding (tone.wgsl).
+//! The last render pass before the screen: tone mapping and sRGB encoding (tone.wgsl).
 
 use super::program;
 
@@ -51,7 +51,8 @@ impl TonePass {
     }
 
     /// Draws a picture ([`super::Target::picture`]) into the texture `shown`, which has the size of the picture. Rows
-    /// have `width` pixels. The radiance is multiplied by `2^stops` before tone mapping.
+    /// have `width` pixels. The radiance is multiplied by `2^stops` before tone mapping: positive stops brighten the
+    /// picture.
     pub fn draw(
         &self,
         device: &wgpu::Device,

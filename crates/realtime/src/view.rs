@@ -14,7 +14,7 @@ pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
 /// Refractive index of keratin, the material of a snake's scales.
 pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
 /// Factor on the reflectance of the pigment texture. Larger values hide the diffraction colours on the nearly black
-/// snake.
+/// snake; smaller ones hide its pattern.
 pub const PIGMENT_SCALE: f32 = 0.35;
 /// Accepted numbers of samples along each side of a pixel. The upper bound limits the time of a picture to that of 4096
 /// samples of each pixel.
@@ -83,7 +83,8 @@ impl Default for Light {
 }
 
 impl Light {
-    /// Lowest elevation of the sun in degrees in the controls of window and page. At 0 the ground would be dark.
+    /// Lowest elevation of the sun in degrees that the controls of window and browser page offer. At 0 the ground would
+    /// be dark.
     pub const ELEVATION_MIN_DEG: f64 = 0.5;
 
     /// The sun at an azimuth in degrees, counter-clockwise from +x seen from above, and an elevation in degrees.
@@ -131,7 +132,8 @@ pub enum Blend {
     /// surface.
     #[default]
     Physical,
-    /// Weighted mean of the diffraction colour and the pigment, as in Single 2014 (M. Single's thesis).
+    /// Weighted mean of the diffraction colour and the pigment, as in M. Single's thesis (*An Interactive Shader for
+    /// Natural Diffraction Gratings*, Bern 2014).
     FixedMix {
         /// Weight of the diffraction colour, in [0, 1].
         share: f32,

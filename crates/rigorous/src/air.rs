@@ -22,7 +22,7 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Magnitude of the coupling `(ky/k)(1 − κ²/κm²)` below which Ey and Hy are solved separately, which takes a quarter of
-/// the time. It covers the rounding of ky = 0.
+/// the time. The bound covers the rounding of ky = 0; a larger one would neglect a real coupling.
 const COUPLING_MIN: f64 = 1e-12;
 
 /// The air above one profile at one (t, b), for any wavelength and lower medium (symbols: [crate]).
@@ -100,8 +100,9 @@ impl<'a> Air<'a> {
         let single_derivative = product(&layers.single, &derivative);
         let (n, count, step) = (nodes.len(), alpha.len(), nodes.step());
         let incident = from_fn(n, count, |i, m| Complex64::cis(alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]));
-        // Above the relief, order m of the Green's function of a source at (x, z) has the amplitude
+        // Above the relief, order m of the Green's function G of a source at (x, z) has the amplitude
         // i/(2dβm)·e^{−iαm·x − iβm·z}. `green` is this amplitude, divided by i and multiplied by the quadrature step.
+        // By Green's formula the field above is ∫ (u·∂νG − ∂νu·G) ds, and ∂ν gives the factor −i(αm·nx + βm·nz).
         let green = |m: usize, i: usize| {
             Complex64::cis(-alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
         };
@@ -213,13 +214,14 @@ impl<'a> Air<'a> {
         let fields = self.fields(&continuity, response, incident)?;
         let fluxes = self.fluxes(&continuity, &fields, &fields.each_ref().map(|field| product(response, field)));
         let [out_e, out_h] = self.radiated(&fields, &fluxes);
+        // Columns are the incident orders in the state Ey, then those in the state Hy.
         let amplitude =
             |out: usize, from: usize| [&out_e, &out_h].map(|wave| [wave[(out, from)], wave[(out, count + from)]]);
         let absorbed = (0..count)
             .map(|from| {
                 [from, count + from].map(|column| {
                     let inward = [0, 1].map(|i| self.inward(&fields[i], &fluxes[i], column));
-                    // The incident wave, of amplitude 1, carries d·βm in the unit of `inward`.
+                    // The incident wave, of amplitude 1, carries the power d·βm in the unit of `inward`.
                     (inward[0] + inward[1]) / (self.mesh.profile().period_um() * self.waves.beta[from])
                 })
             })
@@ -231,8 +233,9 @@ impl<'a> Air<'a> {
     pub(crate) fn continuity(&self, index: Complex64, k: f64) -> Continuity {
         let ky = Complex64::new(self.ky_squared(k), 0.0).sqrt();
         let kappa_m_squared = index * index * k * k - ky * ky;
-        let magnetic = self.kappa_squared / kappa_m_squared;
-        Continuity { weights: [magnetic * index * index, magnetic], coupling: ky / k * (1.0 - magnetic) }
+        // κ²/κm².
+        let ratio = self.kappa_squared / kappa_m_squared;
+        Continuity { weights: [ratio * index * index, ratio], coupling: ky / k * (1.0 - ratio) }
     }
 
     /// Ey and Hy on the curve, each as a matrix node × incident wave.
@@ -254,7 +257,7 @@ impl<'a> Air<'a> {
         if continuity.is_coupled() {
             return self.coupled_fields(&single_response, continuity, right);
         }
-        let [e, h] = [0, 1].map(|i| self.uncoupled(&single_response, continuity.weights[i]));
+        let [e, h] = [0, 1].map(|i| self.uncoupled_system(&single_response, continuity.weights[i]));
         let (e, h) = (solve(&e, right[0], "the field of Ey")?, solve(&h, right[1], "the field of Hy")?);
         let zero = |columns: &Matrix| zeros(columns.nrows(), columns.ncols());
         Ok([join_columns(&e, &zero(&h)), join_columns(&zero(&e), &h)])
@@ -288,7 +291,7 @@ impl<'a> Air<'a> {
     }
 
     /// `½ − K + weight·S W`, the system of Ey or Hy without coupling. `single_response` is S W.
-    fn uncoupled(&self, single_response: &Matrix, weight: Complex64) -> Matrix {
+    fn uncoupled_system(&self, single_response: &Matrix, weight: Complex64) -> Matrix {
         let n = self.mesh.nodes();
         from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * single_response[(i, j)])
     }

@@ -36,8 +36,8 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// Collects the Jones matrices. `amplitude(out, in)` is the matrix without the factor √(βm/βn); `out` and `in` are
-    /// positions in `waves`. `absorbed` is `[incident order][incident state]`.
+    /// Collects the Jones matrices. `amplitude(out, in)` is the matrix without the factor √(βm/βn), where n is the
+    /// incident order; `out` and `in` are positions in `waves`. `absorbed` is `[incident order][incident state]`.
     pub(crate) fn new(waves: &Waves, amplitude: impl Fn(usize, usize) -> Jones, absorbed: Vec<[f64; 2]>) -> Self {
         let (count, beta) = (waves.orders.len(), &waves.beta);
         let jones = (0..count * count)

@@ -53,17 +53,20 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     }
     let medium = Medium::index(eta, 0.0)?;
     let side = if wi[2] > 0.0 { Side::Above } else { Side::Below };
-    // Refractive index of the medium of the incident light.
+    // Refractive index n' of the medium of the incident light.
     let eta_in = if side == Side::Above { 1.0 } else { eta };
     let period = profile.period_um();
+    // Order 0 has the wave number 2πb/d = −k·n'·wi.x along x.
     let b = -wi[0] * eta_in * k * period / TAU;
-    // Squared wave number in the xz plane: κ² for light from above, κm² from below. Computed from x and z, it keeps its
-    // digits for light along the grooves.
+    // Squared wave number in the xz plane: κ² for light from above, κm² from below, where κ² = κm² − (n² − 1)k².
+    // Computed from x and z, it keeps its digits for light along the grooves.
     let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
     let kappa_squared =
         if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
+    // |ky|/k, which exceeds 1 for some light from below that is totally reflected.
     check_size(profile, &medium, wavelength_nm, (wi[1] * eta_in).abs().min(1.0))?;
     let mut resolution = Resolution::new(profile, &medium, wavelength_nm)?;
+    // Doubles the nodes until both checks pass.
     loop {
         let mesh = Discretisation::new(profile, resolution)?;
         let solve = |b: f64| Air::at_kappa_squared(&mesh, kappa_squared, b)?.scatter(eta, wavelength_nm);
@@ -89,7 +92,7 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
 }
 
 /// Lists the orders on one side, for light in the channel `incident`. `wave_number` is that of the side's medium
-/// (rad/µm); the orders' directions there have y = −`wi_y`.
+/// (rad/µm); the orders' directions there have y = −`wi_y`. Jones matrices of `scattering` are those for ky ≥ 0.
 fn orders_on(scattering: &Scattering, side: Side, incident: Channel, wave_number: f64, wi_y: f64) -> Vec<Order> {
     let waves = scattering.alpha_per_um(side).iter().zip(scattering.beta_per_um(side));
     let orders = scattering.orders(side).iter().zip(waves);

@@ -17,7 +17,7 @@ use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
 /// Fewest accepted nodes on one period. The interpolation to fine nodes uses 17 neighbouring ones, which must be
-/// distinct.
+/// distinct; 24 leaves a margin for the rounding on each edge.
 const NODES_MIN: usize = 24;
 /// Most accepted nodes on one period. At this number [`Estimate`](crate::Estimate) expects 50 s a solution on one core.
 pub(crate) const NODES_MAX: usize = 2048;
@@ -40,7 +40,8 @@ const NODES_PER_WAVE_MIN: f64 = 3.0;
 const OVERSAMPLING_MIN: usize = 3;
 /// Largest oversampling. For finer steps, more nodes take less time than more oversampling.
 const OVERSAMPLING_MAX: usize = 15;
-/// Largest step along the curve between fine nodes, in skin depths. Twice the step leaves a hundred times the error.
+/// Largest step along the curve between fine nodes, in skin depths. Twice the step leaves a hundred times the error of
+/// the power balance; smaller steps take more time.
 const STEP_SKIN_DEPTHS_MAX: f64 = 0.9;
 
 /// Number of nodes on one period of the curve, for the air and for the lower medium.
@@ -75,7 +76,7 @@ impl Resolution {
             Medium::Perfect => Complex64::ONE,
             Medium::Index(index) => index,
         };
-        // Length of the curve in wavelengths of the denser medium.
+        // Length of the curve in wavelengths of the denser medium; 1 is the index of the air.
         let waves = profile.arc_um() * k / TAU * index.re.max(1.0);
         let (least, per_wave) = match &profile.shape {
             Shape::Smooth(harmonics) => {

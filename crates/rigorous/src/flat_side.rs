@@ -8,10 +8,13 @@
 //! | s, p | c1 + cn, and ε·c1 + cn |
 //! | ts, tp | amplitudes across and in the plane of incidence, 2√(c1·cn)/s and 2n√(c1·cn)/p; \|t\|² is a power |
 //!
-//! The Jones matrix between the states without Hy and without Ey is `tp·U + (ts − tp)·a bᵀ`. U turns the states in the
-//! medium into those in the air. The unit vectors a and b are the state across the plane of incidence in both. The
-//! quotients of U's elements and of `ts − tp` by K², which a and b require, are written out below. They are finite at
-//! K = 0 and analytic in Ky, which serves the continuation to imaginary Ky.
+//! Jones matrices are between the states without Hy and without Ey (`orders.rs`). The unit vectors a, in the air, and
+//! b, in the medium, are the components of the polarisation across the plane of incidence. U is the rotation that maps
+//! b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`.
+//!
+//! The vectors a and b have the denominator |K|·√(1 − d.y²), where d.y is the y component of the wave's direction. The
+//! elements of U and of `a bᵀ` therefore have the factor 1/K². It is cancelled below, with the identities in the
+//! comments. The results are finite for K = 0 and analytic in Ky, which serves the continuation to imaginary Ky.
 
 use crate::{Jones, Order};
 use num_complex::Complex64;
@@ -23,19 +26,22 @@ pub(crate) fn passage(eta: f64, k_x: f64, k_y: Complex64, [c1, cn]: [f64; 2], is
     let eps = eta * eta;
     let sign = if is_downwards { 1.0 } else { -1.0 };
     let (s, p, root) = (c1 + cn, eps * c1 + cn, (c1 * cn).sqrt());
-    // √(1 − d.y²) of the directions in the air and in the medium; their product divides all elements.
+    // Product of √(1 − d.y²) in the air and in the medium, which divides all elements.
     let y_squared = k_y * k_y;
     let norm = ((1.0 - y_squared) * (1.0 - y_squared / eps)).sqrt();
-    let squared = k_x * k_x + y_squared;
-    let cosine = 1.0 + y_squared * (squared / eps - 1.0 - 1.0 / eps) / (c1 * cn / eta + 1.0);
+    let k_squared = k_x * k_x + y_squared;
+    // Scalar product of a and b times `norm`, (Kx² + Ky²·c1·cn/n)/K², by (c1·cn/n)² − 1 = K²(K²/ε − 1 − 1/ε).
+    let cosine = 1.0 + y_squared * (k_squared / eps - 1.0 - 1.0 / eps) / (c1 * cn / eta + 1.0);
+    // Sine of the angle of U times `norm`, sign·Kx·Ky(cn/n − c1)/K², by (cn/n)² − c1² = K²(ε − 1)/ε.
     let sine = k_y * (sign * k_x * (eps - 1.0) / (eta * (eta * c1 + cn)));
-    let of_p = 2.0 * eta * root / p;
-    // (ts − tp)/K².
-    let slope = -2.0 * root * (eta - 1.0) * (eps - 1.0) / (s * p * (eta * c1 + cn));
+    let tp = 2.0 * eta * root / p;
+    // (ts − tp)/K², by 1/s − n/p = (n − 1)(n·c1 − cn)/(s·p) and (n·c1)² − cn² = −K²(ε − 1).
+    let difference = -2.0 * root * (eta - 1.0) * (eps - 1.0) / (s * p * (eta * c1 + cn));
+    // a and b times their denominators.
     let air = [Complex64::from(k_x), k_y * (sign * c1)];
     let medium = [Complex64::from(k_x), k_y * (sign * cn / eta)];
-    let turned = [[cosine, sine], [-sine, cosine]];
-    [0, 1].map(|out| [0, 1].map(|within| (turned[out][within] * of_p + air[out] * medium[within] * slope) / norm))
+    let rotation = [[cosine, sine], [-sine, cosine]];
+    [0, 1].map(|out| [0, 1].map(|within| (rotation[out][within] * tp + air[out] * medium[within] * difference) / norm))
 }
 
 /// Product of two Jones matrices.
@@ -83,7 +89,7 @@ mod tests {
         let zero = Complex64::ZERO;
         let s = [-d[1] / sine, d[0] / sine, zero];
         let p = [s[1] * d[2], -s[0] * d[2], s[0] * d[1] - s[1] * d[0]];
-        // As `transverse_basis`, which takes real directions.
+        // The states of `transverse_basis`, which takes real directions only.
         let across = (d[0] * d[0] + d[2] * d[2]).sqrt();
         let first = [-d[1] * d[0] / across, across, -d[1] * d[2] / across];
         let second = [d[2] / across, zero, -d[0] / across];

@@ -8,10 +8,10 @@ use crate::linear::{Matrix, zeros};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Coarse nodes on either side of the nearest one from which a value is interpolated. Larger values take more time;
-/// with this one the error of interpolation is far below that of the quadrature.
+/// Number of coarse nodes on either side of the nearest one from which a value is interpolated. Larger values take more
+/// time; smaller ones raise the error of interpolation, which is now far below that of the quadrature.
 const REACH: usize = 8;
-/// Coarse nodes that a value is interpolated from.
+/// Number of coarse nodes from which a value is interpolated.
 const WIDTH: usize = 2 * REACH + 1;
 
 /// Lagrange interpolation from coarse nodes to fine nodes. Each coarse node is the middle one of `factor` fine nodes,

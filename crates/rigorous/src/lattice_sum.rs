@@ -43,7 +43,8 @@ const TERMS_MAX: usize = 400;
 const MARGIN: f64 = 1.0001;
 /// Smallest half height of the box in periods, so that the box of a flat relief is not empty.
 pub(crate) const HALF_HEIGHT_MIN: f64 = 1e-3;
-/// Smallest |γ|/|k|. It replaces smaller values, so that terms stay finite near the pole at γ = 0.
+/// Smallest |γ|/|k|. It replaces smaller values, so that terms stay finite near the pole at γ = 0. Larger values would
+/// move more orders away from their cut-off.
 const DECAY_MIN: f64 = 1e-8;
 /// Magnitude at which the series of [`Ewald::weights`] ends, below the rounding of its first term, 1.
 const WEIGHT_MIN: f64 = 1e-18;
@@ -61,7 +62,7 @@ pub(crate) struct LatticeSum {
     /// Number of polynomials T_2m(z/half_z), m from 0 on; F is even in z.
     terms_z: usize,
     /// Row n, column `part · terms_z + m`: coefficient of T_n(x/half_x)·T_2m(z/half_z). The parts 0 to 3 are Re F, Im
-    /// F, Re ∂F/∂x and Im ∂F/∂x.
+    /// F, Re ∂F/∂x and Im ∂F/∂x. All arrays of this file are in column-major order (`.f()`), since columns are summed.
     coefficients: Array2<f64>,
 }
 
@@ -330,6 +331,7 @@ impl Ewald {
                 series += weight * integral;
                 integral = (exponential - square * integral) / (q + 1) as f64;
             }
+            // Whole turns are dropped before the phase is rounded.
             sum += Complex64::cis(TAU * (self.bloch * p as f64).fract()) * series;
         }
         sum / (4.0 * PI)

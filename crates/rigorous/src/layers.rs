@@ -58,7 +58,8 @@ pub(crate) enum Images {
 impl Images {
     /// The summation needed at an imaginary part of the wave number (`decay`, 1/µm) and a period (µm).
     pub(crate) fn needed(decay: f64, period: f64) -> Self {
-        // The first image left out, number count + 1, is at least count + ½ periods away.
+        // The first image left out, number count + 1, is at least count + ½ periods away. Without decay, count is
+        // infinite.
         let count = (DECAYED / (decay * period) - 0.5).ceil();
         if count <= IMAGES_MAX { Self::Near(count.max(1.0) as i32) } else { Self::All }
     }
@@ -105,7 +106,8 @@ pub(crate) fn layer_matrices(
     Ok(result)
 }
 
-/// Distances in µm between which the window falls from 1 to 0.
+/// Distances in µm between which the window falls from 1 to 0. Without decay the quotient is infinite, and the period
+/// alone decides.
 fn window_range(decay: f64, period: f64) -> [f64; 2] {
     [0, 1].map(|i| (WINDOW_DECAYED[i] / decay).min(WINDOW[i] * period))
 }
@@ -154,6 +156,7 @@ impl Assembly<'_> {
             into.single[(row, source)] = (nearest[0] + others[0]) * phase;
             into.double[(row, source)] = (nearest[1] + others[1]) * phase;
         }
+        // Near a corner, the quadrature does not resolve the kernel of K on the neighbouring edge.
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 

@@ -50,7 +50,7 @@ pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along:
         media.push(("the medium below", index * index));
     }
     for (medium_name, epsilon) in media {
-        // κ or κm, with ky = k·along.
+        // κ or κm, with ky = k·along; the root that decays (`outgoing`).
         let wave_number = k * outgoing(epsilon - along * along);
         if matches!(Images::needed(wave_number.im, profile.period_um()), Images::Near(_)) {
             // A field that decays within a few periods is summed image by image, without polynomials.

@@ -1,15 +1,16 @@
 //! Preset `elaphe`: long tapering fingers, 1.144 µm apart, whose tips lie on the next layer.
 //!
+//! *Fingers* are the finger-like ridges in which the skin's overlapping cells end; a *layer* is a row of such cells.
 //! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
-use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
+use super::{Finger, FingerShape, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Seed of all random numbers of the skin, which also depends on their order.
+/// Seed of all random numbers. It is arbitrary; another seed, or another order of the numbers, makes another skin.
 const SEED: u64 = 0x000e_1a9e_0001;
 /// Layers on the tile, 3.26 µm each.
 const LAYERS: usize = 20;
@@ -22,67 +23,55 @@ const PERIOD_UM: f64 = 1.144_26;
 const TOP_UM: f64 = 0.434_72;
 
 /// Width of the fingers' flanks, in finger periods. A flank is the edge at which a finger's opacity falls from 1 to 0.
+/// Wider flanks are less steep.
 const FLANK: f64 = 0.16;
 
-/// Position along a layer at which the round end of a mean finger begins.
+/// Position along a layer, in layer periods, at which the round end of a mean finger begins.
 const TIP: f64 = 0.92;
 /// Length of a finger's round end, in layer periods.
 const TIP_LENGTH: f64 = 0.16;
-/// Position along a layer beyond which no finger is drawn. Few random tips reach it.
+/// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. Few random tips reach it.
 const REACH: f64 = 1.3;
 
-/// Lean of the fingers towards +y from root to tip, in finger periods.
-const LEAN: f64 = 0.06;
+/// Shape of the fingers, which lean towards +y.
+const SHAPE: FingerShape = FingerShape { lean: -0.06, flank: FLANK, reach: REACH, half_width, surface_um };
 
 /// Height of a layer's surface at `t`, in µm; at t < 0 it lies under the previous layer.
 ///
 /// The surface rises by 0.084 µm around the root and falls by 0.012 µm towards the tips.
-fn sheet(t: f64) -> f64 {
+fn sheet_um(t: f64) -> f64 {
     0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
 
-/// Half the width of a finger at `t`, in finger periods. Fingers touch at t = 0; the gap between them is a wedge; tips
-/// are round.
+/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
+/// the gap between them is a wedge; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
-    // Half a period, at which fingers touch. With 0.6 flanks more, the opacity is 1 there, too.
+    // Half a period, at which fingers touch, plus 0.6 flanks. The flank then begins beyond |q| = ½, where fingers
+    // touch, so the opacity is 1 everywhere.
     let closed = 0.5 + 0.6 * FLANK;
     // The wedge opens as t^(3/4), by square roots, which are the same on every machine.
     let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
-    // Fraction of the round end, 0 before it.
+    // Fraction of the round end that lies before `t`: 0 before the end, 1 at its extremity.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
     mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
+}
+
+/// Height of a finger's surface at `t` and `q`, in µm.
+fn surface_um(t: f64, q: f64, finger: &Finger) -> f64 {
+    // The fall of the surface from the finger's axis to its sides, which is complete at |q| = 0.4.
+    let fall = 0.025 * smooth_step(0.0, 0.3, t) * (q * q / 0.16).min(1.0);
+    sheet_um(t) - fall + finger.height_um * smooth_step(0.0, 0.4, t)
 }
 
 /// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
 ///
 /// The ground between the fingers is the surface of the next layer, which begins under this one, with a pit beside each
-/// root. Over it come the fingers of this layer, and over both the tips of the previous layer.
-fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
+/// root.
+fn height_um(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let position = lattice.position(ix, iy);
     let pit = 0.085 * smooth_step(0.0, 0.08, position.t) * smooth_step(0.42, 0.06, position.t);
-    let mut h = sheet(position.t - 1.0) - pit;
-    // Tips of the previous layer lie on top of this layer, so they come last. `cover` is the opacity of the finger that
-    // covers the pixel most, `crest` its height in µm.
-    for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
-        if t > REACH {
-            continue;
-        }
-        let (mut cover, mut crest) = (0.0_f64, 0.0);
-        for (finger, q) in lattice.near(layer, position.v - LEAN * t) {
-            let half = half_width(t, finger);
-            // A flank is no wider than the finger.
-            let flank = FLANK.min(half * 2.0);
-            let opacity = if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
-            if opacity > cover {
-                // The fall of a finger's surface from its axis to its sides, which is complete at |q| = 0.4.
-                let dome = 0.025 * smooth_step(0.0, 0.3, t) * (q * q / 0.16).min(1.0);
-                (cover, crest) = (opacity, sheet(t) - dome + finger.height_um * smooth_step(0.0, 0.4, t));
-            }
-        }
-        h = mix(h, crest, cover);
-    }
-    h
+    lattice.covered_um(sheet_um(position.t - 1.0) - pit, &position, &SHAPE)
 }
 
 /// Heights in µm with the fingers along +x, as in the scan, and the pixel size in µm.
@@ -109,7 +98,7 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     if let Some(regions) = regions {
         regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
     }
-    let mut heights = lattice.relief(height);
+    let mut heights = lattice.relief(height_um);
     add_granules(&mut heights, &lattice, &mut random);
     // A slow undulation, and noise with a grain along x; root mean squares in µm.
     heights += &(random.smooth_field(PIXELS, PIXELS, 10) * 0.008);
@@ -118,8 +107,8 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     (heights, extent / PIXELS as f64)
 }
 
-/// Adds three large and six small granules on each finger. Radii and heights are in µm. Granules are 1.2 times as long
-/// along the finger as across it.
+/// Adds three large and six small granules on each finger. Radii (standard deviations) and heights are in µm. Granules
+/// are 1.2 times as long along the finger as across it.
 fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {

@@ -4,8 +4,8 @@
 //! (Bern, 2014). `tests/core/snake_spectra.rs` compares the spectra of the skins with them. Numbers without another
 //! source in the files of both skins were chosen by eye and by these spectra.
 //!
-//! Both skins are layers of cells that overlap like tiles on a roof; each cell ends in fingers. Coordinates, with the
-//! fingers along +x:
+//! The cells of a skin lie in rows, the *layers*, which overlap like tiles on a roof. Each cell ends in several
+//! finger-like ridges, its *fingers*. The shapes of the cells are not modelled. Coordinates, with the fingers along +x:
 //!
 //! - `t`: position along a layer, in layer periods: 0 at the root of its fingers, where the gaps between them begin; 1
 //!   where the next layer begins; above 1 at tips that lie on the next layer;
@@ -20,9 +20,10 @@
 //! 4. A slow undulation and noise.
 //! 5. A stretch to the published range of heights.
 //!
-//! Coordinates are displaced (*warped*) by smooth periodic fields, so that orientation and period vary over the tile.
-//! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; shared
-//! parts are here.
+//! Coordinates are *warped*: smooth periodic displacements are added to them, so that orientation and period vary over
+//! the tile.
+//! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; this
+//! file has what they share.
 
 mod elaphe;
 mod regions;
@@ -32,13 +33,15 @@ pub(super) use elaphe::elaphe;
 pub use regions::{REGION_SIZE_UM, REGION_SPREAD, Regions};
 pub(super) use xenopeltis::xenopeltis;
 
-use super::random::Random;
+use super::random::{Random, smooth_step};
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 
-/// Pixels along each side of a skin, 64 nm each: about ten to the shortest finger period, 0.62 µm.
+/// Pixels along each side of a skin, 64 nm each: about ten in the shortest period of fingers, 0.62 µm. More pixels take
+/// more memory and time in all later steps; fewer lose the flanks of the fingers.
 const PIXELS: usize = 1024;
-/// Standard deviations to which a granule extends. Its height there is a hundredth of that at its centre.
+/// Standard deviations to which a granule extends. Its height there is a hundredth of that at its centre. Larger values
+/// take more time; smaller ones leave a step around granules.
 const GRANULE_REACH: f64 = 3.0;
 
 /// Random deviations of one finger from the regular pattern.
@@ -54,6 +57,20 @@ struct Finger {
     height_um: f64,
 }
 
+/// Shape of the fingers of one skin.
+struct FingerShape {
+    /// Lean of the fingers towards −y over one layer period, in finger periods; negative towards +y.
+    lean: f64,
+    /// Width of a finger's flanks, in finger periods. A flank is the edge at which the opacity falls from 1 to 0.
+    flank: f64,
+    /// Position along a layer beyond which no finger is drawn, in layer periods, at most 2.
+    reach: f64,
+    /// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks.
+    half_width: fn(t: f64, finger: &Finger) -> f64,
+    /// Height of a finger's surface at `t` and `q`, in µm.
+    surface_um: fn(t: f64, q: f64, finger: &Finger) -> f64,
+}
+
 /// Layers and fingers over one tile, with the fingers along +x.
 struct Lattice {
     /// Number of layers along x.
@@ -66,9 +83,9 @@ struct Lattice {
     extent_y_um: f64,
     /// Every finger, `[layer · fingers + finger]`.
     table: Vec<Finger>,
-    /// Displacement along x in µm, `[[iy, ix]]`.
+    /// Displacement along x in µm, added to the coordinate of pixel `[[iy, ix]]`.
     warp_x: Array2<f64>,
-    /// Displacement along y in µm, `[[iy, ix]]`.
+    /// Displacement along y in µm, added to the coordinate of pixel `[[iy, ix]]`.
     warp_y: Array2<f64>,
     /// Shift of each layer against the lattice, in finger periods.
     layer_shift: Vec<f64>,
@@ -76,11 +93,11 @@ struct Lattice {
 
 /// Coordinates of a pixel in the lattice.
 struct Position {
-    /// Number of the layer; beyond the tile the layers repeat.
+    /// Number of the layer along x. It may lie outside 0 to `layers` − 1; the layers repeat.
     layer: i64,
     /// Position along the layer, in layer periods, in `[0, 1)`.
     t: f64,
-    /// Position across the fingers, in finger periods.
+    /// Position across the fingers, in finger periods, before the layer's shift.
     v: f64,
 }
 
@@ -130,6 +147,31 @@ impl Lattice {
             // The regular axis of finger j is at j + ½.
             (finger, v - j as f64 - 0.5 - finger.shift)
         })
+    }
+
+    /// Height in µm at a position: that of the ground, covered by the fingers of the layer, and both of them covered by
+    /// the tips of the previous layer.
+    fn covered_um(&self, ground_um: f64, position: &Position, shape: &FingerShape) -> f64 {
+        let mut height_um = ground_um;
+        for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
+            if t > shape.reach {
+                continue;
+            }
+            // Opacity of the finger that covers the position most, and the height of its surface.
+            let (mut cover, mut surface_um) = (0.0_f64, 0.0);
+            for (finger, q) in self.near(layer, position.v + shape.lean * t) {
+                let half = (shape.half_width)(t, finger);
+                // A flank is no wider than the finger.
+                let flank = shape.flank.min(half * 2.0);
+                let opacity =
+                    if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
+                if opacity > cover {
+                    (cover, surface_um) = (opacity, (shape.surface_um)(t, q, finger));
+                }
+            }
+            height_um = mix(height_um, surface_um, cover);
+        }
+        height_um
     }
 
     /// Position `(x, y)` in µm of the point at `t` on a finger, `across` finger periods from its axis.

@@ -11,7 +11,9 @@ pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
 /// borders.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
-/// Sub-regions of a skin. Single 2014 attributes two ridges of peak angles to such regions.
+/// Sub-regions of a skin, a model of an observation in Single 2014 (M. Single's thesis). Over the wavelength, the angle
+/// of the diffraction peak alternates there between two curves, which the thesis attributes to regions of different
+/// period.
 ///
 /// The tile is divided into equal squares, an even number along each axis, with edges as near to `size_um` as possible.
 /// Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along y varies
@@ -27,7 +29,7 @@ pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regions {
-    /// Wanted edge of a square in µm.
+    /// Intended edge of a square in µm; the tile has a whole number of squares.
     size_um: f64,
     /// Relative deviation of the spatial frequency in a square, upwards and downwards.
     spread: f64,
@@ -48,7 +50,8 @@ impl Regions {
         }
     }
 
-    /// Number of squares along one side of a tile of `extent_um`: even, and as near to extent/size as possible.
+    /// Number of squares along one side of a tile of `extent_um`: the even whole number nearest to extent/size, at
+    /// least 2.
     fn count(&self, extent_um: f64) -> f64 {
         2.0 * libm::round(0.5 * extent_um / self.size_um).max(1.0)
     }

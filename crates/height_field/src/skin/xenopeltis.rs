@@ -1,16 +1,17 @@
 //! Preset `xenopeltis`, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
 //!
+//! *Fingers* are the finger-like ridges in which the skin's overlapping cells end; a *layer* is a row of such cells.
 //! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
-use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
+use super::{Finger, FingerShape, Lattice, PIXELS, Regions, fingers, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
 use std::f64::consts::TAU;
 
-/// Seed of all random numbers of the skin, which also depends on their order.
+/// Seed of all random numbers. It is arbitrary; another seed, or another order of the numbers, makes another skin.
 const SEED: u64 = 0x5e40_9e17_0001;
 /// Layers on the tile; 42 periods make a tile of 65.2 µm.
 const LAYERS: usize = 42;
@@ -23,65 +24,52 @@ const LAYER_UM: f64 = 1.552_27;
 const TOP_UM: f64 = 0.818_69;
 
 /// Width of the fingers' flanks, in finger periods. A flank is the edge at which a finger's opacity falls from 1 to 0.
+/// Wider flanks are less steep.
 const FLANK: f64 = 0.20;
 /// Height of a layer's surface between pits and tips, in µm.
 const PLAIN_UM: f64 = 0.435;
 
-/// Position along a layer at which the round end of a mean finger begins.
+/// Position along a layer, in layer periods, at which the round end of a mean finger begins.
 const TIP: f64 = 0.80;
 /// Length of a finger's round end, in layer periods.
 const TIP_LENGTH: f64 = 0.20;
-/// Position along a layer beyond which no finger is drawn. Few random tips reach it.
+/// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. Few random tips reach it.
 const REACH: f64 = 1.4;
 
-/// Lean of the fingers towards −y from root to tip, in finger periods.
-const LEAN: f64 = 0.15;
+/// Shape of the fingers, which lean towards −y.
+const SHAPE: FingerShape = FingerShape { lean: 0.15, flank: FLANK, reach: REACH, half_width, surface_um };
 
-/// Half the width of a finger at `t`, in finger periods. Fingers touch at t = 0; the gap between them is a pointed
-/// ellipse; tips are round.
+/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
+/// the gap between them is a pointed ellipse; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
-    // Half a period, at which fingers touch. With 0.6 flanks more, the opacity is 1 there, too.
+    // Half a period, at which fingers touch, plus 0.6 flanks. The flank then begins beyond |q| = ½, where fingers
+    // touch, so the opacity is 1 everywhere.
     let closed = 0.5 + 0.6 * FLANK;
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
-    // Wide and narrow fingers differ at the tip alone.
+    // Wide and narrow fingers differ only near the tip, which is a bulb.
     let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
-    // Fraction of the round end, 0 before it.
+    // Fraction of the round end that lies before `t`: 0 before the end, 1 at its extremity.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
     (closed - gap + bulb) * (1.0 - past * past).sqrt()
 }
 
+/// Height of a finger's surface at `t` and `q`, in µm.
+fn surface_um(t: f64, q: f64, finger: &Finger) -> f64 {
+    // Fraction of the tip's height that the finger has reached.
+    let rise = 0.35 * smooth_step(0.0, 0.4, t) + 0.65 * smooth_step(0.45, 0.9, t);
+    // The fall of the surface from the finger's axis to its sides: 0.03 µm at |q| = 0.4, at most 0.045 µm.
+    let fall = 0.03 * smooth_step(0.05, 0.4, t) * (q * q / 0.16).min(1.5);
+    PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - fall
+}
+
 /// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
 ///
-/// The ground is the plain of this layer with a pit between the fingers. Over it come the fingers of this layer, and
-/// over both the tips of the previous layer.
-fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
+/// The ground is the plain of this layer, with a pit between the fingers.
+fn height_um(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let position = lattice.position(ix, iy);
     let pit = 0.16 * smooth_step(0.04, 0.16, position.t) * smooth_step(0.95, 0.25, position.t);
-    let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, position.t) - pit;
-    // Tips of the previous layer lie on top of this layer, so they come last. `cover` is the opacity of the finger that
-    // covers the pixel most, `crest` its height in µm.
-    for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
-        if t > REACH {
-            continue;
-        }
-        let (mut cover, mut crest) = (0.0_f64, 0.0);
-        for (finger, q) in lattice.near(layer, position.v + LEAN * t) {
-            let half = half_width(t, finger);
-            // A flank is no wider than the finger.
-            let flank = FLANK.min(half * 2.0);
-            let opacity = if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
-            if opacity > cover {
-                // Fraction of the tip's height that the finger has reached.
-                let rise = 0.35 * smooth_step(0.0, 0.4, t) + 0.65 * smooth_step(0.45, 0.9, t);
-                // The fall of a finger's surface from its axis to its sides: 0.03 µm at |q| = 0.4, at most 1.5 times as
-                // much.
-                let dome = 0.03 * smooth_step(0.05, 0.4, t) * (q * q / 0.16).min(1.5);
-                (cover, crest) = (opacity, PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - dome);
-            }
-        }
-        h = mix(h, crest, cover);
-    }
-    h
+    let ground_um = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, position.t) - pit;
+    lattice.covered_um(ground_um, &position, &SHAPE)
 }
 
 /// The skin in the orientation of the scan: fingers along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart
@@ -116,7 +104,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     if let Some(regions) = regions {
         regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
     }
-    let mut heights = lattice.relief(height);
+    let mut heights = lattice.relief(height_um);
     add_granules(&mut heights, &lattice, &mut random);
     // A slow undulation, and noise with a grain along x; root mean squares in µm.
     heights += &(random.smooth_field(PIXELS, PIXELS, 12) * 0.015);
@@ -125,7 +113,8 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     HeightField::new(heights, extent / PIXELS as f64, extent / PIXELS as f64)
 }
 
-/// Adds granules on 12 % of the tips, and deep holes in 12 % of the pits. Radii and heights are in µm.
+/// Adds a granule to some tips and a deep hole to about as many pits. Radii (standard deviations) and heights are in
+/// µm.
 fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {

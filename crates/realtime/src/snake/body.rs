@@ -1,4 +1,5 @@
-//! The smooth body: a flattened cross-section, swept along an S-shaped centreline with a rotation-minimising frame.
+//! The smooth body: a flattened cross-section, swept along an S-shaped centreline with a rotation-minimising frame,
+//! which does not turn about the centreline.
 //!
 //! The section consists of two half ellipses, the back and the belly, with a common half width r. Its point at the
 //! angle φ is r·(sin φ·side + b·cos φ·up), with b = [`BACK`] or [`BELLY`]. The angle is 0 on top of the back and ±π
@@ -39,14 +40,14 @@ struct Station {
 pub(super) struct Body {
     /// Stations at u = i/[`STEPS`], i from 0 to [`STEPS`].
     stations: Vec<Station>,
-    /// Length of the centreline.
+    /// Length of the centreline in cm.
     length_cm: f64,
-    /// Half width r of the section.
+    /// Half width r of the section in cm.
     radius_cm: f64,
-    /// Arc length from the top of the back to the angle φ = `i·2π/STEPS − π`, i from 0 to [`STEPS`]. It has the sign
-    /// of φ.
+    /// Arc length in cm from the top of the back to the angle φ = `i·2π/STEPS − π`, i from 0 to [`STEPS`]. It has the
+    /// sign of φ.
     arcs_cm: Vec<f64>,
-    /// Arc lengths from the top of the back to the rims at v = 0 (negative) and v = 1 (positive).
+    /// Arc lengths in cm from the top of the back to the rims at v = 0 (negative) and v = 1 (positive).
     rims_cm: (f64, f64),
 }
 
@@ -91,7 +92,7 @@ impl Body {
         let (a, b) = (&self.stations[index], &self.stations[index + 1]);
         let forward = a.forward.lerp(b.forward, t).normalize();
         let up = a.up.lerp(b.up, t).reject_from_normalized(forward).normalize();
-        // Cubic Hermite interpolation with step h, so that positions are as smooth as directions.
+        // Cubic Hermite interpolation with step h in cm, so that positions are as smooth as directions.
         let h = self.length_cm / STEPS as f64;
         let (t2, t3) = (t * t, t * t * t);
         let centre = a.centre * (2.0 * t3 - 3.0 * t2 + 1.0)
@@ -115,7 +116,8 @@ fn relative_height(cos: f64) -> f64 {
 }
 
 /// Unit direction of the centreline at `u`. Seen from above, its angle with +x is bend·cos(2πu), which gives an S. The
-/// slope lift·π/length·sin(2πu) integrates to a height of about lift at the middle and to 0 at the tail.
+/// slope lift·π/length·sin(2πu) integrates to the height lift/2·(1 − cos(2πu)): lift at the middle and 0 at the tail,
+/// approximately, because the direction is normalised.
 fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
     let turn = options.bend_rad * (TAU * u).cos();
     let slope = options.lift_cm * PI / options.length_cm * (TAU * u).sin();
@@ -137,7 +139,7 @@ fn stations(options: &SnakeOptions) -> Vec<Station> {
         let next = heading(options, (i + 1) as f64 / STEPS as f64);
         let middle = heading(options, (i as f64 + 0.5) / STEPS as f64);
         let next_centre = centre + (forward + middle * 4.0 + next) * (step_cm / 6.0);
-        up = carry(up, forward, next, next_centre - centre);
+        up = transported_up(up, forward, next, next_centre - centre);
         (forward, centre) = (next, next_centre);
     }
     let mean = stations.iter().map(|s| s.centre).sum::<DVec3>() / stations.len() as f64;
@@ -150,7 +152,7 @@ fn stations(options: &SnakeOptions) -> Vec<Station> {
 /// The upward axis after one step of the rotation-minimising frame, by double reflection (Wang, Jüttler, Zheng and Liu,
 /// *Computation of Rotation Minimizing Frames*, ACM TOG 27(1), 2008). `chord` is the vector between the two centres;
 /// `forward` and `next` are the directions there.
-fn carry(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3 {
+fn transported_up(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3 {
     let reflect = |x: DVec3, axis: DVec3| x - axis * (2.0 * axis.dot(x) / axis.length_squared());
     let reflected_forward = reflect(forward, chord);
     let reflected_up = reflect(up, chord);

@@ -36,7 +36,7 @@ use rand_pcg::Pcg64;
 
 use super::SnakeOptions;
 
-/// Exponent p of the free edges: 1 for a rhombus, 2 for an ellipse; chosen by eye.
+/// Exponent p of the free edges, chosen by eye: 1 makes straight edges (a rhombus), 2 round ones (an ellipse).
 const OUTLINE: f64 = 1.4;
 /// Width of the wall at the tip, in units of the gauge; chosen by eye.
 ///
@@ -76,11 +76,11 @@ pub(super) enum Side {
 /// Random properties of one scale.
 #[derive(Clone, Copy)]
 pub(super) struct Traits {
-    /// Factor on the height of the dome, near 1.
+    /// Factor on the height of the dome (scales.rs), near 1.
     pub(super) height: f64,
-    /// Factor on the height of the keel, near 1.
+    /// Factor on the height of the keel (scales.rs), near 1.
     pub(super) keel: f64,
-    /// Lightness, −1 to 1.
+    /// Lightness of the pigment, −1 to 1.
     pub(super) shade: f64,
     /// Distance of the tip from the centre along i in half scales, near 1.
     reach: f64,
@@ -266,7 +266,7 @@ impl Lattice {
     ///
     /// Towards the root, the gauge 1 bounds an endless strip instead of the scale, but there the scales nearer to the
     /// head lie on top.
-    pub(super) fn on_top(&self, point: DVec2) -> (i64, i64) {
+    pub(super) fn visible_scale(&self, point: DVec2) -> (i64, i64) {
         let (first_i, middle_j) = (point.x.floor() as i64 - 1, point.y.round() as i64);
         // The scales around the point, from head to tail. A scale reaches about one half scale from its centre, so the
         // covering one is among them.
@@ -281,7 +281,7 @@ impl Lattice {
             .find(covers)
             // Rounding may leave a gap, which the nearest scale closes.
             .or_else(|| nearby().min_by(|a, b| gauge_in(a).total_cmp(&gauge_in(b))))
-            // Never used: there is always a scale nearby.
+            // Never used: one of two adjacent points of `nearby` is always a scale.
             .unwrap_or((first_i, middle_j))
     }
 }

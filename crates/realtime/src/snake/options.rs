@@ -5,7 +5,8 @@ use super::SnakeError;
 /// Shape and resolution of the snake. The comment of each field gives the accepted range, and the default in
 /// parentheses.
 ///
-/// The default mesh has 10 933 vertices and 21 573 faces; the snake of Single 2014 has 11 696 and 22 950.
+/// The default mesh has 10 933 vertices and 21 573 faces. The snake of Single 2014 (M. Single's thesis, *An Interactive
+/// Shader for Natural Diffraction Gratings*) has 11 696 and 22 950.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
     /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number of cells is even, because corners
@@ -24,11 +25,11 @@ pub struct SnakeOptions {
     pub bend_rad: f64,
     /// Height in cm by which the middle of the body is raised from the ground, 0 to 5 (0.25).
     pub lift_cm: f64,
-    /// Factor on the relief of the scales, 0 (smooth skin) to 3 (1).
+    /// Factor on the height of the scales over the smooth skin, 0 to 3 (1).
     pub relief: f64,
     /// Factor on the height of the keels, 0 (smooth scales, like those of the sunbeam snake *Xenopeltis*) to 3 (1).
     pub keel: f64,
-    /// Spread of the scales' random properties, 0 to 1 (0.35).
+    /// Spread of the scales' random properties, 0 (all scales alike) to 1 (0.35).
     pub variation: f64,
     /// Seed of the random properties (1). Equal options give equal meshes on every machine, up to rounding differences
     /// of the platform's mathematical functions.
@@ -95,7 +96,7 @@ impl SnakeOptions {
         // Seen from above, the angle of the centreline is bend·cos(2πu) (body.rs). Its largest derivative by the length
         // is the largest curvature, 2π·bend/length. The lower bound avoids a division by zero.
         let radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
-        // With a factor of 1 instead of 1.3, the inner side of the bend would shrink to a line.
+        // With a factor of 1, the inner side of the bend would shrink to a line; 1.3 leaves room for the scales there.
         let least_cm = 1.3 * self.radius_cm;
         if radius_cm < least_cm {
             return Err(SnakeError::Bend { radius_cm, least_cm });

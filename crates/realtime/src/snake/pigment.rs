@@ -10,7 +10,7 @@ use sunbeam::colour::srgb_bytes;
 /// Default size of a pigment texture in pixels along and around the body. The skin is twice as long as wide, so texels
 /// are square on it.
 pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
-/// Largest accepted size of a side in pixels.
+/// Largest accepted size of a side in pixels. It bounds the memory of a texture to 768 MiB.
 const SIDE_MAX: usize = 16_384;
 
 /// Linear sRGB reflectance of the back, blackish brown.
@@ -65,9 +65,9 @@ fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
     let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
     // Weight of the flank's colour: 0 on the back, 1 at the sides of the sheet.
     let flank = smoothstep((v - 0.5).abs(), 0.30, 0.20);
-    // The keel, along the axis of the scale, is darker by up to a quarter.
+    // The keel, the ridge along the axis of the scale, is darker by up to a quarter.
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();
-    // The random lightness of the scale changes its reflectance by up to a quarter.
+    // The random lightness of the scale, −1 to 1, changes its reflectance by up to a quarter.
     let shade = keel * (1.0 + 0.25 * spot.shade);
     std::array::from_fn(|c| {
         let skin = BACK_REFLECTANCE[c] + flank * (FLANK_REFLECTANCE[c] - BACK_REFLECTANCE[c]);

@@ -1,13 +1,14 @@
 //! The relief of the scales: a height over the smooth skin, and the visible scale at a point.
 //!
 //! The height of a scale is `unit · (dome + keel(across)) · rise(x) · rise(y)`, where the unit is the width of a half
-//! scale times the factor [`SnakeOptions::relief`]. Dome and keel have random factors near 1 (`Traits` in lattice.rs).
+//! scale times the factor [`SnakeOptions::relief`]. The *dome* is the height of a scale in its middle, and the *keel* a
+//! ridge along its axis. Both have random factors near 1 (`Traits` in lattice.rs).
 //!
 //! The scale comes out from under two scales nearer to the head, one on its left and one on its right. The coordinate x
 //! is 0 on the foot of the left scale, and 1 at the tip of the covered scale. It follows from the gauge in the
-//! coordinates of the left scale (lattice.rs): `x = (gauge − 1)/(gauge(2, 1) − 1)`. In these coordinates the covered
-//! scale has its centre at (1, 1) and its tip at (2, 1), apart from random displacements. The coordinate y is that of
-//! the right scale.
+//! coordinates of the left scale, a measure of the distance from its centre (lattice.rs): `x = (gauge − 1)/(gauge(2, 1)
+//! − 1)`. In these coordinates the covered scale has its centre at (1, 1) and its tip at (2, 1), apart from random
+//! displacements. The coordinate y is that of the right scale.
 
 use glam::DVec2;
 
@@ -26,7 +27,7 @@ const RISE: f64 = 0.3;
 /// Slope of the second factor of [`rise`], 1 − FALL·x, which lowers a scale towards its free edges; chosen by eye. With
 /// 0 nothing is lowered, with 1 the tip lies on the skin.
 const FALL: f64 = 0.65;
-/// Half width of the keel, relative to the half width of a scale; chosen by eye.
+/// Half width of the keel at half its height, relative to the half width of a scale; chosen by eye.
 const KEEL_WIDTH: f64 = 0.11;
 /// The x in the middle of a scale, `(gauge(1, 1) − 1)/(gauge(2, 1) − 1)` = 0.4226, rounded. Meshes depend on the
 /// digits.
@@ -70,7 +71,7 @@ impl Scales {
     /// The visible scale at `u`, `v` in [0, 1].
     pub(super) fn at(&self, u: f64, v: f64) -> Spot {
         let point = DVec2::new(u, v) * self.lattice.size();
-        let scale = self.lattice.on_top(point);
+        let scale = self.lattice.visible_scale(point);
         let local = self.lattice.local(scale, point);
         Spot {
             along: local.along,

@@ -132,7 +132,7 @@ fn the_visible_scale_agrees_with_the_mesh() {
             let point = super::patch::Patch::new(&lattice, scale).point(x, y);
             let size = DVec2::new(lattice.rows_along as f64, lattice.rows_around as f64);
             if point.cmpge(DVec2::ZERO).all() && point.cmple(size).all() {
-                assert_eq!(lattice.on_top(point), scale, "at {x}, {y}");
+                assert_eq!(lattice.visible_scale(point), scale, "at {x}, {y}");
             }
         }
     }

@@ -51,5 +51,6 @@ const FRAME_FIXED_MIX: u32 = 1u;
 // Value of `Frame.blend`: diffraction without pigment.
 const FRAME_NONE: u32 = 2u;
 
-// Distance of the near plane in cm. It is far below 0.2 cm, the smallest distance of an orbiting camera (orbit.rs).
+// Distance of the near plane in cm. A larger distance would cut off parts of the mesh in front of a near camera, whose
+// distance from its target may be 0.2 cm (orbit.rs). A smaller one gains nothing.
 const FRAME_NEAR_CM: f32 = 0.01;

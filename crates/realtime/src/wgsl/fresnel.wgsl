@@ -4,7 +4,7 @@
 // Symbols:
 //     c    cosθ, with the angle of incidence θ
 //     n    refractive index eta + i k relative to the outer medium
-//     t    √(n² - sin²θ), normal component of the transmitted wave vector in units of the outer wave number
+//     t    √(n² - sin²θ), normal component of the transmitted wave vector, in units of the outer wave number
 //     R_s  |c - t|²/|c + t|², reflectance of the polarisation s
 //     R_p  |n²c - t|²/|n²c + t|², reflectance of the polarisation p
 //     R    (R_s + R_p)/2
@@ -20,7 +20,7 @@ fn fresnel_sqrt(z: vec2<f32>) -> vec2<f32> {
     return select(vec2<f32>(smaller, larger), vec2<f32>(larger, smaller), z.x >= 0.0);
 }
 
-// Ratio |a − b|²/|a + b|² of complex numbers.
+// Ratio |a - b|²/|a + b|² of complex numbers.
 fn fresnel_ratio(a: vec2<f32>, b: vec2<f32>) -> f32 {
     return dot(a - b, a - b) / dot(a + b, a + b);
 }

@@ -2,7 +2,7 @@
 // directions in the shading frame there, and the visibility of the sun. The result is a query (query.wgsl), whose
 // reflectance shade.wgsl computes later.
 //
-// The rasteriser has written the triangle of each pixel into the texture `seen`. Passes, in this order:
+// The rasteriser has written the triangle of each pixel into the texture `seen`. Entry points, in this order:
 //
 // 1. locate_sort: sorts pixels into the lists `skin` (with a triangle) and `bare` (without one);
 // 2. locate_bare, locate_skin: write the queries of the pixels in `bare` and `skin`. A pixel is added to the list
@@ -10,11 +10,13 @@
 // 3. locate_rest: writes the queries of the pixels in `rest` by rays through the tree of boxes (trace.wgsl);
 // 4. locate_choose: lists the queries of sunlit skin in `chosen`.
 //
-// Each list has a pass of its own, because adapters run several pixels in lockstep, and all wait for the slowest one.
+// Each list has an entry point of its own, because adapters run several pixels in lockstep, and all wait for the
+// slowest one.
 //
-// Symbols: p a point; n, s, t the shading frame (normal, tangent along u, bitangent); wi and wo unit vectors to the sun
-// and to the viewer. `frame` (frame.wgsl) is the uniform of the sample: camera, sun and ground. The shading frame has
-// Mitsuba 3's conventions for a mesh with normals and texture coordinates, so pictures agree pixel by pixel.
+// *Skin* is the surface of the mesh. Symbols: p a point; n, s, t the shading frame (normal, tangent along u,
+// bitangent); wi and wo unit vectors to the sun and to the viewer. `frame` (frame.wgsl) is the uniform of the sample:
+// camera, sun and ground. The shading frame has Mitsuba 3's conventions for a mesh with normals and texture
+// coordinates, so pictures agree pixel by pixel.
 //
 // A film (`frame.film_eta`) is lit from both sides and lets light pass (sheet.wgsl). Its pixels are all in `rest`: rays
 // find the sunlight behind other parts of the film, and the sunlit ground behind it.
@@ -52,9 +54,10 @@ struct Lists {
 // where there is no mesh. A depth d is the coordinate 2d - 1 of `sunlight_position` along the direction to the sun.
 @group(0) @binding(10) var<storage, read> sun_depths: array<f32>;
 
-// Half the side of the square ground in cm, as in the Mitsuba scene.
+// Half the side of the square ground in cm, as in the Mitsuba scene that pictures are compared with (view.rs).
 const LOCATE_GROUND_HALF_SIDE_CM: f32 = 200.0;
-// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision.
+// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision. Smaller values let rays meet the
+// surface that they start from; larger ones miss near occluders.
 const LOCATE_EPSILON: f32 = 8.940697e-5;
 // Largest height above the plane of a surface point, in widths of a texel, at which a depth counts as the surface
 // itself. A curved surface leaves its tangent plane by less within a texel. Larger values overlook near occluders;
@@ -64,10 +67,10 @@ const LOCATE_SURFACE_MAX: f32 = 0.5;
 // texel. Smaller values darken points beside occluders; larger ones need more rays.
 const LOCATE_OCCLUDER_MIN: f32 = 2.0;
 // Smallest cosine between the normal and the sun at which the map decides. At smaller cosines one texel covers a part
-// of the plane that is more than ten texels long.
+// of the plane that is more than ten texels long. Larger bounds need more rays; smaller ones leave errors of shadows.
 const LOCATE_COSINE_MIN: f32 = 0.1;
-// Number of pixels or entries that an invocation sorts, a run, with one bit of a u32 for each. One atomic operation
-// reserves the list entries of a whole run. Equal to `RUN` in locate.rs.
+// Number of pixels or entries that an invocation processes, a *run*, with one bit of a u32 for each. One atomic
+// operation reserves the list entries of a whole run. A test compares it with `RUN` in locate.rs.
 const LOCATE_RUN: u32 = 32u;
 
 // Visibility of the sun: hidden by the mesh, or behind the surface itself.
@@ -118,8 +121,8 @@ fn locate_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Distances in cm from a texel to the next column along the map's axis `right`, and to the next row along `up`.
     // Rows run downwards, so the second distance is negative.
     let texel_step = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
-    // Rises of the plane towards the sun in cm for a step to the next column and to the next row. The plane
-    // dot(n, x) = 0 rises by -dot(n, axis)/cosine for each unit of length along an axis.
+    // Rises of the plane towards the sun in cm for a step to the next column and to the next row. A vector
+    // axis + rise·to_sun lies in the plane if its product with n is 0, so rise = -dot(n, axis)/cosine.
     let slope = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * texel_step / cosine;
     // The four texels around the point, in the order of the following vectors: the upper left one, its right neighbour,
     // and the two below. `offset` is the position of the point between them, 0 to 1.
@@ -132,8 +135,9 @@ fn locate_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Heights of the plane at the four texels, in cm towards the sun from the point p.
     let plane = vec4<f32>(-offset.x, 1.0 - offset.x, -offset.x, 1.0 - offset.x) * slope.x
         + vec4<f32>(-offset.y, -offset.y, 1.0 - offset.y, 1.0 - offset.y) * slope.y;
-    // Coordinates of the depths along the direction to the sun. A depth of 0, where there is no mesh, is moved far away
-    // from the sun, so that it counts as no occluder. The margin of the box keeps depths of the mesh above 0.
+    // Coordinates of the depths along the direction to the sun, from -1 to 1 over the depth of the box. A depth of 0,
+    // where there is no mesh, is moved far away from the sun, so that it counts as no occluder. The margin of the box
+    // keeps depths of the mesh above 0.
     let towards_sun = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
     // Heights of the depths above the plane, in widths of a texel.
     let in_front = ((towards_sun - position.z) * sunlight.half_depth - plane) / texel_step.x;
@@ -143,8 +147,8 @@ fn locate_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     return select(LOCATE_SUN_UNDECIDED, LOCATE_SUN_HIDDEN, all(in_front >= vec4<f32>(LOCATE_OCCLUDER_MIN)));
 }
 
-// A query with the point that the ray of a pixel meets. A variable without an initial value is all zeros, which is a
-// query of QUERY_NOTHING.
+// A query with the point that the ray of a pixel meets. WGSL initialises variables to zeros, which is a query of
+// QUERY_NOTHING.
 struct Located {
     query: Query,
     // Point that the ray meets.
@@ -167,7 +171,8 @@ fn locate_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
     let face = normalize(cross(e1, e2));
 
     // Partial derivative of the position by u, from two edges and their differences of texture coordinates (Pharr et
-    // al., Physically Based Rendering, section on triangle meshes).
+    // al., Physically Based Rendering, section on triangle meshes). With a determinant of 0 the texture coordinates
+    // define no tangent.
     let uv0 = vec2<f32>(c0.u, c0.v);
     let d1 = vec2<f32>(c1.u, c1.v) - uv0;
     let d2 = vec2<f32>(c2.u, c2.v) - uv0;
@@ -377,7 +382,8 @@ fn locate_skin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     let c2 = mesh_vertex(triangle, 2u);
     let ray = locate_ray(pixel);
     let hit = trace_corners(frame.origin, ray, triangle, c0.position, c1.position, c2.position);
-    // The rasteriser rounds corners to fractions of a pixel, so it sometimes picks a neighbouring triangle.
+    // The rasteriser rounds corners to fractions of a pixel, so it sometimes picks a neighbouring triangle, which the
+    // ray misses.
     let missed = hit.triangle == TRACE_NONE;
     var found: Located;
     if !missed {
@@ -412,7 +418,7 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     let pixel = locate_unpacked(lists.entries[locate_pixel_count() + number]);
     let ray = locate_ray(pixel);
     let hit = locate_intersection(pixel, ray);
-    // For a miss the corners of triangle 0 are read but not used.
+    // For a miss, triangle 0 is read but not used, because indexing with TRACE_NONE would leave the buffer.
     let triangle = select(hit.triangle, 0u, hit.triangle == TRACE_NONE);
     let found = locate_hit(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
     var visibility = locate_visibility(found);
@@ -447,7 +453,7 @@ fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_work
         return;
     }
     let count = min(LOCATE_RUN, end - first);
-    // Bit i is set if entry i of the run is sunlit skin. The ground may lie in front of the mesh.
+    // Bit i is set if entry i of the run is sunlit skin. The kind is tested, too: the ground may hide a mesh below it.
     var lit = 0u;
     for (var i = 0u; i < count; i++) {
         let index = locate_index(locate_unpacked(lists.entries[first + i]));

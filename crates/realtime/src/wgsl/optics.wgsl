@@ -1,13 +1,13 @@
 // Factors of the reflectance f_r that do not depend on the relief (docs/model.md#the-reflectance).
 //
-// f_r is R·O·M times the relief's factor ∫ S/λ² weight(λ) dλ, which the method computes (src/methods/mod.rs). R is the
-// Fresnel reflectance (fresnel.wgsl), O the obliquity factor, and M shadowing and masking (both pair.wgsl). With the
-// small-slope factor Q (small_slope.wgsl), f_r is Q·M times the relief's factor.
+// f_r is R·O·M times the relief's factor, which the method computes (src/methods/mod.rs): ∫ S/λ² weight(λ) dλ, with the
+// power spectrum S in µm² and the weights of linear sRGB. R is the Fresnel reflectance (fresnel.wgsl), O the obliquity
+// factor, and M shadowing and masking (both pair.wgsl). With the small-slope factor Q (small_slope.wgsl), f_r is Q·M
+// times the relief's factor.
 //
 // Under a cover of index n, these factors are taken for the directions inside the cover. f_r is multiplied by
 // T(θi)·T(θo)/n², where T is the transmittance of the cover's flat side. The angle θ' inside the cover follows from
-// n·cosθ' = √(n² − sin²θ).
-// The functions for covers are counterparts of `Cover` in src/scattering/cover.rs.
+// n·cosθ' = √(n² − sin²θ). The functions for covers are counterparts of `Cover` in src/scattering/cover.rs.
 
 // Value of `Optics.answers` for methods whose answer is the relief's factor.
 const OPTICS_ANSWERS_RELIEF: u32 = 0u;

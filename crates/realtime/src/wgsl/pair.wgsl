@@ -7,7 +7,7 @@
 
 // A pair of directions.
 struct Pair {
-    // Scattering vector q = wi + wo; its z component is at least twice PAIR_COSINE_MIN.
+    // Scattering vector q = wi + wo, with cos_i + cos_o as z component, at least twice PAIR_COSINE_MIN.
     q: vec3<f32>,
     // cosθi and cosθo, at least PAIR_COSINE_MIN.
     cos_i: f32,
@@ -16,7 +16,8 @@ struct Pair {
     valid: bool,
 }
 
-// Smallest cosine to divide by, about the rounding error of a single-precision cosine.
+// Smallest cosine to divide by, about the rounding error of a single-precision cosine. Larger values would change
+// grazing directions; smaller ones would amplify rounding errors there.
 const PAIR_COSINE_MIN: f32 = 1e-7;
 // Value of `Optics.obliquity` for Stam's obliquity factor.
 const PAIR_OBLIQUITY_STAM: u32 = 0u;
@@ -55,11 +56,13 @@ fn pair_obliquity(pair: Pair, kind: u32) -> f32 {
     if kind != PAIR_OBLIQUITY_STAM {
         return 1.0;
     }
+    // (1 + wi·wo)/w.
     let ratio = pair_sum_squared(pair) / (2.0 * pair.q.z);
     return ratio * ratio / (pair.cos_i * pair.cos_o);
 }
 
-// Shadowing and masking factor M of V-shaped cavities, min(1, 2w·min(cosθi, cosθo)/(1 + wi·wo)).
+// Shadowing and masking factor M of V-shaped cavities, min(1, 2w·min(cosθi, cosθo)/(1 + wi·wo)), with the denominator
+// |wi + wo|²/2.
 fn pair_shadowing(pair: Pair) -> f32 {
     return min(4.0 * pair.q.z * min(pair.cos_i, pair.cos_o) / pair_sum_squared(pair), 1.0);
 }

@@ -3,12 +3,12 @@
 //
 // Radiance L = E·cosθi·f, where E = π is the sun's irradiance: a white diffuse plane that faces the sun has L = 1.
 // The reflectance f in 1/sr blends the diffraction f_r and the pigment ρ/π according to `frame.blend` (frame.wgsl):
-//     physical   f = f_r + C·ρ/π·(1 - R(θi'))·(1 - R(θo'))
+//     physical   f = f_r + C·ρ/π·(1 - R(θi'))·(1 - R(θo')); the surface transmits 1 - R to the pigment
 //     fixed mix  f = (1 - share)·ρ/π + share·f_r
 //     none       f = f_r
 // R is the Fresnel reflectance, C the factor of a cover, and θ' an angle inside the cover (optics.wgsl). Without a
-// cover, C is 1 and θ' is θ. A film has no pigment: f is its scattering function. Where light arrives through films, E
-// is multiplied by `query.sun`.
+// cover, C is 1 and θ' is θ. A film has no pigment: f is its scattering function, for light on either side. Where light
+// arrives through films, E is multiplied by `query.sun`.
 
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
@@ -33,7 +33,7 @@ struct Pigment {
 
 // π.
 const RESOLVE_PI: f32 = 3.141592653589793;
-// Irradiance E of a plane that faces the sun.
+// Irradiance E of a plane that faces the sun, for each colour channel.
 const RESOLVE_SUN_IRRADIANCE: f32 = RESOLVE_PI;
 
 // Linear values of encoded sRGB values in [0, 1] (IEC 61966-2-1); counterpart of `srgb_decode` in src/colour/srgb.rs.
@@ -93,13 +93,15 @@ fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
 // Adds the radiance of the answered queries to the picture.
 @compute @workgroup_size(64)
 fn resolve(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    // Linear index of the invocation. The workgroups, of 64 invocations along x, form a grid (pipeline.rs).
+    // Linear index of the invocation. The workgroups, of 64 invocations along x, form a grid (`dispatch_over` in
+    // pipeline.rs).
     let number = id.y * groups.x * 64u + id.x;
     if number >= chosen_count {
         return;
     }
     let index = chosen[number];
     let query = queries[index];
+    // Light may arrive at the back of a film, where z is negative.
     let irradiance = RESOLVE_SUN_IRRADIANCE * query.sun * abs(query.wi.z);
     let radiance = irradiance * resolve_skin(query, reflectances[index].rgb);
     picture[index] += vec4<f32>(frame.weight * radiance, 0.0);

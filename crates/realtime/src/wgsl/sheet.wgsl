@@ -2,7 +2,7 @@
 //
 // A film spreads the light that it transmits over diffraction orders. The functions here approximate light that passes
 // a film on its way to the camera or to another surface: they do not deflect it, and take its loss from a flat film.
-// Deflection makes no difference where light arrives equally from all directions.
+// The approximation is good for weak reliefs, which deflect little light.
 
 // Smallest cosine to divide by, about the rounding error of a single-precision cosine.
 const SHEET_COSINE_MIN: f32 = 1e-7;
@@ -11,6 +11,7 @@ const SHEET_COSINE_MIN: f32 = 1e-7;
 // reflections inside the film; counterpart of `TransparentBody::transmittance` in src/scattering/transparent.rs.
 fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
     let c = max(cosine, SHEET_COSINE_MIN);
+    // Permittivity of the film.
     let eps = eta * eta;
     // Normal component √(eta² − sin²θ) of the transmitted wave vector, in units of the wave number in air.
     let inside = sqrt(c * c + (eta - 1.0) * (eta + 1.0));

@@ -20,7 +20,8 @@
 //     straight = (cosφ - sinθi sinθo)² + cos²φ (c_i c_o)²
 //     crossed = sin²φ·(c_i² + c_o²)
 
-// Smallest sinθi·sinθo to divide by. At smaller products the azimuth is lost to rounding and has no effect.
+// Smallest sinθi·sinθo to divide by. At smaller products one direction is nearly the normal, where the azimuth is lost
+// to rounding and has no effect.
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
 // Smallest |D|² to divide by; it only avoids a division by zero.
 const SMALL_SLOPE_SQUARED_MODULUS_MIN: f32 = 1e-18;
@@ -71,10 +72,12 @@ fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     let i = small_slope_terms(pair.cos_i, eps);
     // Complex product t_i t_o.
     let product = vec2<f32>(o.t.x * i.t.x - o.t.y * i.t.y, o.t.x * i.t.y + o.t.y * i.t.x);
+    // Numerator of the amplitude from p to p.
     let pp = product * azimuth.cos_phi - eps * azimuth.sines;
     let straight = cos_squared * o.per_s_squared * i.per_s_squared + dot(pp, pp) * o.per_p_squared * i.per_p_squared;
     let crossed = (1.0 - cos_squared) *
         (dot(o.t, o.t) * o.per_p_squared * i.per_s_squared + dot(i.t, i.t) * i.per_p_squared * o.per_s_squared);
+    // ε - 1.
     let contrast = eps - vec2<f32>(1.0, 0.0);
     let w = pair.q.z;
     return 2.0 * dot(contrast, contrast) * pair.cos_i * pair.cos_o / (w * w) * (straight + crossed);

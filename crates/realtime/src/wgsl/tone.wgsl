@@ -1,18 +1,18 @@
-// Display pass: maps linear radiance to encoded sRGB for the screen. `tone_map` and `srgb_encode` are counterparts of
-// the functions in src/colour.
+// Render pass for the screen: maps linear radiance to encoded sRGB. `tone_map` and `srgb_encode` are counterparts of
+// the functions in src/colour, with which a test in crates/window/src/tone.rs compares them.
 //
 // x is the largest channel of the exposed colour, k the knee and s the shoulder. The tone curve is x up to k, and
 // k + (1 - k)·(x - k)/(x - k + s) above, which approaches 1. All channels are scaled by the same factor.
 
 // Uniform of the pass, which tone.rs writes.
 struct Tone {
-    // Exposure, a factor on the radiance.
+    // Exposure, a positive factor on the radiance; 1 leaves it unchanged.
     gain: f32,
     // Number of pixels in a row.
     width: u32,
 }
 
-// Knee k, equal to `KNEE` in src/colour/tone.rs.
+// Knee k, equal to `KNEE` in src/colour/tone.rs. A lower knee keeps more detail in highlights but darkens them.
 const TONE_KNEE: f32 = 0.8;
 // Shoulder s, equal to `SHOULDER` in src/colour/tone.rs. An excess x - k = s is mapped halfway between the knee and 1.
 const TONE_SHOULDER: f32 = 0.6;

@@ -21,7 +21,7 @@ struct Node {
 
 // Index for no triangle.
 const TRACE_NONE: u32 = 0xffffffffu;
-// Distance beyond every triangle.
+// Distance beyond every triangle, near the largest finite f32.
 const TRACE_FAR: f32 = 3e38;
 
 // Intersection of a ray with a triangle.
@@ -48,6 +48,7 @@ fn trace_corners(
     let e2 = p2 - p0;
     let direction_e2 = cross(direction, e2);
     let determinant = dot(e1, direction_e2);
+    // The ray is parallel to the triangle's plane.
     if determinant == 0.0 {
         return Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
     }

@@ -17,8 +17,9 @@ use ndarray::Axis;
 use num_complex::Complex64;
 use std::array;
 
-/// Number of columns, or of rows of a triangular system, at which the recursion ends in plain elimination. It affects
-/// speed only.
+/// Number of columns, or of rows of a triangular system, at which the recursion ends in plain elimination. Larger
+/// blocks leave more work to elimination, smaller ones to the recursion. Another number changes the rounding of
+/// results.
 const BLOCK: usize = 16;
 
 /// A column of at most [`BLOCK`] rows, in its first elements.
@@ -56,8 +57,10 @@ pub(super) fn solve(factors: &View<'_>, pivots: &[usize], mut right: ViewMut<'_>
 /// Step k of Gaussian elimination: exchanges row k with the pivot row, subtracts multiples of row k from the rows
 /// below, and stores the multipliers, a column of L, below the diagonal.
 ///
-/// Returns the pivot row: the one from k on with the largest element in column k.
+/// Returns the pivot row: the row from k on with the largest element in column k. If all are zero, the factors are not
+/// finite, which the caller of [`solve`] checks.
 fn eliminate(a: &mut ViewMut<'_>, k: usize) -> usize {
+    // The sum is within a factor √2 of the modulus, which suffices to choose a pivot, and takes no square root.
     let magnitude = |row: usize| a.re[(row, k)].abs() + a.im[(row, k)].abs();
     let mut pivot = k;
     for row in k + 1..a.re.nrows() {
