@@ -1,6 +1,8 @@
-"""The part `validity`: errors of scalar diffraction against Maxwell's equations, for gratings.
+"""Part `validity` of the documentation (page.py): errors of scalar diffraction for gratings, by Maxwell's equations.
 
-validity_sweeps.py defines models and misplaced power. A *reach* is a largest angle of incidence, on either side.
+A *model* is scalar diffraction with a choice of obliquity factor, with or without energy conservation. Its *misplaced*
+power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). A *reach* is a largest angle of
+incidence, on either side.
 """
 
 from __future__ import annotations
