@@ -227,13 +227,16 @@ def check_limiter(scans: dict, by_case: dict) -> None:
 
 
 def check_gain(skins: list[dict]) -> None:
-    """Raises SetupError unless small_slope misplaces less than stam on both skins, and far less on Elaphe alone."""
+    """Raises SetupError unless small_slope misplaces less than stam on both skins, and far less on Elaphe alone.
+
+    `skins` has the results of `skin_figures`.
+    """
     gains = {}
     for of_skin in skins:
         stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
         insist(PART, small_slope < stam, f"small_slope is better than stam on {of_skin['skin']}")
         gains[of_skin["skin"]] = stam / small_slope
-    # The page speaks of a large gain on Elaphe, and of a small one on Xenopeltis.
+    # The slopes of Elaphe are gentler. A factor of 2 counts as a gain on it, one of 1.2 as none on Xenopeltis.
     insist(PART, gains["elaphe"] > 2 and gains["xenopeltis"] < 1.2, "the gain is on the gentler skin")
 
 
