@@ -16,7 +16,7 @@ from .light import uniform_sky
 from .scene import View, colour_texture, raw_texture, soil, stage
 from .snake import FOLDER
 
-# Edge of a height field's pixels.
+# Edge of the pixels of the reliefs that are made here.
 PIXEL_UM = 0.125
 # Longest paths of light: a lamp, the film from either side, two diffuse surfaces, and the camera.
 MAX_DEPTH = 5
@@ -115,7 +115,10 @@ def frame(name: str, centre_cm, hole_cm: tuple[float, float], border_cm: float, 
 
 
 def light_traced(scene: dict) -> dict:
-    """The scene, changed so that paths begin at its lamps, for light that a film throws on a surface."""
+    """Changes `scene` so that paths begin at its lamps, for light that a film throws on a surface; returns it.
+
+    Paths from the camera would hit these narrow beams by chance alone.
+    """
     # Russian roulette would start beyond the longest path, so it is off.
     scene["integrator"] = {"type": "ptracer", "max_depth": MAX_DEPTH, "rr_depth": 100}
     scene["sensor"]["sampler"]["type"] = "independent"
@@ -129,7 +132,7 @@ def spectrometer_scene(
     """A lamp with collimator and slit, a film in the mount of a slide, and a screen; light goes along y.
 
     `powers` has the relative power of each of the lamp's lines by its wavelength in nm. Order m of a line of wavelength
-    λ is at x = SCREEN_CM tan(asin(mλ/d)), where d is `period_um`.
+    λ is on the screen at x = SCREEN_CM tan(asin(mλ/d)), where d is `period_um`.
     """
     # `slit` is the slit's centre; the lamp is 1 cm behind it.
     grey, slit = matte(0.25), (0, -SLIT_DISTANCE_CM, AXIS_CM)
@@ -145,7 +148,7 @@ def spectrometer_scene(
         "screen": pane((0, SCREEN_CM, AXIS_CM), slit, (50, 14), matte(0.8)),
         "table": box((0, 8, 0), (70, 70, 0.2), matte(0.16, 0.12, 0.09)),
     }
-    # A lamp of the room, so that the apparatus is seen.
+    # A lamp that lights the apparatus for the camera.
     room = {
         "type": "spot",
         "to_world": mi.ScalarTransform4f().look_at([-25, -45, 60], [0, 12, 4], [0, 0, 1]),
@@ -183,7 +186,7 @@ def window_scene(view: View = WINDOW_VIEW, spp: int = 144) -> dict:
 def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
     """A street at night through a film with crossed gratings, close to the eye."""
     eye = view.origin_cm
-    # One period, 2 µm, of two crossed gratings, each 0.3 µm high.
+    # One period, 2 µm, of two crossed gratings, each 0.3 µm from valley to peak.
     wave = 0.15 * np.cos(2 * np.pi * np.arange(0, 2, PIXEL_UM) / 2)
     gratings = film(relief_file("crossed", wave[:, None] + wave), coherence_um=60.0)
     objects = {
@@ -204,9 +207,9 @@ def ridges() -> np.ndarray:
 
     White noise is filtered by Gaussians of its frequency and direction, and scaled to a standard deviation of 0.055 µm.
     """
-    # Pixels along each side of the tile.
+    # Pixels along each side of the tile, 16 µm.
     count = 128
-    # Frequencies in cycles per µm; the filter is centred on 1/1.3 µm and on the direction x.
+    # Frequencies in cycles per µm. The filter is centred on 1/1.3 µm, which is 0.77, and on the direction x.
     fx, fy = np.meshgrid(*2 * [np.fft.fftfreq(count, PIXEL_UM)])
     frequency, angle = np.hypot(fx, fy), np.arctan2(fy, np.abs(fx))
     band = np.exp(-(((frequency - 0.77) / 0.04) ** 2) - (angle / 0.35) ** 2)
@@ -226,8 +229,9 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     # Cells are the Voronoi cells of one seed in each square of a grid of 24 × 9.
     squares = np.stack(np.meshgrid(np.arange(24), np.arange(9)), -1).reshape(-1, 2)
     seeds = (squares + rng.uniform(0.1, 0.9, squares.shape)) / [24, 9]
-    # Distances in cm of each texel from all seeds, with lengths along the wing scaled by 0.7, which makes cells longer.
+    # Distances of each texel from all seeds in cm. Lengths along the wing are scaled by 0.7, which makes cells longer.
     distance = np.hypot((x[..., None] - seeds[:, 0]) * 0.7 * width, (y[..., None] - seeds[:, 1]) * height)
+    # Distances of the nearest and of the second seed.
     nearest, second = np.moveaxis(np.partition(distance, 1, axis=-1)[..., :2], -1, 0)
     cell = distance.argmin(axis=-1)
     # Veins run along the borders of cells and along the outline.

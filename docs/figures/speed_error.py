@@ -98,7 +98,7 @@ def entry_figures(entry: dict) -> dict:
     """The page's numbers of one entry, rounded; times are per evaluation.
 
     `group` identifies all options but the wavelength step. `mb` and `build_s` are size in megabytes and build time in
-    seconds of the method's data. `cpu_ratio` is the ratio to the CPU time of the benchmark's baseline. `gpu_…` are
+    seconds of the method's data. `cpu_ratio` is the ratio to the CPU time of FLSS with its default options. `gpu_…` are
     `None` without an adapter; `gpu_least_us` is the smallest time instead of the median. Errors have the names of the
     report.
     """
