@@ -47,7 +47,10 @@ ANOMALY_OFFSETS = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0
 
 
 def ratio_grid(first: float, last: float, count: int) -> np.ndarray:
-    """Ascending λ/d: `count` equidistant values, and extra ones about the anomalies."""
+    """Ascending λ/d: `count` equidistant values, and extra ones about the anomalies.
+
+    Rounding joins values that differ by rounding errors alone, and makes 1 exact.
+    """
     extra = [passing_off + offset for passing_off in PASSING_OFF for offset in ANOMALY_OFFSETS]
     return np.unique(np.round([*np.linspace(first, last, count), *extra], 6))
 
@@ -276,8 +279,9 @@ def fresnel_p(n: complex, theta_deg: float) -> float:
 
 
 def check(made: dict) -> None:
-    """Raises SetupError if the numbers contradict a statement of the template."""
+    """Raises SetupError if the numbers `made` of `figures` contradict a statement of the template."""
     for name, curve in made["blazed"]["curves"].items():
+        # All ranges of λ/d include 1, which is far beyond the blaze.
         at_one = curve["ratio"].index(1.0)
         insist(PART, curve["tm"][at_one] > curve["te"][at_one], f"beyond the blaze TM stays above TE ({name})")
     step = made["blazed"]["step"]

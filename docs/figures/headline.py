@@ -21,15 +21,18 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
 
     `cells`, `calls`, `first_renders` and `colours` have the results of the measuring functions. `cell_s` is the time of
     each cell, and `picture_s` that of each of the two converged pictures of `colours`, in seconds without compiling.
-    Cells with slow renders take longer, since each cell has a minimum number of rounds.
+    Cells with slow renders take longer, since each cell has a minimum number of rounds. `call_names` and `turns` are
+    the measured calls and how often each is timed, `first_size` the size of the first pictures, `scanned` a caption of
+    the scan or of what replaces it, and `grey` the mean luminance at which colours are compared.
     """
+    _, scanned_caption = scanned_surface()
     made = {
         **cell_settings(cell_s),
         "picture_s": picture_s,
         "call_names": bsdf_calls.CALLS,
         "turns": bsdf_calls.TURNS,
         "first_size": first_render.SIZE,
-        "scanned": scanned_surface()[1],
+        "scanned": scanned_caption,
         "grey": rgb_against_spectral.GREY,
         "took_s": {},
     }
@@ -84,7 +87,7 @@ def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
 
 
 def cell_lines(made: dict) -> list[str]:
-    """The cells as lines of a text table: a line for each material of a cell.
+    """The cells as lines of a text table: a line for each material of a cell, which is a row of the cell's `ways`.
 
     Columns:
 

@@ -28,7 +28,10 @@ NEAR_DEG = (3.0, 10.0)
 
 
 def exposure_stops(pixels: np.ndarray) -> float:
-    """Exposure in stops that clips the fraction CLIPPED of the linear pixels (..., 3) that are not black."""
+    """Exposure in stops that clips the fraction CLIPPED of the linear pixels (..., 3) that are not black.
+
+    Positive exposures brighten. At least one pixel must not be black.
+    """
     peak = pixels.max(axis=-1)
     return float(-np.log2(np.quantile(peak[peak > 0], 1 - CLIPPED)))
 

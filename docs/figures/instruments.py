@@ -179,6 +179,7 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
     # The name's ending selects the native reader.
     copy, out = work / f"copy{NATIVE[sample.format]}", work / "native.npy"
     shutil.copy(sample.path, copy)
+    # Points without a height need a value, which `differences` does not compare.
     words = ("--height-field", copy, "--level", "none", "--fill", "mean", "-o", out)
     try:
         pixel_um = json.loads(sunbeam("height-field", *words))["pixel_um"]

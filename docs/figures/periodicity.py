@@ -83,7 +83,7 @@ def figures() -> dict:
         scratch = Path(temporary)
         measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}
         reliefs = {skin: Relief(skin, ("--preset", skin), ANGLES_DEG[skin]) for skin in SKINS}
-        reliefs["blazed"] = Relief("blazed", blazed_words(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
+        reliefs["blazed"] = Relief("blazed", write_blazed(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
         found = {}
         for grating, method in THEIRS:
             found[grating, method] = evaluate(reliefs[grating], "--method", method)
@@ -108,8 +108,8 @@ def figures() -> dict:
         }
 
 
-def blazed_words(folder: Path) -> tuple:
-    """Arguments of `sunbeam` for the preset `blazed` as Single 2014's tile of 65 µm, which is written to `folder`."""
+def write_blazed(folder: Path) -> tuple:
+    """Writes the preset `blazed` as Single 2014's tile of 65 µm to `folder`; returns the arguments that read it."""
     tooth = (np.arange(BLAZED_PIXELS) + 0.5) / BLAZED_PIXELS * BLAZED_HEIGHT_UM
     pixel_um = BLAZED_NM / 1000 / BLAZED_PIXELS
     words = write_heights(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")

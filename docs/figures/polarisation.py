@@ -35,6 +35,8 @@ MAX_DEPTH = 3
 ALUMINIUM = {"material": "Al"}
 # Optical parameters of the plugin for glass.
 GLASS = {"eta": 1.5}
+# Reflectance of the floor, linear sRGB. A brighter one would add unpolarised light.
+DARK_FLOOR = (0.05, 0.05, 0.05)
 # The relief of a compact disc.
 TRACKS = {"preset": "cd"}
 # Parameters of grooves with the period and depth of a disc's tracks, in µm. They are constant along y, as
@@ -61,8 +63,8 @@ def sphere(optics: dict) -> dict:
     """A blazed ball with the plugin's parameters `optics`, under a uniform sky and a lamp, as parts of a scene."""
     return {
         "ball": {"type": "sphere", "center": [0, 0, 1], "bsdf": {"type": "diffraction", "preset": "blazed", **optics}},
-        "floor": floor(20, (0.05, 0.05, 0.05)),
-        "lamp": lamp((3, -3, 4), 0.2, 30),
+        "floor": floor(half_width_cm=20, reflectance=DARK_FLOOR),
+        "lamp": lamp((3, -3, 4), radius_cm=0.2, radiance=30),
         "sky": sky(0.5),
     }
 
@@ -74,8 +76,8 @@ def disc(relief: dict, ply) -> dict:
     """
     return {
         "disc": {"type": "ply", "filename": str(ply), "bsdf": {"type": "diffraction", **relief, **ALUMINIUM}},
-        "floor": floor(20, (0.05, 0.05, 0.05)),
-        "lamp": lamp((6, 6, 14), 0.5, 60),
+        "floor": floor(half_width_cm=20, reflectance=DARK_FLOOR),
+        "lamp": lamp((6, 6, 14), radius_cm=0.5, radiance=60),
         "sky": sky(0.5),
     }
 

@@ -144,6 +144,7 @@ def renderings() -> dict[str, str]:
 def other_methods() -> dict[str, str]:
     """Figures 2.19 to 2.22 and B.1, table 2.1: the laboratory, Stam's model, NMM."""
     methods, lab = data("renderings-methods"), data("lab")
+    # Rms distance of a surface's lines of constant phase from straight ones.
     wander = {row["title"]: row["wander_nm"] for row in methods["cut_outs"]}
     # GPU Gems' form at three spacings: the first is the tracks' own, the last is fitted.
     gems = methods["disc"]["gems"]

@@ -188,6 +188,7 @@ def disc(studio: Studio, folder: Path) -> dict:
     drawn, _ = draw(studio, shots)
     sheet([drawn], studio, folder / "disc.jpg")
     found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
+    # The rows are the tracks' own spacing, the demonstration's, and the fitted one.
     own_deg, _, fitted_deg = (row["largest_off_deg"] for row in found["gems"])
     holds = fitted_deg < ALIKE_DEG < own_deg
     insist(PART, holds, "GPU Gems' form agrees with FLSS on the disc only if its spacing is fitted")

@@ -185,6 +185,7 @@ def cpu_s(bsdf: mi.BSDF, call: str, inputs: Inputs) -> float:
     """Seconds of CPU of all threads that one call on a wavefront takes."""
     dr.sync_thread()
     start = time.process_time()
+    # `answer` returns arrays that are not evaluated yet.
     dr.eval(answer(bsdf, call, inputs))
     dr.sync_thread()
     return time.process_time() - start

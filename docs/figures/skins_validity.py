@@ -194,6 +194,7 @@ def figures() -> dict | None:
     skins = [skin_figures(skin, rows, by_case) for skin in SKINS]
     check_gain(skins)
     draw(images(PART) / "angles.svg", skins)
+    # The numbers by light are summarised above, and would make the data large.
     for of_crop in (*rows, *varied):
         del of_crop["by_light"]
     return {

@@ -253,7 +253,7 @@ def cost() -> dict:
 def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
     """All numbers on metals; writes the plot to `path`.
 
-    - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged.
+    - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged to `settled`.
     - `rows`, `by_metal`: the results of `by_shape` and `by_metal`.
     - `mueller`: errors of all elements of Mueller matrices by EXACT.
     - `limits`: the result of `smallest_period_um` for each kind, metal and theory, at each of `reaches_deg`. `bound` is
