@@ -142,6 +142,7 @@ def spectrometer_scene(
         "lamp": pane((0, slit[1] - 1, AXIS_CM), slit, (1.5 * SLIT_CM[0], SLIT_CM[1]), matte(0.0), emitter=beam),
         "housing": box((0, slit[1] - 5, 0.5 * AXIS_CM + 1.5), (6, 7.8, AXIS_CM + 3), grey),
         **frame("jaw", slit, SLIT_CM, 3.0, 0.1, grey),
+        # With this coherence length an order is far narrower than the slit's image.
         "film": pane((0, 0, AXIS_CM), slit, (2.8, 3.4), film(relief, coherence_um=1000.0)),
         **frame("mount", (0, 0, AXIS_CM), (2.6, 3.2), 1.2, 0.2, matte(0.5)),
         "post": box((0, 0, 0.5 * AXIS_CM - 1.4), (0.8, 0.2, AXIS_CM - 2.8), grey),
@@ -188,6 +189,7 @@ def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
     eye = view.origin_cm
     # One period, 2 µm, of two crossed gratings, each 0.3 µm from valley to peak.
     wave = 0.15 * np.cos(2 * np.pi * np.arange(0, 2, PIXEL_UM) / 2)
+    # The coherence length makes orders half a degree wide.
     gratings = film(relief_file("crossed", wave[:, None] + wave), coherence_um=60.0)
     objects = {
         "film": pane((eye[0], eye[1] + 3, eye[2]), eye, (8, 7), gratings),
@@ -238,6 +240,7 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     veins = (second - nearest < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
     membrane = film(
         relief_file("ridges", ridges()),
+        # Orders are 4° wide.
         coherence_um=8.0,
         tolerance=1e-2,
         rotation=raw_texture(12 * np.sin(5 * x + 3 * y) + rng.uniform(-6, 6, len(seeds))[cell]),

@@ -2,7 +2,7 @@
 
 The numbers are the argument `made`, from the function of the same name in gratings.py. `passing_off` are the λ/d at
 which orders reach the horizon, where efficiencies have anomalies; they are drawn as grey lines. Symbols: d is the
-period, h the height, and λ the wavelength.
+period, h the height, λ the wavelength, and b the slope of an echelette's long facets.
 """
 
 from __future__ import annotations

@@ -47,8 +47,8 @@ MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
 # Edge of a scan, which the page states. Its finite size widens the orders further.
 SCAN_UM = 6.5
-# Standard deviation in cycles per µm of the window about a scan's spot. A narrower window would find a maximum of the
-# speckle; a wider one would include neighbouring orders.
+# Standard deviation in cycles per µm of the window about a scan's spot. A narrower window would weight only part of the
+# blurred order; a wider one would include neighbouring orders.
 SCAN_LOBE_PER_UM = 0.05
 # Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
 CLIPPED = 0.01

@@ -50,7 +50,7 @@ COLUMNS = 1300
 PER_COLUMN = 4
 # Wavelength step of the sum over the visible spectrum, smaller than the 4 nm that order 3 of 50 slits is wide, λ/(3N).
 COLOUR_STEP_NM = 1.0
-# Smallest number of slits in the fit of width ∝ N^exponent. With fewer slits the widths of the slits matter.
+# Smallest number of slits in the fit of width ∝ N^exponent. With fewer slits the slits' own width matters.
 FITTED_FROM = 5
 # Largest accepted difference of the fitted exponent from −1.
 EXPONENT_TOLERANCE = 0.02

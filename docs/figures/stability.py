@@ -103,7 +103,7 @@ def draw_grazing(surfaces: list[dict], file: Path) -> None:
     """Draws errors of S and albedos of each surface against the angle from the horizon, on a logarithmic axis.
 
     Solid lines of albedos are with energy conservation, dashed ones without. Grey lines are the tables' tolerance and
-    the albedo 1, which conserves energy.
+    the albedo 1, the largest that conserves energy.
     """
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
     for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):
