@@ -133,8 +133,8 @@ def as_drawn(sample: Sample) -> Sample:
 def scans() -> list[Sample]:
     """The scans, if present, turned so that the waves of one period lie in the plane of incidence.
 
-    Both skins have fingers, long parallel ridges. The period is that across the fingers of Elaphe, and
-    that of the rows of fingers of Xenopeltis.
+    Both skins have fingers, long parallel ridges. The period is that across the fingers of Elaphe, and that of the rows
+    of fingers of Xenopeltis.
     """
     found = []
     for name, path, axis in (("Elaphe", SCANS["elaphe"], "y"), ("Xenopeltis", SCANS["xenopeltis"], "x")):

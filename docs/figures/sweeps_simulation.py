@@ -3,8 +3,8 @@
 Two servers handle one request at a time: the driver with its scheduler, and the shared file system. Workers compute in
 parallel. A *case* is a surface in one setting (docs/sweeps.md). A worker requests a batch of cases from the driver and
 computes them one by one. It writes each result to the file system before it begins the next case. Times are in seconds.
-The constants of the driver below are copies, which no test compares. Its batches also shrink towards the end of a
-sweep, which the simulation leaves out.
+Batches of the driver also shrink towards the end of a sweep, which the simulation leaves out. A test compares the
+constants of the driver with the copies below.
 """
 
 from __future__ import annotations
