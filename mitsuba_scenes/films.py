@@ -63,8 +63,8 @@ def film(relief: dict, coherence_um: float, **parameters) -> dict:
     return {"type": "diffraction", **relief, **body, **parameters}
 
 
-def relief_file(name: str, heights_um: np.ndarray) -> dict:
-    """Parameters of a periodic relief, written as `name`.npy among the snake's files; `heights_um` is its tile."""
+def write_relief(name: str, heights_um: np.ndarray) -> dict:
+    """Writes the tile `heights_um` as `name`.npy among the snake's files; returns the parameters of its periodic relief."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     path, temporary = FOLDER / f"{name}.npy", FOLDER / f"{name}-{os.getpid()}.npy"
     np.save(temporary, heights_um.astype(np.float32))
@@ -190,7 +190,7 @@ def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
     # One period, 2 µm, of two crossed gratings, each 0.3 µm from valley to peak.
     wave = 0.15 * np.cos(2 * np.pi * np.arange(0, 2, PIXEL_UM) / 2)
     # The coherence length makes orders half a degree wide.
-    gratings = film(relief_file("crossed", wave[:, None] + wave), coherence_um=60.0)
+    gratings = film(write_relief("crossed", wave[:, None] + wave), coherence_um=60.0)
     objects = {
         "film": pane((eye[0], eye[1] + 3, eye[2]), eye, (8, 7), gratings),
         "street": box((0, 2000, 0), (1000, 4000, 2), matte(0.08)),
@@ -239,7 +239,7 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     # Veins run along the borders of cells and along the outline.
     veins = (second - nearest < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
     membrane = film(
-        relief_file("ridges", ridges()),
+        write_relief("ridges", ridges()),
         # Orders are 4° wide.
         coherence_um=8.0,
         tolerance=1e-2,

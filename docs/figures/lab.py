@@ -198,7 +198,7 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     return rows
 
 
-def photographed(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Path) -> None:
+def write_photograph(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Path) -> None:
     """Writes the screen in white light, with marks at the grating equation's positions of three wavelengths."""
     bench = sample.bench
     pixels = photograph(bsdf, bench, {"type": "d65"}, PICTURE_PATHS).astype(np.float32)
@@ -240,7 +240,7 @@ def figures() -> dict:
         if key not in bsdfs:
             bsdfs[key] = mi.load_dict({"type": "diffraction", **sample.skin})
         spacing_um = period(sample.skin, sample.axis)["period_um"]
-        photographed(sample, bsdfs[key], spacing_um, folder / f"{sample.name}.jpg")
+        write_photograph(sample, bsdfs[key], spacing_um, folder / f"{sample.name}.jpg")
         summaries.append(summary(sample, spacing_um, measured(sample, bsdfs[key], spacing_um)))
         print(f"{sample.name}: within {summaries[-1]['worst_mm']:.2f} mm", flush=True)
     return {

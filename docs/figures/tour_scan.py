@@ -137,7 +137,7 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
     period_um = period_of(words)
     reference = folder / "reference.exr"
     draw(words, reference)
-    mask = lit(reference, folder / "lit.png")
+    mask = write_lit_mask(reference, folder / "lit.png")
     orders = orders_of(tile, words, period_um)
     strongest = two_strongest(orders)
     tips = []
@@ -206,8 +206,11 @@ def draw(words: tuple, file: Path) -> None:
     sunbeam("brdf-map", "-o", file, *words, *light)
 
 
-def lit(reference: Path, file: Path) -> Path:
-    """Writes a mask of the lit pixels of a map, white where its luminance is above LIT of white, to the PNG `file`."""
+def write_lit_mask(reference: Path, file: Path) -> Path:
+    """Writes a mask of the lit pixels of a map to the PNG `file`, white where its luminance is above LIT of white.
+
+    `reference` is the EXR of the map. Returns `file`.
+    """
     luminance = read_exr(reference) @ XYZ_OF_SRGB[1]
     white = np.quantile(luminance[luminance > 0], WHITE)
     Image.fromarray(((luminance > LIT * white) * 255).astype(np.uint8)).save(file)
