@@ -64,7 +64,7 @@ def film(relief: dict, coherence_um: float, **parameters) -> dict:
 
 
 def write_relief(name: str, heights_um: np.ndarray) -> dict:
-    """Writes the tile `heights_um` as `name`.npy among the snake's files; returns the parameters of its periodic relief."""
+    """Writes a tile of heights as `name`.npy among the snake's files; returns the parameters of its periodic relief."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     path, temporary = FOLDER / f"{name}.npy", FOLDER / f"{name}-{os.getpid()}.npy"
     np.save(temporary, heights_um.astype(np.float32))
