@@ -1,5 +1,8 @@
 # %% [markdown]
 # A BRDF map and a rendered picture of one material. Each `# %%` begins a cell of a notebook.
+#
+# The material is the skin of the snake Xenopeltis, of index 1.56. The coherence length in µm is shorter than the
+# default of 65, that of filtered sunlight, so that orders are wide enough for a map of 128 pixels.
 
 # %%
 import matplotlib.pyplot as plt
@@ -12,7 +15,8 @@ material = {"preset": "xenopeltis", "coherence_length": 30.0, "eta": 1.56}
 
 # %% [markdown]
 # The reflectance over the outgoing hemisphere, seen from above with x to the right and y up. Light comes in at 30
-# degrees from the normal.
+# degrees from the normal, from the side of +x. `wi` points to the light and `wo` to the viewer; both are unit vectors
+# with z along the normal. Only pixels inside the unit disc are directions.
 
 # %%
 size = 128
@@ -26,8 +30,9 @@ surface = sunbeam_mitsuba.Surface(**material)
 f = surface.eval(wi, wo, wavelength_nm)  # [directions, wavelengths], in 1/sr
 
 # %% [markdown]
-# Colours: the CIE 1931 observer under an equal-energy illuminant, in linear sRGB. The exposure clips 1 % of the disc,
-# and a power of 1/2.2 approximates the sRGB encoding.
+# Colours: the CIE 1931 observer under an equal-energy illuminant, in linear sRGB. XYZ is the sum over the wavelengths,
+# divided by that of the observer's Y, so a reflectance of 1/sr has Y = 1. The exposure clips 1 % of the disc, and a
+# power of 1/2.2 approximates the sRGB encoding.
 
 # %%
 observer = np.array(mi.cie1931_xyz(mi.Float(wavelength_nm))).T
@@ -38,7 +43,7 @@ brdf_map[inside] = np.clip(rgb / np.percentile(rgb.max(axis=-1), 99), 0, 1) ** (
 plt.imsave("brdf_map.png", brdf_map)
 
 # %% [markdown]
-# A ball of that material under sun and sky.
+# A ball of that material under sun and sky. Pigment below the surface adds a little diffuse light.
 
 # %%
 scene = mi.load_dict(
@@ -57,6 +62,9 @@ scene = mi.load_dict(
     }
 )
 picture = np.array(mi.util.convert_to_bitmap(mi.render(scene, spp=32)))
+
+# %% [markdown]
+# Map and picture beside each other.
 
 # %%
 figure, (left, right) = plt.subplots(1, 2, figsize=(8, 4))

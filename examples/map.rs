@@ -1,6 +1,7 @@
 //! Writes a colour map of a blazed grating over the outgoing hemisphere: `cargo run --release --example map > map.ppm`.
 //!
-//! The hemisphere is seen from above, x to the right, y up. Light comes in along the normal.
+//! The hemisphere is seen from above, x to the right, y up. Its pixels are directions to the viewer. Light comes in
+//! along the normal.
 
 use std::io::Write;
 use sunbeam::colour::srgb_bytes;
@@ -10,11 +11,13 @@ use sunbeam::{Options, Preset};
 
 /// Width and height of the map in pixels.
 const SIZE: usize = 256;
-/// Factor from a reflectance in 1/sr to a screen value in [0, 1], chosen by eye.
+/// Factor from a reflectance in 1/sr to a screen value in [0, 1], chosen by eye. A larger one shows weaker orders and
+/// clips more of the strong ones.
 const EXPOSURE: f64 = 0.3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let field = Preset::Blazed.build(None, None)?;
+    // Shorter than sunlight's, the default of 65 µm, so that orders are several pixels wide.
     let options = Options { coherence_length_um: 10.0, ..Options::default() };
     // The colour table holds the integral over wavelengths: one look-up gives a colour.
     let method = build(MethodKind::Table, &field, &options, &MethodOptions::default())?;
@@ -24,6 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for column in 0..SIZE {
             // Directions below the horizon, outside the unit disc, are black.
             let colour = map_direction(column, row, SIZE).map_or([0.0; 3], |wo| {
+                // Methods compute in single precision, as on a GPU.
                 let single = |v: [f64; 3]| v.map(|component| component as f32);
                 let relief = method.answer_rgb(single(wi), single(wo));
                 // The table has the relief alone; the obliquity and shadowing factor of the directions multiplies it.

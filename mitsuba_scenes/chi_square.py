@@ -63,9 +63,9 @@ class SphereDomain(HemisphereDomain):
 def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **options):
     """A `ChiSquareTest`, not yet run, of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)`.
 
-    The default domain is `HemisphereDomain()`. `u` has three uniform random numbers per sample; `wo` is a unit vector
-    whose z is along the normal. Densities are in 1/sr. `options` are further arguments of `ChiSquareTest`, such as
-    `sample_count` and `res`.
+    The test is run by its method `run`. The default domain is `HemisphereDomain()`. `u` has three uniform random
+    numbers per sample; `wo` is a unit vector whose z is along the normal. Densities are in 1/sr. `options` are further
+    arguments of `ChiSquareTest`, such as `sample_count` and `res`.
     """
     from mitsuba.chi2 import ChiSquareTest
 
@@ -76,7 +76,7 @@ def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **op
         is_valid = pdf > 0
         return dr.select(is_valid, wo, mi.Vector3f(0, 0, 1)), dr.select(is_valid, mi.Float(1), 0)
 
-    # Density per unit area of the domain. A hemisphere, 2π sr, has the area 1 in both domains above.
+    # `pdf_func` is per unit area of the domain. A hemisphere, 2π sr, has the area 1 in both domains above.
     return ChiSquareTest(
         domain=domain or HemisphereDomain(),
         sample_func=weighted_samples,
@@ -90,9 +90,9 @@ def bsdf_test(bsdf: mi.BSDF, wi, pdf_of: mi.BSDF | None = None, nm=WAVELENGTHS_N
     """A `ChiSquareTest`, not yet run, of the samples of `bsdf`, in a vectorised variant of Mitsuba.
 
     `wi` is the incident direction, a unit vector in the local frame that points away from the surface. The density is
-    that of the BSDF `pdf_of`, by default of `bsdf` itself. `nm` are the path's four wavelengths in nm; RGB variants
-    ignore them. `options` replace the defaults: 200 000 samples, 75 cells along each side of the domain (`res`), and 24
-    intervals of quadrature along each side of a cell (`ires`).
+    that of the BSDF `pdf_of`, by default of `bsdf` itself; another one makes a negative control. `nm` are the path's
+    four wavelengths in nm; RGB variants ignore them. `options` replace the defaults: 200 000 samples, 75 cells along
+    each side of the domain (`res`), and 24 intervals of quadrature along each side of a cell (`ires`).
     """
     ctx = mi.BSDFContext()
 

@@ -33,6 +33,7 @@ def contact_sheet(
     """
     with Image.open(rows[0][0][0]) as first:
         height = round(width * first.height / first.width)
+    # Lines of the longest caption beyond its first.
     extra_lines = max(caption.count("\n") for row in rows for _, caption in row)
     caption_height = CAPTION_HEIGHT + LINE_HEIGHT * extra_lines
     columns = max(len(row) for row in rows)

@@ -41,7 +41,7 @@ from .snake import SnakeFiles, snake_files
 
 # Presets of the first row of the sheet, with their captions.
 SKINS = {"blazed": "Blazed", "elaphe": "Elaphe, procedural", "xenopeltis": "Xenopeltis, procedural"}
-# Azimuths of the sun in the second row; see `Light`.
+# Azimuths of the sun in the second row, counter-clockwise from +x seen from above.
 SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
 # Pictures of the third row by the name of their files: caption, function that makes the scene, and its camera.
 FOILS_AND_FILMS = {
@@ -50,7 +50,7 @@ FOILS_AND_FILMS = {
     "window": ("Window film in the sun, its spectra on the floor", window_scene, WINDOW_VIEW),
     "spectacles": ("Street lamps through diffraction spectacles", spectacles_scene, SPECTACLES_VIEW),
 }
-# Exposure of the third row in stops.
+# Exposure of the third row in stops; 0 leaves the values as they are.
 FOILS_AND_FILMS_EXPOSURE_STOPS = 0.0
 
 
@@ -86,7 +86,7 @@ def shots() -> list[list[Shot]]:
 
 
 def tables(description: str) -> dict:
-    """Size in MB and relative error of a skin's tables, parsed from `description`, which is `str(bsdf)`.
+    """Size in MB and relative error of a skin's precomputed tables, parsed from `description`, which is `str(bsdf)`.
 
     Raises ValueError if the description lacks one of them.
     """
@@ -128,7 +128,7 @@ def main(words: list[str] | None = None) -> int:
     except Disagreement as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
-    except (SetupError, picture.PictureError) as error:
+    except (SetupError, picture.PictureError, ValueError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     return 0
@@ -198,7 +198,7 @@ def snake_rows(
             # Pictures with equal parameters of the skin share one BSDF, so its tables are built once.
             key = json.dumps(skin, sort_keys=True)
             bsdf = bsdf_of_skin.get(key) or skin_bsdf(skin, files.pigment)
-            # The first of two passes includes compiling, the second does not.
+            # Two passes: the first includes the compilation of kernels, the second shows the time without it.
             result = picture.render(bsdf, files, light, view, spp, passes=2)
             bsdf_of_skin[key] = result.bsdf
             picture.check(result.pixels, name)
@@ -220,7 +220,10 @@ def snake_rows(
 def foils_and_films_row(
     view: View, spp: int, output: Path, announce: Callable[[str], None], pictures: dict[str, dict]
 ) -> list[tuple[Path, str]]:
-    """Renders FOILS_AND_FILMS at the resolution of `view`; results are those of `snake_rows` for one row."""
+    """Renders FOILS_AND_FILMS at the resolution of `view`, and adds their entries of the report to `pictures`.
+
+    Returns the (PNG, caption) of each picture.
+    """
     row = []
     for name, (caption, make_scene, camera) in FOILS_AND_FILMS.items():
         announce(caption)

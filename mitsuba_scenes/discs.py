@@ -1,6 +1,7 @@
 """A compact disc and a DVD under their polycarbonate. Lengths are in cm, z is up.
 
-On Mitsuba's disk u is the radius. The tracks of the preset `cd` are perpendicular to x, so they are circles.
+On Mitsuba's disk the texture coordinate u is the radius. The x axis of a relief follows u, and the preset `cd` has its
+tracks along y, so they are circles.
 """
 
 from __future__ import annotations
@@ -35,11 +36,12 @@ DISC_VIEW = View(origin_cm=(0, -40, 43), target_cm=(0, -0.2, 0), fov_deg=13.8)
 WINDOW_TRACKS = 10
 # Relative error of the tables, above the default: the colours are smooth, and the build takes half the time.
 TOLERANCE = 1e-2
-# Radiance of a white plane at the disc that faces a lamp. The unit of all radiances here is that of light.py.
+# Radiance of a white plane at the disc that faces a lamp. The unit of all radiances here is that of a white plane in
+# the sun (light.py).
 LAMP_BRIGHTNESS = 0.25
 # Radiance of the dim room, in all directions.
 ROOM_RADIANCE = 0.03
-# Radiance of the window.
+# Radiance of the window. A larger one brightens its colours on the disc.
 WINDOW_RADIANCE = 8.0
 # Edges of the window in cm: width and height.
 WINDOW_CM = (50.0, 70.0)
@@ -50,7 +52,8 @@ class Format:
     """Kind of disc.
 
     `pitch_um` is the distance between tracks and `depth_um` the depth of pits. `lamps` has azimuth and elevation in
-    degrees of small lamps, and `window_cm` the centre of a window, whose first orders reach the camera of DISC_VIEW.
+    degrees of small lamps, and `window_cm` is the centre of a window. The first orders of all of them reach the camera
+    of DISC_VIEW.
     """
 
     pitch_um: float
@@ -63,6 +66,7 @@ class Format:
         return {
             "type": "diffraction",
             "preset": "cd",
+            # Factors on the preset's lengths along the surface and on its heights.
             "scale": self.pitch_um / CD.pitch_um,
             "depth": self.depth_um / CD.depth_um,
             "coherence_length": WINDOW_TRACKS * self.pitch_um,
@@ -108,6 +112,7 @@ def disc(kind: Format) -> dict:
 def window(kind: Format) -> dict:
     """A window behind the disc and a dim room, as entries of a scene dictionary."""
     transform = mi.ScalarTransform4f()
+    # It faces the disc at the origin.
     place = transform.look_at(list(kind.window_cm), [0, 0, 0], [0, 0, 1])
     place = place @ transform.scale([0.5 * WINDOW_CM[0], 0.5 * WINDOW_CM[1], 1])
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": WINDOW_RADIANCE}}

@@ -28,7 +28,7 @@ FALLBACK_VARIANT = "scalar_spectral"
 
 
 class SetupError(Exception):
-    """A missing requirement or a failed command; the message is one line that names it."""
+    """A missing requirement, a failed command, or a failed check; the message is one line that names it."""
 
 
 def use_plugin(path: Path) -> None:
@@ -41,7 +41,8 @@ def use_plugin(path: Path) -> None:
 def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
     """Selects the variant `name`, makes the plugin known to it, and returns the name of the selected variant.
 
-    If the backend of an LLVM variant cannot be loaded, `fall_back` selects FALLBACK_VARIANT with a note on stderr.
+    If the library of an LLVM variant cannot be loaded and `fall_back` is true, FALLBACK_VARIANT is selected with a note
+    on stderr.
     Raises SetupError for an unknown variant, a missing plugin, and a variant that does not run on this machine.
     """
     if name not in mi.variants():
@@ -65,7 +66,7 @@ def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
 
 @contextmanager
 def cache_off() -> Iterator[None]:
-    """Turns off the plugin's cache of built tables within the context, for measurements of build times."""
+    """Turns off the plugin's disk cache of built tables within the context, for measurements of build times."""
     before = os.environ.get("SUNBEAM_CACHE")
     os.environ["SUNBEAM_CACHE"] = "off"
     try:

@@ -49,7 +49,7 @@ def with_files(scene: dict, folder: Path, stem: str) -> dict:
     """Writes the scene's bitmaps and height fields into `folder`. Returns the scene with the names of their files.
 
     A bitmap is written as `stem`-PARAMETER.exr, so the parameters with bitmaps must differ in name within a scene. A
-    height field, a `filename` with an absolute path, keeps its name.
+    height field, a `filename` with an absolute path, keeps its name; other names of files are left as they are.
     """
     written = {}
     for key, value in scene.items():

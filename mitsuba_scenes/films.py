@@ -16,7 +16,7 @@ from .light import uniform_sky
 from .scene import View, colour_texture, raw_texture, soil, stage
 from .snake import FOLDER
 
-# Edge of a height field's pixels.
+# Edge of the pixels of the reliefs that are made here.
 PIXEL_UM = 0.125
 # Longest paths of light: a lamp, the film from either side, two diffuse surfaces, and the camera.
 MAX_DEPTH = 5
@@ -63,8 +63,8 @@ def film(relief: dict, coherence_um: float, **parameters) -> dict:
     return {"type": "diffraction", **relief, **body, **parameters}
 
 
-def relief_file(name: str, heights_um: np.ndarray) -> dict:
-    """Parameters of a periodic relief, written as `name`.npy among the snake's files; `heights_um` is its tile."""
+def write_relief(name: str, heights_um: np.ndarray) -> dict:
+    """Writes a tile of heights as `name`.npy among the snake's files; returns the parameters of its periodic relief."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     path, temporary = FOLDER / f"{name}.npy", FOLDER / f"{name}-{os.getpid()}.npy"
     np.save(temporary, heights_um.astype(np.float32))
@@ -115,7 +115,10 @@ def frame(name: str, centre_cm, hole_cm: tuple[float, float], border_cm: float, 
 
 
 def light_traced(scene: dict) -> dict:
-    """The scene, changed so that paths begin at its lamps, for light that a film throws on a surface."""
+    """Changes `scene` so that paths begin at its lamps, for light that a film throws on a surface; returns it.
+
+    Paths from the camera would hit these narrow beams by chance alone.
+    """
     # Russian roulette would start beyond the longest path, so it is off.
     scene["integrator"] = {"type": "ptracer", "max_depth": MAX_DEPTH, "rr_depth": 100}
     scene["sensor"]["sampler"]["type"] = "independent"
@@ -129,7 +132,7 @@ def spectrometer_scene(
     """A lamp with collimator and slit, a film in the mount of a slide, and a screen; light goes along y.
 
     `powers` has the relative power of each of the lamp's lines by its wavelength in nm. Order m of a line of wavelength
-    λ is at x = SCREEN_CM tan(asin(mλ/d)), where d is `period_um`.
+    λ is on the screen at x = SCREEN_CM tan(asin(mλ/d)), where d is `period_um`.
     """
     # `slit` is the slit's centre; the lamp is 1 cm behind it.
     grey, slit = matte(0.25), (0, -SLIT_DISTANCE_CM, AXIS_CM)
@@ -139,13 +142,14 @@ def spectrometer_scene(
         "lamp": pane((0, slit[1] - 1, AXIS_CM), slit, (1.5 * SLIT_CM[0], SLIT_CM[1]), matte(0.0), emitter=beam),
         "housing": box((0, slit[1] - 5, 0.5 * AXIS_CM + 1.5), (6, 7.8, AXIS_CM + 3), grey),
         **frame("jaw", slit, SLIT_CM, 3.0, 0.1, grey),
+        # With this coherence length an order is far narrower than the slit's image.
         "film": pane((0, 0, AXIS_CM), slit, (2.8, 3.4), film(relief, coherence_um=1000.0)),
         **frame("mount", (0, 0, AXIS_CM), (2.6, 3.2), 1.2, 0.2, matte(0.5)),
         "post": box((0, 0, 0.5 * AXIS_CM - 1.4), (0.8, 0.2, AXIS_CM - 2.8), grey),
         "screen": pane((0, SCREEN_CM, AXIS_CM), slit, (50, 14), matte(0.8)),
         "table": box((0, 8, 0), (70, 70, 0.2), matte(0.16, 0.12, 0.09)),
     }
-    # A lamp of the room, so that the apparatus is seen.
+    # A lamp that lights the apparatus for the camera.
     room = {
         "type": "spot",
         "to_world": mi.ScalarTransform4f().look_at([-25, -45, 60], [0, 12, 4], [0, 0, 1]),
@@ -183,9 +187,10 @@ def window_scene(view: View = WINDOW_VIEW, spp: int = 144) -> dict:
 def spectacles_scene(view: View = SPECTACLES_VIEW, spp: int = 64) -> dict:
     """A street at night through a film with crossed gratings, close to the eye."""
     eye = view.origin_cm
-    # One period, 2 µm, of two crossed gratings, each 0.3 µm high.
+    # One period, 2 µm, of two crossed gratings, each 0.3 µm from valley to peak.
     wave = 0.15 * np.cos(2 * np.pi * np.arange(0, 2, PIXEL_UM) / 2)
-    gratings = film(relief_file("crossed", wave[:, None] + wave), coherence_um=60.0)
+    # The coherence length makes orders half a degree wide.
+    gratings = film(write_relief("crossed", wave[:, None] + wave), coherence_um=60.0)
     objects = {
         "film": pane((eye[0], eye[1] + 3, eye[2]), eye, (8, 7), gratings),
         "street": box((0, 2000, 0), (1000, 4000, 2), matte(0.08)),
@@ -204,9 +209,9 @@ def ridges() -> np.ndarray:
 
     White noise is filtered by Gaussians of its frequency and direction, and scaled to a standard deviation of 0.055 µm.
     """
-    # Pixels along each side of the tile.
+    # Pixels along each side of the tile, 16 µm.
     count = 128
-    # Frequencies in cycles per µm; the filter is centred on 1/1.3 µm and on the direction x.
+    # Frequencies in cycles per µm. The filter is centred on 1/1.3 µm, which is 0.77, and on the direction x.
     fx, fy = np.meshgrid(*2 * [np.fft.fftfreq(count, PIXEL_UM)])
     frequency, angle = np.hypot(fx, fy), np.arctan2(fy, np.abs(fx))
     band = np.exp(-(((frequency - 0.77) / 0.04) ** 2) - (angle / 0.35) ** 2)
@@ -226,14 +231,16 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     # Cells are the Voronoi cells of one seed in each square of a grid of 24 × 9.
     squares = np.stack(np.meshgrid(np.arange(24), np.arange(9)), -1).reshape(-1, 2)
     seeds = (squares + rng.uniform(0.1, 0.9, squares.shape)) / [24, 9]
-    # Distances in cm of each texel from all seeds, with lengths along the wing scaled by 0.7, which makes cells longer.
+    # Distances of each texel from all seeds in cm. Lengths along the wing are scaled by 0.7, which makes cells longer.
     distance = np.hypot((x[..., None] - seeds[:, 0]) * 0.7 * width, (y[..., None] - seeds[:, 1]) * height)
+    # Distances of the nearest and of the second seed.
     nearest, second = np.moveaxis(np.partition(distance, 1, axis=-1)[..., :2], -1, 0)
     cell = distance.argmin(axis=-1)
     # Veins run along the borders of cells and along the outline.
     veins = (second - nearest < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
     membrane = film(
-        relief_file("ridges", ridges()),
+        write_relief("ridges", ridges()),
+        # Orders are 4° wide.
         coherence_um=8.0,
         tolerance=1e-2,
         rotation=raw_texture(12 * np.sin(5 * x + 3 * y) + rng.uniform(-6, 6, len(seeds))[cell]),

@@ -13,11 +13,11 @@ from PIL import Image, ImageDraw, ImageFont
 from .light import lamps
 from .scene import View, colour_texture, raw_texture, soil, stage
 
-# Relief of both foils: an embossed grating of the largest pitch in the patterns, 1.6 µm. Its height in µm puts most of
-# the light into the first orders, under lacquer.
+# Relief of both foils: an embossed grating with the largest pitch of the patterns, in µm. Its height puts most of the
+# light into the first orders, under lacquer.
 EMBOSSED = {"preset": "sinusoidal", "period": 1.6, "height": 0.16, "material": "Al"}
-# Smallest and largest pitch relative to EMBOSSED: 0.64 µm and 1.6 µm. First orders of finer gratings leave the lacquer
-# only for few directions of the light.
+# Smallest and largest pitch relative to that of EMBOSSED. First orders of finer gratings leave the lacquer only for few
+# directions of the light.
 PITCHES = (0.4, 1.0)
 # Coherence length of the card in µm. The pattern is written in dots of about this size, whose orders are 3° wide.
 # Smaller dots light wider parts of the pattern in paler colours.
@@ -26,9 +26,9 @@ DOT_UM = 12.0
 KINEGRAM_DOT_UM = 6.0
 # Refractive index of lacquer.
 LACQUER = 1.5
-# Texels per cm of all patterns, a tenth of a millimetre.
+# Texels per cm of all patterns. More sharpen their lines.
 TEXELS_PER_CM = 100
-# Width of the lines of a guilloche.
+# Width of the lines of a guilloche, a band of fine wavy lines as on banknotes.
 LINE_CM = 0.034
 # Size of an identification card, ISO/IEC 7810 ID-1: width along x and height along y.
 CARD_CM = (8.56, 5.4)
@@ -46,8 +46,8 @@ KINEGRAM_RADIUS_CM = 1.9
 STARS = 10
 # Difference between the mean radii of neighbouring stars.
 STAR_CM = 0.125
-# Angle in degrees between the gratings of neighbouring stars. Ten steps cover a half turn, after which a grating is the
-# same again.
+# Angle in degrees between the gratings of neighbouring stars. STARS steps cover a half turn, after which a grating is
+# the same again.
 STAR_STEP_DEG = 18.0
 # Number of segments around the ring.
 SEGMENTS = 48
@@ -65,7 +65,7 @@ CARD_LAMPS = [(50, 40), (-50, 55), (15, 35), (125, 80), (-110, 60), (165, 42)]
 NOTE_LAMPS = [(35, 40), (-65, 50)]
 # Radiance of a white plane that faces one of the card's lamps. The unit of radiances is that of light.py.
 CARD_BRIGHTNESS = 0.12
-# Radiance of the sky over the card: a dark room makes colours crisp.
+# Radiance of the sky over the card. A brighter sky would wash out the colours.
 CARD_SKY = 0.05
 # Radiance of a white plane that faces one of the banknote's lamps.
 NOTE_BRIGHTNESS = 0.35
@@ -78,7 +78,8 @@ class Pattern:
 
     All arrays have the shape (rows, columns); row 0 is at the smallest y. `x` and `y` are the centres of the texels in
     cm from the centre of the rectangle. `pitch` is in (0, 1]. `angle` is that of the direction across the grooves, in
-    degrees counter-clockwise from x. `covered` is the fraction of the light that the grating diffracts, 0 without one.
+    degrees counter-clockwise from x, seen from above. `covered` is the fraction of the light that the grating
+    diffracts, 0 without one.
     """
 
     def __init__(self, size_cm: tuple[float, float]):
@@ -112,6 +113,7 @@ class Pattern:
         # Radius relative to the outline, which has `petals` waves.
         relative = radius / radius_cm / (1 + 0.1 * np.cos(petals * azimuth))
         for sign in (-1, 1):
+            # Number of the ring, with a fraction.
             wave = 8 * relative + 0.4 * relative * np.sin(petals * azimuth + sign * 3 * relative)
             ring = np.floor(wave)
             # A gap separates each ring from the next.

@@ -21,7 +21,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-# Largest number of paths in memory during a pass. More paths need fewer passes; these take a few GB.
+# Largest number of paths in memory during a pass, one render of the scene. More paths need fewer passes and more
+# memory; these take a few GB.
 PATHS_PER_PASS = 1 << 22
 # y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt.
 CAMERA_Y_MM = -60.0
@@ -53,7 +54,8 @@ class Bench:
     `theta_i_deg` is the angle θi between beam and sample normal in the plane y = 0, positive for a beam from +x.
     `tilt_deg` is the angle between this normal and the screen's axis +z, positive towards +x. If both are equal, the
     mirrored beam meets the middle of the screen at a right angle. `distance_mm` is the screen's distance from the
-    sample; `width_mm` and `height_mm` are the sizes of its photographed part.
+    sample; `width_mm` and `height_mm` are the sizes of its photographed part. `pixels_per_mm` is the resolution on the
+    screen.
     """
 
     theta_i_deg: float = 0.0
@@ -209,7 +211,7 @@ def spot_mm(
     `photograph`.
     """
     expected = bench.position_mm(spacing_um, order, wavelength_nm)
-    # An order within a hundredth of the width from an edge may be cut off.
+    # The spot of an order within a hundredth of the width from an edge may be cut off.
     if expected is None or abs(expected) > 0.49 * bench.width_mm:
         return None
     # Brightness of each column: the sum over the strip and over the three channels.

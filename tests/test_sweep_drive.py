@@ -90,3 +90,13 @@ def test_a_lost_scheduler_is_one_line(drive, sweep_package, failure, error):
 def test_a_scheduler_lost_while_counting_threads_is_one_line(drive, sweep_package):
     with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
         drive(reset=True)
+
+
+def test_the_simulation_has_the_constants_of_the_driver(sweep_package):
+    from sunbeam_mitsuba.sweep.drive import BATCH_CASES_MAX, BATCH_SECONDS, BATCH_SECONDS_PER_THREAD
+
+    from docs.figures import sweeps_simulation
+
+    assert sweeps_simulation.BATCH_SECONDS == BATCH_SECONDS
+    assert sweeps_simulation.BATCH_SECONDS_PER_THREAD == BATCH_SECONDS_PER_THREAD
+    assert sweeps_simulation.BATCH_CASES_MAX == BATCH_CASES_MAX

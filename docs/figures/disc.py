@@ -13,18 +13,19 @@ import numpy as np
 INNER_RADIUS_CM = 2.3
 # Outer radius of a compact disc's tracks.
 OUTER_RADIUS_CM = 5.8
-# Height above the scenes' ground z = 0, so that both surfaces do not coincide.
+# Height above the scenes' ground z = 0. At height 0 both surfaces would coincide; a larger one would show.
 HEIGHT_CM = 0.2
-# Cells of the mesh around the ring. More make the outline rounder.
+# Quadrilaterals of the mesh around the ring. More make the outline rounder.
 ANGULAR_CELLS = 240
-# Cells of the mesh along the radius.
+# Quadrilaterals of the mesh along the radius. More make the interpolated texture coordinates more accurate.
 RADIAL_CELLS = 4
 
 
 def write_disc(ply: Path) -> Path:
     """Writes the horizontal ring as PLY in cm, with normals along +z and texture coordinates in [0, 1]; returns `ply`.
 
-    The radii at v = 0 and at v = 1 are the same line with different texture coordinates, so its vertices appear twice.
+    v is 0 on the +x axis and grows counter-clockwise seen from above. The radius at v = 1 is the same line as that at
+    v = 0 with other texture coordinates, so its vertices appear twice.
     """
     v, u = np.meshgrid(np.linspace(0, 1, ANGULAR_CELLS + 1), np.linspace(0, 1, RADIAL_CELLS + 1), indexing="ij")
     radius_cm, angle = INNER_RADIUS_CM + (OUTER_RADIUS_CM - INNER_RADIUS_CM) * u, 2 * np.pi * v
@@ -35,7 +36,8 @@ def write_disc(ply: Path) -> Path:
     # Vertices along a radius are neighbours in the list: vertex (i, j), the i-th around and the j-th outwards, has the
     # index i·step + j.
     step = RADIAL_CELLS + 1
-    # The corners of each cell in counter-clockwise order seen from above, as indices.
+    # Indices of each quadrilateral's corners, counter-clockwise seen from above. `a` is the inner one at the smaller v,
+    # and `b` the outer one there.
     a = (np.arange(ANGULAR_CELLS)[:, None] * step + np.arange(RADIAL_CELLS)).ravel()
     b, c, d = a + 1, a + step + 1, a + step
     faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])

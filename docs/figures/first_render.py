@@ -1,6 +1,7 @@
 """Times of the first picture in a fresh process, with tables from the plugin's cache and without compiled kernels.
 
-`python -m docs.figures.first_render VARIANT MATERIAL` is that process; it prints its times as JSON.
+`python -m docs.figures.first_render VARIANT MATERIAL` is that process; it prints its times as JSON. A *kernel* is the
+machine code that Dr.Jit compiles for a picture and caches on disk.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .time_to_error import render
 
 # Measured variants of Mitsuba.
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral")
-# Width and height of the picture in pixels; small, since rendering itself is measured elsewhere.
+# Width and height of the picture in pixels. It is small, so that compilation outweighs the rendering itself.
 SIZE = (24, 16)
 # Argument of the process that only puts the tables into the cache.
 ONLY_TABLES = "--only-tables"
@@ -34,7 +35,10 @@ def sphere() -> BenchmarkScene:
 
 
 def figures(variants: tuple = VARIANTS) -> list[dict]:
-    """A row for each variant and material of the sphere: `variant`, `name`, and the times of `in_fresh_process`."""
+    """A row for each variant and material: `variant`, `name` of the material, and the times of `in_fresh_process`.
+
+    Materials are the diffraction with each relief of the sphere, and REFERENCE, Mitsuba's own material.
+    """
     names = [*sphere().surfaces, REFERENCE]
     return [
         {"variant": variant, "name": name, **in_fresh_process(variant, name)} for variant in variants for name in names
@@ -44,24 +48,26 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
 def in_fresh_process(variant: str, name: str) -> dict:
     """Seconds to create the material, `load_s`, of the first render, `render_s`, and of the whole process, `process_s`.
 
-    `process_s` includes imports.
+    `render_s` includes the compilation of kernels, and `process_s` the start of Python and its imports.
     """
     with TemporaryDirectory() as folder:
-        # An earlier process puts the tables into the cache. Another folder keeps its kernels from the measured process.
+        # An earlier process puts the tables into the plugin's cache. Its kernels go to another folder, so the measured
+        # process has to compile.
         child(variant, name, Path(folder) / "before", ONLY_TABLES)
         start = time.perf_counter()
         printed = child(variant, name, Path(folder) / "kernels")
         return {**json.loads(printed), "process_s": time.perf_counter() - start}
 
 
-def child(variant: str, name: str, kernels: Path, *words: str) -> str:
-    """Runs `main` in a process with its kernel cache in the new folder `kernels`.
+def child(variant: str, name: str, kernels: Path, *options: str) -> str:
+    """Runs `main` with these arguments in a process with its kernel cache in the new folder `kernels`.
 
-    Returns the last line that it printed, empty if there is none. Raises SetupError if it fails.
+    `kernels` must not exist. Returns the last line that the process printed, empty if there is none. Raises SetupError
+    if it fails.
     """
     kernels.mkdir()
     done = subprocess.run(
-        [sys.executable, "-m", __name__, variant, name, *words],
+        [sys.executable, "-m", __name__, variant, name, *options],
         env={**os.environ, "DRJIT_CACHE_DIR": str(kernels)},
         cwd=REPOSITORY,
         capture_output=True,
@@ -72,17 +78,17 @@ def child(variant: str, name: str, kernels: Path, *words: str) -> str:
     return done.stdout.splitlines()[-1] if done.stdout else ""
 
 
-def main(variant: str, name: str, *words: str) -> None:
+def main(variant: str, name: str, *options: str) -> None:
     """The measured process: creates the material `name`, renders once, and prints seconds as JSON.
 
-    With ONLY_TABLES it creates the material and prints nothing.
+    With the option ONLY_TABLES it creates the material and prints nothing.
     """
     use_variant(variant, fall_back=False)
     scene = sphere()
     start = time.perf_counter()
     bsdf = mi.load_dict(scene.bsdfs()[name])
     load_s = time.perf_counter() - start
-    if ONLY_TABLES in words:
+    if ONLY_TABLES in options:
         return
     rendered = render(scene.load(bsdf, SIZE), seed=0)
     print(json.dumps({"load_s": load_s, "render_s": rendered.seconds}))

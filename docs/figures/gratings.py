@@ -1,9 +1,11 @@
-"""The part `gratings`: classic efficiency curves by Maxwell's equations, against closed forms.
+"""Part `gratings` of the documentation (page.py): classic efficiency curves by Maxwell's equations.
 
 Symbols: d is the period, h the height and λ the wavelength; a *ratio* is λ/d, against which curves are drawn, and a
 *depth* is h/d. In a *Littrow mount* in order 1 the diffracted light returns along the incident light, sin θi = λ/(2d).
-An order *passes off* where it reaches the horizon. TE and TM are the polarisations with the electric and the magnetic
-field along the grooves. Metals are named as Mitsuba's `material`, `Al` or `Ag`; a perfect conductor is `None`.
+`sunbeam` gives the returning order the number −1, since the light comes from −x. An order *passes off* where it reaches
+the horizon; efficiencies of the other orders then change steeply, Wood's anomalies. TE and TM are the polarisations
+with the electric and the magnetic field along the grooves. Metals are named as Mitsuba's `material`, `Al` or `Ag`; a
+perfect conductor is `None`.
 """
 
 from __future__ import annotations
@@ -39,13 +41,16 @@ PERIOD_UM = 1 / 1.2
 ECHELETTE_SAMPLES = (50, 553)
 # λ/d at which orders pass off in a Littrow mount in order 1: orders 3 and −2 at 2/5, orders 2 and −1 at 2/3.
 PASSING_OFF = (2 / 5, 2 / 3)
-# Offsets in λ/d of extra points about Wood's anomalies, where orders pass off and curves are steep. More are positive,
-# since surface plasmons shift the anomalies of metals to longer wavelengths.
+# Offsets in λ/d of extra points about PASSING_OFF, where curves are steep. More are positive, since surface plasmons
+# shift the anomalies of metals to longer wavelengths.
 ANOMALY_OFFSETS = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.018, 0.023, 0.028)
 
 
 def ratio_grid(first: float, last: float, count: int) -> np.ndarray:
-    """Ascending λ/d: `count` equidistant values, and extra ones about the anomalies."""
+    """Ascending λ/d: `count` equidistant values, and extra ones about the anomalies.
+
+    Rounding joins values that differ by rounding errors alone, and makes 1 exact.
+    """
     extra = [passing_off + offset for passing_off in PASSING_OFF for offset in ANOMALY_OFFSETS]
     return np.unique(np.round([*np.linspace(first, last, count), *extra], 6))
 
@@ -54,7 +59,7 @@ def ratio_grid(first: float, last: float, count: int) -> np.ndarray:
 ALUMINIUM_RATIOS = ratio_grid(0.36, 1.06, 71)
 # λ/d of curves in a perfect conductor.
 PERFECT_RATIOS = ratio_grid(0.3, 1.9, 81)
-# Half width in λ/d of the fine curve about an anomaly.
+# Half width in λ/d of the fine curve about an anomaly, which includes the shift by the plasmon.
 ANOMALY_HALF_WIDTH = 0.04
 # Number of points of the fine curve about an anomaly.
 ANOMALY_POINTS = 41
@@ -62,11 +67,12 @@ ANOMALY_POINTS = 41
 SINUSOID_DEPTHS = (0.05, 0.14, 0.3)
 # Depth h/d of the lamellar grating.
 LAMELLAR_DEPTH = 0.3
-# Height of a lamellar grating over that of the sinusoid with the same first harmonic.
+# Height of a lamellar grating over that of the sinusoid with the same first harmonic. A square wave of height H has the
+# harmonic amplitude 2H/π, a sinusoid of height h has h/2, so H = πh/4.
 EQUIVALENT_HEIGHT = np.pi / 4
 # Smallest λ/d at which the lamellar grating and this sinusoid are compared, beyond the anomaly at 2/3.
 EQUIVALENT_FROM = 0.8
-# λ/d of the lamellar grating's sweep over depth. Its grooves are 0.625 wavelengths wide, so TE light enters them.
+# λ/d of the lamellar grating's sweep over depth. Its grooves, d/2 wide, are wider than λ/2, so TE light enters them.
 LAMELLAR_RATIO = 0.8
 # Period of the sinusoids in silver of the plasmon figure.
 PLASMON_PERIOD_UM = 0.8
@@ -74,7 +80,8 @@ PLASMON_PERIOD_UM = 0.8
 PLASMON_NM = 632.8
 # Heights of the sinusoids in silver.
 PLASMON_HEIGHTS_UM = (0.01, 0.02, 0.03, 0.04, 0.05, 0.07)
-# Heights of two shallow gratings, from whose dips the plasmon's angle at height 0 is extrapolated.
+# Heights of two shallow gratings, from whose dips the plasmon's angle at height 0 is extrapolated. Larger heights leave
+# the quadratic law; smaller ones have fainter dips.
 SHALLOW_UM = (0.002, 0.004)
 # Half width in degrees of the fine curve about a plasmon's angle.
 DIP_HALF_WIDTH_DEG = 2.0
@@ -103,19 +110,22 @@ def blazed(folder: Path) -> dict:
 
     - `te_peak`: λ/d and value of TE's maximum by medium.
     - `anomalies`: the expected λ/d, `passing_off` in a perfect conductor and `plasmon` in aluminium, and the λ/d found,
-      `perfect` and `Al`. `step` is the resolution of the latter two.
+      `perfect` and `Al`.
+    - `step`: the resolution in λ/d of `perfect` and `Al`.
+    - `slope_deg`, `blaze_ratio`, `blaze_nm`: the slope of the long facets, and λ/d and wavelength of the blaze.
 
-    `folder` gets the file of heights.
+    The heights are written to a file in `folder`.
     """
     relief = echelette(PERIOD_UM, ECHELETTE_SAMPLES, folder / "echelette.npy")
     slope_deg = blaze_angle_deg(ECHELETTE_SAMPLES)
-    # λ/d at which light along the normal of the long facets returns.
+    # λ/d at which light along the normal of the long facets returns: λ/d = 2 sin θi, and θi is their slope.
     blaze = 2 * np.sin(np.radians(slope_deg))
     curves = curves_by_medium(relief)
     at_blaze = {name: littrow(relief, blaze, metal) for name, metal in (("Al", "Al"), ("perfect", None))}
     anomalies = [
         {
             "passing_off": ratio,
+            # On flat metal the plasmon's wave number is larger than that of a grazing order by this factor.
             "plasmon": ratio * surface_plasmon(index("Al", 1e3 * PERIOD_UM * ratio)),
             "Al": steepest_ratio(relief, "Al", ratio),
             "perfect": steepest_ratio(relief, None, ratio),
@@ -140,7 +150,7 @@ def sinusoidal() -> dict:
     - `shallow`: the shallowest grating's curve, with the phase screen's efficiency J1² in order 1 as `screen`.
     - `screen_most`, `screen_most_ratio`, `shallow_most`: the screen's largest efficiency and its λ/d, and the curve's.
     - `rayleigh`, `rayleigh_slope`: the largest difference from Rayleigh's expansion for the second depth, and the
-      steepest slope there.
+      sinusoid's steepest slope πh/d.
     """
     shallow_depth, rayleigh_depth = SINUSOID_DEPTHS[:2]
 
@@ -223,14 +233,15 @@ def plasmons() -> dict:
     An order j excites a plasmon where sin θi − jλ/d = ±`wave`, on shallow gratings.
 
     - `wave`: the plasmon's wave number on flat silver over that of light in vacuum.
-    - `expected_deg`: θi for order −1 (+`wave`) and order 2 (−`wave`), under |j|.
-    - `curves`, `dips`: curves of several heights over the angle of incidence, and the first dip of each.
+    - `expected_deg`: θi for order −1 (+`wave`) and order 2 (−`wave`), under the keys "1" and "2".
+    - `curves`, `dips`: curves of several heights over the angle of incidence, and the first dip of each, by order −1.
     - `limit_deg`: the angle of the first dip as the height tends to 0.
     - `flat_tm`: the reflectance of flat silver at the first expected angle.
     """
     n = index("Ag", PLASMON_NM)
     wave = surface_plasmon(n)
     ratio = PLASMON_NM * 1e-3 / PLASMON_PERIOD_UM
+    # sin θi = wave − λ/d for order −1, and 2λ/d − wave for order 2.
     expected_deg = {
         str(order): float(np.degrees(np.arcsin(sign * (wave - order * ratio)))) for order, sign in ((1, 1), (2, -1))
     }
@@ -262,13 +273,15 @@ def plasmons() -> dict:
 def fresnel_p(n: complex, theta_deg: float) -> float:
     """Reflectance of a flat metal with the index `n` for p polarised light."""
     cos = np.cos(np.radians(theta_deg))
+    # n times the cosine of the refracted angle.
     inside = np.sqrt(n * n - 1 + cos * cos)
     return float(abs((n * n * cos - inside) / (n * n * cos + inside)) ** 2)
 
 
 def check(made: dict) -> None:
-    """Raises SetupError if the numbers contradict a statement of the template."""
+    """Raises SetupError if the numbers `made` of `figures` contradict a statement of the template."""
     for name, curve in made["blazed"]["curves"].items():
+        # All ranges of λ/d include 1, which is far beyond the blaze.
         at_one = curve["ratio"].index(1.0)
         insist(PART, curve["tm"][at_one] > curve["te"][at_one], f"beyond the blaze TM stays above TE ({name})")
     step = made["blazed"]["step"]

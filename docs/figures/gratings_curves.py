@@ -1,6 +1,8 @@
 """Efficiencies by `sunbeam orders` for the part `gratings`: in Littrow mounts, and over the angle of incidence.
 
-Symbols and names of metals are those of gratings.py. TE and TM efficiencies are fractions of the incident power.
+Symbols: d is the period and λ the wavelength. In a Littrow mount in order 1 the diffracted light returns along the
+incident light, sin θi = λ/(2d). TE and TM efficiencies are fractions of the incident power in each polarisation. Metals
+are named as Mitsuba's `material`, such as `Al`; a perfect conductor is `None`.
 """
 
 from __future__ import annotations
@@ -17,14 +19,17 @@ from tests.judges.gratings.metals import index
 
 @dataclass(frozen=True)
 class Relief:
-    """A grating: arguments of `sunbeam` that select it, and its period."""
+    """A grating: the arguments of `sunbeam` that select it, `words`, and its period."""
 
     words: tuple
     period_um: float
 
 
 def preset(name: str, period_um: float, height_um: float | None = None) -> Relief:
-    """A preset of `sunbeam` with this period and height. Without a height it suits sweeps over the height only."""
+    """A preset of `sunbeam` with this period and peak-to-valley height.
+
+    Without a height it suits sweeps over the height only.
+    """
     height_words = () if height_um is None else ("--height", height_um)
     return Relief(("--preset", name, "--period", period_um, *height_words), period_um)
 
@@ -33,20 +38,22 @@ def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     """A sawtooth with a right angle at its ridges, whose long facet rises along +x; writes its heights to `path`.
 
     `samples` are the numbers of samples of the short facet and of the period. They determine the slope b of the long
-    facet, since the short facet takes the fraction sin²b of the period. So ridge and groove lie on samples.
+    facet: the facets are the legs of a right triangle whose hypotenuse is the period. The short leg, d sin b, covers
+    d sin²b of the period. Ridge and groove lie on samples.
     """
     short, count = samples
     slope = np.radians(blaze_angle_deg(samples))
     step_um = period_um / count
     i = np.arange(count)
     heights_um = np.where(i <= count - short, i * step_um * np.tan(slope), (count - i) * step_um / np.tan(slope))
+    # A file of heights is two-dimensional; this one has a single row.
     np.save(path, heights_um[None])
     words = ("--height-field", path, "--pixel-size", step_um, "--level", "none", "--tiling", "periodic")
     return Relief(words, period_um)
 
 
 def blaze_angle_deg(samples: tuple[int, int]) -> float:
-    """Slope of the long facet of the `echelette` with these samples."""
+    """Slope b of the long facet of the `echelette` with these samples, from sin²b = short / period."""
     return float(np.degrees(np.arcsin(np.sqrt(samples[0] / samples[1]))))
 
 
@@ -64,7 +71,7 @@ def solved(relief: Relief, *words) -> dict:
 
 
 def littrow(relief: Relief, ratio: float, metal: str | None) -> dict:
-    """Efficiencies `te` and `tm` of the retroreflected order at λ/d = `ratio`, and the error `balance` of all powers.
+    """Efficiencies `te` and `tm` of the returning order at λ/d = `ratio`, and the error `balance` of the power.
 
     Light comes from −x, the side that the long facets of `echelette` face, at sin θi = ratio/2. For this side the order
     that returns has the number −1.
@@ -87,7 +94,7 @@ def efficiencies(report: dict, order: int) -> dict:
 
 
 def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
-    """The curve over the λ/d `ratios`: lists `te` and `tm` of `littrow`, and the largest error `balance`."""
+    """The curve over λ/d: lists `ratio`, and `te` and `tm` of `littrow`, and the largest error `balance`."""
     points = [littrow(relief, float(ratio), metal) for ratio in ratios]
     return {
         "ratio": [float(ratio) for ratio in ratios],
@@ -98,7 +105,7 @@ def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
 
 
 def littrow_against_height(name: str, period_um: float, ratio: float, heights_um: tuple[float, float, int]) -> dict:
-    """The retroreflected order of a preset in a perfect conductor over its height, as lists.
+    """Lists `height_um`, `te` and `tm`: the returning order of a preset in a perfect conductor over its height.
 
     `heights_um` are the first height, the last, and their number.
     """
@@ -113,7 +120,7 @@ def littrow_against_height(name: str, period_um: float, ratio: float, heights_um
 
 
 def mirror_curve(relief: Relief, metal: str, wavelength_nm: float, angles_deg: tuple[float, float, int]) -> dict:
-    """TM efficiency of order 0 over the angle of incidence, as lists.
+    """Lists `theta_deg` and `tm`: the TM efficiency of order 0, the mirror reflection, over the angle of incidence.
 
     `angles_deg` are the first angle, the last, and their number.
     """

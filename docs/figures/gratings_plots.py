@@ -1,7 +1,8 @@
 """Plots of the part `gratings`: one SVG each for the numbers of `blazed`, `sinusoidal`, `lamellar` and `plasmons`.
 
-The numbers are the argument `made`, from the function of the same name in gratings.py. `passing_off` are the λ/d of the
-anomalies, drawn as grey lines.
+The numbers are the argument `made`, from the function of the same name in gratings.py. `passing_off` are the λ/d at
+which orders reach the horizon, where efficiencies have anomalies; they are drawn as grey lines. Symbols: d is the
+period, h the height, λ the wavelength, and b the slope of an echelette's long facets.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import matplotlib.pyplot as plt
 
 # Key in the data, colour and label of each polarisation.
 POLARISATIONS = (("te", "tab:blue", "TE"), ("tm", "tab:red", "TM"))
+# Label of efficiencies in a Littrow mount, where the diffracted light returns along the incident light.
 LITTROW_LABEL = "efficiency of the order that goes back"
 
-# Text stays text, and equal numbers give identical files.
+# The SVG has text instead of outlines, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 

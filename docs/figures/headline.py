@@ -1,7 +1,8 @@
 """The plugin's cost in Mitsuba: time to an error, calls, the first picture, and RGB against spectral.
 
-A cell is a scene in a variant of Mitsuba, in which materials are compared (time_to_error.py). The page's part
-`sampling` and `benches/mitsuba_cost.py` use the measurements; `cell_lines` and `lines` print them as text.
+A *cell* is a scene in a variant of Mitsuba, in which materials are compared by their time to the relative error `aim`
+(time_to_error.py). The documentation's part `sampling` and `benches/mitsuba_cost.py` use the measurements;
+`cell_lines` and `lines` give them as text.
 """
 
 from __future__ import annotations
@@ -18,16 +19,20 @@ from .speed_error import processor
 def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_against_spectral.BUDGET_S) -> dict:
     """All measurements with their settings, and under `took_s` the seconds that each took.
 
-    `cell_s` is the time for each cell, `picture_s` that for each of two converged pictures, both in seconds without
-    compiling. Cells with slow renders take longer, since each cell has a minimum number of rounds.
+    `cells`, `calls`, `first_renders` and `colours` have the results of the measuring functions. `cell_s` is the time of
+    each cell, and `picture_s` that of each of the two converged pictures of `colours`, in seconds without compiling.
+    Cells with slow renders take longer, since each cell has a minimum number of rounds. `call_names` and `turns` are
+    the measured calls and how often each is timed, `first_size` the size of the first pictures, `scanned` a caption of
+    the scan or of what replaces it, and `grey` the mean luminance at which colours are compared.
     """
+    _, scanned_caption = scanned_surface()
     made = {
         **cell_settings(cell_s),
         "picture_s": picture_s,
         "call_names": bsdf_calls.CALLS,
         "turns": bsdf_calls.TURNS,
         "first_size": first_render.SIZE,
-        "scanned": scanned_surface()[1],
+        "scanned": scanned_caption,
         "grey": rgb_against_spectral.GREY,
         "took_s": {},
     }
@@ -46,7 +51,11 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
 
 
 def cell_settings(cell_s: float) -> dict:
-    """The settings of the cells, and the processor's name."""
+    """The settings of the cells, and the processor's name.
+
+    `nominal_pixels` is the number of pixels to which times are scaled, and `noise_size` the size (width, height) of the
+    pictures whose errors are measured.
+    """
     return {
         "cpu": processor(),
         "aim": time_to_error.ERROR,
@@ -78,15 +87,17 @@ def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
 
 
 def cell_lines(made: dict) -> list[str]:
-    """The cells as lines of a text table: a line for each material of a cell.
+    """The cells as lines of a text table: a line for each material of a cell, which is a row of the cell's `ways`.
 
     Columns:
 
-    - `s`, `/ rough`, `by cpu`: seconds of a picture, their ratio to those of `roughconductor`, and that of CPU seconds;
+    - `s`, `/ rough`, `by cpu`: seconds of a picture of `nominal_pixels` pixels, their ratio to those of
+      `roughconductor`, and the ratio of CPU seconds;
     - `error`: the relative error of the measured picture;
     - `s to aim`, `/ rough`: seconds until the error is `aim`, and their ratio to those of `roughconductor`;
-    - `rounds`: the number of rounds.
+    - `rounds`: the number of rounds, in each of which every material is rendered once.
     """
+    # Side of a square picture with this number of pixels.
     side = round(made["nominal_pixels"] ** 0.5)
     found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]
     heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"

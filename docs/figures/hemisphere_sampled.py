@@ -1,6 +1,6 @@
 """A wrapper of a BSDF that keeps its values and draws cosine-weighted or uniform samples.
 
-The part `sampling` compares these simple samplers with the plugin's own.
+The documentation's part `sampling` compares these simple samplers with the plugin's own.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
     to_direction, density = warps[kind]
 
     class HemisphereSampled(mi.BSDF):
-        """Values of `nested` with the samples and densities of the warp, as one glossy component.
+        """Values of `nested` with the samples and densities of the warp, as one glossy component that reflects only.
 
-        The methods are those of `mi.BSDF`.
+        Directions are in the local frame with z along the normal; below the surface densities are 0. The methods are
+        those of `mi.BSDF`.
         """
 
         def __init__(self, props):
@@ -37,7 +38,9 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
             sample = mi.BSDFSample3f()
             sample.wo = to_direction(sample2)
             sample.pdf = density(sample.wo)
+            # No refraction, so the ray keeps its index.
             sample.eta = 1
+            # The unary plus turns the flag into its integer.
             sample.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
             sample.sampled_component = 0
             active &= (mi.Frame3f.cos_theta(si.wi) > 0) & (sample.pdf > 0)

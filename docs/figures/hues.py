@@ -1,8 +1,8 @@
 """Statistics of a picture's colours: mean a* and b*, hues, and dark pixels near highlights.
 
-The part `renderings-methods` compares published methods by them. Pictures are linear sRGB with any exposure. Each is
-exposed by `shown`, so that statistics of different methods compare.
-Colours are CIELAB: lightness L*, and a* and b*, whose polar coordinates are hue and chroma.
+The documentation's part `renderings-methods` compares published methods by them. Pictures are linear sRGB with any
+exposure. Each is exposed by `shown`, so that statistics of different methods compare. Colours are CIELAB: lightness L*,
+and a* and b*, whose polar coordinates are hue and chroma.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from .rgb_against_spectral import XYZ_OF_SRGB, lab
 # Fraction of the non-black pixels that a picture's exposure clips. A larger one makes dim pixels visible, a smaller one
 # keeps the hues of bright ones.
 CLIPPED = 0.01
-# Relative luminance below which an exposed pixel counts as dark.
+# Relative luminance, 1 for white, below which an exposed pixel counts as dark. Its hue is then hardly seen.
 DARK = 0.01
 # CIELAB chroma, √(a*² + b*²), above which a pixel counts as coloured; paler colours have no distinct hue.
 COLOURED = 10.0
-# Width of the bins of hues in degrees.
+# Width of the bins of hues in degrees. Narrower bins separate more hues and have fewer pixels each.
 BIN_DEG = 10
-# Range of hues that count as blue, in degrees.
+# Range of CIELAB hues that count as blue, in degrees, without its ends.
 BLUE_DEG = (240.0, 300.0)
 # Range in degrees of the angle between half vector and normal of pixels that count as near a highlight. The highlight
 # itself, of order 0, is nearer.
@@ -28,7 +28,10 @@ NEAR_DEG = (3.0, 10.0)
 
 
 def exposure_stops(pixels: np.ndarray) -> float:
-    """Exposure in stops that clips the fraction CLIPPED of the linear pixels (..., 3) that are not black."""
+    """Exposure in stops that clips the fraction CLIPPED of the linear pixels (..., 3) that are not black.
+
+    Positive exposures brighten. At least one pixel must not be black.
+    """
     peak = pixels.max(axis=-1)
     return float(-np.log2(np.quantile(peak[peak > 0], 1 - CLIPPED)))
 
@@ -54,11 +57,11 @@ def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
 
     Both are linear pixels (count, 3) of the same scene. `count` is the number of blue pixels; at 0 the means are NaN.
     """
-    before, after = lab(shown(reference)), lab(shown(pixels))
-    hue = hue_deg(before)
-    coloured = np.hypot(before[:, 1], before[:, 2]) > COLOURED
+    reference_lab, pixels_lab = lab(shown(reference)), lab(shown(pixels))
+    hue = hue_deg(reference_lab)
+    coloured = np.hypot(reference_lab[:, 1], reference_lab[:, 2]) > COLOURED
     blue = coloured & (hue > BLUE_DEG[0]) & (hue < BLUE_DEG[1])
-    mean = after[blue].mean(axis=0)
+    mean = pixels_lab[blue].mean(axis=0)
     return {
         "count": int(blue.sum()),
         "a": float(mean[1]),
@@ -80,20 +83,21 @@ def histogram(pixels: np.ndarray) -> np.ndarray:
     return counts / max(counts.sum(), 1)
 
 
-def effective_hues(shares: np.ndarray) -> float:
+def effective_hues(fractions: np.ndarray) -> float:
     """Number of hues in a `histogram`: the exponential of its entropy, which is n for n equally full bins.
 
     It is 1 for a histogram of zeros.
     """
-    filled = shares[shares > 0]
+    filled = fractions[fractions > 0]
     return float(np.exp(-(filled * np.log(filled)).sum()))
 
 
 def lit(pairs: np.ndarray) -> np.ndarray:
     """Mask of the lit pixels.
 
-    `pairs` (..., 8) is the array of `sunbeam render --pairs`. It has for each pixel the directions to sun and camera in
-    the grating's frame, 1 where lit, and the cosine of the sun's direction.
+    `pairs` (..., 8) is the array of `sunbeam render --pairs`. It has for each pixel the unit vectors to sun and camera
+    in the grating's frame, whose z axis is the normal; then 1 where lit, and the cosine of the sun's angle to the
+    normal.
     """
     return pairs[..., 6] > 0
 
@@ -103,6 +107,7 @@ def near_highlight(pairs: np.ndarray) -> np.ndarray:
 
     `pairs` is the array that `lit` describes.
     """
+    # The half vector, without its length.
     half = pairs[..., 0:3] + pairs[..., 3:6]
     tilt_deg = np.degrees(np.arctan2(np.hypot(half[..., 0], half[..., 1]), half[..., 2]))
     return lit(pairs) & (tilt_deg > NEAR_DEG[0]) & (tilt_deg < NEAR_DEG[1])
@@ -111,6 +116,6 @@ def near_highlight(pairs: np.ndarray) -> np.ndarray:
 def dark_share(pixels: np.ndarray, among: np.ndarray) -> float:
     """Fraction of dark pixels among the linear pixels (count, 3) in the mask `among` (count,).
 
-    The exposure is that of all pixels.
+    The exposure is that of all pixels, not only of those in the mask.
     """
     return float((shown(pixels) @ XYZ_OF_SRGB[1] < DARK)[among].mean())

@@ -1,8 +1,9 @@
-"""The part `instruments`: files of instruments by `sunbeam_mitsuba.convert`, against native readers and Gwyddion.
+"""Part `instruments` of the documentation (page.py): files of instruments, read by `sunbeam_mitsuba.convert`.
 
-The converter reads with the library SurfaceTopography; a *native reader* is one of `sunbeam height-field`. The files
-are the library's test files. The environment variable `SAMPLES` names their folder; docs/height-fields.md says where to
-get them. Gwyddion is compared if the program is on `PATH`.
+The converter reads with the library SurfaceTopography. It is compared with *native readers*, those of `sunbeam
+height-field`, and with the program Gwyddion if it is on `PATH`. The files are the library's test files. The environment
+variable `SAMPLES` names their folder; docs/height-fields.md says where to get them. A *map* is a file with heights on a
+grid; a *profile* has heights along a line.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ PART = "instruments"
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
 # Text formats. Native readers may refuse such files, and Gwyddion asks its user for their sizes.
 TEXT = ("asc", "xyz")
-# Relative difference below which heights and pixel edges count as equal. Scales in text files have seven digits.
+# Relative difference below which heights and pixel edges count as equal. A smaller one would reject scales in text
+# files, which have seven digits.
 SAME = 1e-6
 
 
@@ -52,7 +54,8 @@ def figures() -> dict | None:
     """All numbers of the part; `None`, after one printed line, without `SAMPLES`.
 
     `maps` has a row for each file with a relief, `refused` one for each other file, `formats` one for each format of
-    the library. Raises SetupError if a reader differs from the converter.
+    the library. `native` and `beside_gwyddion` are numbers of compared files and formats. Raises SetupError if a reader
+    differs from the converter.
     """
     folder = os.environ.get("SAMPLES")
     if not folder:
@@ -71,6 +74,7 @@ def figures() -> dict | None:
     insist(
         PART, all(row["gwyddion"]["same"] for row in gwyddion), "Gwyddion gives the same heights, or their mirror image"
     )
+    # The page lists the formats whose maps Gwyddion shows upside down.
     mirrored = sorted({row["format"] for row in gwyddion if row["gwyddion"]["mirrored"]})
     insist(PART, mirrored == ["sdf", "x3p"], "only X3P and surface data files are upside down in Gwyddion")
     formats = [format_figures(name, maps, refused) for name in readable()]
@@ -172,8 +176,10 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
     """Differences from the native reader; `None` for formats without one, and for text that it refuses."""
     if sample.format not in NATIVE:
         return None
+    # The name's ending selects the native reader.
     copy, out = work / f"copy{NATIVE[sample.format]}", work / "native.npy"
     shutil.copy(sample.path, copy)
+    # Points without a height need a value, which `differences` does not compare.
     words = ("--height-field", copy, "--level", "none", "--fill", "mean", "-o", out)
     try:
         pixel_um = json.loads(sunbeam("height-field", *words))["pixel_um"]
@@ -229,7 +235,11 @@ def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
 
 
 def run_gwyddion(*words: str) -> str:
-    """Runs Gwyddion, with its own X server if available, and returns its output."""
+    """Runs Gwyddion and returns its output, without a check of its exit status.
+
+    Gwyddion needs a display even for conversions, so it gets an X server of its own if `xvfb-run` is installed. Raises
+    subprocess.TimeoutExpired after two minutes, in which it may wait for a dialogue.
+    """
     display = ("xvfb-run", "-a") if shutil.which("xvfb-run") else ()
     done = subprocess.run([*display, "gwyddion", *words], capture_output=True, text=True, timeout=120)
     return done.stdout

@@ -1,8 +1,9 @@
-"""The part `lab`: the laboratory set-up, figure 2.19 of Single 2014, and its spots against the grating equation.
+"""Part `lab` of the documentation (page.py): the laboratory set-up of Single 2014, a thesis, in its figure 2.19.
 
-On a *bench* a beam lights a *sample*, a skin or a grating, and a screen catches the diffracted light. Its frame and
-symbols are defined in mitsuba_scenes/laboratory.py. Each sample is photographed in white light for the page, and at
-three wavelengths for the positions of its spots.
+On a *bench* a beam lights a *sample*, a skin or a grating, and a screen catches the diffracted light. A *spot* is an
+order's light on the screen; its position is compared with the grating equation. The frame and the symbols of the bench
+are defined in mitsuba_scenes/laboratory.py. Each sample is rendered in white light for the page, and at three
+wavelengths for the positions of its spots.
 
 Orders of an *ensemble* (docs/model.md#coherence) have Gaussian lobes, whose standard deviation in spatial frequency is
 1/(2√2πs); s is a quarter of the coherence length.
@@ -29,9 +30,10 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Resolution of a measured picture: number of pixels along a length equal to the screen's distance.
+# Resolution of a measured picture: number of pixels along a length equal to the screen's distance. More pixels resolve
+# spots better and get fewer paths each.
 MEASURED_PIXELS = 400.0
-# Height of a measured picture, as a fraction of the screen's distance.
+# Height of a measured picture, as a fraction of the screen's distance. Spots lie in its middle row.
 MEASURED_HEIGHT = 0.1
 # Number of paths of a measured picture.
 MEASURED_PATHS = 500_000
@@ -43,9 +45,10 @@ WAVELENGTHS_NM = (450.0, 550.0, 650.0)
 MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
 # Standard deviation of a lobe in cycles per µm at the plugin's default coherence length of 65 µm.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
-# Width of a scan. Its finite size widens the orders further.
+# Edge of a scan, which the page states. Its finite size widens the orders further.
 SCAN_UM = 6.5
-# Standard deviation in cycles per µm of the window about a scan's spot, wide enough for the blurred order.
+# Standard deviation in cycles per µm of the window about a scan's spot. A narrower window would weight only part of the
+# blurred order; a wider one would include neighbouring orders.
 SCAN_LOBE_PER_UM = 0.05
 # Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
 CLIPPED = 0.01
@@ -54,7 +57,7 @@ CLIPPED = 0.01
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)
-# Factor on the period in a negative control. The page lists the shift of the spots beside their measured errors.
+# Factor on the period in a negative control: the page lists by how much spots would shift beside their measured errors.
 WRONG_PERIOD = 1.02
 # The set-up of figure 2.19, where the mirror-reflected beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
@@ -73,8 +76,8 @@ class Sample:
 
     `skin` has parameters of the plugin. `orders` are measured, `marked` are marked on the picture. `clipped` is the
     fraction of lit pixels that the picture's exposure clips. `window_per_um` is the standard deviation in cycles per µm
-    of the Gaussian weight of a spot's centroid. `axis` is the axis of the heights, "x" or "y", whose period the skin's
-    rotation turns into the plane of incidence.
+    of the Gaussian weight of a spot's centroid. `axis` is the axis of the heights, "x" or "y", whose period lies in the
+    plane of incidence after the skin's rotation.
     """
 
     name: str
@@ -130,7 +133,8 @@ def as_drawn(sample: Sample) -> Sample:
 def scans() -> list[Sample]:
     """The scans, if present, turned so that the waves of one period lie in the plane of incidence.
 
-    The period is that of the fingers of Elaphe, and of the rows of fingers of Xenopeltis.
+    Both skins have fingers, long parallel ridges. The period is that across the fingers of Elaphe, and that of the rows
+    of fingers of Xenopeltis.
     """
     found = []
     for name, path, axis in (("Elaphe", SCANS["elaphe"], "y"), ("Xenopeltis", SCANS["xenopeltis"], "x")):
@@ -165,8 +169,8 @@ def period(skin: dict, axis: str) -> dict:
 def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     """A row for each order and wavelength whose spot is on the screen.
 
-    The argument `spacing_um` is the true period. A row has expected and measured positions x and angles θo, and as
-    `spacing_um` the period by the grating equation from the measured angle.
+    The argument `spacing_um` is the true period, from which the positions x and angles θo `expected_…` follow. A
+    row's `spacing_um` is the period by the grating equation from the measured angle.
     """
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
@@ -194,11 +198,11 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     return rows
 
 
-def photographed(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Path) -> None:
+def write_photograph(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Path) -> None:
     """Writes the screen in white light, with marks at the grating equation's positions of three wavelengths."""
     bench = sample.bench
     pixels = photograph(bsdf, bench, {"type": "d65"}, PICTURE_PATHS).astype(np.float32)
-    # The mean is set to 1 for the check, which takes small values for a black picture.
+    # The check takes small values for a black picture, so the mean is scaled to 1.
     check(pixels / pixels.mean(), sample.name)
     brightest = pixels.max(axis=-1)
     stops = -np.log2(np.quantile(brightest[brightest > 0], 1 - sample.clipped))
@@ -236,7 +240,7 @@ def figures() -> dict:
         if key not in bsdfs:
             bsdfs[key] = mi.load_dict({"type": "diffraction", **sample.skin})
         spacing_um = period(sample.skin, sample.axis)["period_um"]
-        photographed(sample, bsdfs[key], spacing_um, folder / f"{sample.name}.jpg")
+        write_photograph(sample, bsdfs[key], spacing_um, folder / f"{sample.name}.jpg")
         summaries.append(summary(sample, spacing_um, measured(sample, bsdfs[key], spacing_um)))
         print(f"{sample.name}: within {summaries[-1]['worst_mm']:.2f} mm", flush=True)
     return {

@@ -1,8 +1,9 @@
-"""Measurements for the text about BRDF maps; `check` raises an error if they contradict it.
+"""Measurements for the documentation's text about BRDF maps; `check` raises an error if they contradict it.
 
-A map's pixels are direction sines (x, y) in [−1, 1]², and its disc is the hemisphere. Symbols: λ is the wavelength, d
-the period, and s the coherence window's standard deviation, a quarter of the coherence length. An order's lobe has the
-standard deviation λ/(2√2πs) in direction sines.
+FLSS, NMM and PQ are the realtime methods of Single 2014, a thesis (docs/realtime.md). A map's pixels are direction
+sines (x, y) in [−1, 1]², and its disc is the hemisphere. A pixel is *lit* where the displayed reference is not black.
+Symbols: λ is the wavelength, d the period, and s the coherence window's standard deviation, a quarter of the coherence
+length. An order's lobe has the standard deviation λ/(2√2πs) in direction sines.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 import random
+from pathlib import Path
 
 import numpy as np
 from PIL import Image
@@ -23,7 +25,7 @@ from .page import insist
 from .rgb_against_spectral import lab
 from .taylor_sums import SIZE, WAVELENGTH_UM, Sums
 
-# Number of random pairs of direction and wavelength that compare the reference with the direct sum.
+# Number of random pairs of direction and wavelength that compare the reference with the direct sum, which is slow.
 PAIRS = 24
 # Smallest ΔE2000 that an eye notices.
 NOTICED_DELTA_E = 1.0
@@ -36,7 +38,8 @@ VISIBLE_UM = (0.38, 0.78)
 MIRROR_RADIUS = 0.15
 # Number of directions at which the amplitudes of Taylor's series are compared with the direct sum.
 COMPARED_DIRECTIONS = 8
-# Half height in direction sines of the strip about y = 0 that counts as the orders along x.
+# Half height in direction sines of the strip about y = 0 that counts as the orders along x. A higher strip includes
+# more light between orders.
 STRIP = 0.1
 
 
@@ -48,7 +51,8 @@ def lobe_length_um(surface: Surface) -> float:
 def responses(surface: Surface, queries: list[dict], *options) -> np.ndarray:
     """f_r in 1/sr by `sunbeam eval` with these options.
 
-    A query is {"wi": [x, y, z], "wo": [x, y, z], "wavelength": nm} with directions away from the surface.
+    A query, for which the command returns one value, is {"wi": [x, y, z], "wo": [x, y, z], "wavelength": nm} with unit
+    vectors away from the surface.
     """
     printed = sunbeam("eval", *surface.words, *options, stdin="\n".join(map(json.dumps, queries)) + "\n")
     return np.array([json.loads(line)["f"] for line in printed.splitlines()])
@@ -71,7 +75,10 @@ def reference(surface: Surface) -> dict:
     generator = random.Random(1)
 
     def direction() -> list[float]:
-        """A random direction, uniform over the disc as a map's pixels are; the factor 0.99 avoids the horizon."""
+        """A random direction, uniform over the disc as a map's pixels are; the factor 0.99 avoids the horizon.
+
+        The square root makes equal areas equally likely.
+        """
         radius, azimuth = math.sqrt(generator.random()) * 0.99, generator.uniform(0, 2 * math.pi)
         x, y = radius * math.cos(azimuth), radius * math.sin(azimuth)
         return [x, y, math.sqrt(1 - x * x - y * y)]
@@ -124,7 +131,7 @@ def white_spot(maps: Maps, panels: list[Panel]) -> dict:
             # largest value replaces it.
             linear = decoded(maps.drawn(panel.words(), exposure / 1000).png)
             linear /= linear.max()
-            # The radius is reduced by half a pixel, so that all of a pixel is inside.
+            # A pixel's side is 2/size. The radius is reduced by half of it, so that pixels are inside as a whole.
             inside = distance(panel.size, 0.0) < radius - 1 / panel.size
             found[name] = float(np.hypot(*lab(linear[inside])[:, 1:].T).mean())
     return found
@@ -135,7 +142,7 @@ def distance(size: int, x: float) -> np.ndarray:
     return np.hypot(sines(size)[None, :] - x, sines(size)[:, None])
 
 
-def decoded(png) -> np.ndarray:
+def decoded(png: Path) -> np.ndarray:
     """The displayed picture `png` in linear sRGB, (rows, columns, 3), by the inverse of sRGB's gamma curve."""
     encoded = np.asarray(Image.open(png).convert("RGB")) / 255.0
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
@@ -149,6 +156,7 @@ def spread(surface: Surface) -> dict:
     """
     order = -CHECKED_NM / 1e3 / PERIOD_UM
     deviation = CHECKED_NM / 1e3 / lobe_length_um(surface)
+    # So fine that sums over x are accurate.
     x = np.linspace(1.5 * order, 0.5 * order, 4001)
     beyond = abs(x - order) > 3 * deviation
     fractions = {}
@@ -161,8 +169,8 @@ def spread(surface: Surface) -> dict:
 def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
     """Smallest response between orders −1 and −2 at CHECKED_NM, relative to the weaker order, for each σs.
 
-    σs is the width of the coherence window in Single 2014, which can be read in two ways: as the coherence length
-    (`window`), or as the window's standard deviation (`deviation`).
+    σs, one of `sigmas_um`, is the width of the coherence window in Single 2014. It can be read in two ways: as the
+    coherence length (`window`), or as the window's standard deviation (`deviation`). `periods` is σs in periods.
     """
     order = -CHECKED_NM / 1e3 / PERIOD_UM
     x = np.linspace(2 * order, order, 401)

@@ -1,6 +1,7 @@
 """BRDF maps as panels of a sheet: drawn by `sunbeam brdf-map`, compared with a reference map, and captioned.
 
-A map's pixels are direction sines (x, y) in [−1, 1]², +y up. Those with x² + y² < 1, the disc, are outgoing directions.
+A *map* shows the BRDF over outgoing directions for one direction of the light. Its pixels are direction sines (x, y) in
+[−1, 1]², +y up. Those with x² + y² < 1, the disc, are outgoing directions. An *inset* is an enlarged rectangle of it.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ PANEL = 168
 # Default factor on the side of a map with an inset. Such factors are odd, so that the centre of each pixel of the panel
 # is the centre of a pixel of the map.
 FINE = 3
-# Options of the reference for spectra: FLSS (docs/realtime.md) with a tolerance far below the visible.
+# Options of the reference for spectra: the method FLSS (docs/realtime.md) with relative errors far below the visible.
 REFERENCE_SPECTRUM = ("--method", "flss", "--tolerance", 1e-4)
 # Options of the reference map, in wavelength steps of 1 nm.
 REFERENCE = (*REFERENCE_SPECTRUM, "--lambda-step", 1)
@@ -33,7 +34,7 @@ REFERENCE = (*REFERENCE_SPECTRUM, "--lambda-step", 1)
 RED = (230, 30, 30)
 # Font of the captions, which has Greek letters.
 FONT = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
-# Size of the captions in pixels.
+# Size of the captions' letters in pixels.
 FONT_SIZE = 11
 
 
@@ -115,12 +116,13 @@ class Maps:
 
     def __init__(self, folder: Path):
         self.folder = folder
+        # By arguments and exposure.
         self._drawn: dict[tuple, DrawnMap] = {}
 
     def drawn(self, words: tuple, exposure: float | None = None) -> DrawnMap:
         """The map with the arguments `words` of `sunbeam brdf-map`.
 
-        By default the command chooses the exposure that clips 1 % of the disc.
+        `exposure` is a factor. By default the command chooses the exposure that clips 1 % of the disc.
         """
         key = (*words, exposure)
         if key not in self._drawn:
@@ -139,7 +141,7 @@ class Maps:
         return self.drawn(panel.reference_words())
 
     def error(self, panel: Panel) -> dict:
-        """Errors of the map against its reference: CIEDE2000 and FLIP over the disc, and CIEDE2000 where `lit`."""
+        """Errors against the reference map: CIEDE2000 and FLIP over the disc, and CIEDE2000 where `lit`."""
         found = self.compare(panel, disc(panel.size))
         return {
             "delta_e_mean": found["delta_e_2000"]["mean"],

@@ -1,7 +1,8 @@
-"""Surfaces of the BRDF maps, oriented as in figure 2.2 of Single 2014: blazed grating, scans and presets.
+"""Surfaces of the BRDF maps, oriented as in figure 2.2 of Single 2014, a thesis: blazed grating, scans and presets.
 
-Figure 2.2 has the fingers of both skins along y and the layers of Xenopeltis along x. The scans and the Xenopeltis
-preset are therefore turned by 90°.
+Both skins have *fingers*, long parallel ridges; those of Xenopeltis are in rows, its *layers*. Figure 2.2 has the
+fingers of both skins along y and the layers of Xenopeltis along x. The scans and the Xenopeltis preset are therefore
+turned by 90°.
 
 Heights are in µm, indexed [iy, ix] with y = 0 first. The coherence window is centred on pixel (0, 0); the surfaces
 repeat.
@@ -29,13 +30,16 @@ TILE_UM = 65.0
 PERIOD_UM = 2.5
 # Height of the blazed grating, equal to the preset's.
 HEIGHT_UM = 0.25
-# Pixels of a period of the blazed grating.
+# Pixels of a period of the blazed grating. More make the staircase of its facet finer.
 PIXELS_OF_PERIOD = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A surface: its name on the page, the arguments of `sunbeam` that select it, heights, and coherence length."""
+    """A surface: its name on the page, its heights, the edge of a pixel, and the coherence length.
+
+    `words` are the arguments of `sunbeam` that select it.
+    """
 
     name: str
     words: tuple
@@ -75,14 +79,14 @@ class Surfaces:
         return self._skins[name]
 
     def _scan(self, name: str) -> list[Surface]:
-        """A list of the species' scan; empty, after one printed line, without its file."""
+        """The species' scan as the only element of a list; empty, after one printed line, without its file."""
         if not SCANS[name].exists():
             print(f"NOT SHOWN: no scan at {SCANS[name]}, so there are no maps of the measured {name}", flush=True)
             return []
         heights_um, pixel_um = read_heights("--height-field", SCANS[name])
         heights_um = np.rot90(heights_um, -1)
-        # The middle of the scan moves to pixel (0, 0), where the coherence window is centred. The window is as wide as
-        # the scan, so it has faded at the scan's edges.
+        # The middle of the scan moves to pixel (0, 0), where the coherence window is centred. The coherence length is
+        # the scan's edge, so the window has faded at the edges.
         heights_um = np.roll(heights_um, [n // 2 for n in heights_um.shape], axis=(0, 1))
         coherence_um = len(heights_um) * pixel_um
         return [self.written(Surface(f"{name.capitalize()}, scan", (), pixel_um, heights_um, coherence_um))]
@@ -123,7 +127,10 @@ class Surfaces:
 
 @lru_cache
 def read_heights(*words) -> tuple[np.ndarray, float]:
-    """Heights and edge of a pixel in µm, by `sunbeam height-field` with the arguments `words`."""
+    """Heights and edge of a square pixel in µm, by `sunbeam height-field` with the arguments `words`.
+
+    The array is shared by all callers, so they must not change it.
+    """
     with TemporaryDirectory() as folder:
         file = Path(folder) / "heights.npy"
         report = json.loads(sunbeam("height-field", *words, "-o", file))

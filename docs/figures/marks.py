@@ -1,7 +1,7 @@
 """Marks on pictures of the snake: boxes, insets, a compass, the direction of the light.
 
-All functions draw onto the picture in place. The scene's frame is that of mitsuba_scenes/scene.py: cm, z up. In
-pictures x is to the right, and y down from the top.
+All functions but `project` draw onto the picture in place. The scene's frame is that of mitsuba_scenes/scene.py: cm, z
+up. In pictures x is to the right, and y down from the top.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def project(view: View, point_cm) -> tuple[float, float]:
 
 
 def box(picture: Image.Image, share: float) -> None:
-    """Draws a red box about the middle; its sides are the fraction `share` of the picture's."""
+    """Draws a red box about the middle; its sides are the fraction `share`, in (0, 1], of the picture's sides."""
     width, height = picture.size
     half_x, half_y = 0.5 * share * width, 0.5 * share * height
     corners = [0.5 * width - half_x, 0.5 * height - half_y, 0.5 * width + half_x, 0.5 * height + half_y]
@@ -81,9 +81,10 @@ def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, 
 def light_cone(picture: Image.Image, view: View, light: Light, apex_cm) -> None:
     """Draws a cone from the point `apex_cm` towards the sun, which must not be in the zenith.
 
-    The base is drawn last, as if it faced the camera.
+    The base is drawn over the side, as if it faced the camera.
     """
     to_sun = light.to_sun()
+    # `across` and `up` are perpendicular unit vectors in the plane of the base.
     across = np.cross(to_sun, [0, 0, 1])
     across /= np.linalg.norm(across)
     up = np.cross(to_sun, across)

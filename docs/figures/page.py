@@ -21,19 +21,19 @@ from .wrap import wrapped
 
 # Folder of the documentation.
 DOCS = REPOSITORY / "docs"
-# Presets that imitate measured skins; pages mark them as procedural.
+# Presets that imitate measured skins. Pages mark them as procedural, so that nobody takes them for measurements.
 PROCEDURAL = ("elaphe", "xenopeltis")
 
 
 def images(name: str, docs: Path = DOCS) -> Path:
-    """The folder of a part's pictures, created where it is missing."""
+    """The folder of a part's pictures, `docs/images/NAME`, created if it is missing."""
     folder = docs / "images" / name
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
 def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
-    """Fills the region of a part from its template, and saves the figures as `data/NAME.json`; returns the page.
+    """Fills the region of a part from its template, and saves its numbers as `data/NAME.json`; returns the page.
 
     Template and page are read from the repository's documentation; page and data are written to the folder `docs`.
     Raises ValueError for numbers that JSON lacks (NaN and infinity), and SetupError without a region for the part.
@@ -51,8 +51,8 @@ def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
 def render(name: str, figures: dict) -> str:
     """The part's Markdown with filled paragraphs, no blank lines at its ends and one line break after it.
 
-    Templates see the figures as variables, and `card`, the measurements on a graphics card. A variable that is missing
-    raises jinja2's UndefinedError.
+    Templates see the keys of `figures` as variables, and `card`, the measurements on a graphics card, which are not
+    part of the data. A variable that is missing raises jinja2's UndefinedError.
     """
     environment = Environment(
         loader=FileSystemLoader(DOCS / "templates"),
@@ -68,7 +68,10 @@ def render(name: str, figures: dict) -> str:
 
 
 def find_region(name: str) -> tuple[Path, str, re.Match]:
-    """The page with the part's region, the page's text, and the match whose group 1 is the region's contents."""
+    """The page with the part's region, the page's text, and the match whose group 1 is the region's contents.
+
+    Raises SetupError without such a page.
+    """
     marks = re.compile(rf"<!-- {name}: [^\n]* -->\n(.*?)<!-- /{name} -->\n", re.S)
     for page in sorted(DOCS.glob("*.md")):
         text = page.read_text(encoding="utf-8")

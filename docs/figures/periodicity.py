@@ -1,9 +1,10 @@
-"""The part `periodicity`: spacings from peak angles, table 1.1 and figures 1.8 to 1.10 of Single 2014.
+"""Part `periodicity` of the documentation (page.py): spacings from peak angles, as in Single 2014, a thesis.
 
-The peak angle at each wavelength gives a spacing (spacing.py). The page lists mean and variance of the spacing over the
-wavelengths. Presets are evaluated by the methods FLSS, NMM and PQ (docs/realtime.md), and scans by the direct sum. A
-*ridge* is a range of wavelengths whose spacings agree. Single 2014's values are `theirs`. `inside` states whether such
-a value is within the range of the scans' strips.
+It has the thesis' table 1.1 and figures 1.8 to 1.10. The angle of the brightest light at each wavelength gives a
+spacing (spacing.py). The page lists mean and variance of the spacing over the wavelengths. A *preset* is a procedural
+relief of `sunbeam`, a *scan* a measured one, and a *strip* a part of a scan. Presets are evaluated by the methods FLSS,
+NMM and PQ (docs/realtime.md), and scans by the direct sum. A *ridge* is a group of wavelengths whose spacings agree.
+Single 2014's values are `theirs`. `inside` states whether such a value is within the range of the scans' strips.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from matplotlib.figure import Figure
 from mitsuba_scenes.environment import SetupError
 
 from .page import images
-from .skin_scans import SKINS, STRIPS, scan, scans_present, size_rows, strips, words_of
+from .skin_scans import SKINS, STRIPS, scan, scans_present, size_rows, strips, write_heights
 from .spacing import (
     ANGLE_STEP_DEG,
     SCAN_ANGLE_STEP_DEG,
@@ -44,7 +45,8 @@ THEIRS = {
     ("elaphe", "pq"): (1052.308, 49.678),
     ("xenopeltis", "flss"): (1552.27, 0.45),
 }
-# Ranges of angles of view in degrees that contain the first order; Single 2014 gives none.
+# Ranges of angles of view in degrees that contain the first order, positive on the side of the light. Single 2014 gives
+# none.
 ANGLES_DEG = {"blazed": (-55, -40), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
 # Ranges of angles of view in degrees for the scans, whose orders are wider.
 SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
@@ -52,7 +54,7 @@ SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
 SCAN_BETWEEN_NM = {"elaphe": (900, 1450), "xenopeltis": (1250, 1950)}
 # Period of the preset `blazed`.
 BLAZED_NM = 2500
-# Pixels of one period of the preset `blazed`.
+# Pixels of one period of the preset `blazed`. More make the staircase of its facet finer.
 BLAZED_PIXELS = 1024
 # Height of the preset `blazed`.
 BLAZED_HEIGHT_UM = 0.25
@@ -62,10 +64,10 @@ BLAZED_PERIODS = 26
 ELAPHE_TILE_UM = 57 * 1.14426
 # Numbers of repeats of the tile along x for PQ, by grating. The last of `blazed` make Single 2014's tile.
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
-# Size of the sub-regions of `xenopeltis`; two fit along each axis of the tile.
+# Edge of the sub-regions of `xenopeltis`, squares of slightly different period; two fit along each axis of the tile.
 REGION_SIZE_UM = 33
-# Relative spread of the sub-regions' periods. At this value each of the two ridges is the brighter one at some
-# wavelengths.
+# Relative spread of the sub-regions' spatial frequencies, to either side. At this value each of the two ridges is the
+# brighter one at some wavelengths.
 REGION_SPREAD = 0.038
 # Names of the properties of reliefs in the page's text.
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
@@ -81,7 +83,7 @@ def figures() -> dict:
         scratch = Path(temporary)
         measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}
         reliefs = {skin: Relief(skin, ("--preset", skin), ANGLES_DEG[skin]) for skin in SKINS}
-        reliefs["blazed"] = Relief("blazed", blazed_words(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
+        reliefs["blazed"] = Relief("blazed", write_blazed(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
         found = {}
         for grating, method in THEIRS:
             found[grating, method] = evaluate(reliefs[grating], "--method", method)
@@ -106,11 +108,11 @@ def figures() -> dict:
         }
 
 
-def blazed_words(folder: Path) -> tuple:
-    """Arguments of `sunbeam` for the preset `blazed` as Single 2014's tile of 65 µm, which is written to `folder`."""
+def write_blazed(folder: Path) -> tuple:
+    """Writes the preset `blazed` as Single 2014's tile of 65 µm to `folder`; returns the arguments that read it."""
     tooth = (np.arange(BLAZED_PIXELS) + 0.5) / BLAZED_PIXELS * BLAZED_HEIGHT_UM
     pixel_um = BLAZED_NM / 1000 / BLAZED_PIXELS
-    words = words_of(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")
+    words = write_heights(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")
     return (*words, "--level", "none", "--tiling", "periodic")
 
 
@@ -118,7 +120,7 @@ def blazed_words(folder: Path) -> tuple:
 class Measured:
     """Evaluations of a scan and of its strips, and of both turned by 180°, which lights them from the other side.
 
-    `relief` is the scan as a file, for other methods.
+    `relief` is the whole scan, for evaluations by other methods.
     """
 
     relief: Relief
@@ -138,10 +140,10 @@ def measured_skin(skin: str, folder: Path) -> Measured:
     heights_um, pixel_um = scan(skin, folder)
 
     def relief(name: str, part_um: np.ndarray) -> Relief:
-        words = words_of(part_um, pixel_um, folder / f"{skin}-{name}.npy")
+        words = write_heights(part_um, pixel_um, folder / f"{skin}-{name}.npy")
         return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
 
-    # An evaluation reads its file at once, so parts follow one another under one name.
+    # An evaluation reads its file before it returns, so the next part may overwrite the file.
     def evaluated(part_um: np.ndarray) -> Evaluation:
         return evaluate_scan(relief("part", part_um))
 
@@ -266,7 +268,7 @@ def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found:
         if measured:
             scanned.append((f"{name}, scan, direct sum", measured[skin].relief, measured[skin].whole))
         procedural.append((f"{name}, procedural, FLSS", reliefs[skin], found[skin, "flss"]))
-    # The presets are below their scans, with nothing below the blazed grating.
+    # The presets are below their scans, with an empty panel below the blazed grating.
     rows = [[blazed, *scanned], [None, *procedural]] if measured else [[blazed, *procedural]]
     draw(folder / "figure-1.8.png", rows)
     for number, method in (("1.9", "nmm"), ("1.10", "pq")):
@@ -293,6 +295,7 @@ def sub_regions(folder: Path, measured: dict, plain: Evaluation) -> dict:
     words = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
     found = evaluate(Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"]), "--method", "flss")
     spacings_nm = found.spacings_nm
+    # Between the two ridges, if there are two.
     middle_nm = (spacings_nm.min() + spacings_nm.max()) / 2
     lower_nm, upper_nm = spacings_nm[spacings_nm < middle_nm], spacings_nm[spacings_nm >= middle_nm]
     if upper_nm.min() - lower_nm.max() < APART_NM or max(np.ptp(lower_nm), np.ptp(upper_nm)) > APART_NM:

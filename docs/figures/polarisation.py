@@ -1,7 +1,8 @@
-"""The part `polarisation`: degree of linear polarisation in pictures of gratings, √(Q² + U²)/I by Stokes components.
+"""Part `polarisation` of the documentation (page.py): degree of linear polarisation in pictures of gratings.
 
-A disc and a ball in aluminium and glass are path-traced in a polarised variant of Mitsuba, by the scalar theory and by
-Maxwell's equations. Lengths of the scenes are in cm, z is up.
+The degree is √(Q² + U²)/I by the Stokes components. A disc and a ball in aluminium and glass are path-traced in a
+polarised variant of Mitsuba. The plugin's `theory` is scalar, with the polarisation of a flat interface, or rigorous,
+by Maxwell's equations. Lengths of the scenes are in cm, z is up.
 """
 
 from __future__ import annotations
@@ -26,18 +27,20 @@ PART = "polarisation"
 VARIANT = "scalar_spectral_polarized"
 # Width and height of the pictures in pixels.
 SIZE = (144, 96)
-# Samples per pixel.
+# Samples per pixel. More lower the noise, which adds to the degree of polarisation.
 SPP = 144
-# Largest number of segments of a path.
+# Largest number of segments of a path: from the camera to the object, on to the floor, and to a light.
 MAX_DEPTH = 3
 # Optical parameters of the plugin for aluminium.
 ALUMINIUM = {"material": "Al"}
 # Optical parameters of the plugin for glass.
 GLASS = {"eta": 1.5}
+# Reflectance of the floor, linear sRGB. A brighter one would add unpolarised light.
+DARK_FLOOR = (0.05, 0.05, 0.05)
 # The relief of a compact disc.
 TRACKS = {"preset": "cd"}
-# Parameters of grooves with the period and depth of a disc's tracks in µm. They are constant along y, as
-# `theory = rigorous` requires.
+# Parameters of grooves with the period and depth of a disc's tracks, in µm. They are constant along y, as
+# `theory = rigorous` requires; a disc's pits are not.
 GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}
 # Values of the plugin's parameter `theory`.
 THEORIES = ("scalar", "rigorous")
@@ -60,18 +63,21 @@ def sphere(optics: dict) -> dict:
     """A blazed ball with the plugin's parameters `optics`, under a uniform sky and a lamp, as parts of a scene."""
     return {
         "ball": {"type": "sphere", "center": [0, 0, 1], "bsdf": {"type": "diffraction", "preset": "blazed", **optics}},
-        "floor": floor(20, (0.05, 0.05, 0.05)),
-        "lamp": lamp((3, -3, 4), 0.2, 30),
+        "floor": floor(half_width_cm=20, reflectance=DARK_FLOOR),
+        "lamp": lamp((3, -3, 4), radius_cm=0.2, radiance=30),
         "sky": sky(0.5),
     }
 
 
 def disc(relief: dict, ply) -> dict:
-    """The disc of the mesh `ply` in aluminium, under a uniform sky and a lamp, as parts of a scene."""
+    """The disc of the mesh `ply` in aluminium, under a uniform sky and a lamp, as parts of a scene.
+
+    `relief` has the plugin's parameters of the heights and of the theory.
+    """
     return {
         "disc": {"type": "ply", "filename": str(ply), "bsdf": {"type": "diffraction", **relief, **ALUMINIUM}},
-        "floor": floor(20, (0.05, 0.05, 0.05)),
-        "lamp": lamp((6, 6, 14), 0.5, 60),
+        "floor": floor(half_width_cm=20, reflectance=DARK_FLOOR),
+        "lamp": lamp((6, 6, 14), radius_cm=0.5, radiance=60),
         "sky": sky(0.5),
     }
 
@@ -89,6 +95,7 @@ def stokes(parts: dict, view: View) -> np.ndarray:
 
 def linear_degree(picture: np.ndarray) -> np.ndarray:
     """√(Q² + U²)/I of the luminance of a `stokes` picture, (rows, columns); NaN in dark pixels."""
+    # The product with the weights turns three channels into one.
     i, q, u, _ = np.moveaxis(picture @ LUMINANCE, -1, 0)
     bright = i > DARK * np.median(i)
     return np.where(bright, np.hypot(q, u) / np.where(bright, i, 1), np.nan)
@@ -106,7 +113,7 @@ def figures() -> dict:
     """
     use_variant(VARIANT, fall_back=False)
     folder = images(PART)
-    # The mesh is needed while scenes are loaded, and deleted afterwards.
+    # The mesh is read when scenes are loaded, and deleted after the last picture.
     ply = write_disc(folder / "disc.ply")
     cases = [
         ("compact disc, aluminium, scalar", disc(TRACKS, ply), DISC),
@@ -136,7 +143,7 @@ def figures() -> dict:
 def draw(path, pictures: list) -> None:
     """Draws pairs (name, picture), and below each picture its degree of linear polarisation on a scale of its own.
 
-    The figure has an upper and a lower half, each with half of the pictures.
+    The figure has an upper and a lower half, each with half of the pictures, whose number is even.
     """
     columns = len(pictures) // 2
     figure, axes = plt.subplots(4, columns, figsize=(11, 10.6), layout="constrained")

@@ -1,7 +1,7 @@
-"""The part `published-figures`: for each figure of Single 2014, a thesis, the checked numbers from other parts' data.
+"""Part `published-figures` of the documentation (page.py): checked numbers for each figure of Single 2014, a thesis.
 
 The parts `slits`, `films`, `periodicity`, `brdf-maps`, `renderings`, `renderings-methods` and `lab` measure the
-numbers. This part only formats them. Keys of dictionaries are the numbers of the figures and tables. Values are text
+numbers; this part formats them. Keys of dictionaries are the numbers of the figures and tables. Values are text
 for the column *checked* of the page.
 """
 
@@ -38,7 +38,7 @@ def gratings() -> dict[str, str]:
     """Figures 1.1 and 1.2: the spectrometer. 1.4 and 1.5: N slits. 1.3, 1.6 and 1.7 are drawings without data."""
     slits, films = data("slits"), data("films")
     fifty = first_row(slits["rows"], count=50)
-    # Deviations in cm become mm with two decimals, at least 0.01 mm.
+    # Deviations in cm become mm with two decimals. The bound of 1e-3 cm keeps a smaller one from being printed as 0.
     return {
         "1.1": f"{len(films['lines'])} lines within {10 * max(films['off_cm'], 1e-3):.2f} mm of the grating equation, "
         f"{films['screen_cm']:g} cm from the film",
@@ -50,7 +50,7 @@ def gratings() -> dict[str, str]:
 
 
 def spacings() -> dict[str, str]:
-    """Figures 1.8 to 1.10 and table 1.1: our mean and variance of the spacing in nm and nm², and the thesis'."""
+    """Figures 1.8 to 1.10 and table 1.1: measured mean and variance of the spacing in nm and nm², and the thesis'."""
     periodicity = data("periodicity")
 
     def compared(grating: str, method: str) -> str:
@@ -144,6 +144,7 @@ def renderings() -> dict[str, str]:
 def other_methods() -> dict[str, str]:
     """Figures 2.19 to 2.22 and B.1, table 2.1: the laboratory, Stam's model, NMM."""
     methods, lab = data("renderings-methods"), data("lab")
+    # Rms distance of a surface's lines of constant phase from straight ones.
     wander = {row["title"]: row["wander_nm"] for row in methods["cut_outs"]}
     # GPU Gems' form at three spacings: the first is the tracks' own, the last is fitted.
     gems = methods["disc"]["gems"]

@@ -1,7 +1,7 @@
 """Random evaluations of the plugin in Mitsuba, whose values must be finite and not negative.
 
-A *question* is a pair of directions and a wavelength on a random surface. Dr.Jit's kernels answer it in single
-precision. The counterpart for the Rust core, in double precision, is
+A *question* is a pair of directions and a wavelength, for which a random surface's BSDF and density are evaluated.
+Dr.Jit's kernels do this in single precision. The counterpart for the Rust core, in double precision, is
 crates/cli/src/benchmarks/stability/random_queries.rs.
 """
 
@@ -20,9 +20,10 @@ from mitsuba_scenes.environment import use_variant
 VARIANT = "llvm_ad_spectral"
 # Number of wavelengths that the variant evaluates for one pair of directions.
 CARRIED = 4
-# Reflectance in 1/sr below which reciprocity is not tested; smaller ones are lost in single precision.
+# Reflectance in 1/sr below which reciprocity is not tested. Smaller ones have large relative errors in single
+# precision.
 RECIPROCITY_FLOOR = 1e-6
-# Largest range of heights, as in Rust: κH is 200 at 360 nm, with κ = 4π/λ and H half the range.
+# Largest range of heights, as in Rust. κH is 200 at 360 nm, where κ = 4π/λ and H is half the range: 2H = 400 λ/(4π).
 DEEPEST_UM = 400 * 0.36 / (4 * np.pi)
 
 
@@ -56,7 +57,7 @@ def random_surface(random: np.random.Generator, folder: Path) -> dict:
     else:
         size = random.integers(1, 25, 2)
         file = folder / f"{random.integers(1 << 62)}.npy"
-        # A fifth of the reliefs have an offset of a millimetre, which must not change any answer.
+        # A fifth of the reliefs have an offset of 1000 µm, which must not change any value.
         np.save(file, 1000.0 * (random.random() < 0.2) + height_um * random.random(tuple(size)))
         parameters |= {"filename": str(file), "pixel_size": log_uniform(0.05, 0.6)}
     return parameters
@@ -67,6 +68,7 @@ def directions(random: np.random.Generator, count: int) -> np.ndarray:
 
     Three in four are uniform over the hemisphere, the others are 89° to 89.99° from the normal.
     """
+    # Uniform over solid angle: the area of a sphere between two heights is proportional to their distance.
     z = 1 - random.random(count)
     grazing = random.random(count) < 0.25
     z[grazing] = np.cos(np.radians(random.uniform(89, 89.99, grazing.sum())))
@@ -95,9 +97,10 @@ def questions(count: int, surfaces: int, seed: int = 1) -> dict:
 
 
 def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
-    """Evaluates `count` pairs of directions on one surface; half of the outgoing directions are sampled from it.
+    """Evaluates `count` pairs of directions, each at CARRIED wavelengths, on one surface.
 
-    Counts samples with a positive density, values that are not finite or negative, and directions whose density is 0.
+    About half of the outgoing directions are sampled from the surface, the others are random. Returns numbers of
+    samples with a positive density, values that are not finite or negative, and directions whose density is 0.
     `reciprocity` is the largest relative difference of the reflectance when the directions are exchanged.
     """
     ctx = mi.BSDFContext()
@@ -105,6 +108,7 @@ def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
     wi, wo = directions(random, count), directions(random, count)
 
     def answers(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values of the BSDF, (CARRIED, count), and densities, (count,)."""
         value, pdf = bsdf.eval_pdf(ctx, interaction(wi, nm), mi.Vector3f(wo))
         return np.array(value), np.array(pdf)
 

@@ -1,7 +1,7 @@
-"""The part `realtime`: shading times of the realtime renderer's methods, and the stages of a frame.
+"""Part `realtime` of the documentation (page.py): shading times of the realtime methods, and the stages of a frame.
 
-`sunbeam render` measures the times on the GPU. Shading alone is timed for each method and surface; a whole frame is
-timed for the default method.
+`sunbeam render` measures the times on the GPU. A *stage* is a step of a frame, such as the shading. Shading alone is
+timed for each method and surface; a whole frame is timed for the default method.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from .speed_error import processor
 PRESETS = ("blazed", "elaphe", "xenopeltis")
 # Measured methods (docs/realtime.md).
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Methods fast enough for the median of REPEATS pictures.
+# Methods fast enough for REPEATS pictures.
 FAST_METHODS = ("stam", "table")
-# Size of the pictures for shading times, in pixels.
+# Size of the pictures for shading times, in pixels; smaller than a frame, since some methods are slow.
 SHADED = "192x128"
 # Size of a frame as in a window, in pixels.
 FRAME = "512x512"
@@ -86,7 +86,7 @@ def render(folder: Path, *words) -> dict:
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
     """Microseconds of shading per lit pixel, `us`, and size and build time of the method's data, `mb` and `build_s`.
 
-    `surface` has arguments of `sunbeam render`.
+    `surface` has arguments of `sunbeam render`. `lit_pixels` is the number of shaded pixels, the report's `answered`.
     """
     repeats = REPEATS if method in FAST_METHODS else SLOW_REPEATS
     report = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
@@ -99,7 +99,10 @@ def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
 
 
 def frame(folder: Path, mesh: Path) -> dict:
-    """Milliseconds of a frame and of its stages, for the snake with `xenopeltis` by the default method, `table`."""
+    """Milliseconds on the GPU of a frame, `ms`, and of each of its stages, `stages_ms`.
+
+    The frame is the snake with `xenopeltis` by the default method, `table`.
+    """
     report = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
     return {
         "adapter": report["adapter"],

@@ -16,11 +16,11 @@ import numpy as np
 from mitsuba_scenes.crosscheck.realtime import surface_words
 from mitsuba_scenes.tool import sunbeam
 
-# Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm.
+# Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm, the largest that diffracts visible light.
 REACH_PER_UM = 5.3
-# Range of a term's colour scale in powers of ten.
+# Range of a term's colour scale in powers of ten. A larger one shows fainter orders.
 DECADES = 5
-# Largest side of the part of a relief that is shown, equal to the extent of the scans.
+# Largest side of the shown part of a relief, equal to the extent of the scans.
 SHOWN_UM = 6.5
 
 
@@ -52,7 +52,7 @@ def term(skin: dict, n: int) -> np.ndarray:
 
 
 def show_relief(axes: plt.Axes, shown: Relief, title: str) -> None:
-    """Draws the heights in grey, above the lowest point shown; of a large relief the corner at x = y = 0."""
+    """Draws the heights above the lowest shown point in grey. A large relief is cut to the corner at x = y = 0."""
     rows, columns = shown.heights_um.shape
     x_um, y_um = (min(extent_um, SHOWN_UM) for extent_um in shown.extent_um)
     part = shown.heights_um[: round(rows * y_um / shown.extent_um[1]), : round(columns * x_um / shown.extent_um[0])]
@@ -70,6 +70,7 @@ def show_term(axes: plt.Axes, skin: dict, n: int, title: str) -> None:
     edges = []
     for count, extent_um in zip(magnitudes.shape[::-1], relief(skin).extent_um):
         edges += [(-(count // 2) - 0.5) / extent_um, (count - count // 2 - 0.5) / extent_um]
+    # Terms of 0 become −∞, below the colour scale.
     with np.errstate(divide="ignore"):
         decades = np.log10(magnitudes / magnitudes.max())
     image = axes.imshow(

@@ -1,7 +1,8 @@
-"""The part `renderings`: figures 2.14 to 2.18 of Single 2014 by FLSS on the GPU, and path-traced in Mitsuba.
+"""Part `renderings` of the documentation (page.py): figures 2.14 to 2.18 of Single 2014, a thesis.
 
-Each figure has a function that draws its sheet of pictures (studio.py) and returns its numbers. They show the snake
-with a scanned skin, the procedural preset that imitates it, or a blazed grating.
+The figures are drawn by the method FLSS (docs/realtime.md) on the GPU, and path-traced in Mitsuba. Each figure has a
+function that draws its sheet of pictures (studio.py) and returns its numbers. They show the snake with a scanned skin,
+the procedural preset that imitates it, or a blazed grating. A *shot* describes one picture.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ DEFAULT_RESOLUTION = 4.0
 # Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
 # suppresses interference between repeats.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
-# Figure 2.15: factor on the pigment's reflectance, which turns its near black into brown.
+# Figure 2.15: factor on the light of the pigment, which turns its near black into brown.
 PIGMENT_BRIGHTER = 10
 # Figure 2.17: the widest field of view.
 WIDEST_DEG = 30.0
@@ -69,7 +70,7 @@ COMPASS_CM = (2.6, 1.6)
 
 
 class Skin(NamedTuple):
-    """A surface: its name on the page, and parameters of the plugin."""
+    """A surface: its name on the page, `label`, and parameters of the plugin."""
 
     label: str
     parameters: dict
@@ -80,7 +81,7 @@ def all_skins() -> dict[str, Skin]:
     skins = {}
     for species, path in SCANS.items():
         if path.exists():
-            # The fingers of both scans lie along x, as the body does, so no rotation is needed.
+            # The fingers, long parallel ridges, of both scans lie along x, as the body does, so no rotation is needed.
             skins[f"{species}-scan"] = Skin(f"{species.capitalize()}, scan", {**scanned_skin(path), **SCAN_WINDOW})
         else:
             print(f"NOT DRAWN: no scan at {path}, so {species} is drawn with the procedural skin alone", flush=True)
@@ -163,7 +164,7 @@ def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     final = replace(alone, caption="(b) over the pigment", pigment=True)
     sheet = draw(Sheet("elaphe", "Elaphe", "2.15", both([alone, final])), studio, folder, VIEW.width)
     mask = studio.mask(alone)
-    # Light adds up, so the difference is the light from the pigment.
+    # Light adds up, so the difference is the light that the pigment reflects.
     pigment = linear(studio, final) - linear(studio, alone)
     colour = {}
     for species in SCANS:
@@ -233,7 +234,7 @@ def closer(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 def sun_of(travels: tuple[float, float, float]) -> Light:
     """The sun of light that travels along this direction of figure 2.18, whose axes are taken as north, east and up.
 
-    In the scene east is +x and north +y.
+    In the scene east is +x and north +y. The direction need not be of unit length.
     """
     north, east, up = (-component for component in travels)
     elevation_deg = math.degrees(math.atan2(up, math.hypot(north, east)))

@@ -1,7 +1,7 @@
-"""The part `renderings-methods`: figures 2.20 to 2.22 and B.1 of Single 2014, and its table 2.1.
+"""Part `renderings-methods` of the documentation (page.py): published methods compared, as in Single 2014, a thesis.
 
-*GPU Gems' form* is Stam's shader as published in GPU Gems, chapter 8. It and the methods FLSS and NMM are options of
-the realtime renderer (docs/realtime.md).
+It has the thesis' figures 2.20 to 2.22 and B.1, and its table 2.1. *GPU Gems' form* is Stam's shader as published in
+GPU Gems, chapter 8. It and the methods FLSS and NMM are options of the realtime renderer (docs/realtime.md).
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ from .studio import SPP, SUPERSAMPLE, Shot, Studio
 PART = "renderings-methods"
 # Files of the scans by capitalised species.
 SCAN_FILES = {species.capitalize(): path for species, path in SCANS.items()}
-# Camera above the disc.
+# Camera above the compact disc, a mesh in cm.
 DISC_VIEW = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
 # The light of the disc.
 DISC_LIGHT = Light(180, 70, "directional", 0)
 # Spacing of a compact disc's tracks.
 CD_UM = 1.6
-# Spacing in a public demonstration of the shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
+# Spacing of the tracks in a public demonstration of the shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
 DEMO_UM = 10.0
 # Option of the method `stam` that selects GPU Gems' form.
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
-# Number of repeats of a timed frame.
+# Number of renders of a timed frame, whose median counts.
 REPEATS = 2
 # Largest accepted deviation from 1 of a symmetric map's luminance on the right over that on the left.
 SYMMETRIC = 1e-3
-# Smallest accepted luminance of a one-sided map's brighter half over that of the other.
+# Smallest accepted ratio of the luminances of a one-sided map's halves, the brighter over the darker.
 ONE_SIDED = 2.0
 # Largest difference of peak angles that count as equal.
 ALIKE_DEG = 1.0
@@ -121,7 +121,8 @@ def repeating(skin: dict) -> dict:
 
 def cut_outs(file: Path) -> list[dict]:
     """Figure 2.20: draws cut-outs; returns the period of each, and the wander of its lines of constant phase."""
-    # Each axis is that of the surface's strongest period, which lies across the fingers or along their rows.
+    # Each axis is that of the surface's strongest period. Skins have fingers, long parallel ridges, in rows; the period
+    # lies across the fingers or from row to row.
     skins = surfaces("Elaphe")
     chosen = {title: alignment.cut_out(skin, "y") for title, skin in skins.items() if "filename" in skin}
     chosen["CD"] = alignment.cut_out({"preset": "cd"}, "x")
@@ -158,7 +159,7 @@ def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
 
 
 def pairs_of(studio: Studio, shot: Shot) -> np.ndarray:
-    """Directions at the pixels' centres, the array (rows, columns, 8) that `hues.lit` describes."""
+    """Directions to sun and camera at the pixels' centres, the array (rows, columns, 8) that `hues.lit` describes."""
     npy, exr = studio.folder / "pairs.npy", studio.folder / "pairs.exr"
     mesh = (studio.disc if shot.disc else studio.snake).mesh
     rotation = {name: value for name, value in shot.skin.items() if name == "rotation"}
@@ -187,6 +188,7 @@ def disc(studio: Studio, folder: Path) -> dict:
     drawn, _ = draw(studio, shots)
     sheet([drawn], studio, folder / "disc.jpg")
     found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
+    # The rows are the tracks' own spacing, the demonstration's, and the fitted one.
     own_deg, _, fitted_deg = (row["largest_off_deg"] for row in found["gems"])
     holds = fitted_deg < ALIKE_DEG < own_deg
     insist(PART, holds, "GPU Gems' form agrees with FLSS on the disc only if its spacing is fitted")

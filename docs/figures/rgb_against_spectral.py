@@ -25,13 +25,13 @@ SPECTRAL = "llvm_ad_spectral"
 OPTICS = {"keratin": SKIN, "gold": {"material": "Au"}}
 # Width and height of the pictures in pixels.
 SIZE = (24, 16)
-# Default seconds of each of the two pictures, without building tables and compiling.
+# Default seconds of each of the two pictures, without building tables and compiling. More seconds lower the noise.
 BUDGET_S = 4.0
 # Smallest number of averaged renders; even, for two halves.
 RENDERS_MIN = 2
 # Largest number of averaged renders.
 RENDERS_MAX = 256
-# Mean luminance of the spectral picture at the exposure of the comparison: middle grey, relative to white.
+# Mean luminance of the spectral picture at the exposure of the comparison, relative to white: middle grey.
 GREY = 0.18
 
 # Matrix from linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1. Row 1 gives the
@@ -44,13 +44,14 @@ WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 
 def figures(budget_s: float = BUDGET_S) -> list[dict]:
-    """A row for each scene with the scan in each medium: `scene`, `material`, and the figures of `difference`."""
+    """A row for each scene with the scan in each medium: `scene`, `material`, and the numbers of `difference`."""
     surface, _ = scanned_surface()
     rows = []
     for scene in scenes():
         for name, optics in OPTICS.items():
             changed = scene.with_materials({"scan": surface}, optics)
 
+            # The default binds the scene of this pass of the loop.
             def loaded(changed: BenchmarkScene = changed) -> mi.Scene:
                 return changed.load(mi.load_dict(changed.diffraction(surface)), SIZE)
 
@@ -59,9 +60,9 @@ def figures(budget_s: float = BUDGET_S) -> list[dict]:
 
 
 def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDGET_S) -> dict:
-    """The figures of `difference` for converged pictures of a scene in both variants.
+    """The numbers of `difference` for converged pictures of a scene in both variants.
 
-    `make_scene` makes the scene in the selected variant.
+    `make_scene` makes the scene in the selected variant, and `budget_s` is the time of each picture in seconds.
     """
     halves = {}
     for variant in (RGB, SPECTRAL):
@@ -83,7 +84,7 @@ def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
 
 
 def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
-    """Differences of two converged pictures.
+    """Differences of two converged pictures. ΔE76 is the distance of two colours in CIELAB.
 
     - `delta_e_mean`, `delta_e_p95`: mean and 95th percentile of ΔE76 over pixels, after one exposure for both pictures.
     - `noise_delta_e_mean`, `noise_delta_e_p95`: estimates of the ΔE76 that noise alone would cause. Half the difference
@@ -97,6 +98,7 @@ def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     rgb, spectral = rgb * exposure, spectral * exposure
     found = delta_e76(rgb.mean(axis=0), spectral.mean(axis=0))
     noise = np.sqrt(sum((delta_e76(*halves) / 2) ** 2 for halves in (rgb, spectral)))
+    # Of the first halves and of the second halves.
     first, second = lab(rgb) - lab(spectral)
     channels = rgb.reshape(-1, 3).sum(axis=0) / spectral.reshape(-1, 3).sum(axis=0)
     return {
@@ -126,6 +128,7 @@ def lab_of_xyz(xyz: np.ndarray) -> np.ndarray:
     Negative XYZ, which noise alone causes, counts as zero.
     """
     relative = np.maximum(xyz / WHITE, 0)
+    # Below this value the cube root is replaced by its tangent, as in the standard.
     low = (6 / 29) ** 3
     f = np.where(relative > low, np.cbrt(relative), relative / (3 * (6 / 29) ** 2) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)

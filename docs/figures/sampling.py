@@ -1,7 +1,8 @@
-"""The part `sampling`: statistics of the sampling weight, errors of pictures by sampler, and the BSDF's cost.
+"""Part `sampling` of the documentation (page.py): the plugin's sampler against simple ones, and the BSDF's cost.
 
-Errors of pictures are relative to a reference with many more samples. It is drawn by the plugin's own sampler, since no
-other converges within hours. A bias of this sampler would cancel in its own error; tests of the density exclude one.
+The weight of a sample is the BSDF times the cosine over the density. Errors of pictures are relative to a reference
+with many more samples. It is drawn by the plugin's own sampler, since no other converges within hours. A bias of this
+sampler would cancel in its own error; tests of the density exclude one.
 """
 
 from __future__ import annotations
@@ -29,12 +30,13 @@ from .time_to_error_plot import draw
 PART = "sampling"
 # Presets of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
-# Lights of the pictures. For "sky", `picture` removes the sun from the scene.
+# Lights of the pictures. `Light` always has a sun, which `picture` removes for "sky".
 LIGHTS = {"sky": Light(sky_radiance=1.0), "sun and sky": Light()}
+# Camera of the pictures, small for the sake of the reference's many samples.
 VIEW = View(48, 32)
 # Samples per pixel of the pictures under test.
 SPP = 64
-# Number of pictures under test, and of timed renders.
+# Number of pictures under test, and of timed renders. More make errors and times more certain.
 REPETITIONS = 5
 # Samples per pixel of the reference, by light. With the sun most of the light is in few samples, so more are needed.
 REFERENCE_SPP = {"sky": 4096, "sun and sky": 65_536}
@@ -46,7 +48,7 @@ def figures(
     """All numbers of the part; draws the times to an error.
 
     `words` are further arguments of `sunbeam bench`. `spp`, `reference_spp` and `repetitions` replace the constants of
-    these names. The numbers are
+    these names, for short runs. The numbers are
 
     - `rows`, `weights`: statistics of the sampling weight for each surface, and the worst of them by angle;
     - `pictures`: a row of `picture` for each surface in each light;
@@ -82,8 +84,8 @@ def figures(
 def by_angle(rows: list[dict]) -> list[dict]:
     """A row for each angle of incidence, with the largest of each statistic over azimuths and wavelengths.
 
-    The statistics of the weight are its standard deviation, 99.9th percentile and maximum over its mean, and the
-    fraction of the samples that are `lost`.
+    The statistics of the weight are its standard deviation, 99.9th percentile and maximum, each over its mean, and the
+    fraction of the samples that are `lost`, that is, without a direction above the horizon.
     """
     found = []
     for theta in sorted({row["theta_deg"] for row in rows}):
@@ -94,7 +96,7 @@ def by_angle(rows: list[dict]) -> list[dict]:
 
 
 def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions: int) -> dict:
-    """Errors and times of pictures of one surface in one light, under `ways` for each sampler.
+    """Errors and times of pictures of one surface in one light: a row of `ways` for each sampler.
 
     `light` is a key of LIGHTS. The samplers are the plugin's own, `importance`, and KINDS of hemisphere_sampled.py.
     Errors are relative, over the pixels where the reference is not black.
@@ -112,6 +114,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
     # The reference is a mean of pictures with `spp` samples. Its seeds from 1000 on keep it independent of the pictures
     # under test.
     truth = np.mean([render(scenes["importance"], 1000 + i).image for i in range(reference_spp // spp)], axis=0)
+    # Pixels that are not black.
     mask = truth.sum(axis=2) > 0
     ways = []
     for name, sampled in scenes.items():

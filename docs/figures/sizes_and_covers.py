@@ -1,8 +1,8 @@
-"""The part `sizes-and-covers`: RGB against spectral pictures with textures of sizes and covers, and the cost of both.
+"""Part `sizes-and-covers` of the documentation (page.py): RGB against spectral pictures, and the cost of a BSDF call.
 
 *Sizes* are the plugin's parameters `scale` and `depth`, which shrink a relief along the surface and in height. The
-pictures are filled by the ball of benchmark_scenes.py. The *kinds* of surface are a bare relief, one with textures of
-sizes, one under a cover, and one with both.
+pictures are filled by the ball of benchmark_scenes.py. A *cover* is a clear layer of a dielectric over the relief. The
+*kinds* of surface are a bare relief, one with textures of sizes, one under a cover, and one with both.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .rgb_against_spectral import OPTICS, RGB, SPECTRAL, converged, difference
 
 # Media by name, as parameters of the plugin.
 MEDIA = {**OPTICS, "aluminium": ALUMINIUM}
-# Index of the cover, that of lacquer.
+# Refractive index of the cover, that of lacquer.
 COVER_ETA = 1.5
 # Smallest value of the texture of `scale`; the largest is 1.
 SCALE_MIN = 0.55
@@ -43,7 +43,7 @@ FOV_DEG = 18.0
 SPP = 16384
 # Default seconds of each of the two pictures, without building tables and compiling.
 BUDGET_S = 20.0
-# Aims of the mean ΔE76 and of its 95th percentile.
+# Aims of the mean ΔE76 between RGB and spectral pictures, and of its 95th percentile, which the page compares.
 AIMS = (1.0, 2.5)
 # Measured methods of `mi.BSDF`.
 CALLS = ("eval_pdf", "sample")
@@ -70,7 +70,10 @@ def kinds(mirror: bool) -> dict[str, dict]:
 
 
 def figures(budget_s: float = BUDGET_S, repeats: int = REPEATS) -> dict:
-    """All numbers of the part, with the settings: `colours` and `calls` are the results of these functions."""
+    """All numbers of the part, with the settings: `colours` and `calls` are the results of these functions.
+
+    `budget_s` is the time of each picture in seconds, and `repeats` the number of timed wavefronts of each call.
+    """
     return {
         "picture_s": budget_s,
         "size": list(SIZE),
@@ -85,7 +88,7 @@ def figures(budget_s: float = BUDGET_S, repeats: int = REPEATS) -> dict:
 
 
 def colours(budget_s: float) -> list[dict]:
-    """Rows of {relief, material, kind} and the figures of `difference` over the pixels within the ball.
+    """Rows of {relief, material, kind} and the numbers of `difference` over the pixels within the ball.
 
     Covers have no mirror reflection, whose colourless light would hide differences.
     """
@@ -113,7 +116,7 @@ def near_ball(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> dict:
-    """The figures of `difference` over the ball's pixels for one kind of surface; `budget_s` is as in `converged`."""
+    """The numbers of `difference` over the ball's pixels for one kind of surface; `budget_s` is as in `converged`."""
     halves = {}
     for variant in (RGB, SPECTRAL):
         use_variant(variant, fall_back=False)
@@ -129,7 +132,7 @@ def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> d
 def sees_ball(scene: mi.Scene) -> np.ndarray:
     """Mask of the pixels whose corners all see the ball of radius 1 at (0, 0, 1), (rows, columns)."""
     columns, rows = SIZE
-    # The pixels' corners in [0, 1]² of the film.
+    # The pixels' corners, in units of the film.
     y, x = np.mgrid[: rows + 1, : columns + 1] / np.reshape((rows, columns), (2, 1, 1))
     rays = scene.sensors()[0].sample_ray(0, 0.5, mi.Point2f(x.ravel(), y.ravel()), 0.5)[0]
     hit = scene.ray_intersect(rays)
@@ -160,6 +163,8 @@ def calls(repeats: int) -> list[dict]:
 def cpu_ns(bsdfs: dict[str, mi.BSDF], call: str, repeats: int) -> dict[str, float]:
     """Nanoseconds of CPU per element of one call, by the names of the BSDFs, which take turns.
 
+    An element is one evaluation of a wavefront, an array of evaluations that one kernel of Dr.Jit does.
+
     CPU time excludes most effects of other programs. It includes the tracing of the kernel, which cancels in the
     difference of wavefronts of WAVEFRONT and of FEWEST elements.
     """
@@ -180,6 +185,7 @@ def cpu_s(bsdf: mi.BSDF, call: str, inputs: Inputs) -> float:
     """Seconds of CPU of all threads that one call on a wavefront takes."""
     dr.sync_thread()
     start = time.process_time()
+    # `answer` returns arrays that are not evaluated yet.
     dr.eval(answer(bsdf, call, inputs))
     dr.sync_thread()
     return time.process_time() - start

@@ -1,6 +1,7 @@
-"""The atomic-force scans of two skins: their strips, and the sizes of their relief against the presets'.
+"""Atomic-force scans of two snakes' skins: strips of them, and heights and slopes against those of the presets.
 
-Heights are in µm, indexed [iy, ix] with y = 0 first. A *skin* is named by its species.
+A *preset* is a procedural relief of `sunbeam` that imitates a skin. Heights are in µm, indexed [iy, ix] with y = 0
+first. Pixels are square, and scans and presets have as many along y as along x. A *skin* is named by its species.
 """
 
 from __future__ import annotations
@@ -17,11 +18,12 @@ from mitsuba_scenes.tool import sunbeam
 SKINS = ("xenopeltis", "elaphe")
 # Edge of a crop of a preset, equal to that of the scans.
 CROP_UM = 6.5
-# Number of strips into which a scan is cut.
+# Number of strips into which a scan is cut. Their spacings show how much the period varies within a scan. More strips
+# show more of this variation, but each is narrower and its spacing less certain.
 STRIPS = 5
-# Number of random crops of a preset.
+# Number of random crops of a preset. More make the quantiles of their sizes more certain.
 CROPS = 400
-# Seed of the crops' positions.
+# Seed of the crops' positions, an arbitrary number.
 SEED = 20140
 
 
@@ -34,24 +36,28 @@ def scans_present() -> bool:
     return not missing
 
 
-def read(words: tuple, folder: Path) -> tuple[np.ndarray, float]:
-    """Heights without levelling, and the edge of a pixel in µm, of the surface with these arguments of `sunbeam`."""
+def read(arguments: tuple, folder: Path) -> tuple[np.ndarray, float]:
+    """Heights and edge of a pixel in µm, without levelling, of the surface that the `arguments` of `sunbeam` select.
+
+    Writes a temporary file into `folder`.
+    """
     npy = folder / "heights.npy"
-    report = json.loads(sunbeam("height-field", *words, "--level", "none", "-o", npy))
+    report = json.loads(sunbeam("height-field", *arguments, "--level", "none", "-o", npy))
     return np.load(npy), report["pixel_um"][0]
 
 
 def scan(skin: str, folder: Path) -> tuple[np.ndarray, float]:
-    """Heights and edge of a pixel of a skin's scan, with the period of Single 2014's table 1.1 along x.
+    """Heights and edge of a pixel of a skin's scan, with the dominant period along x.
 
-    The scan of *Elaphe*, whose fingers lie along x, is transposed.
+    Table 1.1 of the thesis Single 2014 lists this period. In *Elaphe* it is the distance between fingers, long parallel
+    ridges, which lie along x in the file. Its scan is therefore transposed.
     """
     heights_um, pixel_um = read(("--height-field", SCANS[skin]), folder)
     return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
 
 
-def words_of(heights_um: np.ndarray, pixel_um: float, path: Path) -> tuple:
-    """Writes heights to `path` and returns the arguments of `sunbeam` that read them."""
+def write_heights(heights_um: np.ndarray, pixel_um: float, path: Path) -> tuple:
+    """Writes heights to the .npy file `path`; returns the arguments of `sunbeam` that read them."""
     np.save(path, np.ascontiguousarray(heights_um))
     return ("--height-field", path, "--pixel-size", pixel_um)
 
@@ -64,8 +70,11 @@ def strips(heights_um: np.ndarray) -> list[np.ndarray]:
 def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
     """Peak to valley in µm, and after subtracting a plane the rms height in µm and the rms slopes along x and y.
 
-    A slope is the difference of neighbouring pixels over their distance.
+    Peak to valley includes the plane, as the height of a preset's whole tile does. A slope is the difference of
+    neighbouring pixels over their distance, so finer pixels give larger slopes on a rough relief. Scans and presets
+    have pixels of nearly equal size, 65 and 64 nm.
     """
+    # A least-squares fit of the plane a + b·ix + c·iy.
     iy, ix = np.indices(heights_um.shape)
     basis = np.stack([np.ones(heights_um.size), ix.ravel(), iy.ravel()], axis=1)
     fitted = basis @ np.linalg.lstsq(basis, heights_um.ravel(), rcond=None)[0]
@@ -83,7 +92,7 @@ def size_rows(folder: Path) -> list[dict]:
 
     - `what`: the key of the size in `sizes`. `scan` is its value on the scan.
     - `crops`, `low`, `high`: the mean and the 5 % and 95 % quantiles over crops as large as the scan.
-    - `tile`: the peak to valley of the whole preset, `None` for other sizes.
+    - `tile`: the peak to valley of the preset's whole tile, `None` for other sizes.
     """
     rows = []
     for skin in SKINS:
@@ -91,6 +100,7 @@ def size_rows(folder: Path) -> list[dict]:
         # Edge of a crop in pixels.
         edge = round(CROP_UM / pixel_um)
         random = np.random.default_rng(SEED)
+        # Lower left corners (y, x) of the crops.
         corners = random.integers(0, heights_um.shape[0], size=(CROPS, 2))
         # The preset repeats, so crops may extend over its edge.
         twice = np.tile(heights_um, (2, 2))

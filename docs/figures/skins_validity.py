@@ -1,9 +1,10 @@
-"""The part `skins-validity`: the model on measured skins against Maxwell's equations.
+"""Part `skins-validity` of the documentation (page.py): the model on measured skins against Maxwell's equations.
 
 The relief is a crop of a scan, repeated as a tile. An independent solver, the *judge* (tests/judges/crossed), gives the
 true powers of its orders; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
-conservation and shadowing (docs/model.md). *Misplaced* power is the fraction of the reflected power in wrong orders. It
-is summarised over *near* lights, up to REACH_DEG of incidence, and over *grazing* ones beyond.
+conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms. *Misplaced* power is the fraction
+of the reflected power that a form puts into wrong orders. It is summarised over *near* lights, up to REACH_DEG of
+incidence, and over *grazing* ones beyond.
 """
 
 from __future__ import annotations
@@ -44,12 +45,12 @@ from .skin_scans import SKINS, scans_present
 PART = "skins-validity"
 # Largest angle of incidence of near lights.
 REACH_DEG = 60.0
-# Largest accepted mean ratio of the time of a call with `small_slope` to one with `stam`.
+# Largest accepted ratio of the time of a call with `small_slope` to one with `stam`, in the mean over all calls.
 COST_MAX = 1.15
 # Colours of the forms in the plot.
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
 
-# Text stays text, and equal numbers give identical files.
+# The SVG has text instead of outlines, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
@@ -102,8 +103,9 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
 
 
 def fresnel(eta: float, theta_deg: float) -> float:
-    """Reflectance of a flat dielectric for unpolarised light."""
+    """Reflectance of a flat dielectric of index `eta` for unpolarised light."""
     cos = np.cos(np.radians(theta_deg))
+    # eta times the cosine of the refracted angle.
     inside = np.sqrt(eta**2 - 1 + cos**2)
     s, p = (cos - inside) / (cos + inside), (eta**2 * cos - inside) / (eta**2 * cos + inside)
     return float(0.5 * (s**2 + p**2))
@@ -136,7 +138,7 @@ def one_dimension() -> float:
     words = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
     largest = 0.0
     for theta_deg, phi_deg in ((20.0, 0.0), (60.0, 35.0)):
-        own = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(9.0, 12))
+        own = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(cutoff_per_um=9.0, nodes=12))
         light = ("--theta-i", theta_deg, "--phi-i", phi_deg)
         report = json.loads(sunbeam("orders", *words, "--theory", "rigorous", *light, "--json"))
         other = {order["order"]: order["mean"] for order in report["orders"]}
@@ -151,7 +153,7 @@ def reciprocity() -> float:
     there = solve(relief, light.wavelength_nm, light.theta_deg, light.phi_deg, KERATIN)
     strongest = int(np.argmax(there.unpolarised * ((there.jx != 0) | (there.jy != 0))))
     order = np.array([there.jx[strongest], there.jy[strongest]])
-    # x and y of the order's direction, by the grating equation.
+    # x and y of the order's direction, by the grating equation. `wi` points to the light.
     wo = light.wavelength_nm * 1e-3 * order / np.array(relief.period) - light.wi[:2]
     theta_deg, phi_deg = np.degrees([np.arcsin(np.hypot(*wo)), np.arctan2(wo[1], wo[0])])
     back = solve(relief, light.wavelength_nm, float(theta_deg), float(phi_deg), KERATIN)
@@ -192,6 +194,7 @@ def figures() -> dict | None:
     skins = [skin_figures(skin, rows, by_case) for skin in SKINS]
     check_gain(skins)
     draw(images(PART) / "angles.svg", skins)
+    # The numbers by light are summarised above, and would make the data large.
     for of_crop in (*rows, *varied):
         del of_crop["by_light"]
     return {
@@ -225,12 +228,16 @@ def check_limiter(scans: dict, by_case: dict) -> None:
 
 
 def check_gain(skins: list[dict]) -> None:
-    """Raises SetupError unless small_slope misplaces less than stam on both skins, and far less on Elaphe alone."""
+    """Raises SetupError unless small_slope misplaces less than stam on both skins, and far less on Elaphe alone.
+
+    `skins` has the results of `skin_figures`.
+    """
     gains = {}
     for of_skin in skins:
         stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
         insist(PART, small_slope < stam, f"small_slope is better than stam on {of_skin['skin']}")
         gains[of_skin["skin"]] = stam / small_slope
+    # The slopes of Elaphe are gentler. A factor of 2 counts as a gain on it, one of 1.2 as none on Xenopeltis.
     insist(PART, gains["elaphe"] > 2 and gains["xenopeltis"] < 1.2, "the gain is on the gentler skin")
 
 

@@ -1,4 +1,6 @@
-"""The part `slits`: intensity and colours behind N equal slits, figures 1.4 and 1.5 of Single 2014.
+"""Part `slits` of the documentation (page.py): intensity and colours behind N equal slits.
+
+The plots are figures 1.4 and 1.5 of Single 2014, a thesis.
 
 Symbols: N slits of width a, with centres d apart, in light of wavelength λ; `sine` is the sine of the angle to the
 grating's normal. The relative intensity in the far field, 1 where all waves are in phase, is
@@ -36,19 +38,19 @@ DISTANCE_MM = 500.0
 PLOTTED_NM = 500.0
 # Wavelength of the green strips of figure 1.4; the source gives none.
 COLOURED_NM = 550.0
-# Half width of the screen in the colour strips.
+# Half width of the shown part of the screen in the colour strips.
 COLOURED_MM = 6.5
-# Half width of the screen in the wide graph.
+# Half width of the shown part of the screen in the wide graph.
 WIDE_MM = 30.0
-# Half width of the screen in the close graph.
+# Half width of the shown part of the screen in the close graph.
 CLOSE_MM = 2.0
 # Pixels of a colour strip along the screen. With this number a peak of 50 slits is three pixels wide.
 COLUMNS = 1300
-# Number of positions whose intensities are averaged in a pixel.
+# Number of positions whose intensities are averaged in a pixel, against aliasing of narrow peaks.
 PER_COLUMN = 4
-# Wavelength step of the sum over the visible spectrum, smaller than the 4 nm that order 3 of 50 slits is wide.
+# Wavelength step of the sum over the visible spectrum, smaller than the 4 nm that order 3 of 50 slits is wide, λ/(3N).
 COLOUR_STEP_NM = 1.0
-# Smallest number of slits in the fit of width ∝ N^exponent.
+# Smallest number of slits in the fit of width ∝ N^exponent. With fewer slits the slits' own width matters.
 FITTED_FROM = 5
 # Largest accepted difference of the fitted exponent from −1.
 EXPONENT_TOLERANCE = 0.02
@@ -96,9 +98,11 @@ def limit_of_width() -> float:
 def width_at_half(peak: Callable[[float], float]) -> float:
     """Full width at half maximum of an even function that falls monotonically from 1 at 0 to 0 at 1, by bisection."""
     low, high = 0.0, 1.0
+    # Fifty halvings reach double precision.
     for _ in range(50):
         middle = (low + high) / 2
         low, high = (middle, high) if peak(middle) > 0.5 else (low, middle)
+    # Half the width is the middle of `low` and `high`, so the width is their sum.
     return low + high
 
 

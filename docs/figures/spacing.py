@@ -27,7 +27,8 @@ ANGLE_STEP_DEG = 0.01
 SCAN_WAVELENGTH_STEP_NM = 5
 # Step between angles for scans, whose peaks are some degrees wide.
 SCAN_ANGLE_STEP_DEG = 0.1
-# Cells of a picture along wavelength and angle; each shows its largest value, which keeps narrow lines visible.
+# Numbers of cells of a picture along wavelength and angle. A cell is a block of the response that is drawn as its
+# largest value, which keeps narrow lines visible.
 CELLS = (200, 250)
 
 
@@ -38,15 +39,17 @@ class Relief:
     name: str
     words: tuple
     angles_deg: tuple[float, float]
-    # The spacing by construction, if known.
+    # The spacing by construction; `None` if it is not known.
     exact_nm: float | None = None
-    # The searched range of spacings, for scans alone.
+    # The searched range of spacings, for scans alone; `None` searches all.
     between_nm: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The report of `sunbeam evaluate`, and the response S/λ² (wavelengths, angles of view).
+    """The report of `sunbeam evaluate`, and the response S/λ², an array (wavelengths, angles of view).
+
+    S is the power density of the diffracted light (docs/tables.md).
 
     The report has for each of `wavelengths_nm` the peak angle θr, `peaks_deg`. `mean_nm` and `variance_nm2` are those
     of the spacing over the wavelengths. The angles of view go from the first to the second of `angles_deg`, in steps of
@@ -70,7 +73,7 @@ class Evaluation:
         angles_deg = self.report["angles_deg"][0] + self.report["angle_step_deg"] * np.arange(self.response.shape[1])
         spacings_nm = spacing_nm(nm[:, None], angles_deg)
         inside = (spacings_nm >= low_nm) & (spacings_nm <= high_nm)
-        # Responses are not negative.
+        # Responses are not negative, so −1 excludes.
         peaks = np.argmax(np.where(inside, self.response, -1), axis=1)
         at_peaks = spacings_nm[np.arange(len(nm)), peaks]
         found = {"mean_nm": at_peaks.mean(), "variance_nm2": at_peaks.var(), "peaks_deg": angles_deg[peaks]}
@@ -115,7 +118,7 @@ def rounding_nm2(found: Evaluation) -> float:
     """
     theta_i, theta_r = np.radians(THETA_I_DEG), np.radians(found.report["peaks_deg"])
     # Derivative of the spacing by θr, without its sign.
-    slope = found.report["wavelengths_nm"] * np.cos(theta_r) / (np.sin(theta_i) + np.sin(theta_r)) ** 2
+    slope = np.asarray(found.report["wavelengths_nm"]) * np.cos(theta_r) / (np.sin(theta_i) + np.sin(theta_r)) ** 2
     return float(np.mean(slope**2) * np.radians(found.report["angle_step_deg"]) ** 2 / 12)
 
 
@@ -140,6 +143,7 @@ def draw_panel(ax, title: str, relief: Relief, found: Evaluation) -> None:
     ax.imshow(shown.T, origin="lower", aspect="auto", extent=extent, cmap="summer", vmin=0, vmax=1)
     ax.plot(nm, found.report["peaks_deg"], color="red", linewidth=1.2, label="peaks")
     expected_nm = relief.exact_nm or found.report["mean_nm"]
+    # sin θr by the grating equation.
     sines = nm / expected_nm - np.sin(np.radians(THETA_I_DEG))
     label = f"grating equation, {expected_nm:.0f} nm"
     ax.plot(nm, np.degrees(np.arcsin(sines)), color="blue", linewidth=0.9, linestyle=(0, (5, 4)), label=label)

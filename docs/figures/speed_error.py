@@ -1,7 +1,8 @@
-"""The part `speed-error`: time and error of every method by `sunbeam bench`, on presets and a scan.
+"""Part `speed-error` of the documentation (page.py): time and error of every method, on presets and a scan.
 
-An *entry* is a method with its options, measured on a surface. Its errors are CIEDE2000 over directions. It is *on the
-front*, the Pareto front of time and errors, if no other entry beats it (crates/cli/src/benchmarks/methods/pareto.rs).
+`sunbeam bench` measures. An *entry* is a method with its options, measured on a surface. Its errors are CIEDE2000 over
+directions. It is *on the front*, the Pareto front of time and errors, if no other entry beats it
+(crates/cli/src/benchmarks/methods/pareto.rs).
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ DELTA_E_LIMITS = (10.0, 3.0, 1.0, 0.5, 0.1, 0.01)
 
 
 def figures(scan: Path = SCAN, *words: str) -> dict:
-    """Runs the benchmark on the presets, and on the scan if present; `words` are further arguments of `sunbeam bench`.
+    """All numbers of the part, from runs on the presets and on the scan if present; draws a plot of each run.
 
-    Draws a plot of the presets and one of the scan.
+    `words` are further arguments of `sunbeam bench`. `adapter` is the GPU, or `no_adapter` the reason why none
+    is measured. `seconds` is the time of the run on the presets.
     """
     folder = images(PART)
     report = measured("--plot", folder / "presets.svg", *words)
@@ -54,18 +56,19 @@ def measured(*words) -> dict:
 def surface_figures(surface: dict) -> dict:
     """A surface's properties, and selections of its entries for the page's tables.
 
-    - `kappa_h`: κH, the largest phase about the middle of the heights' range, at the shortest wavelength.
-    - `oracle`: errors of the benchmark's reference against the direct sum.
+    - `kappa_h`: κH, the largest phase in radians about the middle of the heights' range, at the shortest wavelength.
+    - `oracle`: errors of the benchmark's reference against the direct sum in double precision.
     - `defaults`: each method with its default options. `off_front` names those that another entry of the method beats.
     - `choices`: for each of DELTA_E_LIMITS the fastest entry of any method, and the fastest of FLSS.
     - `steps`: FLSS with its default options but all wavelength steps.
     - `taylor`: FLSS with Taylor's series.
-    - `orders`: FLSS with Chebyshev's series in steps of 5 nm.
+    - `orders`: FLSS with Chebyshev's series in steps of 5 nm, with different numbers of summed orders.
     - `others`: the methods NMM, PQ and Stam.
     - `tables`, `spectral`: the tables of colours and of spectra.
     """
     entries = [entry_figures(entry) for entry in surface["entries"]]
     flss = of_method(entries, "flss")
+    # The options of the default, apart from the wavelength step.
     default_group = next(entry["group"] for entry in flss if entry["is_default"])
     return {
         "name": surface["name"],
@@ -92,10 +95,12 @@ def surface_figures(surface: dict) -> dict:
 
 
 def entry_figures(entry: dict) -> dict:
-    """The page's figures of one entry, rounded; times are per evaluation.
+    """The page's numbers of one entry, rounded; times are per evaluation.
 
-    `group` identifies all options but the wavelength step. `mb` and `build_s` are those of the method's data. `gpu_…`
-    are `None` without an adapter. Errors have the names of the report.
+    `group` identifies all options but the wavelength step. `mb` and `build_s` are size in megabytes and build time in
+    seconds of the method's data. `cpu_ratio` is the ratio to the CPU time of FLSS with its default options. `gpu_…` are
+    `None` without an adapter; `gpu_least_us` is the smallest time instead of the median. Errors have the names of the
+    report.
     """
     gpu = entry.get("gpu")
     parameters = entry["parameters"]
@@ -153,7 +158,7 @@ def of_method(entries: list[dict], method: str) -> list[dict]:
 
 
 def fastest(entries: list[dict], limit: float) -> dict | None:
-    """The fastest entry on the CPU with a ΔE2000 of at most `limit` in 99 % of the directions, or `None`."""
+    """The fastest entry on the CPU with a ΔE2000 of at most `limit` in 99 % of the directions; `None` without one."""
     accurate = [entry for entry in entries if entry["delta_e_p99"] <= limit]
     return min(accurate, key=lambda entry: entry["cpu_us"], default=None)
 

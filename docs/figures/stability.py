@@ -1,7 +1,9 @@
-"""The part `stability`: errors for deep reliefs and grazing directions, and random evaluations.
+"""Part `stability` of the documentation (page.py): errors for deep reliefs and grazing directions.
 
-Symbols: κ is the wave number along the normal and H half the range of heights, so κH is the largest phase. S is the
-power density of the tables (docs/tables.md).
+It also has random evaluations in Mitsuba. Symbols: κ is the wave number along the normal and H half the range of
+heights, so κH is the largest phase in radians. S is the power density of the tables (docs/tables.md). *Taylor* and
+*Chebyshev* are series for the phase screen, and FLSS is a method that uses them (docs/model.md). A *point* of the
+report has the errors at one κH, or at one angle of incidence.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ PART = "stability"
 QUESTIONS = (10_000_000, 100)
 # The numbers of QUESTIONS in a quick run, `--quick`.
 QUICK_QUESTIONS = (20_000, 2)
-# Value at which larger errors and overflows are drawn; amplitudes are at most 1.
+# Value at which larger errors and overflows are drawn. Amplitudes are at most 1, so no digit is right there.
 LOST = 10.0
 # Value at which smaller errors, such as 0, are drawn on a logarithmic axis.
 LEAST = 1e-17
@@ -45,12 +47,13 @@ SERIES = (
 def figures(*words: str) -> dict:
     """All numbers of the part; draws the sweeps. `words` are further arguments of `sunbeam bench`.
 
-    They are the command's report, and
+    The numbers are the command's report, and
 
     - `in_mitsuba`: the results of `questions`;
     - `deepest`: the point of the deepest relief;
     - `visible`: the first point at which Taylor's series in single precision is off by more than 1e-3;
-    - `dead_f32`, `dead_f64`: the first points at which it is off by more than 1, in single and in double precision;
+    - `dead_f32`, `dead_f64`: the first points at which it is off by more than 1, the largest amplitude, in single and
+      in double precision;
     - `worst`, `flss_worst`: the largest errors of Chebyshev's series and the tables, and of FLSS;
     - `refused`: the first κH at which FLSS refuses Taylor's series, or `None`.
     """
@@ -74,9 +77,9 @@ def figures(*words: str) -> dict:
 
 
 def first_above(points: list[dict], key: str, limit: float) -> dict | None:
-    """The first point at which the error `key` exceeds the limit, or `None`.
+    """The first point at which the error `key` exceeds the limit, or `None` if it never does.
 
-    An error that overflows is `None` in the report.
+    An error that overflows is `None` in the report, and exceeds any limit.
     """
     return next((point for point in points if point[key] is None or point[key] > limit), None)
 
@@ -99,7 +102,8 @@ def draw_deep(points: list[dict], file: Path) -> None:
 def draw_grazing(surfaces: list[dict], file: Path) -> None:
     """Draws errors of S and albedos of each surface against the angle from the horizon, on a logarithmic axis.
 
-    Solid lines of albedos are with energy conservation, dashed ones without.
+    Solid lines of albedos are with energy conservation, dashed ones without. Grey lines are the tables' tolerance and
+    the albedo 1, the largest that conserves energy.
     """
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
     for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):

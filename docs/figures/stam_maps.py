@@ -1,8 +1,9 @@
 """Stam's shader of GPU Gems and FLSS in BRDF maps at normal incidence: peak angles and symmetry.
 
-*GPU Gems' form* has a bump of each colour channel in each order n. It is centred where d|u|/n is a fixed wavelength;
-d is the spacing, and u the x component of wi + wo (docs/realtime.md#stam-and-the-shader-of-gpu-gems). A map's pixels
-are direction sines in [−1, 1]².
+The shader, *GPU Gems' form*, has a peak of each colour channel in each order n, a bump. It is centred where d|u|/n is a
+fixed wavelength; d is the spacing, and u the x component of wi + wo, the directions to light and viewer
+(docs/realtime.md#stam-and-the-shader-of-gpu-gems). FLSS is the reference (docs/realtime.md). A map's pixels are
+direction sines in [−1, 1]².
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ PEAKS_SIZE = 401
 SYMMETRY_SIZE = 101
 # Centres of GPU Gems' bumps as wavelengths, for red, green and blue.
 GEMS_TOPS_UM = (0.875, 0.75, 0.625)
-# Range of wavelengths of an order in GPU Gems' form.
+# Range of wavelengths of an order in GPU Gems' form, in which its peak is searched.
 GEMS_RANGE_UM = (0.5, 1.0)
-# Range of wavelengths of an order in FLSS.
+# Range of wavelengths of an order in FLSS, in which its peak is searched: the visible range.
 FLSS_RANGE_UM = (0.38, 0.78)
 # Options of `sunbeam brdf-map` for GPU Gems' form.
 GEMS = {"method": "stam", "stam_form": "gems"}
@@ -60,7 +61,7 @@ def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) 
     """Peaks of order 1 on the +x side of a map's middle row, for a spacing and light in the range `range_um`."""
     size = len(pixels)
     row, sine = pixels[size // 2], (np.arange(size) + 0.5) * 2 / size - 1
-    # Pixels of the first order, where sin θ = λ/d.
+    # Pixels of the first order, where sin θ = λ/d. A pixel is 2/size wide.
     first = np.flatnonzero((sine > range_um[0] / spacing_um) & (sine < range_um[1] / spacing_um))
     found = []
     for channel in range(3):

@@ -1,7 +1,7 @@
 """Pictures of the snake or of a disc by the realtime renderer or path-traced, on sheets with captions.
 
-A `Shot` describes a picture, the `Studio` takes it, and `draw` arranges the shots of a `Sheet` in one picture file with
-times and differences.
+A `Shot` describes a picture, the `Studio` renders it, and `draw` arranges the shots of a `Sheet` in one picture file.
+Captions have the times; `draw` returns them with the differences from path-traced pictures.
 """
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ from .disc import write_disc
 
 # View of the snake in most shots.
 SNAKE = View(240, 160)
-# Default number of rays along each side of a pixel on the GPU.
+# Default number of rays along each side of a pixel on the GPU. More smooth edges and glints, and take longer.
 SUPERSAMPLE = 2
 # Number of Mitsuba's passes. The first includes the compilation of kernels, so the second is timed.
 PASSES = 2
-# Samples per pixel in Mitsuba: 36 in each pass, which needs a square number.
+# Samples per pixel in Mitsuba: 36 in each pass, whose sampler needs a square number.
 SPP = 72
 # The demo's sun without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky_radiance=0)
-# Factor on the cells of the snake's mesh in each direction; with 1 it has about as many faces as Single 2014's.
+# Factor on the quadrilaterals of the snake's mesh in each direction. With 1 it has about as many faces as that of
+# Single 2014, a thesis.
 RESOLUTION = 1.0
 # Refractive index η + ik of aluminium in the visible, one value for all wavelengths.
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
@@ -71,7 +72,7 @@ class Shot:
 
 
 class Taken(NamedTuple):
-    """Files of a picture, linear and as displayed, and its seconds without the building of tables."""
+    """Files of a picture, linear (`exr`) and as displayed (`png`), and the seconds of its rendering alone."""
 
     exr: Path
     png: Path
@@ -123,14 +124,15 @@ class Studio:
         return self._taken[key]
 
     def mask(self, shot: Shot) -> Path:
-        """A PNG that is white where the centre of a pixel sees the mesh, black elsewhere."""
+        """A PNG that is white where the centre of a pixel sees the shot's mesh, black elsewhere."""
         key = repr((shot.view, shot.disc))
         if key not in self._masks:
             npy = self.folder / f"mask-{len(self._masks)}.npy"
-            # The fastest surface and method, since the directions of `--pairs` depend on neither.
+            # The fastest surface and method, since the directions of `--pairs` depend on neither. The method needs a
+            # period, and a flat surface has none.
             words = ["--method", "stam", "--preset", "flat", "--period-um", 1, "--mesh", self._files(shot).mesh]
             sunbeam("render", "-o", npy.with_suffix(".exr"), "--pairs", npy, *words, *view_words(shot.view))
-            # Zero where the pixel's centre does not see the mesh.
+            # The vectors to the camera, zero where the pixel's centre does not see the mesh.
             to_camera = np.load(npy)[..., 3:6]
             Image.fromarray(np.uint8(255 * to_camera.any(axis=-1))).save(npy.with_suffix(".png"))
             self._masks[key] = npy.with_suffix(".png")
@@ -150,6 +152,7 @@ class Studio:
         result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=PASSES)
         picture.check(result.pixels, shot.caption)
         picture.write(result.pixels, exr, EXPOSURE_STOPS)
+        # As if all passes took as long as the last, which does not compile.
         return result.seconds["later_pass"] * PASSES
 
     def _draw(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:

@@ -1,7 +1,9 @@
-"""The part `sweeps-scale`: overhead of sweeps (docs/sweeps.md), and a simulation of many workers by the measured costs.
+"""Part `sweeps-scale` of the documentation (page.py): overhead of sweeps, and a simulation of many workers.
 
-A *case* is a surface in one setting, here an angle of incidence. The driver sends cases to workers in batches. Sweeps
-run as users run them, in processes of their own; scripts in other processes measure the cost of their steps.
+A *sweep* computes many cases in parallel and stores their results (docs/sweeps.md). A *case* is a surface in one
+setting, here an angle of incidence. The *driver* sends cases to workers in batches, through the scheduler of Dask.
+Sweeps run as users run them, in processes of their own. Scripts in other processes measure the costs of their steps,
+which are the input of the simulation.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ CASES = 60
 TRIVIAL = 100_000
 # Number of cases of a finished sweep that runs again.
 FINISHED = 10_000
-# Number of cases without computation in batches of one, from which the cost of a batch follows.
+# Number of cases without computation in batches of one case, from which the cost of a batch follows.
 BATCHES = 1000
 # Number of cases by which the costs of results without pictures are measured.
 SMALL_CASES = 500
@@ -40,7 +42,7 @@ WORKERS = (10, 100, 1000)
 SURFACES = 100_000
 # Assumed time of a worker for a case of the simulation, with its tables.
 CASE_SECONDS = 5.0
-# Assumed shared file systems, fast and slow.
+# Assumed shared file systems: fast, slow, and fast with the cache of tables.
 STORAGES = (
     Storage("2000 files/s", 2000.0),
     Storage("200 files/s", 200.0),
@@ -54,7 +56,7 @@ SPEED_UP_MIN = 1.8
 MEMORY_MAX_GB = 2.0
 # Largest accepted time of the second run of a finished sweep.
 RESUME_MAX_SECONDS = 10.0
-# Specification of the sweeps, for `str.format`.
+# Specification of the sweeps, for `str.format`. Its table [want.…] names the quantity to compute.
 SPEC = """
 output = "out"
 [[surface]]
@@ -73,8 +75,8 @@ MAP = {"want": "map", "options": "size = 256\nlambda_step_nm = 2.5"}
 # Fields of SPEC for a colour, which takes almost no time.
 COLOUR = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
 # Main program of a measured sweep, for `str.format`: prints the process's largest memory in KiB after the sweep.
-# Spawned workers import the main program, so it is a file and does nothing when imported. With `batch_cases` None the
-# driver's limit stays.
+# Spawned workers import the main program, so it is a file and does nothing when imported. `batch_cases` replaces the
+# driver's limit of the cases in a batch; None keeps it.
 PROGRAM = """
 if __name__ == "__main__":
     import resource
@@ -90,6 +92,7 @@ if __name__ == "__main__":
     sys.exit(code)
 """
 # Script that runs a specification's cases in a plain loop; prints the costs of a case's steps in seconds and bytes.
+# Bytes of messages between driver and worker are those of their pickled contents.
 CASE_COSTS = """
 import json, pickle, sys, time
 from sunbeam_mitsuba.sweep.spec import read_spec
@@ -224,7 +227,8 @@ def case_and_table_costs(folder: Path) -> tuple[dict, dict, list[dict]]:
 def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
     """A sweep's `run` against the plain loop over its cases, and against the run with `one` worker.
 
-    `overhead` is the total time of the workers over the loop's, minus 1.
+    `overhead` is the total time of the workers over the loop's, minus 1. `speed_up` is the time with one worker over
+    that of this run.
     """
     return {
         "workers": workers,
@@ -242,6 +246,7 @@ def check(made: dict) -> None:
     insist(PART, two["speed_up"] >= SPEED_UP_MIN, "two workers are 1.8 times as fast")
     for run in (made["trivial"]["first"], made["trivial"]["again"]):
         insist(PART, run["memory_gb"] < MEMORY_MAX_GB, "the scheduler keeps to 2 GB")
+    # The second run finds all results.
     again = made["finished"]["again"]["seconds"]
     insist(PART, again <= RESUME_MAX_SECONDS, "a finished sweep of ten thousand ends within 10 s")
 

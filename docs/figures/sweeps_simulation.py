@@ -1,8 +1,10 @@
 """A discrete-event simulation of a sweep with any number of workers, by the measured costs of its steps.
 
 Two servers handle one request at a time: the driver with its scheduler, and the shared file system. Workers compute in
-parallel. A worker requests a batch of cases from the driver and computes them one by one. It writes each result to the
-file system before it begins the next case. Times are in seconds.
+parallel. A *case* is a surface in one setting (docs/sweeps.md). A worker requests a batch of cases from the driver and
+computes them one by one. It writes each result to the file system before it begins the next case. Times are in seconds.
+Batches of the driver also shrink towards the end of a sweep, which the simulation leaves out. A test compares the
+constants of the driver with the copies below.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ BATCH_SECONDS = 1.0
 BATCH_SECONDS_PER_THREAD = 0.01
 # Largest number of cases in a batch, equal to that of `drive`.
 BATCH_CASES_MAX = 500
-# Fraction of the time in use above which a server counts as the limit, since requests then wait.
+# Fraction of the time in use above which a server counts as the limit of the sweep. Requests then mostly wait.
 BUSY = 0.8
 
 

@@ -1,7 +1,8 @@
-"""Preloaded by the workers of a measured sweep: cases wait instead of computing.
+"""Replacement of the computation in a measured sweep: each case waits for a fixed time.
 
-Importing this module replaces `work.compute`. Cases take SUNBEAM_SWEEP_WAIT_SECONDS each, an environment variable, so
-the overhead of the sweep is independent of other programs on the machine.
+A *case* is a surface in one setting. Dask loads this module in each worker (sweeps_scale.py), and the import replaces
+`work.compute`. Cases take SUNBEAM_SWEEP_WAIT_SECONDS each, an environment variable. The time of the sweep beyond these
+waits is then the sweep's overhead, whatever other programs do.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from sunbeam_mitsuba.sweep import work
 
 
 def waiting(job, case, held):
-    """Waits; returns the record of a successful case, and no pictures. It has the signature of `work.compute`."""
+    """Waits; returns the record of a successful case, and no pictures. It has the signature of `work.compute`.
+
+    `held` has the surfaces that a worker keeps for later cases; it is not used.
+    """
     start = time.perf_counter()
     time.sleep(float(os.environ["SUNBEAM_SWEEP_WAIT_SECONDS"]))
     record = work.record_of(job, case, "")

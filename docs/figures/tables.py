@@ -1,4 +1,8 @@
-"""The part `tables`: size, build time, measured error and mean albedo of the plugin's tables, by surface."""
+"""Part `tables` of the documentation (page.py): the plugin's tables by surface.
+
+A *table* holds precomputed values of the BSDF's diffraction (docs/tables.md). The numbers are its size, build time,
+measured error and mean albedo.
+"""
 
 from __future__ import annotations
 
@@ -15,21 +19,22 @@ PRESETS = ("blazed", "sinusoidal", "lamellar", "cd", "elaphe", "xenopeltis")
 
 
 def figures() -> dict:
-    """The processor, and the numbers of each scan that is present and of each preset, by name."""
+    """The processor, and under `surfaces` the numbers of each scan that is present and of each preset, by name."""
     sources = {f"scan of {species}": ("--height-field", path) for species, path in SCANS.items() if path.exists()}
     sources |= {preset: ("--preset", preset) for preset in PRESETS}
+    # Cached tables would have no build time.
     with cache_off():
         surfaces = {name: surface_figures(*source) for name, source in sources.items()}
     return {"cpu": processor(), "surfaces": surfaces}
 
 
 def surface_figures(*source) -> dict:
-    """The numbers of one surface, given by the command's arguments `source`.
+    """The numbers of one surface, given by the arguments `source` of `sunbeam height-field`.
 
     The tables are built twice: `build_s` includes the albedo's table, which energy conservation needs, and `bare_s`
-    does not. `mb` is the size of all tables in megabytes. `error` is the measured relative error of the spectral table,
-    and `taps` are the nodes that a look-up in it reads along each axis. `albedo` and `albedo_kept` are mean albedos
-    without and with energy conservation.
+    does not. Both are in seconds. `mb` is the size of all tables in megabytes. `error` is the measured relative error
+    of the spectral table, and `taps` are the nodes that a look-up in it reads along each axis. `albedo` and
+    `albedo_kept` are mean albedos without and with energy conservation.
     """
     report, bare = (
         json.loads(sunbeam("height-field", *source, "--tables", "--conserve-energy", conserves))

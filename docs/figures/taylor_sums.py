@@ -2,8 +2,9 @@
 
 The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md). Here h is the height above the lowest point. κ
 is 2π(1 + cosθo)/λ, at normal incidence, and F is the Fourier transform under the coherence window. The series is that
-of Single 2014 without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 … 3.
-Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py.
+of Single 2014, a thesis, without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 …
+3. Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py: pixels are direction sines
+(x, y) in [−1, 1]², row by row from the top, where y is largest.
 """
 
 from __future__ import annotations
@@ -89,10 +90,11 @@ def sums(surface: Surface) -> Sums:
     heights_um = surface.heights_um - surface.heights_um.min()
     top_um = heights_um.max()
     argument = float(4 * pi * top_um / WAVELENGTH_UM)
-    # The number of terms beyond which each is below 1e-12.
+    # The number of terms beyond which each is below 1e-12. Terms xⁿ/n! fall from n = x on.
     count = ceil(argument)
     while count * log(argument) - lgamma(count + 1) > log(1e-12):
         count += 1
+    # y falls from row to row.
     x, y = (axis.ravel() for axis in np.meshgrid(sines(SIZE), -sines(SIZE)))
     inside = np.hypot(x, y) < 1
     x, y = x[inside], y[inside]
@@ -132,6 +134,7 @@ def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, n
     for sine, extent_um, pixels in zip((x, y), surface.extent_um, surface.heights_um.shape[::-1]):
         # A relief of one pixel along an axis has order 0 alone there.
         reach = REACH if pixels > 1 else 0
+        # The direction in units of orders, by the grating equation at normal incidence.
         position = sine * extent_um / WAVELENGTH_UM
         nearest = np.rint(position) if pixels > 1 else np.zeros_like(position)
         order = nearest + np.arange(-reach, reach + 1)[:, None]

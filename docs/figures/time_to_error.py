@@ -1,8 +1,8 @@
-"""Time of a picture to a given error, and its ratio to that with Mitsuba's material.
+"""Time of a picture to a given error, and its ratio to that with Mitsuba's material REFERENCE.
 
-A *cell* is a scene in a variant of Mitsuba. Its pictures are rendered in rounds, one picture of each material per
-round, until the cell's time is over. Ratios compare times of the same round, so that other programs on the machine
-affect both alike. Pictures are linear sRGB, (rows, columns, 3).
+A *cell* is a scene in a variant of Mitsuba, in which materials are compared. Its pictures are rendered in rounds, one
+picture of each material per round, until the cell's time is over. Ratios compare times of the same round, so that other
+programs on the machine affect both alike. Pictures are linear sRGB, (rows, columns, 3).
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
 
 
 def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> dict:
-    """Measures a cell in about `budget_s` seconds; `ways` has the figures of each material, by the function `ways`."""
+    """Measures a cell in about `budget_s` seconds; `ways` has the numbers of each material, by the function `ways`."""
     use_variant(variant, fall_back=False)
     bsdfs = {name: mi.load_dict(bsdf) for name, bsdf in scene.bsdfs().items()}
     scenes = {name: scene.load(bsdf, SIZES[0]) for name, bsdf in bsdfs.items()}
@@ -186,6 +186,7 @@ def timed_rounds(scenes: dict[str, mi.Scene], budget_s: float) -> dict[str, list
     runs: dict[str, list[Render]] = {name: [] for name in scenes}
     start = time.perf_counter()
     for rounds in range(ROUNDS_MAX):
+        # Time at the end of this round, from the mean of the rounds so far.
         expected_s = (time.perf_counter() - start) * (rounds + 1) / max(rounds, 1)
         if rounds >= ROUNDS_MIN and expected_s >= budget_s:
             break
@@ -196,12 +197,13 @@ def timed_rounds(scenes: dict[str, mi.Scene], budget_s: float) -> dict[str, list
 
 
 def ways(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
-    """Figures of each material from its timed renders and its pictures of the smallest size, relative to REFERENCE.
+    """A row for each material from its timed renders and its pictures of the smallest size, relative to REFERENCE.
 
     `size` is that of the timed pictures. `mean` is the mean value of `pictures`, and errors are those of `noise`.
     `rendered_s` is the median time of a render. `seconds` and all other times are scaled to NOMINAL_PIXELS.
-    `time_ratio` is at equal samples per pixel, within a round. `cpu_ratio` is that of CPU seconds, which other programs
-    hardly affect. `error_time_ratio` is that of times to equal relative error, each against its own converged picture.
+    `time_ratio` has median, minimum and maximum of the ratios of times within a round, at equal samples per pixel.
+    `cpu_ratio` is that of CPU seconds, which other programs hardly affect. `error_time_ratio` is that of times to equal
+    relative error, each against its own converged picture.
     """
     wall, cpu, found = {}, {}, []
     for name, of_material in runs.items():

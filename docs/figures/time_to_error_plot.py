@@ -1,4 +1,8 @@
-"""The plot of times to a given error, from the cells of time_to_error.py."""
+"""The plot of times to a given error, from the results of time_to_error.py.
+
+A *cell* is such a result: a scene in a variant of Mitsuba, with a row of `ways` for each material. REFERENCE is
+Mitsuba's material, with which the diffraction is compared.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,7 @@ from .time_to_error import VARIANTS
 # Colours by variant.
 COLOURS = dict(zip(VARIANTS, ("tab:blue", "tab:orange", "tab:cyan", "tab:red")))
 
-# Text stays text, and equal numbers give identical files.
+# The SVG has text instead of outlines, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
@@ -32,6 +36,7 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
         by_name = {way["name"]: way["seconds_to_error"] for way in cell["ways"]}
         # The variants' lines lie side by side about the middle of the row.
         place = VARIANTS.index(cell["variant"]) - 0.5 * (len(VARIANTS) - 1)
+        # A row is 1 high, and its lines are 0.18 apart.
         colour, offset = COLOURS[cell["variant"]], 0.18 * place
         for name, seconds in by_name.items():
             if name == REFERENCE:

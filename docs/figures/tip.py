@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-# Number of offsets u along a radius, R/10 apart, for tiles. Half a step beside the apex the sphere's underside is only
-# R/800 higher, so finer offsets would hardly matter.
+# Number of steps of the offset u along a radius R, for tiles. Half a step, R/20, beside the apex the sphere's underside
+# is only about (R/20)²/(2R) = R/800 higher, so finer steps would hardly matter.
 STEPS = 10
 
 

@@ -1,7 +1,8 @@
-"""The part `tour-scan`: effect of an atomic-force microscope's tip on gratings and skins, and on their colours.
+"""Part `tour-scan` of the documentation (page.py): effect of the tip of an atomic-force microscope.
 
-Each relief is imaged by tips of several radii (tip.py). The image is compared with the relief itself: its orders, its
-period, and the colours of its BRDF map. Reliefs repeat, and heights are indexed [iy, ix] with y = 0 first.
+Reliefs of gratings and skins are imaged by tips of several radii (tip.py). The image is compared with the relief
+itself: its orders, its period, and the colours of its BRDF map. Reliefs repeat, and heights are indexed [iy, ix] with y
+= 0 first.
 """
 
 from __future__ import annotations
@@ -43,13 +44,14 @@ WAVELENGTH_NM = 550
 THETA_I_DEG = 30
 # Side of a map in pixels.
 SIZE = 128
-# Coherence length of the maps, with which orders are pixels wide.
+# Coherence length of the maps. With a larger one orders would be narrower than a pixel.
 COHERENCE_UM = 10
 # Quantile of the luminance of a map's non-black pixels that counts as white.
 WHITE = 0.99
 # Fraction of white above which a pixel of a map counts as lit. A smaller one counts colours too dark to be noticed.
 LIT = 0.01
-# Half width of the window of spatial frequencies that counts as an order of a skin, relative to the first order's.
+# Half width of the window of spatial frequencies that counts as an order of a skin, relative to the first order's. The
+# period of a skin varies, so its orders are wide; a larger window would include other light.
 WINDOW = 0.25
 
 
@@ -95,7 +97,7 @@ def figures() -> dict:
 
 
 def worst(surfaces: dict) -> dict:
-    """The largest changes of colour on any surface, ΔE₂₀₀₀.
+    """The largest changes of colour on any surface, ΔE₂₀₀₀. Tips are in ascending order of their radii.
 
     `mean_…` and `p99_…` are the largest mean and 99th percentile over a map; `…_blunt` is of the bluntest tip, `…_fine`
     of all others.
@@ -135,7 +137,7 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
     period_um = period_of(words)
     reference = folder / "reference.exr"
     draw(words, reference)
-    mask = lit(reference, folder / "lit.png")
+    mask = write_lit_mask(reference, folder / "lit.png")
     orders = orders_of(tile, words, period_um)
     strongest = two_strongest(orders)
     tips = []
@@ -189,6 +191,7 @@ def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
     if tile.name in GRATINGS:
         report = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))
         return {order["order"]: order["mean"] for order in report["orders"]}
+    # The phase screen: light travels each height twice, so the phase is 4πh/λ.
     screen = np.exp(4j * np.pi / (WAVELENGTH_NM * 1e-3) * tile.heights_um)
     power = np.abs(np.fft.fft2(screen) / screen.size) ** 2
     # Spatial frequencies in units of the first order's.
@@ -203,8 +206,11 @@ def draw(words: tuple, file: Path) -> None:
     sunbeam("brdf-map", "-o", file, *words, *light)
 
 
-def lit(reference: Path, file: Path) -> Path:
-    """Writes a mask of the lit pixels of a map, white where its luminance is above LIT of white, to the PNG `file`."""
+def write_lit_mask(reference: Path, file: Path) -> Path:
+    """Writes a mask of the lit pixels of a map to the PNG `file`, white where its luminance is above LIT of white.
+
+    `reference` is the EXR of the map. Returns `file`.
+    """
     luminance = read_exr(reference) @ XYZ_OF_SRGB[1]
     white = np.quantile(luminance[luminance > 0], WHITE)
     Image.fromarray(((luminance > LIT * white) * 255).astype(np.uint8)).save(file)

@@ -1,6 +1,8 @@
-"""The part `validity`: errors of scalar diffraction against Maxwell's equations, for gratings.
+"""Part `validity` of the documentation (page.py): errors of scalar diffraction for gratings, by Maxwell's equations.
 
-validity_sweeps.py defines models and misplaced power. A *reach* is a largest angle of incidence, on either side.
+A *model* is scalar diffraction with a choice of obliquity factor, with or without energy conservation. Its *misplaced*
+power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). A *reach* is a largest angle of
+incidence, on either side.
 """
 
 from __future__ import annotations
@@ -44,7 +46,7 @@ CASES = (
 BOUND = 0.05
 # Reaches for which limits of validity are given.
 REACHES_DEG = (30.0, 60.0, 75.0)
-# Presets whose slopes are listed for comparison.
+# Presets whose slopes the page lists beside the limits.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
 # Coherence lengths at which the sums of the model with energy conservation are listed, from the plugin's default on.
 COHERENCE_LENGTHS_UM = (65.0, 400.0, 4000.0)
@@ -75,7 +77,7 @@ def sweep(make: Callable[[float], Grating], values: tuple[float, ...], side: int
     `misplaced` is [model][angle][value].
     """
     gratings = [make(value) for value in values]
-    # Adding 0 turns −0 into 0.
+    # Adding 0 turns −0 into 0, which JSON would print with its sign.
     angles_deg = [side * angle + 0.0 for angle in sweeps.ANGLES_DEG]
     misplaced = {
         model.name: [[mean_error(grating, model, angle) for grating in gratings] for angle in angles_deg]

@@ -1,4 +1,4 @@
-"""Metals in the part `validity`: three theories against independent solvers, and limits of the phase screen.
+"""Metals in the documentation's part `validity`: three theories against independent solvers, and their limits.
 
 Theories (tests/judges/gratings/theories.py): SCALAR, the phase screen times Fresnel's reflectance; FRESNEL, a perfect
 conductor by Maxwell's equations times Fresnel's reflectance; EXACT, Maxwell's equations with the metal's index.
@@ -55,9 +55,10 @@ COST_MAX = 1.5
 TIMED_UM = (0.8, 0.12)
 # Wavelength at which a metal's index is taken where one index serves all wavelengths.
 INDEX_NM = 550.0
-# Number of random lights at which a grating's table of efficiencies is compared with the solver.
+# Number of random lights at which a grating's table of efficiencies is compared with the solver. More find rarer
+# errors.
 TABLED_LIGHTS = 30
-# Seed of the random lights.
+# Seed of the random lights, an arbitrary number.
 SEED = 5
 # Largest accepted rms and 99th percentile of a table's errors in silver, which has sharp plasmon anomalies.
 TABLE_MAX_SILVER = (0.008, 0.03)
@@ -178,6 +179,7 @@ def tables() -> dict:
 
 def truth(grating: Grating, metal: str, light: Light) -> np.ndarray:
     """Powers of the propagating orders of a grating in a metal, by Maxwell's equations."""
+    # A negative angle is light from −x.
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     setting = Setting(metal, grating.preset, grating.period, grating.height, light.wavelength_nm, theta_deg, phi_deg)
     by_order = orders(setting, "--theory", "rigorous", *optics(setting))
@@ -251,7 +253,7 @@ def cost() -> dict:
 def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
     """All numbers on metals; writes the plot to `path`.
 
-    - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged.
+    - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged to `settled`.
     - `rows`, `by_metal`: the results of `by_shape` and `by_metal`.
     - `mueller`: errors of all elements of Mueller matrices by EXACT.
     - `limits`: the result of `smallest_period_um` for each kind, metal and theory, at each of `reaches_deg`. `bound` is

@@ -1,6 +1,8 @@
-"""The plots of the part `validity`, as SVG. validity_sweeps.py defines models and misplaced power.
+"""The plots of the documentation's part `validity`, as SVG.
 
-Sweeps among the arguments are results of `validity.sweep`. `bound` is the misplaced power up to which a model is valid.
+A *model* is scalar diffraction with a choice of obliquity factor, with or without energy conservation. Its *misplaced*
+power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). Sweeps among the arguments are
+results of `validity.sweep`. `bound` is the misplaced power up to which a model is valid.
 """
 
 from __future__ import annotations
@@ -21,14 +23,14 @@ from .validity_sweeps import compared, sawtooth, sinusoid
 STYLES = {STAM_LIMITED.name: "-", STAM.name: "--", UNIT.name: ":"}
 # Colours of the angles of incidence, or of the orders.
 COLOURS = ("tab:blue", "tab:green", "tab:orange", "tab:red")
-# Angles of `angles` in steps of 3°, shifted so that no order is at the horizon.
+# Angles of incidence of `angles` in steps of 3°, shifted so that no order is at the horizon.
 FINE_ANGLES_DEG = tuple(float(angle) for angle in np.arange(-83.3, 84, 3))
 # Orders of `angles`.
 SHOWN_ORDERS = (0, -1, -2)
 # Wavelength of `angles`.
 SHOWN_NM = 550.0
 
-# Text stays text, and equal numbers give identical files.
+# The SVG has text instead of outlines, and equal numbers give identical files.
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 

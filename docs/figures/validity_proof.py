@@ -1,6 +1,7 @@
-"""Checks of the rigorous solver of the part `validity`, the boundary integral for perfect conductors.
+"""Checks of the rigorous solver of the documentation's part `validity`, the boundary integral for perfect conductors.
 
-Lengths of gratings are in µm. Results are largest differences of an order's efficiency in either polarisation.
+Lengths of gratings are in µm. Results are largest differences of an order's efficiency in TE and TM, the polarisations
+with the electric and the magnetic field along the grooves.
 """
 
 from __future__ import annotations
@@ -42,12 +43,13 @@ def difference(a: Efficiencies, b: Efficiencies) -> float:
 
 
 def littrow(order: int) -> Efficiencies:
-    """Efficiencies of an echelette lit along the normal of its long facets, with the order −`order` retroreflected.
+    """Efficiencies of an echelette lit along the normal of its long facets, where order −`order` returns to the light.
 
     In TM all light goes into this order (theorem of Maréchal and Stroke, 1959): the standing wave before the long
     facets also satisfies the boundary condition on the short ones.
     """
     profile = echelette(2.5, LITTROW_SLOPE_DEG)
+    # 2 d sin θi = `order` λ, with d in µm.
     wavelength_nm = 2e3 * profile.period * np.sin(np.radians(LITTROW_SLOPE_DEG)) / order
     return solve(profile, wavelength_nm, -LITTROW_SLOPE_DEG)
 
@@ -57,6 +59,7 @@ def reciprocity(profile: Sinusoid | Polygon) -> float:
     largest = 0.0
     for wavelength_nm, theta_i_deg in lights():
         there = solve(profile, wavelength_nm, theta_i_deg)
+        # Sines of the orders' directions, by the grating equation.
         sines = there.orders * wavelength_nm / 1e3 / profile.period - np.sin(np.radians(theta_i_deg))
         i = int(np.argmax(there.unpolarised * (there.orders != 0)))
         back = solve(profile, wavelength_nm, float(np.degrees(np.arcsin(sines[i]))))

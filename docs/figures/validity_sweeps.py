@@ -1,4 +1,4 @@
-"""Gratings and lights of the page's part `validity`, and errors of scalar models on them.
+"""Gratings and lights of the documentation's part `validity`, and errors of scalar models on them.
 
 Gratings are in a perfect conductor, with lengths in µm. A *model* is a choice of obliquity factor, with or without
 energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the fraction of the light that a model puts
@@ -46,7 +46,7 @@ SWEPT_HEIGHT_UM = 0.125
 
 
 def sinusoid(period_um: float, slope_deg: float) -> Grating:
-    """The sinusoid whose largest slope, π·height/period, is `slope_deg`."""
+    """The sinusoid whose largest slope, the angle with the tangent π·height/period, is `slope_deg`."""
     return Grating("sinusoidal", period_um, period_um * np.tan(np.radians(slope_deg)) / np.pi)
 
 
@@ -67,7 +67,7 @@ class Comparison:
 
     light: Light
     rigorous: Efficiencies
-    #: By the name of the model, in the order of `rigorous.orders`.
+    # By the name of the model, in the order of `rigorous.orders`.
     scalar: dict[str, np.ndarray]
 
     def misplaced(self, model: Model, polarisation: str = "unpolarised") -> float:
@@ -120,7 +120,7 @@ def mean_sum(grating: Grating, model: Model, angle_deg: float) -> float:
 
 
 def rms_per_order(gratings: list[Grating], model: Model, polarisation: str = "unpolarised") -> float:
-    """Rms error of an order's efficiency over all orders, lights and gratings."""
+    """Rms error of an order's efficiency over all orders, lights and gratings, in a polarisation of `misplaced`."""
     errors = [
         each.scalar[model.name] - getattr(each.rigorous, polarisation)
         for grating in gratings

@@ -7,7 +7,7 @@ import textwrap
 
 # Largest length of a filled line in characters.
 COLUMNS = 120
-# Marker of a list item, whose length is the indent of the item's further lines.
+# Marker of a list item; further lines of the item are indented by its length.
 ITEM = re.compile(r"(?:- |\d+\. )")
 # Beginnings of tables, headings, comments and pictures, which a line break would destroy.
 WHOLE_LINE = ("|", "#", "<!--", "![")
@@ -15,7 +15,7 @@ WHOLE_LINE = ("|", "#", "<!--", "![")
 BEFORE_MARKER = re.compile(r" (?=(?:[-+*>#=]+|\d+\.) )")
 # Space between a number and its unit.
 BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µnmk]?m|[µmn]?s|[kMG]B|%)(?!\w))")
-# Stands for a space at which no line may be broken.
+# Placeholder of a space at which no line may be broken.
 NO_BREAK = "\0"
 
 
@@ -50,7 +50,7 @@ def wrapped(markdown: str) -> str:
 
 
 def filled(paragraph: list[str]) -> list[str]:
-    """The lines of one paragraph or list item, filled."""
+    """The lines of one paragraph or list item, filled; the lines of a list item after its first are indented."""
     marker = ITEM.match(paragraph[0])
     first = marker[0] if marker else ""
     rest = " ".join(line.strip() for line in paragraph)[len(first) :]

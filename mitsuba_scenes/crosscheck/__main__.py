@@ -19,7 +19,7 @@ def main(words: list[str] | None = None) -> int:
     folder = str(REPOSITORY / "out" / "crosscheck")
     parser.add_argument("-o", "--output", type=output_folder, default=folder, help="folder of the report and pictures")
     parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")
-    parser.add_argument("--scan", type=Path, default=SCAN, help="a measured height field, skipped where missing")
+    parser.add_argument("--scan", type=Path, default=SCAN, help="a measured height field, skipped if it is missing")
     parser.add_argument("--short", action="store_true", help="two surfaces in one light, as in `make demo`")
     options = parser.parse_args(words)
     try:

@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# Smallest brightness of compared pixels, as a fraction of the 99th percentile of the brightness. Darker pixels appear
-# black, and rounding of the bright orders nearby dominates them: the realtime renderer sums in single precision.
+# Smallest brightness of compared pixels, as a fraction of the 99th percentile of the brightness. A smaller one would
+# include pixels that appear black and that rounding dominates: the realtime renderer sums in single precision.
 FLOOR_FRACTION = 0.01
 # Smallest brightness of pixels that enter this percentile, as a fraction of the brightest. A grating's order lights few
 # pixels; the others have only the tail of its Gaussian and would lower the percentile.
@@ -25,7 +25,8 @@ FEWEST_PIXELS = 50
 class Agreement:
     """Relative errors over the compared pixels: those whose brightness reaches `floor` in at least one of the pictures.
 
-    `pixels` is their number. `median`, `p99` (the 99th percentile) and `largest` summarise the errors of single pixels.
+    `pixels` is their number. `floor` is a brightness in linear sRGB. `median`, `p99` (the 99th percentile) and
+    `largest` summarise the errors of single pixels.
     """
 
     pixels: int
@@ -54,6 +55,7 @@ def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:
     colour as a vector. Raises ValueError for values that are not finite and for fewer than FEWEST_PIXELS pixels to
     compare.
     """
+    # From here on (pixels, 3).
     a, b = a[mask], b[mask]
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ValueError("a picture has values that are not finite")

@@ -1,4 +1,8 @@
-"""Surfaces, lights and scenes of the comparison, with their parameters for both renderers."""
+"""Surfaces, lights and scenes of the comparison of both renderers, with their parameters.
+
+The renderers are Mitsuba with the plugin, and the realtime renderer `sunbeam render`. Checks (a) and (b) are those of
+__init__.py.
+"""
 
 from __future__ import annotations
 
@@ -109,7 +113,7 @@ def mirrored(case: Case, folder: Path) -> Case:
     bitmap = mi.Bitmap(str(exr))
     # The EXR's first row is the top of the relief, at the largest y; an array's first row is y = 0.
     heights = np.array(bitmap, dtype=np.float64).reshape(bitmap.height(), bitmap.width())[::-1]
-    # Reversal moves the pixel at x = 0 to the end; the roll moves it back.
+    # Reversal moves the pixel at x = 0 to the end; the roll moves it back, as the relief repeats.
     np.save(npy, np.roll(heights[:, ::-1], 1, axis=1))
     # Pixels are square, except a grating's: it has one row, whose size along y does not matter.
     pixel_um = float(bitmap.metadata()["pixelSizeX_um"])
@@ -128,7 +132,7 @@ def plugin(case: Case, **parameters) -> mi.BSDF:
 def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
     """Rotates the BSDF's relief by further `degrees` within the context, without building its tables again."""
     parameters = mi.traverse(bsdf)
-    # A copy, since the assignment below changes the value of the dictionary in place.
+    # A copy in degrees, since the assignment below changes the value of the dictionary in place.
     rotation = mi.Float(parameters["rotation.value"])
     parameters["rotation.value"] = rotation + degrees
     parameters.update()

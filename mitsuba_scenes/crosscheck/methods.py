@@ -31,7 +31,8 @@ from .quadrature import Quadrature
 # Realtime methods (docs/realtime.md). Those of Dhillon et al. 2014: FLSS sums over uniform wavelengths, NMM only over
 # the wavelengths of diffraction orders, PQ over a finite number of tiles. Then Stam's shader, and the colour table.
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Rays along each side of a pixel. With fewer, the speckle of the patch model would hide the methods' differences.
+# Rays along each side of a pixel. With fewer, the patch model's speckle, random bright and dark dots, would hide the
+# methods' differences.
 SUPERSAMPLE = 4
 # Name of the plugin's ensemble along the rays of the realtime renderer, without energy conservation.
 SAME_RAYS = "ensemble, same rays"
@@ -77,7 +78,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     start = time.perf_counter()
     pictures = {"reference": spectral.picture(same_rays, files, light, view, quadrature, spp)}
     reference_seconds = time.perf_counter() - start
-    # Created after the timed rendering, whose kernel contains every existing BSDF.
+    # Created after the timed rendering, whose kernel contains every existing BSDF and would be larger.
     energy_kept = plugin(case, **{**REFERENCE, "conserve_energy": True})
     for name, bsdf in ((SAME_RAYS, same_rays), (ENERGY_KEPT, energy_kept)):
         pictures[name] = _by_pixel(points.radiance(bsdf, rays, quadrature)).mean(axis=(1, 3))

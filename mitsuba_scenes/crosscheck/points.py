@@ -23,7 +23,8 @@ from .quadrature import Quadrature
 
 # Number of wavelengths that Mitsuba's spectral variants evaluate at once.
 WAVELENGTHS_PER_CALL = 4
-# Largest angle between the normals of neighbouring pixels on one scale of the snake; across a scale's rim it is larger.
+# Largest angle between the normals of neighbouring pixels on one scale of the snake's skin; across a scale's rim it is
+# larger.
 SMOOTH_ANGLE_DEG = 12.0
 # Largest relative difference between the distances to the camera of neighbouring pixels on one scale. It corresponds to
 # about a tenth of the body's width.
@@ -42,7 +43,7 @@ class Points:
     to_sun: np.ndarray
     # Whether the ray hits the skin.
     seen: np.ndarray
-    # Whether the point faces the camera and the sun and is not in shadow.
+    # Whether the point faces the camera and the sun, and the snake does not block the sun.
     lit: np.ndarray
     # Whether the point and its 8 neighbours are lit and on one smooth piece of the surface. Only these points are
     # compared: at an edge, rounding decides which surface a ray hits.
@@ -130,7 +131,7 @@ def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
     colour = np.zeros((len(wi), 3))
     for first in range(0, len(all_nm), WAVELENGTHS_PER_CALL):
         nm = all_nm[first : first + WAVELENGTHS_PER_CALL]
-        # `resize` pads the last batch by repetition; the padding's values are dropped.
+        # `resize` fills the last batch by repetition; the values of the repeated wavelengths are dropped.
         values = _values(bsdf, wi, wo, np.resize(nm, WAVELENGTHS_PER_CALL))[:, : len(nm)]
         colour += math.pi * values @ quadrature.weights[first : first + WAVELENGTHS_PER_CALL]
     return _picture(at, colour)

@@ -1,6 +1,7 @@
 """Wavelengths and weights of the sum over the visible spectrum, shared by both renderers.
 
-The linear sRGB colour of a reflectance R(λ) under D65 is Σ R(λᵢ) weights[i]; R = 1 gives white, (1, 1, 1).
+The linear sRGB colour of a reflectance R(λ) under D65 is Σ R(λᵢ) weights[i]; R = 1 gives white, (1, 1, 1). Single
+weights may be negative.
 """
 
 from __future__ import annotations

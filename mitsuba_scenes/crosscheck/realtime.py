@@ -17,7 +17,8 @@ def render(
 
     `mesh` is a PLY, `skin` has the plugin's parameters, `supersample` is the number of rays along each side of a pixel.
     Only the direction of `light` is used: the sun is directional, and there is no sky. `options` are further options of
-    `sunbeam render`. Returns the command's report, with `quadrature`, `gpu_ms`, `build_seconds` and `adapter`.
+    `sunbeam render`. Returns the command's report, with `quadrature` (quadrature.py), the time of the frame `gpu_ms`,
+    the time `build_seconds` of the method's data, and the GPU's name `adapter`.
     """
     words = ["render", "-o", output, "--method", method, "--mesh", mesh, "--blend", "none", "--ground", "false"]
     words += ["--size", f"{view.width}x{view.height}", "--supersample", supersample, "--fov", view.fov_deg]

@@ -15,9 +15,10 @@ from ..snake import snake_files
 from . import methods, same_picture, same_points
 from .cases import SCAN, cases, sun
 
-# View of check (a): a few scales of the back, so close that the patch model's speckle is larger than a pixel.
+# View of check (a): a few scales of the back, so close that the patch model's speckle, random bright and dark dots, is
+# larger than a pixel.
 CLOSE = View(96, 64, fov_deg=8.0)
-# View of check (b): the middle of CLOSE with pixels of equal size. It is smaller because each pixel takes hundreds of
+# View of check (b): the middle of CLOSE with pixels of equal size. It has fewer pixels, since each takes hundreds of
 # rays.
 CLOSER = View(48, 32, fov_deg=4.0)
 # View of check (c): the whole snake, as in the demo.
@@ -42,6 +43,8 @@ class Disagreement(Exception):
 
 def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
     """Runs the checks in the selected variant, prints their results and returns the report.
+
+    A check that fails is reported, and the others go on; `insist` raises its error.
 
     The report has the entries "points", "pictures" and "methods", each by the surfaces' names, and the messages of all
     failed checks as "failures". The report is written to `crosscheck.json` in `output`, beside the pictures.

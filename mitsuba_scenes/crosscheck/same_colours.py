@@ -1,6 +1,6 @@
 """Check (a) for a grating with `theory = rigorous` (docs/model.md#gratings-by-maxwells-equations), in an RGB variant.
 
-Both renderers read the same tabulated efficiencies of the orders. The plugin computes the orders' directions in double
+Both renderers read equal tables of the orders' efficiencies. The plugin computes the orders' directions in double
 precision, the GPU's method `table` in single precision. Tests and docs/figures/crosscheck.py call this check; run.py
 compares scalar theory only.
 """
@@ -21,7 +21,10 @@ from .cases import Case, bare_scene, plugin
 
 
 def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, folder: Path) -> list[dict]:
-    """Agreement for each light and its negative controls, as from `same_points.compared`, with times in seconds."""
+    """Agreement for each light and its negative controls, as from `same_points.compared`, with times in seconds.
+
+    Writes the realtime renderer's pictures into `folder`.
+    """
     bsdf = plugin(case)
     found = []
     for number, light in enumerate(lights, 1):

@@ -18,7 +18,7 @@ from .quadrature import Quadrature
 from .same_points import CONTROL_ROTATION_DEG
 
 # The limits below cover Mitsuba's noise and the speckle that the realtime renderer's rays miss. Each comment gives the
-# largest measured value; docs/crosscheck.md has all of them.
+# largest measured value; docs/crosscheck.md has all of them. Larger limits would miss smaller errors.
 
 # Largest accepted mean of the colour difference ΔE (CIEDE2000); an eye just notices 1. The largest measured is 1.4.
 DELTA_E_MEAN_LIMIT = 2.5
@@ -33,7 +33,7 @@ CONTROL_SPP_FRACTION = 0.25
 
 
 def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, folder: Path) -> dict:
-    """Differences of Mitsuba's picture from the realtime renderer's, as from `realtime.compare`, and whether they hold.
+    """Differences of the realtime picture from Mitsuba's, as from `realtime.compare`, and whether they keep the limits.
 
     Entry "controls" has the differences of the negative controls: a relief rotated by CONTROL_ROTATION_DEG ("rotated"),
     and one mirrored ("sign of u"). `spp` is the number of Mitsuba's samples per pixel. Writes the pictures into

@@ -22,7 +22,7 @@ from .quadrature import Quadrature
 # Relative tolerance of the plugin's tables and of the GPU's series. It is below the rounding error of the realtime
 # renderer's sums in single precision, which therefore dominates the difference.
 TOLERANCE = 1e-5
-# Rotation of the relief in the negative control.
+# Rotation of the relief in the negative control. A smaller one would test more strictly whether errors are noticed.
 CONTROL_ROTATION_DEG = 1.0
 
 
@@ -62,7 +62,8 @@ def compared(
     """Agreement of the plugin's picture `mitsuba` with the realtime renderer's `gpu`, and of the negative controls.
 
     Pictures are linear sRGB, (height, width, 3). `mitsuba` is `evaluate(bsdf, hits)`, which also evaluates the negative
-    controls: mirrored points ("sign of u") and a relief rotated by CONTROL_ROTATION_DEG ("rotated").
+    controls: mirrored points ("sign of u", where u is the x component of wi + wo) and a relief rotated by
+    CONTROL_ROTATION_DEG ("rotated"). `lit` and `compared` are numbers of pixels.
     """
     controls = {"sign of u": evaluate(bsdf, points.mirrored(hits, case.skin.get("rotation", 0.0)))}
     with turned(bsdf, CONTROL_ROTATION_DEG):

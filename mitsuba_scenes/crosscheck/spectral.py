@@ -1,8 +1,9 @@
 """Renders by Mitsuba with a film whose spectral bands reproduce the realtime renderer's quadrature.
 
-The quadrature (quadrature.py) sums reflectances at discrete wavelengths λᵢ of spacing Δ; a path tracer samples λ
-continuously. Each λᵢ therefore becomes a triangle of half width Δ and height 1. A band's response is a weighted sum of
-these triangles, so it is linear between the λᵢ.
+The quadrature (quadrature.py) is a weighted sum over discrete wavelengths λᵢ of spacing Δ; a path tracer samples λ
+continuously. A *band* is a channel of the film with a response over the wavelength. Each λᵢ therefore becomes a
+triangle of half width Δ and height 1. A band's response is a weighted sum of these triangles, so it is linear between
+the λᵢ.
 """
 
 from __future__ import annotations
@@ -18,8 +19,7 @@ from ..snake import SnakeFiles
 from .cases import bare_scene
 from .quadrature import Quadrature
 
-# Nodes of the numerical integral of D65 over a triangle. Its relative error is about 1e-6, since Mitsuba's D65 is
-# piecewise linear.
+# Nodes of the numerical integral of D65 over a triangle. With this number its relative error is about 1e-6.
 NODES_PER_TRIANGLE = 101
 
 
