@@ -1,4 +1,4 @@
-"""The part `bodies-validity`: transmitted orders of gratings in a dielectric against independent solvers.
+"""Part `bodies-validity` of the documentation (page.py): transmitted orders of gratings against other solvers.
 
 tests/judges/gratings/transmitted.py has the gratings, lights and stored results of the solvers, the *judges*. Misplaced
 power is the fraction of the transmitted light that a theory puts into wrong orders.

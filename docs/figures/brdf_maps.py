@@ -1,4 +1,4 @@
-"""The part `brdf-maps`: figures 2.2 to 2.13 of Single 2014 as sheets, errors of their panels, and checks.
+"""Part `brdf-maps` of the documentation (page.py): figures 2.2 to 2.13 of Single 2014, their errors and checks.
 
 FLSS, NMM, PQ and Stam are methods of `sunbeam brdf-map` (docs/realtime.md). A *sheet* is one picture file with several
 maps or drawings, its panels.

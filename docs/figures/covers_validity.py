@@ -1,4 +1,4 @@
-"""The part `covers-validity`: gratings under a clear cover against independent solvers.
+"""Part `covers-validity` of the documentation (page.py): gratings under a clear cover against independent solvers.
 
 `drawn` compares both theories on random gratings. `case` compares the phase screen on perfect conductors with and
 without a cover. `to_and_fro` estimates the light that both theories omit.

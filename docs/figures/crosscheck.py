@@ -1,4 +1,4 @@
-"""The part `crosscheck`: the path tracer against the realtime renderer, at points and in pictures.
+"""Part `crosscheck` of the documentation (page.py): the path tracer against the realtime renderer.
 
 The measurements are those of `python -m mitsuba_scenes.crosscheck`. A comparison of gratings with `theory = rigorous`
 is added, which that command leaves to the tests. A *control* is a comparison with a deliberate error, which must fail.

@@ -1,4 +1,4 @@
-"""The part `films`: pictures of transparent films, lines on the spectrometer's screen, and films in a white furnace.
+"""Part `films` of the documentation (page.py): films in pictures, a spectrometer and a white furnace.
 
 The scenes are those of mitsuba_scenes/films.py. The spectrometer, which is figures 1.1 and 1.2 of Single 2014, sends
 light through a film onto a screen. Order m of a line is there at x = D tan(asin(mλ/d)). λ is the wavelength, d the
