@@ -214,8 +214,8 @@ impl<N: Numbers> GratingColourLobe<N> {
     }
 
     /// Colour of order 0's efficiency between the directions wi and wo, whose tangential parts have the half difference
-    /// `[x, y]`, across the grooves and along them. Tables have the directions of the incident light's medium, or of the
-    /// air if light is transmitted.
+    /// `[x, y]`, across the grooves and along them. Tables have the directions of the incident light's medium, or of
+    /// the air if light is transmitted.
     #[inline(always)]
     fn order_zero(&self, [wi, wo]: [[N::Real; 3]; 2], [x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));

@@ -6,7 +6,8 @@
 //! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
-//! A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and outgoing light.
+//! A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and
+//! outgoing light.
 //!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`.
 
@@ -55,8 +56,8 @@ const BIN_POINTS: [(f64, f64); 5] = [(0.5, 0.5), (0.02, 0.02), (0.02, 0.98), (0.
 ///
 /// An entry of spectral weights and of order 0 is a packet of four words: red, green, blue, and zero. Order weights are
 /// `[side of the incident light][bin across the grooves][bin along them][entry]`. The entries of such a row are the
-/// orders from `−orders` to `orders` that leave above, those that leave below a body that transmits, and the sum. All words are bits
-/// of single-precision numbers.
+/// orders from `−orders` to `orders` that leave above, those that leave below a body that transmits, and the sum. All
+/// words are bits of single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTables {
     /// The highest order that propagates at any incidence and wavelength.

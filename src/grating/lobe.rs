@@ -15,9 +15,9 @@
 //! incident wave (symbols: `mod.rs`).
 //!
 //! At a body that transmits both directions may lie on either side, and `f_r` is the power per solid angle and
-//! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air, so
-//! the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f` times n, and
-//! `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane of
+//! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air,
+//! so the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f` times n,
+//! and `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane of
 //! frequencies for each steradian.
 
 use super::channels::Channels;
@@ -251,8 +251,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         })
     }
 
-    /// `n²·Σ_m g_m·K(f − f_m)/λ²`, n at `wo`, over the orders whose Gaussians reach the pair of directions; `weights(m, active)` gives
-    /// `R` factors `g_m`.
+    /// `n²·Σ_m g_m·K(f − f_m)/λ²`, n at `wo`, over the orders whose Gaussians reach the pair of directions;
+    /// `weights(m, active)` gives `R` factors `g_m`.
     #[inline(always)]
     fn sum_kernels<const R: usize>(
         &self,

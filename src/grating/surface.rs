@@ -195,8 +195,9 @@ impl GratingSurface {
     }
 
     /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
-    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits, directions may lie
-    /// below, at an interface in the medium: it is then the power per solid angle and |cos| of light from `wi` to `wo`.
+    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits,
+    /// directions may lie below, at an interface in the medium: it is then the power per solid angle and |cos| of light
+    /// from `wi` to `wo`.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
