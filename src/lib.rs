@@ -8,7 +8,7 @@
 //! ```
 //! use sunbeam::{Options, Preset, Surface};
 //!
-//! // A blazed grating with a period of 2.5 µm, under a coherence length of 20 µm.
+//! // A blazed grating with a period of 2.5 µm. Longer coherence lengths make its orders narrower.
 //! let field = Preset::Blazed.build(None, None)?;
 //! let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
 //! let surface = Surface::new(&field, &options)?;
@@ -86,6 +86,7 @@
 
 #[cfg(feature = "cache")]
 pub mod cache;
+// Clock of build times, also in browsers.
 mod clock;
 pub mod colour;
 pub mod colour_table;

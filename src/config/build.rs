@@ -283,7 +283,8 @@ impl SurfaceConfig {
     fn grating_body<'a>(&self, index: Option<&'a SpectralIndex>) -> GratingBody<'a> {
         match self.body() {
             None => GratingBody::Reflector(index),
-            Some(body) if body.is_film => GratingBody::Film(body.eta),
+            // An interface of index 1 has no cells of total reflection; both sides are air, as at a film.
+            Some(body) if body.is_film || body.eta == 1.0 => GratingBody::Film(body.eta),
             Some(body) => GratingBody::Interface(body.eta),
         }
     }

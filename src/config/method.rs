@@ -44,8 +44,8 @@ impl SurfaceConfig {
     /// other methods do.
     ///
     /// # Errors
-    /// A kind that the theory does not have, and the errors of [`methods::build`] and
-    /// [`SurfaceConfig::build_shared_grating_colours`].
+    /// A kind that the theory does not have, transmission with the rigorous theory, and the errors of
+    /// [`methods::build`] and [`SurfaceConfig::build_shared_grating_colours`].
     pub fn build_method(
         &self,
         kind: MethodKind,
@@ -60,6 +60,8 @@ impl SurfaceConfig {
                 Ok(methods::build_watched(kind, &field, &surface_options, options, progress)?)
             }
             (Theory::Rigorous, MethodKind::Table) => {
+                // The shader of gratings reads tables of one side only.
+                self.refuse_transmission("realtime methods of the rigorous theory")?;
                 Ok(Box::new(SharedGrating(self.build_shared_grating_colours(index, cache, progress)?)))
             }
             (Theory::Rigorous, _) => {
@@ -87,6 +89,9 @@ mod tests {
             let refused = build(&config, kind, None).err().unwrap().to_string();
             assert_eq!(refused, format!("the method {kind} does not know theory = rigorous, only scalar"));
         }
+        let film = r#"{"preset":"blazed","theory":"rigorous","transmission":"film","eta":1.5}"#;
+        let refused = build(&SurfaceConfig::from_json(film).unwrap(), MethodKind::Table, None).err().unwrap();
+        assert!(refused.to_string().contains("transmission"), "{refused}");
         // The method returns the colours of the surface, with the material's reflectance.
         let aluminium = SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.9 });
         let (wi, wo) = ([0.3, 0.0, 0.91f32.sqrt()], [-0.3, 0.002, (0.91f32 - 4e-6).sqrt()]);

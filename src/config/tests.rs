@@ -141,3 +141,21 @@ fn a_rigorous_film_from_an_array_equals_its_preset() {
     let ratio = value(&found) / value(&expected);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
+
+#[cfg(feature = "full")]
+#[test]
+fn a_rigorous_interface_of_index_1_transmits_all_light() {
+    use crate::cache::Cache;
+    use crate::table::Progress;
+    let body = r#""theory": "rigorous", "transmission": "interface", "eta": 1, "coherence_length": 20"#;
+    let json = format!(r#"{{"preset": "sinusoidal", "period": 0.5, "height": 0.05, {body}}}"#);
+    let (surface, _) =
+        SurfaceConfig::from_json(&json).unwrap().build_by_theory(&Cache::off(), &Progress::none()).unwrap();
+    let value = |wo: [f64; 3]| {
+        let mut value = 0.0;
+        surface.eval([0.0, 0.0, 1.0], wo, &[550.0], |_, f| value = f);
+        value
+    };
+    let (reflected, transmitted) = (value([0.0, 0.0, 1.0]), value([0.0, 0.0, -1.0]));
+    assert!(transmitted > 100.0 && reflected < 1e-3 * transmitted, "{reflected} {transmitted}");
+}

@@ -18,20 +18,21 @@ use serde::{Deserialize, Serialize};
 const BANDS: usize = 3;
 /// Number of wavelengths in an integral over the bands. More take longer; fewer sample the bands too coarsely.
 const WAVELENGTHS: usize = 12;
-/// Number of wavelengths in an integral over the bands where the albedo has ridges. It is large enough that albedos of
-/// bands stay below 1.01 (`tests/core/energy.rs`).
+/// Number of wavelengths in an integral over the bands where the albedo has ridges, narrow in directions and
+/// wavelengths. It is large enough that albedos of bands stay below 1.01 (`tests/core/energy.rs`).
 const WAVELENGTHS_OF_RIDGES: usize = 32;
-/// Number of cells along each side. It is smaller than that of an [`AlbedoTable`](super::AlbedoTable), since
-/// integration over a band smooths the albedo.
+/// Number of cells along each side of the grid over directions. It is smaller than that of an
+/// [`AlbedoTable`](super::AlbedoTable), since integration over a band smooths the albedo. More cells take more memory;
+/// fewer leave larger albedos between nodes.
 const CELLS: u32 = 16;
-/// Number of cells along each side where the albedo has ridges.
+/// Number of cells along each side of the grid where the albedo has ridges.
 const CELLS_OF_RIDGES: u32 = 32;
 /// Number of [`BAND_NODES_NM`]. An evaluation with four would take 10 % longer.
 pub(crate) const BAND_NODES: usize = 3;
-/// Wavelengths in nm at which an albedo by wavelength is read for the bands.
+/// Wavelengths in nm at which an albedo by wavelength is read for the bands, near the peaks of blue, green and red.
 pub(crate) const BAND_NODES_NM: [f64; BAND_NODES] = [460.0, 540.0, 620.0];
 /// Weights `[band][node]` of [`BAND_NODES_NM`] in the mean over a band, exact for an albedo that is linear between the
-/// nodes and constant beyond them. Derived from [`WavelengthWeights`].
+/// nodes and constant beyond them. Derived from [`WavelengthWeights`]; a test recomputes them.
 pub(crate) const BAND_NODE_WEIGHTS: [[f64; BAND_NODES]; BANDS] =
     [[-0.0940, -0.0078, 1.1019], [0.0823, 0.8087, 0.1090], [1.0350, 0.0006, -0.0355]];
 /// Words of a cell: two for each band, and two of padding.
@@ -65,7 +66,7 @@ impl ColourAlbedoTable {
         let layout =
             AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None };
         let grid = Grid { cells };
-        // A single group, since the bands share their wavelengths.
+        // A group is a set of values that are integrated over one set of wavelengths. The bands share theirs.
         let group = |_| bands(wavelengths);
         let nodes = Builder::new(&integral, 1, &group).build(grid, progress);
         let cells = cells as usize;
@@ -113,6 +114,7 @@ impl ColourAlbedoTable {
 }
 
 /// The bands as one group, integrated by the midpoint rule over `count` wavelengths. The weights of each band sum to 1.
+/// The spacing of groups over wavelength is 0, since there is one group.
 fn bands(count: usize) -> Group<BANDS> {
     let step_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / count as f64;
     let mut wavelengths: Vec<(f64, [f64; BANDS])> = (0..count)
@@ -148,7 +150,7 @@ impl<N: Numbers> ColourAlbedoView<N> {
     /// `max(1, A) − 1` of red, green and blue at a place; zero unless `active`.
     #[inline(always)]
     fn excess(&self, place: &GridPlace<N>, active: N::Mask) -> [N::Real; BANDS] {
-        // A cell has two packets of four words.
+        // A cell has two packets of four words. In names, near and far are the rows y and y + 1.
         let packet = place.cell << 1;
         let [red_near, red_far, green_near, green_far] = N::gather::<4>(self.words, packet, active).map(bf16_pair::<N>);
         let [blue_near, blue_far, ..] =

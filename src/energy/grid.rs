@@ -8,8 +8,8 @@
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
-/// cosθ at which nodes on the rim and beyond it are evaluated. It is small against 0.007, the cosine one cell inside
-/// the rim of the finest grid (48 cells).
+/// cosθ at which nodes on the rim and beyond it are evaluated. At cosθ = 0 the albedo may be infinite. It is small
+/// against 0.007, the cosine one cell inside the rim of the finest grid (48 cells).
 const RIM_COSINE: f64 = 1e-4;
 
 /// Values of cosθ at which cells on the horizon are checked: 89.94° and 89.83°. The albedo of wide orders has a pole at
@@ -24,11 +24,12 @@ pub(crate) struct GridPlace<N: Numbers> {
     pub x: N::Real,
     /// Position in the cell along y, from 0 at the lower node to 1 at the upper.
     pub y: N::Real,
-    /// 1/cos²θ, the factor on the tabulated excess.
+    /// 1/cos²θ, the factor on the tabulated excess `(A − 1)·cos²θ`.
     pub per_squared_cosine: N::Real,
 }
 
-/// Place of a direction of unit length in a grid with `cells` along each side.
+/// Place of a direction of unit length in a grid with `cells` along each side. Directions below the horizon are treated
+/// like those on it.
 #[inline(always)]
 pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> GridPlace<N> {
     let lit = |value: f64| N::Real::lit(value);
@@ -75,11 +76,13 @@ impl Grid {
         (self.side() - 1 - row) * self.side() + column
     }
 
-    /// Direction at a `position` along x and y in cells from the first node, and its radius `√(X² + Y²)`. Positions
-    /// beyond the rim of the disc get the direction at the rim. Cosines are at least [`RIM_COSINE`].
+    /// Direction at a `position` along x and y in cells from the first node, and the position's radius `√(X² + Y²)`.
+    /// Positions beyond the rim of the disc get the direction at the rim; their radius exceeds 1. Cosines are at least
+    /// [`RIM_COSINE`].
     pub(super) fn direction(self, position: [f64; 2]) -> (Vec3, f64) {
         let [x, y] = position.map(|p| 2.0 * p / f64::from(self.cells) - 1.0);
         let radius = x.hypot(y);
+        // From X² + Y² = 1 − √cosθ.
         let cos = (1.0 - radius.min(1.0).powi(2)).powi(2).max(RIM_COSINE);
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let scale = if radius > 0.0 { sin / radius } else { 0.0 };
@@ -93,6 +96,7 @@ impl Grid {
         let centre = cell.map(|at| at as f64 + 0.5 - half);
         let length = centre[0].hypot(centre[1]);
         RIM_COSINES.into_iter().filter_map(move |cos| {
+            // In cells.
             let radius = half * (1.0 - cos.sqrt()).sqrt();
             let point = [0, 1].map(|axis| centre[axis] * radius / length + half - cell[axis] as f64);
             point.iter().all(|at| (0.0..=1.0).contains(at)).then_some(point)

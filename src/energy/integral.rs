@@ -8,8 +8,8 @@
 //! integrated over the hemisphere (`quadrature.rs`). *Ridges* of the albedo are defined at [`Ridge`].
 //!
 //! For a relief with its pattern s times as wide and its heights d times as large as the table's, frequencies follow
-//! from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelength of a query is λ'. Without
-//! resizing λ, λ' and λ" are equal.
+//! from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass are λ'.
+//! Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
@@ -30,7 +30,7 @@ const PANELS_MAX: f64 = 24.0;
 /// larger number is more accurate but takes longer.
 const SEPARATE_MAX: usize = 640;
 /// Number of the strongest nodes that stay separate where others are merged. Merging widens a node's Gaussian, which
-/// matters most for strong nodes.
+/// matters most for strong nodes. A larger number is more accurate but takes longer.
 const STRONGEST: usize = 16;
 /// Side in cycles/µm of the squares in which nodes are merged. Larger squares leave fewer Gaussians; smaller ones keep
 /// more of the nodes' frequencies.
@@ -38,10 +38,11 @@ const MERGED_SIDE_PER_UM: f64 = 0.14;
 
 /// Wavelength in µm at which the cosines of ridges are chosen: the middle of the visible range.
 const RIDGE_WAVELENGTH_UM: f64 = 0.55;
-/// Largest cosθo at which orders on a ridge are counted. Measured on a steep sinusoid: 0.3 leaves albedos of 1.05.
+/// Largest cosθo at which orders on a ridge are counted. Smaller values leave larger albedos (0.3 leaves 1.05 on a
+/// steep sinusoid); larger ones take longer.
 const RIDGE_COSINE_MAX: f64 = 0.45;
-/// Largest ratio of neighbouring [`AlbedoIntegral::ridge_cosines`]. Measured on a steep sinusoid: 1.7 leaves albedos of
-/// 1.013, 1.55 of 1.005.
+/// Largest ratio of neighbouring [`AlbedoIntegral::ridge_cosines`]. It leaves albedos of 1.005 on a steep sinusoid; 1.7
+/// leaves 1.013, and smaller ratios take longer.
 const RIDGE_RATIO: f64 = 1.55;
 /// Smallest cosθo at which orders on a ridge are counted. Only Gaussians narrower than those of filtered sunlight
 /// (coherence length 65 µm) reach this bound. Closer to the horizon the divisor of the outgoing direction removes the
@@ -54,7 +55,7 @@ pub(crate) struct AlbedoIntegral<'a> {
     /// Obliquity, shadowing and index: the parameters of F.
     options: &'a Options,
     power: Power<'a>,
-    /// λ" in nm for every query; `None` for the query's own wavelength.
+    /// λ" in nm for every integral; `None` where λ" is the integral's own wavelength λ'.
     depth_wavelength_nm: Option<f64>,
 }
 
@@ -103,16 +104,17 @@ impl<'a> AlbedoIntegral<'a> {
         }
     }
 
-    /// Sets λ" in nm for every query; `None` restores the query's own wavelength.
+    /// Sets λ" in nm for every integral; `None` restores each integral's own wavelength.
     pub(super) fn set_depth_wavelength(&mut self, nm: Option<f64>) {
         self.depth_wavelength_nm = nm;
     }
 
     /// Calls `visit` with the quadrature nodes of `∫ f cosθo dωo`, `V::COUNT` at once: directions wo and their parts of
-    /// the integral. Surplus lanes have parts of zero. Nothing is visited unless wi lies above the surface.
+    /// the integral, whose sum is the albedo. Surplus lanes have parts of zero. Nothing is visited unless wi lies above
+    /// the surface.
     ///
-    /// f excludes the Fresnel reflectance and includes the small-slope factor. With a `ridge`, narrow orders near the
-    /// horizon are moved onto it.
+    /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor. With a `ridge`, narrow
+    /// orders near the horizon are moved onto it.
     pub(crate) fn visit<V: Values>(
         &self,
         wi: Vec3,
@@ -181,7 +183,7 @@ impl<'a> AlbedoIntegral<'a> {
         nodes
     }
 
-    /// λ" in µm of a query at a wavelength in µm.
+    /// λ" in µm of an integral at a wavelength λ' in µm.
     fn depth_wavelength_um(&self, wavelength_um: f64) -> f64 {
         self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm)
     }
@@ -338,7 +340,7 @@ fn panels_over_the_hemisphere(table: &SpectralTable) -> f64 {
     panels[0] * panels[1]
 }
 
-/// Whether the table has a cutoff, the frequency up to which the pixels resolve the relief.
+/// Whether the table has a cutoff along an axis, the largest frequency that the pixels resolve.
 fn is_limited(table: &SpectralTable) -> bool {
     table.lattice().x.cutoff.is_finite() || table.lattice().y.cutoff.is_finite()
 }
@@ -364,6 +366,7 @@ pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     if gaussians.len() <= SEPARATE_MAX && !is_limited(table) {
         return gaussians;
     }
+    // A node's strength is the sum of its powers at five phase rates over the table's range.
     let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
     let strength = |node: &NodeGaussian| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
     // Integers as keys, since floats have no total order. Strengths are of order one or less.

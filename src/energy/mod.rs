@@ -26,8 +26,9 @@
 //! 4. Where the table lies below t in the centre of a cell, the cell's corners are raised.
 //!
 //! Where an order passes the horizon, t has a ridge narrower than a cell. In step 3 a node therefore gets the largest
-//! of several t: with the orders in place, and with the orders moved onto a ridge that crosses the node's box
-//! ([`node_gaussian::Ridge`]). Between nodes an albedo of 1.01 may remain (docs/tables.md#energy).
+//! of several t: with the orders in place, and with the orders moved onto a ridge that crosses the node's *box*, the
+//! incidences and wavelengths that the node stands for ([`node_gaussian::Ridge`]). Between nodes an albedo of 1.01 may
+//! remain (docs/tables.md#energy).
 
 mod build;
 mod colour;
@@ -55,7 +56,7 @@ use build::{Builder, Group, resolution, single_wavelength};
 use grid::{Grid, place};
 use serde::{Deserialize, Serialize};
 
-/// Fraction of a build's progress at the end of its nodes; the report takes the rest. Progress is for display only.
+/// Fraction of a build's progress at which the nodes are done; the report takes the rest. Progress is for display only.
 const NODES_DONE: f64 = 0.9;
 
 /// Dimensions of an [`AlbedoTable`] or a [`ColourAlbedoTable`].
@@ -181,13 +182,14 @@ pub struct AlbedoView<N: Numbers> {
 }
 
 impl<N: Numbers> AlbedoView<N> {
-    /// `1/max(1, A(wi), A(wo))`, of directions of unit length above the surface. 1 unless `active`.
+    /// `1/max(1, A(wi), A(wo))`, of directions of unit length above the surface, at the wavelength and relative size of
+    /// `reading`. 1 unless `active`.
     #[inline(always)]
     pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         self.factor_at(&self.place(wi), &self.place(wo), reading, active)
     }
 
-    /// [`AlbedoView::factor`] from the places of wi and wo in the grid, which are equal for every wavelength.
+    /// [`AlbedoView::factor`] from the places of wi and wo in the grid, which do not depend on the wavelength.
     #[inline(always)]
     pub(crate) fn factor_at(
         &self,

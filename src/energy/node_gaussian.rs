@@ -37,7 +37,8 @@ const ONE_NODE_SIGMAS: f64 = 40.0;
 /// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian, and one
 /// for a merged Gaussian. Three give the mean of `1/cos³θo` to 1e-4; one gives the mean of `1/cosθo` to 0.6 %.
 const THREE_NODES_SIGMAS: f64 = 16.0;
-/// Largest change of the relief's phase over σ, in radians, that a Gauss–Hermite rule follows.
+/// Largest change of the relief's phase over σ, in radians, for which Gauss–Hermite rules are used. Larger values
+/// sample fringes of the power too coarsely; smaller ones take more nodes.
 const SIGMA_PHASE_MAX: f64 = 1.0;
 /// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Wider
 /// panels sample fringes too coarsely; narrower ones take longer.
@@ -46,7 +47,7 @@ pub(super) const PANEL_PHASE_MAX: f64 = 30.0;
 /// panels are less accurate; narrower ones take longer.
 const CUT_PANEL_SIGMAS: f64 = 2.5 * CUT_SIGMAS;
 /// Distance of the centre inside the horizon, in standard deviations, at which the mean of `(1 − ρ)^(−½)` over a
-/// Gaussian is largest: `1/cosθo` is in proportion to this power near the horizon.
+/// Gaussian is largest. Near the horizon `1/cosθo` is proportional to this power.
 const PEAK_SIGMAS: f64 = 0.77;
 
 /// Power `P(κ)` around a frequency, with a Gaussian spread.
@@ -221,7 +222,7 @@ impl NodeGaussian<'_> {
         mut visit: impl FnMut(Vec3, f64, f64),
     ) {
         let rho = length([cx, cy]);
-        // Unit vector along the radius.
+        // Unit vector along the radius; any vector for a centre at the normal.
         let (ex, ey) = if rho > 1e-9 { (cx / rho, cy / rho) } else { (1.0, 0.0) };
         let sigma_along = length([ex * sigma_x, ey * sigma_y]);
         let sigma_across = length([ey * sigma_x, ex * sigma_y]);
@@ -297,24 +298,26 @@ fn gaussian_rule([low, high]: [f64; 2], whole: bool) -> [(f64, f64); 3] {
     let density = |t: f64| (-0.5 * t * t).exp() / TAU.sqrt();
     let cumulative = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
     let (a, b) = (density(low), density(high));
-    let mass = cumulative(high) - cumulative(low);
+    let probability = cumulative(high) - cumulative(low);
     // The moments of a smaller probability are lost to rounding.
-    if mass < 1e-6 {
-        return [(0.5 * (low + high), mass.max(0.0)), (0.0, 0.0), (0.0, 0.0)];
+    if probability < 1e-6 {
+        return [(0.5 * (low + high), probability.max(0.0)), (0.0, 0.0), (0.0, 0.0)];
     }
     // Moments of the truncated normal distribution.
-    let mean = (a - b) / mass;
-    let second = 1.0 + (low * a - high * b) / mass;
-    let third = 2.0 * mean + (low * low * a - high * high * b) / mass;
+    let mean = (a - b) / probability;
+    let second = 1.0 + (low * a - high * b) / probability;
+    let third = 2.0 * mean + (low * low * a - high * high * b) / probability;
     let variance = (second - mean * mean).max(0.0);
     let third_central = third - 3.0 * mean * variance - mean.powi(3);
+    // One node suffices for so narrow a range; a division by its variance follows.
     if variance < 1e-9 {
-        return [(mean, mass), (0.0, 0.0), (0.0, 0.0)];
+        return [(mean, probability), (0.0, 0.0), (0.0, 0.0)];
     }
     // Distances of the nodes from the mean: the roots of t² − (third_central/variance)·t − variance.
     let half = 0.5 * third_central / variance;
     let root = (half * half + variance).sqrt();
     let (left, right) = (half - root, half + root);
-    let unit = mass / (right - left);
+    // Weights that make the mean of both nodes 0.
+    let unit = probability / (right - left);
     [(mean + left, right * unit), (mean + right, -left * unit), (0.0, 0.0)]
 }

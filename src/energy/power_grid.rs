@@ -9,7 +9,8 @@ use rayon::prelude::*;
 /// Spacing of the grid in standard deviations of a node of the table. A wider spacing is less accurate; a narrower one
 /// takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
-/// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
+/// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel. At
+/// four a Gaussian kernel is 3e-4 of its peak.
 const REACH_SIGMAS: f64 = 4.0;
 /// Steps in κ for each knot interval of the table's splines. Fewer steps are less accurate, since powers are linear
 /// between them; more take more memory and time.
@@ -49,7 +50,7 @@ impl PowerGrid {
         let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));
         let reach = [0, 1].map(|c| {
             let known_f = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
-            // The cubic reads up to two nodes beyond.
+            // The cubic interpolation reads up to two nodes beyond.
             (known_f * nodes_per_f[c]).ceil() as usize + 2
         });
         let steps_per_kappa = (STEPS_PER_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
@@ -95,7 +96,7 @@ impl PowerGrid {
             let node = position as usize;
             (node - 1, position - node as f64)
         });
-        // Both steps about κ lie on the grid.
+        // Position among the steps of κ, bounded so that both neighbouring steps lie on the grid.
         let step = (kappa * self.steps_per_kappa).min(self.steps as f64 - 1.5);
         let k = step as usize;
         let tk = step - k as f64;
@@ -141,7 +142,7 @@ fn reached(
         .map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
 }
 
-/// Weights of the nodes −1, 0, 1, 2 in the Catmull–Rom cubic at `t` in [0, 1].
+/// Weights of the nodes at −1, 0, 1 and 2 in the Catmull–Rom cubic at `t` in [0, 1].
 fn catmull_rom_weights(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-0.5 * t * s * s, 1.0 + t * t * (1.5 * t - 2.5), 1.0 + s * s * (1.5 * s - 2.5), -0.5 * s * t * t]

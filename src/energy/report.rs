@@ -14,7 +14,7 @@ use std::cmp::Ordering;
 /// the pole at the horizon.
 const LARGEST_BELOW_DEG: f64 = 85.0;
 
-/// Four directions or wavelengths side by side.
+/// Numbers of four lanes: quadrature nodes side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
 /// Albedos before and after division by an [`AlbedoTable`].
@@ -85,7 +85,9 @@ impl AlbedoReport {
                 after += part * view.factor_at(&place, &view.place(wo), &reading, Lanes::mask(true));
             });
             let (before, after) = (Lanes::total(before), Lanes::total(after));
-            // cosθ times the solid angle of a node, which is in proportion to √cosθ: cosθ = (1 − r²)² at the radius r.
+            // cosθ times the solid angle of a node, which is proportional to √cosθ: cosθ = (1 − r²)² at the radius r,
+            // so
+            // |d cosθ| = 2√cosθ·d(r²).
             let weight = count * wi[2].powf(1.5);
             let is_below = wi[2] > LARGEST_BELOW_DEG.to_radians().cos();
             let largest = if is_below { before } else { 0.0 };

@@ -34,7 +34,8 @@ impl SizeAxes {
     /// cosθo`, at the shortest wavelength. `slab_phase` is the largest change of this phase between two slabs.
     pub(super) fn covering(sizes: &SizeRange, planes: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
-        // Proportional to the octaves, and odd, so that every other plane belongs to the coarse grid.
+        // In proportion to the octaves of λ', and odd, so that every other plane belongs to the coarse grid of the
+        // build. `octaves` is in units of the tables' range of wavelengths.
         let planes = 2 * (0.5 * f64::from(planes - 1) * sizes.octaves()).ceil() as u32 + 1;
         let range_octaves = sizes.octaves() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         let wavenumbers = sizes.wavenumbers();
@@ -83,7 +84,7 @@ pub(super) fn build(
     let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
     let (planes, axes) = SizeAxes::covering(sizes, planes, integral.phase_max(), slab_phase);
     let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
-    // Gap above a plane, relative to the plane's wavelength.
+    // Distance to the next plane, relative to a plane's wavelength.
     let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
     let group = |at: f64| {
         let nm = axes.plane_nm(at);

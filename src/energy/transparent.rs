@@ -28,7 +28,8 @@ const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 /// Largest number of Gaussians that count as few. The albedo of few orders changes fastest, and is integrated over the
 /// width of each. Many Gaussians overlap, so that each counts at its centre.
 const FEW: usize = 100;
-/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians.
+/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians. More leave
+/// smaller errors between nodes, and take longer and more memory.
 const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (24, 11);
 /// Cells along each side of the grid, and planes, for many Gaussians.
 const CELLS_AND_PLANES_OF_MANY: (u32, u32) = (16, 7);
@@ -38,7 +39,7 @@ const MARGIN: f64 = 0.005;
 /// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get a proportional part.
 const MARGIN_FROM: f64 = 0.02;
 /// Standard deviation of a Gaussian, in units of the wave number in the medium, from which three quadrature nodes along
-/// an axis stand for its width.
+/// an axis stand for its width. Smaller values take longer; larger ones ignore more of the width.
 const SHARP_SIGMA: f64 = 0.004;
 /// Phase between the relief's lowest and highest point, in radians per unit of w, from which a relief counts as deep.
 /// The phase then changes by about 2 rad across a cell. If no relief counted as deep, an albedo of 1.046 would remain
@@ -57,7 +58,7 @@ type Real4 = <Lanes<'static> as Numbers>::Real;
 /// Albedo integral of a transparent body.
 struct BodyIntegral<'a> {
     table: &'a SpectralTable,
-    /// The body as an interface, so that light trapped in a film counts as transmitted.
+    /// The body as an interface, even if it is a film, so that light trapped in the film counts as transmitted.
     body: TransparentBody,
     /// Gaussians of the table's resolved nodes, weak ones merged.
     gaussians: Vec<NodeGaussian<'a>>,

@@ -1,8 +1,9 @@
-//! Build of the table of efficiencies from solved points (symbols: `mod.rs`).
+//! Build of the table of efficiencies of a reflector or film from solved points (symbols: `mod.rs`).
 //!
-//! Each cell is solved at Chebyshev nodes and resampled to the table's nodes. The number of Chebyshev nodes grows until
-//! the efficiencies' highest Chebyshev terms are small. Half of the nodes follow by reciprocity: on the reversed path,
-//! p and q are exchanged, and order numbers count from the other side.
+//! A cell s has the incident waves at which s + 1 orders propagate. Each cell is solved at Chebyshev nodes and
+//! resampled to the table's nodes. The number of Chebyshev nodes grows until the efficiencies' highest Chebyshev terms
+//! are small. Half of the nodes follow by reciprocity: on the reversed path, p and q are exchanged, and order numbers
+//! count from the other side.
 
 use super::GratingError;
 use super::cell_position::wave_at;
@@ -28,7 +29,7 @@ pub(super) struct TableResolution {
     pub stored: u32,
     /// Wavelengths; `None` where efficiencies do not depend on them at given t and b.
     pub spacing: Option<Spacing>,
-    /// Largest RMS of an efficiency's highest Chebyshev terms; a cell above it is solved at more nodes.
+    /// Largest accepted RMS of an efficiency's two highest Chebyshev terms; a cell above it is solved at more nodes.
     pub tolerance: f64,
 }
 
@@ -39,7 +40,7 @@ const NODE_COUNTS: [usize; 4] = [8, 12, 17, 24];
 /// numbers: larger values lead to more repeated solutions, smaller ones to more nodes than needed.
 const FEWER_BELOW: f64 = 0.25;
 
-/// Seed of the random incidences at which tables are tested.
+/// Seed of the random incidences at which tables are tested; arbitrary.
 pub(super) const RANDOM_SEED: u64 = 1;
 
 /// Size, cost and measured error of a grating's table.
@@ -82,10 +83,11 @@ impl EfficiencyTable {
         let (nm, cell_counts) = table_wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
         let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let cells = cell_counts[0];
+        // Index in NODE_COUNTS at which the next cell begins, and number of points solved so far.
         let (mut count_index, mut solved) = (0, 0);
         // 16-bit entries of each cell: `[wavelength][cell][entry]`.
         let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); nm.len()];
-        // Progress counts the orders of each cell.
+        // Progress counts the orders of each cell: larger cells take longer.
         let work: usize = (1..=cells).sum();
         let mut done = 0;
         for s in 0..cells {
@@ -128,14 +130,15 @@ impl EfficiencyTable {
         count: usize,
     ) -> Result<(f64, f64), GratingError> {
         let mut random = Pcg64Mcg::seed_from_u64(RANDOM_SEED);
-        let queries: Vec<[f64; 3]> = (0..count)
+        // Wavelength in nm, and direction cosines x and y of the light's travel.
+        let incidences: Vec<[f64; 3]> = (0..count)
             .map(|_| {
                 let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
                 let (radius, phi) = (random.random::<f64>().sqrt(), random.random_range(0.0..TAU));
                 [nm, radius * phi.cos(), radius * phi.sin()]
             })
             .collect();
-        let errors = queries
+        let errors = incidences
             .par_iter()
             .map(|&[nm, x, y]| {
                 let periods = 1e3 * period_um / nm;
@@ -162,10 +165,12 @@ impl EfficiencyTable {
     }
 }
 
-/// Table data: the offsets of all cells, in halves of words, then `further` words, then the 16-bit entries of `packed`,
-/// two to a word. `packed` is `[wavelength][cell][entry]`; longer wavelengths may have fewer cells than the first.
+/// Table data: the offsets of all cells, in halves of words, then the words `further`, then the 16-bit entries of
+/// `packed`, two to a word. `packed` is `[wavelength][cell][entry]`; longer wavelengths may have fewer cells than the
+/// first.
 pub(super) fn offsets_and_halves(packed: &[Vec<Vec<u16>>], further: &[u32]) -> Vec<u32> {
     let cells = packed[0].len();
+    // In words.
     let header = packed.len() * cells + further.len();
     let mut offsets = vec![0u32; packed.len() * cells];
     let mut halves: Vec<u16> = Vec::new();
@@ -191,9 +196,9 @@ pub(super) fn error_statistics(mut errors: Vec<f64>) -> (f64, f64) {
 struct Cell {
     /// Index s of the cell.
     index: usize,
-    /// Sides of the relief.
+    /// Number of sides of the relief on which light arrives and leaves, 1 or 2.
     sides: usize,
-    /// Chebyshev nodes along either side.
+    /// Number of Chebyshev nodes along either side of the cell.
     nodes: usize,
     /// `[node of triangle_nodes][wavelength]`, each a matrix of [`OrderSolver::efficiencies`].
     matrices: Vec<Vec<Vec<f64>>>,
@@ -252,8 +257,8 @@ impl Cell {
         Ok(Self { index, sides: solver.sides(), nodes, matrices })
     }
 
-    /// Efficiency at node i of p, node k of q, and wavelength j; `entry` is an index into the matrix. Beyond the
-    /// diagonal it is that of the reversed path.
+    /// Efficiency at node i of p, node k of q, and wavelength j; `entry` is `incident · channels + outgoing`. Beyond
+    /// the diagonal, i < k, it is that of the reversed path.
     fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> f64 {
         let matrix = &self.matrices[triangle_index(i, k)][j];
         matrix[if i < k { reversed(entry, self.index, self.sides) } else { entry }]
@@ -304,7 +309,7 @@ impl Cell {
                 }
             }
         }
-        // Stored nodes of p, then of q.
+        // Resampled along p: stored nodes of p, then those of q, then incident channels.
         let mut halves = Vec::with_capacity(stored * stored * channels * (channels + 1));
         for weights in &resampling {
             for g in 0..stored {
@@ -328,8 +333,8 @@ impl Cell {
     }
 }
 
-/// Index of the reversed path of `entry` in a matrix of cell `s`, `[incident · channels + outgoing]`. The outgoing
-/// channel becomes the incident one and vice versa, and order numbers count from the other side.
+/// Entry of the reversed path of `entry`, in a matrix of cell `s` with the entries `incident · channels + outgoing`.
+/// The outgoing channel becomes the incident one and vice versa, and order numbers count from the other end.
 pub(super) fn reversed(entry: usize, s: usize, sides: usize) -> usize {
     let orders = s + 1;
     let channels = orders * sides;

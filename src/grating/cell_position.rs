@@ -1,4 +1,7 @@
-//! Position of an incident wave in the cells of a grating's tables (symbols: `mod.rs`).
+//! Position of an incident wave in the cells of a grating's tables.
+//!
+//! The wave has the wave number `a` along x, in units of 2π/d; orders propagate where theirs, `a + m`, is between −t
+//! and t (symbols: `mod.rs`). Below an interface, tm takes the place of t in some cells.
 //!
 //! The lines `t − a = integer` and `t + a = integer` divide the plane of (t, a) into cells. On each line one order
 //! appears at the horizon. Within a cell the set of propagating orders is constant and their efficiencies are smooth;
@@ -13,15 +16,16 @@ use crate::numeric::{Number, Numbers, Real};
 pub(super) struct CellPosition<N: Numbers> {
     /// Index s of the cell: the number of propagating orders minus one. It is −1 where no order propagates.
     pub cell: N::Double,
-    /// Order number of order 0, whose wave number along x is that of the incident wave. It is within 0 to s where the
-    /// incident wave propagates.
+    /// Order number of order 0, whose wave number along x is that of the incident wave: its place among the propagating
+    /// orders. It is within 0 to s where the incident wave propagates.
     pub incident: N::Double,
     /// [`node_coordinate`] of p and of q, in [0, 1].
     pub coordinates: [N::Real; 2],
 }
 
 impl<N: Numbers> CellPosition<N> {
-    /// Position of the wave with these `t` and `a`.
+    /// Position of the wave with these `t` and `a`, in double precision: they may be large, and only their fractional
+    /// parts matter.
     #[inline(always)]
     pub(super) fn new(t: N::Double, a: N::Double) -> Self {
         let sums = [t - a, t + a];
@@ -56,7 +60,7 @@ pub(super) fn fraction_at(coordinate: f64) -> f64 {
     low / (low + high)
 }
 
-/// Order number ⌈cell/2⌉ of order 0 at [`wave_at`].
+/// Order number ⌈cell/2⌉ of order 0 at the waves that [`wave_at`] returns.
 pub(super) fn middle_order(cell: i32) -> i32 {
     cell - cell.div_euclid(2)
 }
@@ -65,6 +69,7 @@ pub(super) fn middle_order(cell: i32) -> i32 {
 /// belong to this point; the one returned gives order 0 the order number [`middle_order`]. In cell −1, points with
 /// `p + q < 1` have a negative t.
 pub(super) fn wave_at(cell: i32, [p, q]: [f64; 2]) -> (f64, f64) {
+    // t − a and t + a.
     let (difference, sum) = (f64::from(cell.div_euclid(2)) + p, f64::from(middle_order(cell)) + q);
     (0.5 * (difference + sum), 0.5 * (sum - difference))
 }

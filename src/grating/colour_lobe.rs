@@ -5,6 +5,8 @@
 //!     = Σ_m e_m exp(−b_m²/2) W(ν_m, τ) / (2πσ²)   with e_m at ν_m
 //! ```
 //!
+//! Here `weight(λ)` are the weights of linear sRGB at a wavelength, with the illuminant D65.
+//!
 //! The frequencies νq of a pair of directions form a line. Along it, order m is a Gaussian over ν about
 //! `ν_m = u·m/(d·ρ²)`, where the line is nearest to the order, of standard deviation `τ = σ/ρ`. The distance between
 //! both in units of σ is `b_m = v·m/(d·ρ·σ)`. The few orders with `ν_m` in the visible range contribute.
@@ -28,9 +30,10 @@ use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Wavelength in nm of the polarisation of order 0: 550 nm.
+/// Wavelength in nm of the polarisation of order 0, in the middle of the visible range.
 const ORDER_ZERO_NM: f64 = 1e3 * TYPICAL_WAVELENGTH_UM;
-/// Smallest divisor, for the length ρ and for frequencies along q in 1/µm. In the exact mirror direction ρ is 0.
+/// Smallest divisor, for the length ρ and for frequencies along q in 1/µm. In the exact mirror direction ρ is 0. It is
+/// far below all values of relevance, and the quotients stay finite in single precision.
 const DIVISOR_MIN: f64 = 1e-9;
 
 /// One order on the line of a pair of directions.
@@ -154,6 +157,7 @@ impl<N: Numbers> GratingColourLobe<N> {
             },
         );
         let scale = real(1.0 / (TAU * line.sigma * line.sigma));
+        // The factor n² of the outgoing medium (`lobe.rs`).
         let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index * index);
         sum.map(|value| N::Real::select(active, value * scale, zero))
     }
@@ -214,8 +218,8 @@ impl<N: Numbers> GratingColourLobe<N> {
     }
 
     /// Colour of order 0's efficiency between the directions wi and wo, whose tangential parts have the half difference
-    /// `[x, y]`, across the grooves and along them. Tables have the directions of the incident light's medium, or of the
-    /// air if light is transmitted.
+    /// `[x, y]`, across the grooves and along them. Tables have the directions of the incident light's medium, or of
+    /// the air if light is transmitted.
     #[inline(always)]
     fn order_zero(&self, [wi, wo]: [[N::Real; 3]; 2], [x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
@@ -274,8 +278,9 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         self.sum_orders(wi, wo, active, |order, _| order.colour, |colour, _| colour)
     }
 
-    /// Density of `draw` in 1/sr: `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`, with the
-    /// proposed Gaussians P. ν² is the Jacobian from frequencies to direction cosines, and wo.z that to solid angles.
+    /// Density of `draw` in 1/sr, twice as large at a body that transmits:
+    /// `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`, with the proposed Gaussians P. ν² is
+    /// the Jacobian from frequencies to direction cosines, and wo.z that to solid angles.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
@@ -312,6 +317,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         );
         // 1/√2π of the Gaussian in `along_q`, and 1/(√2π·σ) of K across the line.
         let scale = real(1.0 / (PROPOSED.len() as f64 * TAU * line.sigma));
+        // At a body that transmits, callers multiply by the side's probability ½ (`lobe.rs`).
         let cos_o = if self.transmits() { wo[2].abs() * real(2.0) } else { wo[2] };
         let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index * index);
         N::Real::select(zero.lt(total), sum * scale * cos_o / total, zero)
@@ -337,7 +343,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         );
         let (order, is_below) = self.tables.order_and_side::<N>(entry);
         // The position of the target within this order's weight is uniform in [0, 1). It selects one of the proposed
-        // Gaussians, then a quantile of the Gaussian.
+        // Gaussians, then a quantile of the Gaussian. The bound avoids division by a weight of 0, which is not drawn.
         let rest = ((target - before) / own.max(real(1e-20))).clip(zero, real(BELOW_ONE));
         let scaled = rest * real(PROPOSED.len() as f64);
         let selected = scaled.floor();
@@ -346,9 +352,10 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
             let is_selected = selected.le(real(i as f64 + 0.5)) & real(i as f64 - 0.5).lt(selected);
             N::Real::select(is_selected, quantile.fma(real(sigma), real(mean)), nu)
         });
+        // Far quantiles of a Gaussian may be negative.
         let is_drawn = active & zero.lt(nu) & zero.lt(own);
         let wavelength_um = one / nu.max(real(1e-3));
-        // In cycles/µm.
+        // Offset from the order's frequency, in cycles/µm.
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * real(self.layout.sigma_per_um));
         // Tangential part K of the wave vector: order m leaves at Ko.x = mλ/d − Ki.x and Ko.y = −Ki.y.
         let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi).map(N::narrow);

@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// // A perfectly conducting sinusoid of period 0.6 µm and height 0.1 µm.
 /// let profile = Profile::sinusoid(0.6, 0.1)?;
-/// let grating = GratingSurface::new(&profile, None, 20.0, 1.0, &Progress::none())?;
+/// let (coherence_length_um, build_limit) = (20.0, 1.0);
+/// let grating = GratingSurface::new(&profile, None, coherence_length_um, build_limit, &Progress::none())?;
 /// let colours = GratingColourSurface::new(grating);
 ///
 /// // At normal incidence, order 1 of 450 nm leaves at a sine of 0.75.
@@ -75,7 +76,7 @@ impl GratingColourSurface {
         self.lobe_over(self.words())
     }
 
-    /// The lobe over the numbers `N`; `words` are [`GratingColourSurface::words`].
+    /// The lobe over the numbers `N`; `words` are [`GratingColourSurface::words`]. Negative channels are kept.
     pub fn lobe_over<N: Numbers>(&self, words: [N::Words; 2]) -> GratingColourLobe<N> {
         GratingColourLobe { layout: *self.grating.layout(), tables: self.tables, gamut: Gamut::Keep, words }
     }

@@ -6,9 +6,11 @@
 //! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
-//! A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and outgoing light.
+//! A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and
+//! outgoing light.
 //!
-//! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`.
+//! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`. A test compares the
+//! constants of both.
 
 use super::layout::{Below, InterfaceCells};
 use super::lobe::REACH;
@@ -30,11 +32,12 @@ pub(crate) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVEL
 pub(crate) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELENGTH_MAX_NM);
 /// Scale in 1/µm of the coordinate `τ/(τ + TAU_SCALE)` of a width τ: about the width of sRGB's weights.
 pub(crate) const TAU_SCALE: f64 = 0.25;
-/// Nodes of the table of spectral weights: along τ and along ν_m.
+/// Nodes of the table of spectral weights: along τ and along ν_m. More nodes reduce the error of interpolation.
 pub(crate) const WEIGHT_NODES: [u32; 2] = [96, 256];
 /// Nodes of the table of order 0 along each axis.
 pub(crate) const ORDER_ZERO_NODES: [u32; 2] = [48, 48];
-/// Step in nm of the integral over wavelengths in the colour of order 0.
+/// Step in nm of the integral over wavelengths in the colour of order 0. Larger steps miss narrow anomalies; smaller
+/// ones take longer.
 const ORDER_ZERO_STEP_NM: usize = 4;
 /// Smallest coordinate of a table's nodes for which an entry is computed. Lower nodes get the entry at this coordinate,
 /// near the limit at 0.
@@ -43,25 +46,28 @@ const COORDINATE_MIN: f64 = 1e-3;
 /// Means and standard deviations in 1/µm of the proposed Gaussians: ν is drawn from one of them, each with equal
 /// probability. They follow sRGB's weights of blue, green and red.
 pub(super) const PROPOSED: [(f64, f64); 3] = [(2.2, 0.13), (1.86, 0.13), (1.63, 0.11)];
-/// Quantiles of each proposed Gaussian at which efficiencies are averaged.
+/// Quantiles of each proposed Gaussian at which efficiencies are averaged. More make the weights of orders closer to
+/// their power, and the build longer.
 const PROPOSED_NODES: usize = 16;
 /// Bins of the incident direction: over the sine of the angle between its projection onto the xz plane and the normal,
-/// from 1 to −1, and over the magnitude of its cosine along the grooves, from 0 to 1.
+/// from 1 to −1, and over the magnitude of its cosine along the grooves, from 0 to 1. Within a bin the probabilities of
+/// orders are constant; more bins make them more accurate and the table larger.
 const BINS: [u32; 2] = [32, 12];
-/// Positions in a bin at which efficiencies are averaged, as fractions of its sides: the centre, and near each corner.
+/// Positions in a bin at which efficiencies are averaged, as fractions of its sides: the centre, and near each corner,
+/// so that orders that propagate anywhere in the bin have a weight.
 const BIN_POINTS: [(f64, f64); 5] = [(0.5, 0.5), (0.02, 0.02), (0.02, 0.98), (0.98, 0.02), (0.98, 0.98)];
 
 /// Layout of the three tables in their data, which begin with the spectral weights.
 ///
 /// An entry of spectral weights and of order 0 is a packet of four words: red, green, blue, and zero. Order weights are
 /// `[side of the incident light][bin across the grooves][bin along them][entry]`. The entries of such a row are the
-/// orders from `−orders` to `orders` that leave above, those that leave below a body that transmits, and the sum. All words are bits
-/// of single-precision numbers.
+/// orders from `−orders` to `orders` that leave above, those that leave below a body that transmits, and the sum. All
+/// words are bits of single-precision numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTables {
     /// The highest order that propagates at any incidence and wavelength.
     pub orders: u32,
-    /// Sides of the relief that light arrives at and leaves on: 1 or 2.
+    /// Number of sides of the relief on which light arrives and leaves: 1 or 2.
     pub sides: u32,
     /// Offset in words of the colours of order 0.
     order_zero: u32,
@@ -221,7 +227,7 @@ impl ColourTables {
                         }
                     }
                 }
-                // Rounded first, so that the sum matches the stored weights.
+                // Rounded to single precision before the sum, so that it matches the stored weights.
                 let mut row: Vec<f32> = weights.into_iter().map(|weight| weight as f32).collect();
                 row.push(row.iter().sum());
                 row
@@ -236,7 +242,7 @@ impl ColourTables {
 pub(super) enum OrderZero {
     /// Reflected above the relief. The sign of x does not matter, by reciprocity.
     ReflectedAbove,
-    /// Reflected below the relief, as above.
+    /// Reflected below the relief. The sign of x does not matter here either.
     ReflectedBelow,
     /// Transmitted, where the direction above the relief has x ≥ 0. By reciprocity it serves both ways of the light.
     TransmittedPositive,
@@ -332,7 +338,7 @@ fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
 /// Reflectance of a flat interface for light in the medium, at the cosine with the normal; above 0.
 #[inline(always)]
 pub(super) fn flat_reflectance<N: Numbers>(interface: InterfaceCells, cosine: N::Real) -> N::Real {
-    /// Smallest reflectance, for media of nearly the index of air, which hardly reflect.
+    /// Smallest reflectance, which divides efficiencies: media of nearly the index of air hardly reflect.
     const REFLECTANCE_MIN: f64 = 1e-3;
     let body = TransparentBody { eta: interface.eta, is_film: false, normal_min: 0.0 };
     let zero = N::Real::lit(0.0);

@@ -1,19 +1,23 @@
 //! Amplitudes between the orders on both sides of a relief on a lossless dielectric, for the tables of films and
 //! interfaces (symbols: `mod.rs`).
 //!
-//! The first mesh suffices for most waves. Where a solution violates the power balance, it is repeated with twice the
-//! nodes. The violation counts relative to the power that falls on a surface. Waves of given t carry at most the
-//! fraction `√(1 − y²) = tλ/d`, the *largest cosine* of incidence, which orders along x have.
+//! A *mesh* is a set of nodes on the profile. The first mesh suffices for most waves. Where a solution violates the
+//! power balance, it is repeated with twice the nodes.
 //!
-//! Above the wavelength d/t, where this cosine exceeds 1, ky is imaginary. Such a solution is the continuation that
+//! The solver states the violation relative to the power of a wave. Light at a cosine c of incidence carries the
+//! fraction c of the power that would fall on the surface at normal incidence. The violation is therefore multiplied by
+//! the *largest cosine* of any incidence with the given t, `√(1 − y²) = tλ/d`: light along the grooves, where it is
+//! small, may err more.
+//!
+//! At wavelengths above d/t, where `tλ/d` exceeds 1, ky is imaginary. Such a solution is the analytic continuation that
 //! interpolation between wavelengths needs (`order_solver.rs`). It does not conserve power, so it is not checked.
 
 use super::GratingError;
 use super::rigorous_solver::{BALANCE, DOUBLINGS, Meshes};
 use sunbeam_rigorous::Scattering;
 
-/// Amplitudes for waves at t in the air and the Bloch phase b, at each wavelength in nm. `eta` is the dielectric's
-/// index.
+/// Amplitudes for waves with t in the air and the Bloch phase b, at each wavelength in nm. `eta` is the dielectric's
+/// refractive index.
 ///
 /// # Errors
 /// A point that cannot be solved accurately enough.
@@ -23,7 +27,7 @@ pub(super) fn solve_in_air(
     (t, b): (f64, f64),
     wavelengths_nm: &[f64],
 ) -> Result<Vec<Scattering>, GratingError> {
-    // The air's matrices do not depend on the wavelength.
+    // The air's matrices at given t and b do not depend on the wavelength. Those of finer meshes are rarely needed.
     let air = meshes.after(0)?.air(t, b)?;
     let solve = |&nm: &f64| {
         let largest_cosine = t * nm / (1e3 * meshes.period_um());
@@ -35,21 +39,23 @@ pub(super) fn solve_in_air(
     wavelengths_nm.iter().map(solve).collect()
 }
 
-/// Amplitudes at t, b and a wavelength in nm, on the first mesh whose power balance holds. `solve_after(doublings)` has
-/// those on the mesh after a number of doublings of its nodes.
+/// Amplitudes at t (in the medium's cells tm), b and a wavelength in nm, on the first mesh whose power balance holds.
+/// `solve_after(doublings)` solves on the mesh whose number of nodes was doubled so often, and `largest_cosine` is that
+/// of this file's head.
 ///
 /// # Errors
-/// [`GratingError::Unbalanced`] where no mesh suffices.
+/// [`GratingError::Unbalanced`] where no mesh suffices, and errors of `solve_after`.
 pub(super) fn solve_balanced(
     meshes: &Meshes,
     (t, b, nm): (f64, f64, f64),
     largest_cosine: f64,
     solve_after: impl Fn(usize) -> Result<Scattering, GratingError>,
 ) -> Result<Scattering, GratingError> {
+    let is_continuation = largest_cosine > 1.0;
+    // Values of the last attempt, for the error.
     let (mut nodes, mut balance) = (0, f64::INFINITY);
     for doublings in 0..=DOUBLINGS {
         let scattering = solve_after(doublings)?;
-        let is_continuation = largest_cosine > 1.0;
         (nodes, balance) = (meshes.after(doublings)?.nodes(), scattering.balance_error() * largest_cosine);
         if is_continuation || balance <= BALANCE {
             return Ok(scattering);

@@ -1,5 +1,8 @@
-//! Look-up in the table of efficiencies (symbols: `mod.rs`; layout: `layout.rs`). The WGSL twin is in
-//! `src/methods/grating.wgsl`.
+//! Look-up in the table of efficiencies: trilinear interpolation in the wavelength and in a wave's position (p, q)
+//! within its cell (symbols: `mod.rs`; cells and layout: `layout.rs`; orders on either side: `channels.rs`). The WGSL
+//! twin is in `src/methods/grating.wgsl`.
+//!
+//! The mask `active` selects the lanes of vectors for which table data are read.
 
 use super::cell_position::{CellPosition, groove_t};
 use super::channels::{BoundBelow, Channels};
@@ -12,18 +15,19 @@ use crate::numeric::{Index, Number, Numbers, Real};
 /// propagate at a node.
 pub(crate) const UNIT: f64 = 1.0 / 40_000.0;
 
-/// The table as an evaluator over the numbers `N` reads it. The table of Jones matrices (`polarisation.rs`) has the
-/// same nodes and is read through [`EfficiencyView::weighted_nodes`].
+/// A table of efficiencies as an evaluator over the numbers `N` reads it. The table of Jones matrices
+/// (`polarisation.rs`) has nodes of the same kind and is read through [`EfficiencyView::weighted_nodes`].
 #[derive(Clone, Copy)]
 pub(super) struct EfficiencyView<N: Numbers> {
     pub layout: EfficiencyLayout,
+    /// Table data, arranged as [`EfficiencyLayout`] describes.
     pub words: N::Words,
 }
 
 /// A node of a table.
 #[derive(Clone, Copy)]
 pub(super) struct Node<N: Numbers> {
-    /// Offset of the node's cell, as stored in the table.
+    /// Offset of the node's cell as stored in the table: in halves of words for efficiencies, in packets for matrices.
     pub cell_offset: N::Index,
     /// Position of the node within the cell: `node of p · nodes + node of q`.
     pub number: N::Index,
@@ -84,8 +88,7 @@ impl<N: Numbers> EfficiencyView<N> {
         std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
-    /// Rows of an incident channel, for a wavelength in nm. Masked waves may lie outside the table; the nearest channel
-    /// is taken.
+    /// Rows of an incident channel, for a wavelength in nm. Their channels are the outgoing ones.
     #[inline(always)]
     pub(super) fn row(&self, channels: &Channels<N>, incident: N::Index, nm: N::Real, active: N::Mask) -> Row<N> {
         let one = N::Index::lit(1);
@@ -100,8 +103,8 @@ impl<N: Numbers> EfficiencyView<N> {
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Channels at the wave with the wave number `a` along x, in units of 2π/d, and `groove_cosine = ky/k`. `periods`
-    /// is d/λ.
+    /// Channels at the incident wave with the wave number `a` along x, in units of 2π/d, and `groove_cosine = ky/k`.
+    /// `periods` is d/λ. Waves outside the table, which do not propagate, get the nearest cell.
     #[inline(always)]
     pub(super) fn channels(
         &self,
@@ -111,6 +114,7 @@ impl<N: Numbers> EfficiencyView<N> {
         active: N::Mask,
     ) -> Channels<N> {
         let double = N::Double::lit;
+        // Index of a cell, clipped to `count` cells.
         let cell_among =
             |cell: N::Double, count: u32| N::index_of_double(cell.clip(double(0.0), double(f64::from(count - 1))));
         let cells = self.layout.cells;
@@ -123,25 +127,28 @@ impl<N: Numbers> EfficiencyView<N> {
             Below::Film => return of_air(1.0),
             Below::Interface(interface) => interface,
         };
-        let index_squared = double(eta * eta);
-        let squared = groove_cosine * groove_cosine;
-        let is_trapped = double(1.0).le(squared);
-        let bound = |index_squared: N::Double| periods * (index_squared - squared).max(double(0.0)).sqrt();
-        let below = BoundBelow { a, t: bound(index_squared) };
-        let position = CellPosition::<N>::new(N::Double::select(is_trapped, below.t, bound(double(1.0))), a);
+        // t or tm: bound of |a + m| in a medium of this index.
+        let groove_squared = groove_cosine * groove_cosine;
+        let bound = |index: f64| periods * (double(index * index) - groove_squared).max(double(0.0)).sqrt();
+        let (t, tm) = (bound(1.0), bound(eta));
+        // |ky| ≥ k: light in the medium is totally reflected, and cells are those of the medium, over tm.
+        let is_trapped = double(1.0).le(groove_squared);
+        let position = CellPosition::<N>::new(N::Double::select(is_trapped, tm, t), a);
+        // Cells of the air come first, from cell −1 on.
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
         let cell = N::Index::select(is_trapped, in_medium, in_air);
+        // The words after the offsets of all cells: further orders in the medium at either end of the range.
         let first_extra = N::Index::lit(self.layout.wavelengths * cells);
         let [extra] = N::gather::<1>(self.words, first_extra + cell, active);
         let extra = N::widen(N::real(extra));
         let orders = position.cell + double(1.0);
         let side_counts = [N::Double::select(is_trapped, double(0.0), orders), orders + extra * double(2.0)];
         let first = -position.incident;
-        Channels::new(&position, cell, side_counts, [first, first - extra], Some(below))
+        Channels::new(&position, cell, side_counts, [first, first - extra], Some(BoundBelow { a, tm }))
     }
 
-    /// Whether a direction lies below a relief that transmits.
+    /// Whether a direction, which points away from the surface, lies below the relief of a body that transmits.
     #[inline(always)]
     pub(super) fn is_below(&self, w: [N::Real; 3]) -> N::Mask {
         match self.layout.below {
@@ -167,7 +174,7 @@ impl<N: Numbers> EfficiencyView<N> {
         lerp(shorter, longer, to_longer) * N::Real::lit(UNIT)
     }
 
-    /// The 16-bit integer at an offset in halves of words, as a real number.
+    /// The 16-bit integer at an offset in halves of words, as a real number. The lower half of a word comes first.
     #[inline(always)]
     fn half_word(&self, offset: N::Index, active: N::Mask) -> N::Real {
         let [word] = N::gather::<1>(self.words, offset >> 1, active);

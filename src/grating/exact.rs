@@ -1,4 +1,5 @@
-//! Reference for gratings without tables: every order is solved at the pair of directions itself (symbols: `mod.rs`).
+//! Reference for gratings without tables: every order is solved at the pair of directions itself. It evaluates the
+//! formula of `lobe.rs`, `f_r = Σ_m e_m K(f − f_m)/λ²` (symbols: `mod.rs`).
 
 use super::GratingError;
 use super::lobe::REACH;
@@ -90,13 +91,15 @@ impl ExactGrating {
     /// # Errors
     /// The errors of [`ExactGrating::eval`].
     fn eval_at_body(&self, body: TransparentBody, wi: Vec3, wo: Vec3, nm: f64) -> Result<f64, GratingError> {
+        // Directions along the horizon carry no light.
         if [wi, wo].iter().any(|w| w[2] == 0.0 || w.iter().any(|c| !c.is_finite())) {
             return Ok(0.0);
         }
         let sides = [wi, wo].map(|w| if w[2] > 0.0 { Side::Above } else { Side::Below });
-        let inside = |side: Side| if side == Side::Below { body.eta } else { 1.0 };
-        // Index of the medium that the directions themselves are in.
-        let own = sides.map(|side| if body.is_film { 1.0 } else { inside(side) });
+        // Refractive index of the medium that each direction is in. Behind a film light is in air.
+        let is_inside = |side: Side| side == Side::Below && !body.is_film;
+        let own = sides.map(|side| if is_inside(side) { body.eta } else { 1.0 });
+        // Wave vectors over the wave number in vacuum.
         let [ki, ko] = [0, 1].map(|i| [wi, wo][i].map(|c| c * own[i]));
         let period_um = self.profile.period_um();
         let (periods, sigma) = (1e3 * period_um / nm, period_um * self.sigma_per_um);
@@ -105,25 +108,28 @@ impl ExactGrating {
             return Ok(0.0);
         }
         let y = 0.5 * (ki[1] - ko[1]);
-        let reaches = own.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
+        // Bounds of |a| and |a + m| for waves that propagate in the media of wi and wo.
+        let bounds = own.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
         let tm = periods * (body.eta * body.eta - y * y).max(0.0).sqrt();
         check_size(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm, y.abs().min(1.0))?;
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
+            // Both directions are moved, as in `eval`.
             let a = 0.5 * ((ko[0] - ki[0]) * periods - f64::from(m));
-            if a.abs() < reaches[0] && (a + f64::from(m)).abs() < reaches[1] {
+            if a.abs() < bounds[0] && (a + f64::from(m)).abs() < bounds[1] {
                 let offset_x = (frequency_x - f64::from(m)) / sigma;
                 let [from, to] = [(sides[0], 0), (sides[1], m)].map(|(side, order)| Channel { side, order });
                 sum += (-0.5 * offset_x * offset_x).exp() * self.efficiency_at_body(body, tm, a, nm, [to, from])?;
             }
         }
+        // As in `eval`, with the factor n² of the outgoing medium (`lobe.rs`).
         let scale = (periods / sigma * own[1]).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
         Ok(sum * scale)
     }
 
-    /// Unpolarised efficiency of light between two channels, `[to, from]`, at tm of the medium and b = `a`; behind the
-    /// flat side of a film.
+    /// Unpolarised efficiency of light between two channels (orders on a side of the relief), `[to, from]`, at tm of
+    /// the medium and b = `a`. At a film, light below has passed the flat side.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::efficiency`].

@@ -2,7 +2,8 @@
 //!
 //! A film is a relief on a dielectric whose lower side is flat and has air below it. Light passes the flat side once;
 //! reflections between both sides are left out, so the film's thickness does not matter. Behind the flat side light is
-//! in air again. Both sides of the film therefore have the same orders, those that propagate in air.
+//! in air again. Both sides of the film therefore have the same orders, those that propagate in air. An order on one
+//! side is a *channel*.
 
 use super::GratingError;
 use super::dielectric_solver::solve_in_air;
@@ -14,7 +15,7 @@ use sunbeam_rigorous::{Channel, Scattering, Side};
 /// The solver of a profile on a film.
 pub(super) struct FilmSolver<'a> {
     pub(super) meshes: &'a Meshes,
-    /// Index of the film.
+    /// Refractive index of the film.
     pub(super) eta: f64,
 }
 
@@ -32,6 +33,7 @@ impl FilmSolver<'_> {
         extract: impl Fn(&Scattering, Channel, Channel) -> T,
     ) -> Result<Vec<Vec<T>>, GratingError> {
         let extract_all = |scattering: Scattering| {
+            // The solution's orders below are those within the film; those beyond the horizon of air stay there.
             let orders_in_air = scattering.orders(Side::Above);
             let channels = || {
                 let on = |side: Side| orders_in_air.iter().map(move |&order| Channel { side, order });

@@ -1,5 +1,8 @@
-//! The solver behind the tables of interfaces: the orders on both sides of the relief in one cell (symbols: `mod.rs`;
-//! cells: [`InterfaceCells`](super::InterfaceCells)).
+//! Solver behind the tables of interfaces, and the channels of their cells (symbols: `mod.rs`).
+//!
+//! A table has cells of the air, over t and a, and cells of the medium, over tm and a, where light is totally reflected
+//! and nothing propagates in the air ([`InterfaceCells`](super::InterfaceCells)). A *channel* is an order on one side
+//! of the relief; channels of a cell are numbered from 0: those above, then those below, each by ascending order.
 
 use super::GratingError;
 use super::cell_position::{middle_order, wave_at};
@@ -7,16 +10,18 @@ use super::dielectric_solver::{solve_balanced, solve_in_air};
 use super::rigorous_solver::Meshes;
 use sunbeam_rigorous::{Channel, Scattering};
 
-/// Smallest t of a solved point. At t = 0 the lattice sum of the air has no limit; efficiencies hardly change below.
+/// Smallest t of a solved point in a cell of the air. At t = 0 the solver's lattice sum has no limit. Larger values
+/// would change efficiencies, which hardly vary below this one.
 const T_MIN: f64 = 1e-4;
-/// Ratio of the longest wavelength solved at a tm to that at which light begins to propagate in the air. Close to 1 the
-/// solver needs many nodes, since the field in the air hardly decays.
+/// Longest wavelength solved at a given tm, in units of the *critical* wavelength, above which light propagates in the
+/// air. Closer to 1 the solver needs more nodes, since the field in the air hardly decays; smaller values replace more
+/// wavelengths.
 const BELOW_CRITICAL: f64 = 0.99;
 
 /// The solver of a profile on an interface.
 pub(super) struct InterfaceSolver<'a> {
     pub(super) meshes: &'a Meshes,
-    /// Index of the medium.
+    /// Refractive index n of the medium.
     pub(super) eta: f64,
 }
 
@@ -27,7 +32,7 @@ pub(super) struct InterfaceCell {
     pub in_air: bool,
     /// Index s: −1 or above in the air, 0 or above in the medium.
     pub index: i32,
-    /// Orders in the medium beyond those of the cell, on either side of them.
+    /// Number of orders in the medium beyond the `index + 1` of the cell, at either end of their range.
     pub extra: u32,
 }
 
@@ -43,33 +48,35 @@ impl InterfaceCell {
         self.side_counts().iter().sum()
     }
 
-    /// The side and order of a channel at the points of [`InterfaceCell::wave`].
+    /// Side and order m of the channel with this number, at the waves that [`InterfaceCell::wave`] returns.
     pub(super) fn channel(self, number: usize) -> Channel {
         let [above, _] = self.side_counts();
         let middle = middle_order(self.index);
         match number.checked_sub(above) {
             None => Channel::above(number as i32 - middle),
-            Some(number) => Channel::below(number as i32 - middle - self.extra as i32),
+            Some(place_below) => Channel::below(place_below as i32 - middle - self.extra as i32),
         }
     }
 
-    /// The channel opposite to a channel, to which reversal of the light exchanges it.
+    /// Number of the channel that takes this channel's place on the reversed path: on the same side, counted from the
+    /// other end.
     pub(super) fn opposite(self, number: usize) -> usize {
         let [above, below] = self.side_counts();
         if number < above { above - 1 - number } else { above + (above + below - 1 - number) }
     }
 
-    /// t, or tm in the medium, and Bloch phase b at the fractional parts p and q.
+    /// t, or tm in a cell of the medium, and Bloch phase b at the fractional parts p and q.
     pub(super) fn wave(self, fractions: [f64; 2]) -> (f64, f64) {
         let (t, b) = wave_at(self.index, fractions);
-        // Efficiencies are functions of ky², which is the same at −t.
+        // In cell −1, t is negative where p + q < 1. Efficiencies are functions of ky², which is the same at −t.
         (t.abs(), b)
     }
 }
 
 impl InterfaceSolver<'_> {
-    /// Amplitudes at the wave (t, b) of the air or the wave (tm, b) of the medium, at each wavelength in nm. In the
-    /// medium, wavelengths at which light would propagate in the air are replaced by the longest at which it does not.
+    /// Amplitudes at each wavelength in nm, at the Bloch phase b and `t`, which is tm unless `in_air`. At a given tm,
+    /// light propagates in the air at long wavelengths, outside the cells of the medium. These wavelengths are replaced
+    /// by [`BELOW_CRITICAL`] times the critical one.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
@@ -82,20 +89,22 @@ impl InterfaceSolver<'_> {
         if in_air {
             return solve_in_air(self.meshes, self.eta, (t.max(T_MIN), b), wavelengths_nm);
         }
+        let tm = t;
         let period_nm = 1e3 * self.meshes.period_um();
-        let critical_nm = (self.eta * self.eta - 1.0).sqrt() * period_nm / t;
-        let first = self.meshes.after(0)?;
-        let below_first = first.below(t, b)?;
+        // tm = (d/λ)·√(n² − ky²/k²) at ky = k.
+        let critical_nm = (self.eta * self.eta - 1.0).sqrt() * period_nm / tm;
+        // The medium's matrices at given tm and b do not depend on the wavelength.
+        let below_first = self.meshes.after(0)?.below(tm, b)?;
         let solve = |&nm: &f64| {
             let nm = nm.min(BELOW_CRITICAL * critical_nm);
-            // The largest cosine of incidence in the medium.
-            let largest_cosine = t * nm / (self.eta * period_nm);
-            solve_balanced(self.meshes, (t, b, nm), largest_cosine, |doublings| {
+            // Of incidence in the medium: √(1 − ky²/(nk)²).
+            let largest_cosine = tm * nm / (self.eta * period_nm);
+            solve_balanced(self.meshes, (tm, b, nm), largest_cosine, |doublings| {
                 let mesh = self.meshes.after(doublings)?;
-                let air = mesh.air_above(t, b, self.eta, nm)?;
+                let air = mesh.air_above(tm, b, self.eta, nm)?;
                 Ok(match doublings {
                     0 => air.scatter_with(&below_first, self.eta, nm)?,
-                    _ => air.scatter_with(&mesh.below(t, b)?, self.eta, nm)?,
+                    _ => air.scatter_with(&mesh.below(tm, b)?, self.eta, nm)?,
                 })
             })
         };
@@ -103,7 +112,7 @@ impl InterfaceSolver<'_> {
     }
 }
 
-/// Whether an order propagates on a side of a solution.
+/// Whether a channel propagates at the wave of a solution.
 pub(super) fn propagates(scattering: &Scattering, channel: Channel) -> bool {
     let Channel { side, order } = channel;
     scattering.orders(side).contains(&order)

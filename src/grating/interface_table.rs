@@ -1,8 +1,13 @@
-//! Build of the tables of an interface (symbols: `mod.rs`; cells: [`InterfaceCells`]).
+//! Build of the tables of an interface (symbols: `mod.rs`; the cells of the air and of the medium:
+//! [`InterfaceCells`]).
 //!
-//! Each cell is solved at the table's own nodes. A channel may propagate at some nodes of a cell alone. At the others,
-//! it takes the value of the nearest node next to them where it propagates, so that look-ups between both interpolate.
-//! Half of the nodes follow by reciprocity, as in `build.rs`.
+//! A table holds one value for each pair of channels (orders on a side of the relief): an efficiency, or the shape of a
+//! Jones matrix. Cells are solved at the table's own nodes. Polynomials through Chebyshev nodes, as in `build.rs`,
+//! converge slowly here, since efficiencies have singularities inside the cells of an interface.
+//!
+//! A channel in the medium may propagate at only some nodes of a cell. At the other nodes it has the value of a
+//! neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes follow by
+//! reciprocity, as in `build.rs`: on the reversed path, p and q are exchanged.
 
 use super::GratingError;
 use super::build::{EfficiencyTable, RANDOM_SEED, error_statistics, offsets_and_halves};
@@ -20,22 +25,26 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Channel, Scattering, Side};
 
-/// Nodes of a table along either side of a cell. On a sinusoid of 1.2 µm, 0.2 µm high, of index 1.5, the RMS error of
-/// an efficiency is 0.0033 with 12 and 0.006 with 8.
+/// Nodes of a table along either side of a cell. More nodes reduce the error, but the table and its build time grow as
+/// the square of their number. On a sinusoid of 1.2 µm, 0.2 µm high, of index 1.5, the RMS error of an efficiency is
+/// 0.0033 with this number and 0.006 with 8.
 pub(super) const NODES: usize = 12;
 /// Largest step between wavelengths in nm. Twice this step doubles the error.
 const STEP_NM: f64 = 40.0;
-/// Smallest distance of a solved node from the border of its cell, where an order has its cut-off, in fractional parts.
+/// Smallest p, q, 1 − p and 1 − q of a solved node. On the border of its cell, where one of these is 0, an order has
+/// its cut-off, at which the solver's lattice sum has a pole. Larger values displace the nodes noticeably.
 const BORDER: f64 = 1e-5;
-/// Bytes of an entry of efficiencies.
+/// Bytes of a stored efficiency.
 pub(super) const EFFICIENCY_BYTES: f64 = 2.0;
 
 /// Wavelengths and cells of a table of an interface.
 pub(super) struct InterfacePlan {
     /// Wavelengths in nm, ascending.
     pub nm: Vec<f64>,
-    /// Each cell, with the number of wavelengths, from the shortest on, that have it.
+    /// Each cell, with the number of wavelengths, from the shortest on, that have it. In the order of the table: cells
+    /// of the air, then those of the medium.
     pub cells: Vec<(InterfaceCell, usize)>,
+    /// Refractive index n of the medium.
     eta: f64,
 }
 
@@ -43,20 +52,25 @@ impl InterfacePlan {
     /// Plans the tables of a grating of this period on a medium of index `eta`.
     pub(super) fn new(period_um: f64, eta: f64) -> Self {
         let (nm, _) = table_wavelengths(period_um, Some(STEP_NM));
-        // Bounds of t in the air, and of tm where light is totally reflected: d/λ and √(n² − 1)·d/λ.
+        // Largest t in the air, d/λ at ky = 0, or largest tm in cells of the medium, √(n² − 1)·d/λ at |ky| = k; at
+        // wavelength j.
         let root = (eta * eta - 1.0).sqrt();
-        let bound = |j: usize, in_air: bool| 1e3 * period_um / nm[j] * if in_air { 1.0 } else { root };
-        // As look-ups interpolate between two wavelengths, a wavelength has the cells of the next shorter one.
-        let has_cell = |j: usize, in_air: bool, index: i32| index <= (2.0 * bound(j.saturating_sub(1), in_air)) as i32;
-        // tm − t, which is largest at the smallest t of a cell and at the shortest wavelength.
-        let extra = |index: i32| {
-            let (t, difference) = (0.5 * f64::from(index.max(0)), bound(0, false));
-            (t.hypot(difference) - t).ceil() as u32
+        let largest = |j: usize, in_air: bool| 1e3 * period_um / nm[j] * if in_air { 1.0 } else { root };
+        // Whether wavelength j has the cell s = index: s ≤ (t − a) + (t + a) = 2t. As look-ups interpolate between two
+        // wavelengths, a wavelength has the cells of the next shorter one.
+        let has_cell =
+            |j: usize, in_air: bool, index: i32| index <= (2.0 * largest(j.saturating_sub(1), in_air)) as i32;
+        // Further orders of the medium at either end of a cell's range: tm − t, rounded up, with
+        // tm² = t² + (n² − 1)(d/λ)². It is largest at the cell's smallest t, s/2, and at the shortest wavelength.
+        let further_orders = |index: i32| {
+            let t = 0.5 * f64::from(index.max(0));
+            let tm = t.hypot(largest(0, false));
+            (tm - t).ceil() as u32
         };
         let mut cells = Vec::new();
         for (in_air, first) in [(true, -1), (false, 0)] {
             for index in (first..).take_while(|&index| has_cell(0, in_air, index)) {
-                let extra = if in_air { extra(index) } else { 0 };
+                let extra = if in_air { further_orders(index) } else { 0 };
                 let wavelengths = (0..nm.len()).take_while(|&j| has_cell(j, in_air, index)).count();
                 cells.push((InterfaceCell { in_air, index, extra }, wavelengths));
             }
@@ -77,39 +91,42 @@ impl InterfacePlan {
         }
     }
 
-    /// Words with the number of further orders of each cell.
+    /// One word for each cell, with its [`InterfaceCell::extra`].
     pub(super) fn extras(&self) -> Vec<u32> {
         self.cells.iter().map(|(cell, _)| cell.extra).collect()
     }
 
-    /// Cost of a table's build on two cores. `seconds` are those on one core for the solution at one point and
-    /// wavelength, in cells of the air and of the medium. `entry_bytes` is the size of a pair of channels.
+    /// Cost of a table's build on two cores. `seconds` has the time on one core for the solution at one node and
+    /// wavelength, in a cell of the air and in one of the medium. `entry_bytes` is the size of a pair's stored value.
     pub(super) fn estimate(&self, seconds: [f64; 2], entry_bytes: f64) -> Estimate {
+        // Sum over cells and wavelengths.
         let sum = |of_cell: &dyn Fn(InterfaceCell) -> f64| -> f64 {
             self.cells.iter().map(|&(cell, wavelengths)| of_cell(cell) * wavelengths as f64).sum()
         };
         let nodes = NODES as f64;
-        let points = 0.5 * nodes * (nodes + 1.0);
+        // Nodes on the diagonal p = q and on one side of it.
+        let solved_nodes = 0.5 * nodes * (nodes + 1.0);
+        let cores = 2.0;
         Estimate {
             bytes: entry_bytes * nodes * nodes * sum(&|cell| (cell.channels() as f64).powi(2)),
-            seconds: 0.5 * points * sum(&|cell| seconds[usize::from(!cell.in_air)]),
+            seconds: solved_nodes / cores * sum(&|cell| seconds[usize::from(!cell.in_air)]),
         }
     }
 }
 
-/// Values of all pairs of channels in one cell, at the table's nodes.
+/// Values of all pairs of channels in one cell, at the table's nodes. The *entry* of a pair is its index
+/// `incident · channels + outgoing`.
 pub(super) struct SolvedCell<T> {
     cell: InterfaceCell,
-    /// Turns the value of a pair into that of the reversed light.
+    /// Turns the value of a pair into that of the pair on the reversed path.
     transposed: fn(T) -> T,
-    /// `[node of triangle_nodes][wavelength][incident · channels + outgoing]`; `None` where a channel does not
-    /// propagate.
+    /// `[node of triangle_nodes][wavelength][entry]`; `None` where one of the pair's channels does not propagate.
     values: Vec<Vec<Vec<Option<T>>>>,
 }
 
 impl<T: Copy + Default + Send> SolvedCell<T> {
-    /// Solves a cell. `extract(solution, outgoing channel, incident channel)` is the value of a pair, and `transposed`
-    /// turns it into that of the reversed light.
+    /// Solves a cell. `extract(solution, outgoing channel, incident channel)` is the value of a pair; `transposed` is
+    /// the field of the same name.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
@@ -144,30 +161,33 @@ impl<T: Copy + Default + Send> SolvedCell<T> {
         self.cell.channels()
     }
 
-    /// Entry of the reversed light of a pair.
+    /// Entry of the pair on the reversed path.
     fn reversed(&self, entry: usize) -> usize {
         let channels = self.channels();
         self.cell.opposite(entry % channels) * channels + self.cell.opposite(entry / channels)
     }
 
-    /// Value at node i of p, node k of q, and wavelength j. Beyond the diagonal it is that of the reversed light.
+    /// Value at node i of p, node k of q, and wavelength j; `None` where one of the pair's channels does not propagate.
+    /// Beyond the diagonal, i < k, it is that of the reversed path, which was solved at the node mirrored in the
+    /// diagonal.
     fn value(&self, [j, i, k]: [usize; 3], entry: usize) -> Option<T> {
         let values = &self.values[triangle_index(i, k)][j];
         if i < k { values[self.reversed(entry)].map(self.transposed) } else { values[entry] }
     }
 
-    /// Values at node i of p, node k of q, and wavelength j. A pair that does not propagate there has the value of the
-    /// nearest neighbouring node where it does, or else the default.
+    /// Values of all entries at node i of p, node k of q, and wavelength j. A pair that does not propagate there has
+    /// the value of the nearest neighbour at which it does, at most one step away along each axis, or else zero.
     fn filled(&self, [j, i, k]: [usize; 3]) -> Vec<T> {
         let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
-        // Neighbours are searched on one side of the diagonal, so that the table is reciprocal.
+        // Neighbours are those of the node or of its mirror image with i ≥ k, so that the table is exactly reciprocal.
         let (high, low) = (i.max(k), i.min(k));
         let mut neighbours: Vec<[usize; 3]> = near(j, self.values[0].len())
             .flat_map(|j| near(high, NODES).flat_map(move |i| near(low, NODES).map(move |k| [j, i, k])))
             .collect();
-        // Neighbours at the same wavelength come before those at others.
+        // Neighbours at the same wavelength come first: the other two distances add up to at most 2.
         neighbours.sort_by_key(|at| 4 * at[0].abs_diff(j) + at[1].abs_diff(high) + at[2].abs_diff(low));
         let nearest = |entry: usize| neighbours.iter().find_map(|&at| self.value(at, entry)).unwrap_or_default();
+        // Beyond the diagonal a value follows from the mirror image, and on it from the entry of lower index.
         let value = |entry: usize| {
             let reversed = self.reversed(entry);
             if i < k || i == k && reversed < entry { (self.transposed)(nearest(reversed)) } else { nearest(entry) }
@@ -175,7 +195,8 @@ impl<T: Copy + Default + Send> SolvedCell<T> {
         (0..self.channels().pow(2)).map(value).collect()
     }
 
-    /// Stored values of all pairs at wavelength j, `[node of p][node of q][value]`. `pack` stores those of one node.
+    /// Table data of the cell at wavelength j, `[node of p][node of q][item]`. `pack` turns the values of one node,
+    /// `[entry]`, into the items that the table stores.
     pub(super) fn packed<W>(&self, j: usize, pack: impl Fn(&[T]) -> Vec<W>) -> Vec<W> {
         (0..NODES * NODES).flat_map(|node| pack(&self.filled([j, node / NODES, node % NODES]))).collect()
     }
@@ -191,6 +212,7 @@ pub(super) fn build_efficiencies(
     progress: &Progress,
 ) -> Result<EfficiencyTable, GratingError> {
     let plan = InterfacePlan::new(period_um, solver.eta);
+    // 16-bit entries of each cell, `[wavelength][cell][entry]`: empty where a wavelength does not have the cell.
     let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); plan.nm.len()];
     for (done, &(cell, count)) in plan.cells.iter().enumerate() {
         progress.report(done as f64 / plan.cells.len() as f64);
@@ -206,8 +228,10 @@ pub(super) fn build_efficiencies(
     Ok(EfficiencyTable { layout: plan.layout(), words, solved: points * plan.cells.len() })
 }
 
-/// 16-bit entries of one node: each row, followed by its sum.
+/// 16-bit entries of one node in units of [`UNIT`]: the row of each incident channel, followed by the sum of its stored
+/// entries. `values` are `[incident · channels + outgoing]`.
 fn packed_rows(values: &[f64], channels: usize) -> Vec<u16> {
+    // `chunks` refuses 0. A cell without channels has no values either.
     let rows = values.chunks(channels.max(1));
     rows.flat_map(|row| {
         let mut units: Vec<u16> = row.iter().map(|value| (value.clamp(0.0, 1.0) / UNIT).round() as u16).collect();
@@ -219,7 +243,8 @@ fn packed_rows(values: &[f64], channels: usize) -> Vec<u16> {
 }
 
 /// RMS and 99th percentile of the absolute error of an efficiency. The reference is solved at `count` random
-/// wavelengths and incidences from either side, uniform over the projected hemisphere.
+/// incidences, alternately from above and below: wavelengths are uniform, directions uniform over the projected
+/// hemisphere.
 ///
 /// # Errors
 /// An incidence that cannot be solved accurately enough.
@@ -230,7 +255,8 @@ pub(super) fn efficiency_error(
     count: usize,
 ) -> Result<(f64, f64), GratingError> {
     let mut random = Pcg64Mcg::seed_from_u64(RANDOM_SEED);
-    let queries: Vec<([f64; 3], bool)> = (0..count)
+    // Wavelength in nm and direction cosines x and y of the light's travel, in its own medium; whether it is below.
+    let incidences: Vec<([f64; 3], bool)> = (0..count)
         .map(|i| {
             let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
             let (radius, phi) = (random.random::<f64>().sqrt(), random.random_range(0.0..TAU));
@@ -238,20 +264,21 @@ pub(super) fn efficiency_error(
         })
         .collect();
     let view = EfficiencyView::<Plain<f64>> { layout: table.layout, words: &table.words };
-    let errors = queries
+    let errors = incidences
         .par_iter()
-        .map(|&([nm, x, y], is_below)| {
-            let index = if is_below { solver.eta } else { 1.0 };
+        .map(|&([nm, x, y], from_below)| {
+            let index = if from_below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
             let (groove_cosine, a) = (index * y, index * x * periods);
             let channels = view.channels(periods, groove_cosine, a, true);
-            let (incident, _) = channels.of_order(0.0, is_below);
+            let (incident, _) = channels.of_order(0.0, from_below);
             let in_air = groove_cosine.abs() < 1.0;
-            let bound = if in_air { 1.0 } else { solver.eta };
-            let t = periods * (bound * bound - groove_cosine * groove_cosine).sqrt();
+            // t in the air, else tm.
+            let refractive_index = if in_air { 1.0 } else { solver.eta };
+            let t = periods * (refractive_index * refractive_index - groove_cosine * groove_cosine).sqrt();
             let solutions = solver.solve(in_air, (t, a), &[nm])?;
             let row = view.row(&channels, incident, nm, true);
-            let from = Channel { side: side(is_below), order: 0 };
+            let from = Channel { side: side(from_below), order: 0 };
             let errors = (0..channels.count).filter_map(|channel| {
                 let (m, is_below) = channels.order(channel);
                 let (_, propagates) = channels.of_order(m, is_below);
@@ -264,7 +291,7 @@ pub(super) fn efficiency_error(
     Ok(error_statistics(errors.concat()))
 }
 
-/// The side below the relief if the argument is true.
+/// The side below the relief if `is_below`, else the side above.
 fn side(is_below: bool) -> Side {
     if is_below { Side::Below } else { Side::Above }
 }

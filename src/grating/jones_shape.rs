@@ -1,26 +1,27 @@
-//! Normalised Jones matrices (*shapes*; symbols: `mod.rs`). They vary more smoothly than the power of an order, so a
-//! coarse table suffices.
+//! Normalised Jones matrices, called *shapes*. They vary more smoothly over incidences than the power of an order, so a
+//! coarse table suffices. y is along the grooves, k the wave number in vacuum (further symbols: `mod.rs`).
 
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest `|ky/k|` by which the crossed elements are divided. Below it they are small, and division by a smaller
-/// number would amplify the solver's error.
+/// Smallest `|ky/k|` by which the crossed elements are divided. Smaller values amplify the solver's error, larger ones
+/// attenuate the crossed elements of more incidences, where they are small anyway.
 const KY_RATIO_MIN: f64 = 0.02;
-/// Smallest power of a matrix that is normalised; below it the shape is zero. The polarisation of so little light is
-/// irrelevant.
+/// Smallest power of a matrix that is normalised, relative to the incident power; below it the shape is zero. The
+/// polarisation of so little light is irrelevant.
 const POWER_MIN: f64 = 1e-18;
 
 /// A Jones matrix between the states of Ey and of Hy, `[EE, EH, HE, HH]`, the outgoing state first.
 ///
 /// The crossed elements EH and HE are divided by ky/k. They change their signs with ky, so the quotients are smooth
-/// through zero. Half the sum of the squared magnitudes of all four elements is 1.
+/// through ky = 0. The *power* of a matrix is half the sum of the squared magnitudes of its four elements. A shape,
+/// divided by ky/k, has power 1.
 pub(super) type JonesShape = [Complex64; 4];
 
 /// Shape of the Jones matrix `[[EE, EH], [HE, HH]]` at the ratio `ky²/k²`, which is negative for imaginary ky. It is
 /// zero for a matrix without power.
 pub(super) fn jones_shape([[ee, eh], [he, hh]]: [[Complex64; 2]; 2], ky_squared_ratio: f64) -> JonesShape {
-    let size = ky_squared_ratio.abs().sqrt().max(KY_RATIO_MIN);
-    let ky_ratio = if ky_squared_ratio < 0.0 { Complex64::new(0.0, size) } else { Complex64::new(size, 0.0) };
+    let magnitude = ky_squared_ratio.abs().sqrt().max(KY_RATIO_MIN);
+    let ky_ratio = if ky_squared_ratio < 0.0 { Complex64::new(0.0, magnitude) } else { Complex64::new(magnitude, 0.0) };
     let matrix = [ee, eh / ky_ratio, he / ky_ratio, hh];
     let power = 0.5 * matrix.iter().map(Complex64::norm_sqr).sum::<f64>();
     if power < POWER_MIN { [Complex64::ZERO; 4] } else { matrix.map(|element| element / power.sqrt()) }

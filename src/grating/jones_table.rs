@@ -1,4 +1,8 @@
 //! Build of the table of normalised Jones matrices (symbols: `mod.rs`; contents and packets: `polarisation.rs`).
+//!
+//! A *shape* is a Jones matrix of unit power, `[EE, EH, HE, HH]`, between the states of Ey and Hy; its crossed elements
+//! are divided by ky/k (`jones_shape.rs`). A table has the shape of each pair of *channels*, the orders on one side of
+//! the relief, at nodes over wavelength and over a wave's position (p, q) in its cell.
 
 use super::GratingError;
 use super::body::GratingBody;
@@ -23,22 +27,23 @@ use sunbeam_fourier::num_complex::Complex64;
 use sunbeam_rigorous::{Profile, Scattering};
 
 /// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
-/// Two thirds of it double the error of the test below.
+/// More take longer to solve; two thirds of it double the error of the test below.
 const NODES_MAX: usize = 18;
-/// Fewest nodes of the table along either side of a cell.
+/// Fewest nodes of the table along either side of a cell, with about twice the error of [`NODES_MAX`].
 const NODES_MIN: usize = 12;
-/// Size in bytes up to which a table has more than the fewest nodes. A larger value allows more accurate tables of
-/// gratings with long periods.
+/// Size in bytes up to which a table has more than the fewest nodes. Larger values allow more accurate tables of
+/// gratings with long periods; smaller ones save memory.
 const BYTES_MAX: f64 = 24e6;
 /// Bytes of a packet, the shape of one matrix.
 const PACKET_BYTES: usize = 16;
-/// Ratio of the wavelength step of this table to that of the efficiencies. Anomalies change the polarisation less than
-/// the power.
+/// Ratio of the wavelength step of this table to that of the efficiencies. The step can be longer, since anomalies
+/// change the polarisation less than the power.
 const STEP_RATIO: f64 = 2.0;
-/// Largest wavelength step of this table in nm: the second longest of efficiencies.
+/// Largest wavelength step of this table in nm: the second longest that efficiencies have.
 const STEP_MAX_NM: f64 = STEPS_NM[1];
 
-/// A table of the shapes of Jones matrices, which an order's efficiency scales.
+/// A table of the shapes of Jones matrices: the polarisation of each order. The order's power is in the table of
+/// efficiencies.
 ///
 /// It is arranged as [`EfficiencyLayout`] describes, with two differences. A node has a packet of four words for each
 /// pair of channels, `[incident][outgoing]`, the shape of one matrix. Offsets of cells are counted in packets.
@@ -47,7 +52,7 @@ const STEP_MAX_NM: f64 = STEPS_NM[1];
 /// use sunbeam::grating::{GratingBody, JonesTable, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A perfectly conducting sinusoid of period 0.4 µm and height 0.05 µm.
+/// // A perfectly conducting sinusoid of period 0.4 µm and height 0.05 µm, and the default limit of the build's cost.
 /// let conductor = GratingBody::Reflector(None);
 /// let table = JonesTable::new(&Profile::sinusoid(0.4, 0.05)?, conductor, 1.0, &Progress::none())?;
 /// // Packets of four words.
@@ -62,7 +67,8 @@ pub struct JonesTable {
 }
 
 impl JonesTable {
-    /// Solves a profile in air on a body, and tabulates the shapes of its orders' matrices.
+    /// Solves a profile in air on a body, and tabulates the shapes of its orders' matrices. A build may cost up to
+    /// `build_limit` times the default limits of [`crate::table`].
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`](super::GratingSurface::new).
@@ -109,9 +115,9 @@ impl JonesTable {
         let cells = cell_counts[0];
         let sides = solver.sides();
         let stored = stored_nodes(&cell_counts, sides);
-        // Packets of each cell: `[wavelength][cell][word]`.
+        // Words of the packets of each cell: `[wavelength][cell][word]`.
         let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); nm.len()];
-        // Progress counts the orders of each cell.
+        // Progress counts the orders of each cell: larger cells take longer.
         let work: usize = (1..=cells).sum();
         let mut done = 0;
         for s in 0..cells {
@@ -147,6 +153,7 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let plan = InterfacePlan::new(period_um, solver.eta);
+        // As in `build`, but empty where a wavelength does not have the cell.
         let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); plan.nm.len()];
         for (done, &(cell, count)) in plan.cells.iter().enumerate() {
             progress.report(done as f64 / plan.cells.len() as f64);
@@ -200,7 +207,7 @@ fn packet(shape: &JonesShape) -> [u32; 4] {
     shape.map(|element| units(element.re) | units(element.im) << 16)
 }
 
-/// Shape of the reversed light.
+/// Shape of light on the reversed path: by reciprocity, the transpose.
 fn transposed([ee, eh, he, hh]: JonesShape) -> JonesShape {
     [ee, he, eh, hh]
 }
@@ -243,7 +250,7 @@ impl Cell {
     }
 
     /// Shape at node i of p, node k of q, and wavelength j; `entry` is `incident · channels + outgoing`. Beyond the
-    /// diagonal it is that of the reversed path, transposed.
+    /// diagonal, i < k, it is that of the reversed path, transposed.
     fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> JonesShape {
         let shapes = &self.shapes[triangle_index(i, k)][j];
         if i >= k {
@@ -257,6 +264,7 @@ impl Cell {
     fn packed(&self, j: usize, stored: usize) -> Vec<u32> {
         let entries = ((self.index + 1) * self.sides).pow(2);
         let resampling = resampling_matrix(NODES_MAX, stored);
+        // Adds a weighted shape to a sum.
         let add = |sum: &mut JonesShape, shape: JonesShape, weight: f64| {
             sum.iter_mut().zip(shape).for_each(|(sum, element)| *sum += element * weight);
         };
@@ -270,6 +278,7 @@ impl Cell {
                 }
             }
         }
+        // Resampled along p, by stored nodes of p, then nodes of q and entries (`column`).
         let mut packets = Vec::with_capacity(4 * stored * stored * entries);
         for weights in &resampling {
             for column in 0..stored * entries {
@@ -300,8 +309,8 @@ mod tests {
     fn solved(profile: &Profile, medium: &Medium, nm: f64, wi: [f64; 3], order: i32) -> Option<[f64; 16]> {
         let orders = solve_orders(profile, medium, nm, wi).unwrap();
         let order = orders.orders.iter().find(|found| found.index == order)?;
-        let [ee, eh, he, hh] = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| order.jones[i][j]);
-        // The factor makes the power exceed 1 and cancels in the result.
+        let [[ee, eh], [he, hh]] = order.jones;
+        // `mueller` treats a power of at most 1 as zero; the factor cancels in the result.
         let scaled = |z: Complex64| [z.re * 1e3, z.im * 1e3];
         Some(mueller::<Double>([scaled(ee), scaled(-eh), scaled(-he), scaled(hh)]))
     }

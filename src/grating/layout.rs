@@ -1,9 +1,17 @@
-//! Layout of a grating's tables: their cells, and the body below the relief (symbols: `mod.rs`).
+//! Layout of a grating's tables: their cells, and the body below the relief.
+//!
+//! Here k is the wave number in vacuum, 2π/λ, and ky the component of a wave vector along the grooves. Wave numbers of
+//! orders along x, in units of 2π/d, have the bound `t = (d/λ)·√(1 − ky²/k²)` in air and `tm = (d/λ)·√(n² − ky²/k²)` in
+//! a medium of index n. Further symbols are those of `mod.rs`. Directions are unit vectors away from the surface:
+//! towards the light or the viewer.
 
 use crate::numeric::{Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 
 /// Layout of a table over wavelengths and cells.
+///
+/// A cell with the index s is a region of incident waves at which s + 1 orders propagate; nodes within it are spaced
+/// equally in coordinates of p and q (`cell_position.rs`).
 ///
 /// Table data are words of 32 bits. The first `wavelengths · cells` words, `[wavelength][cell]`, are the offsets of the
 /// cells, counted in 16-bit halves of words from the beginning of the table. Cell `s` is
@@ -11,8 +19,8 @@ use serde::{Deserialize, Serialize};
 /// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/40 000;
 /// two share a word, the lower half first.
 ///
-/// Tables of a film have channels on both sides (`channels.rs`) in place of orders, and the same number on either side.
-/// Tables of an interface have the cells and channels that [`InterfaceCells`] describes.
+/// Tables of a film have channels in place of orders: orders above, then as many below. Tables of an interface have the
+/// cells and channels that [`InterfaceCells`] describes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
     /// First wavelength in nm.
@@ -21,42 +29,45 @@ pub struct EfficiencyLayout {
     pub step_nm: f64,
     /// Number of wavelengths, at least two.
     pub wavelengths: u32,
-    /// Number of cells at the shortest wavelength. Longer wavelengths use the first of them; at an interface, the first
-    /// of those in the air and of those in the medium.
+    /// Number of cells at the shortest wavelength. Longer wavelengths use fewer: the first ones, or, at an interface,
+    /// the first ones of the air and the first ones of the medium. Unused cells have any offset.
     pub cells: u32,
-    /// Nodes along either side of a cell.
+    /// Nodes along either side of a cell, at least two.
     pub nodes: u32,
     /// Body below the relief.
     pub below: Below,
 }
 
 impl EfficiencyLayout {
-    /// Whether there are channels below the relief.
+    /// Whether light is transmitted, so that there are channels below the relief.
     pub(super) fn transmits(&self) -> bool {
         self.below != Below::Reflector
     }
 
-    /// Refractive index in which directions below the relief are given: 1 behind a film.
+    /// Refractive index of the medium in which directions below the relief are given: 1 behind a film.
     pub(super) fn eta_below(&self) -> f64 {
         if let Below::Interface(InterfaceCells { eta, .. }) = self.below { eta } else { 1.0 }
     }
 
-    /// Tangential part of the wave vector of a direction over the wave number in vacuum.
+    /// Tangential part `[x, y]` of a direction's wave vector over k: the direction's components times the index of its
+    /// medium. In double precision, since it is multiplied by d/λ and then split into whole and fractional parts.
     #[inline(always)]
     pub(super) fn tangential<N: Numbers>(&self, w: [N::Real; 3]) -> [N::Double; 2] {
         let index = self.index_at::<N>(w);
         [w[0], w[1]].map(|component| index.map_or(N::widen(component), |index| N::widen(component) * N::widen(index)))
     }
 
-    /// `ky/k` of the wave between two directions: the mean of those of incident and outgoing light.
+    /// `ky/k` for light that comes from the direction `from` and leaves in the direction `to`: the mean of ky/k of both
+    /// waves, which are equal if `to` lies exactly on an order. `from` points against the incident wave, hence the
+    /// minus.
     #[inline(always)]
     pub(super) fn groove_cosine<N: Numbers>(&self, [from, to]: [[N::Real; 3]; 2]) -> N::Real {
         let [[_, in_y], [_, out_y]] = [from, to].map(|w| self.tangential::<N>(w));
         N::narrow((out_y - in_y) * N::Double::lit(0.5))
     }
 
-    /// Direction with the tangential part `[x, y]` of the wave vector over the wave number in vacuum, below the relief
-    /// where the mask is true. The zero vector where `is_drawn` is false or the wave does not propagate.
+    /// Direction whose wave vector has the tangential part `[x, y]`, over k: below the relief where `is_below` is true,
+    /// else above it. The zero vector where `is_drawn` is false or the wave does not propagate.
     #[inline(always)]
     pub(super) fn direction<N: Numbers>(
         &self,
@@ -66,6 +77,7 @@ impl EfficiencyLayout {
     ) -> [N::Real; 3] {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
         let per_index = N::Real::select(is_below, real(1.0 / self.eta_below()), real(1.0));
+        // The product is skipped where all directions are in air.
         let [x, y] = if self.eta_below() == 1.0 { [x, y] } else { [x * per_index, y * per_index] };
         let z_squared = real(1.0) - x * x - y * y;
         let is_off_horizon = is_drawn & zero.lt(z_squared);
@@ -74,7 +86,8 @@ impl EfficiencyLayout {
         [x, y, z].map(|component| N::Real::select(is_off_horizon, component, zero))
     }
 
-    /// Refractive index in which a direction is given; `None` where all directions are in air.
+    /// Refractive index of the medium in which the direction `w` is given; `None` where all directions are in air, so
+    /// that callers can skip the product with 1.
     #[inline(always)]
     pub(super) fn index_at<N: Numbers>(&self, w: [N::Real; 3]) -> Option<N::Real> {
         let Below::Interface(InterfaceCells { eta, .. }) = self.below else { return None };
@@ -85,26 +98,28 @@ impl EfficiencyLayout {
 /// Body below the relief of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Below {
-    /// A body that absorbs what it does not reflect: channels above the relief alone.
+    /// A body that absorbs all light that it does not reflect. Channels lie above the relief only.
     Reflector,
-    /// A film, behind which light is in air again.
+    /// A film with a flat lower side, below which light is in air again.
     Film,
-    /// A medium in which light goes on.
+    /// A transparent medium, in which transmitted light propagates on.
     Interface(InterfaceCells),
 }
 
-/// Cells of a table of an interface.
+/// Cells of a table of an interface, of two kinds.
 ///
-/// Where light propagates in the air, `|ky| < k`, cells are those of the air. The medium has further orders there: cell
-/// s has `s + 1` channels above and `s + 1 + 2·extra` below. Lines at which an order appears in the medium cross these
-/// cells; efficiencies have weak singularities there. Light in the medium with `|ky| > k` is totally reflected and has
-/// channels below alone. Cells are then those of the medium, with tm, its bound of propagation, in place of t.
+/// - *Cells of the air*, for `|ky| < k`. Cell s has `s + 1` channels above, which propagate in all of the cell, and
+///   `s + 1 + 2·extra` below: the medium has more orders than the air, as tm > t, at either end of their range. Lines
+///   at which an order appears in the medium cross these cells; efficiencies have weak singularities there. In cell −1,
+///   light is totally reflected.
+/// - *Cells of the medium*, for `|ky| ≥ k`. Light in the medium is totally reflected and nothing propagates in the air.
+///   Cell s has `s + 1` channels below; tm takes the place of t, and `extra` is 0.
 ///
-/// Cells of the air come first, from cell −1 without orders above, then those of the medium, from cell 0. Each cell has
-/// a word with its `extra`. These words follow the offsets of all cells.
+/// In the table, cells of the air come first, from cell −1 on, then those of the medium, from cell 0 on. After the
+/// offsets of all cells there is one word for each cell, with its `extra`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceCells {
-    /// Index of the medium.
+    /// Refractive index of the medium, at least 1.
     pub eta: f64,
     /// Number of cells of the air.
     pub air_cells: u32,

@@ -15,9 +15,9 @@
 //! incident wave (symbols: `mod.rs`).
 //!
 //! At a body that transmits both directions may lie on either side, and `f_r` is the power per solid angle and
-//! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air, so
-//! the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f` times n, and
-//! `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane of
+//! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air,
+//! so the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f` times n,
+//! and `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane of
 //! frequencies for each steradian.
 
 use super::channels::Channels;
@@ -31,7 +31,8 @@ use serde::{Deserialize, Serialize};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Distance in standard deviations at which an order's Gaussian is cut off, where it is `exp(−5²/2)` = 4e-6.
+/// Distance in standard deviations at which an order's Gaussian is cut off, where `exp(−REACH²/2)` is 4e-6. Larger
+/// values evaluate more orders; smaller ones lose more of the light.
 pub(crate) const REACH: f64 = 5.0;
 
 /// Parameters of the lobe, without the table data: layout of the table, period and order width.
@@ -57,10 +58,11 @@ pub struct GratingLobe<'a, N: Numbers> {
 
 /// One order between two directions.
 struct OrderAt<'a, N: Numbers> {
-    /// Channels at the incident wave.
+    /// Channels, the orders on either side of the relief, at the incident wave.
     channels: &'a Channels<N>,
     /// Channels of incident and outgoing light.
     pair: [N::Index; 2],
+    /// Fraction of the unpolarised incident power in the order.
     efficiency: N::Real,
 }
 
@@ -70,9 +72,9 @@ pub(super) trait OnBody {
     fn transmits(&self) -> bool;
 }
 
-/// Sides of a body that transmits. One draw decides on the side and the order, so the sampler has the side in the sign
-/// of z. Only the uniform part of the mixture is divided here, equally; either side counts as chosen with probability
-/// ½.
+/// Sides of a body that transmits. `draw` decides on the side and the order at once, and returns the side in the sign
+/// of z. Only the uniform part of the mixture is divided here, equally. Either side counts as chosen with the
+/// probability ½, so `density` returns twice the density of `draw`.
 impl<N: Numbers, T: OnBody> Sides<N> for T {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
@@ -112,7 +114,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     }
 
     /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their efficiencies
-    /// at `wi`. At a body that transmits it is the density given the side of `wo`.
+    /// at `wi`. At a body that transmits, twice this density, since callers multiply by the side's probability ½.
     #[inline(always)]
     fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
@@ -126,6 +128,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
             let (channel, is_tabulated) = channels.tabulated(m, is_below);
             [N::Real::select(is_tabulated, view.entry(&row, channel, active & is_tabulated), zero)]
         });
+        // |wo.z| is the Jacobian from direction cosines to solid angles.
         let cos_o = if self.transmits() { wo[2].abs() * N::Real::lit(2.0) } else { wo[2] };
         N::Real::select(active & zero.lt(total), weighted / total * cos_o, zero)
     }
@@ -157,7 +160,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         );
         let (m, is_below) = channels.order(channel);
         let wavelength_um = nm * real(1e-3);
-        // σ over direction cosines.
+        // Standard deviation of the tangential part of the wave vector over the wave number in vacuum.
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
         // Tangential part K of the wave vector: order m leaves at Ko.x = mλ/d − Ki.x and Ko.y = −Ki.y.
@@ -218,7 +221,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         (channels, incident, active & propagates)
     }
 
-    /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, where `quantity` computes `R` quantities `g_m` of an order at once.
+    /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, with the index n of the medium of `wo`. `quantity` computes `R`
+    /// quantities `g_m` of an order at once.
     ///
     /// Both directions are moved by half of the distance to order m, so that the order leaves exactly. Exchanging the
     /// directions therefore gives the reversed path, and the lobe is reciprocal.
@@ -235,7 +239,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let periods = self.periods(nm);
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
         let groove_cosine = (out_y - in_y) * half;
-        // After the move, the sum of the wave numbers of incident and outgoing wave, a and a + m.
+        // Sum of the wave numbers of incident and outgoing wave, 2a + m, which the move leaves as it is.
         let sum_of_a = (out_x - in_x) * periods;
         let view = self.view();
         let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
@@ -251,8 +255,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         })
     }
 
-    /// `n²·Σ_m g_m·K(f − f_m)/λ²`, n at `wo`, over the orders whose Gaussians reach the pair of directions; `weights(m, active)` gives
-    /// `R` factors `g_m`.
+    /// `n²·Σ_m g_m·K(f − f_m)/λ²`, n at `wo`, over the orders whose Gaussians reach the pair of directions;
+    /// `weights(m, active)` gives `R` factors `g_m`.
     #[inline(always)]
     fn sum_kernels<const R: usize>(
         &self,
@@ -267,7 +271,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let inverse_sigma = 1.0 / (self.layout.period_um * self.layout.sigma_per_um);
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
         let frequency_x = (in_x + out_x) * periods;
-        // Distances from an order in standard deviations.
+        // Distance along y in standard deviations, equal for all orders.
         let offset_y = N::narrow((in_y + out_y) * periods) * real(inverse_sigma);
         let reach = double(REACH / inverse_sigma);
         let first = (frequency_x - reach).ceil();
@@ -278,6 +282,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
             (first, [real(0.0); R]),
             |(m, _)| active & m.le(last),
             |(m, sums)| {
+                // Distance along x in standard deviations.
                 let offset_x = N::narrow(frequency_x - m) * real(inverse_sigma);
                 let gauss_x = gaussian(offset_x);
                 let weights = weights(m, active);
@@ -285,7 +290,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
             },
         );
         let gauss_y = gaussian(offset_y);
-        // 1/(λσ), so that K/λ² has the factor scale²/2π.
+        // n/(λσ), so that n²K/λ² has the factor scale²/2π.
         let scale = N::narrow(periods) * real(inverse_sigma);
         let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index);
         sums.map(|sum| sum * gauss_y * scale * scale * real(1.0 / TAU))

@@ -18,13 +18,18 @@
 //! | K, σ | Gaussian of an order and its standard deviation in cycles/µm |
 //! | y | direction cosine along the grooves |
 //! | ky/k | component of the wave vector along the grooves over its length 2π/λ: −wi.y, and wo.y of an order |
-//! | t = (d/λ)·√(1 − y²) | bound of \|a\| for waves that propagate |
+//! | n | refractive index of the medium below an interface |
+//! | t = (d/λ)·√(1 − y²) | bound of \|a\| for waves that propagate in air |
+//! | tm = (d/λ)·√(n² − y²) | the same in the medium below an interface, with y = \|ky/k\| |
 //! | a = −(d/λ)·wi.x | wave number of the incident wave along x, in units of 2π/d; that of order m is `a + m` |
 //! | b | Bloch phase in turns: `a` up to an integer, common to all orders |
 //! | s = ⌊t − a⌋ + ⌊t + a⌋ | index of the cell: number of propagating orders minus one |
 //! | p, q | fractional parts of `t − a` and `t + a`: position within the cell |
 //! | order number | place of an order among the propagating ones, 0 to s, by ascending m |
+//! | channel | an order on one side of the relief, which light may arrive in or leave in |
+//! | Ey, Hy | the two polarisation states of an order, by the field along the grooves |
 //! | point (t, b) | one solution of `sunbeam-rigorous`, for all orders at once |
+//! | node | a position in a cell's table or in its solution; also a place on the profile at which fields are solved |
 //!
 //! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. From t and λ follows
 //! `ky²/k² = y² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t.
@@ -33,7 +38,7 @@
 //!
 //! | file | contents |
 //! | --- | --- |
-//! | `body.rs` | the medium or film below the relief |
+//! | `body.rs` | the kind of body below the relief |
 //! | `cell_position.rs` | from a wave's t and a to its cell |
 //! | `channels.rs` | orders on either side of the relief at one wave |
 //! | `layout.rs` | cells of a table, and the body below its relief |

@@ -11,11 +11,13 @@ use crate::scattering::{ComplexIndex, SpectralIndex};
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam_rigorous::Profile;
 
-/// Fewest and most nodes of a table along either side of a cell. Fewer nodes interpolate less accurately, more enlarge
-/// the table. A perfect conductor's table, which has no wavelengths, has the most.
-const STORED: [u32; 2] = [18, 32];
-/// Size in bytes up to which a table has more than the fewest nodes. A larger table would not fit into a processor's
-/// cache.
+/// Fewest nodes of a table along either side of a cell. Fewer would interpolate less accurately.
+const STORED_MIN: u32 = 18;
+/// Most nodes of a table along either side of a cell; more would enlarge the table. A perfect conductor's table, whose
+/// efficiencies do not depend on the wavelength, has this number.
+const STORED_MAX: u32 = 32;
+/// Size in bytes up to which a table has more than [`STORED_MIN`] nodes. A larger table would not fit into a
+/// processor's cache.
 const BYTES_MAX: f64 = 4e6;
 /// Accepted RMS of an efficiency's highest Chebyshev terms, in a table of [`FULL_CELLS`] cells or more. Larger values
 /// leave a larger error, smaller ones need more solved points. In a table of fewer cells fewer orders share the light,
@@ -23,22 +25,26 @@ const BYTES_MAX: f64 = 4e6;
 const TERMS_TOLERANCE: f64 = 6e-3;
 /// Number of cells from which [`TERMS_TOLERANCE`] applies unscaled: that of a period of 2.3 µm.
 const FULL_CELLS: f64 = 14.0;
-/// Accepted RMS error of an efficiency halfway between two wavelengths: about a quarter of [`TERMS_TOLERANCE`].
+/// Accepted RMS error of an efficiency halfway between two wavelengths: about a quarter of [`TERMS_TOLERANCE`], so that
+/// it adds little. Smaller values need more wavelengths.
 const WAVELENGTH_TOLERANCE: f64 = 1.6e-3;
 
 /// Wavelengths solved for a metal, for estimates: those of steps of 20 nm.
 const METAL_WAVELENGTHS: f64 = 25.0;
-/// Wavelengths solved for a film, for estimates: those of steps of 80 nm. Films without dispersion are smooth.
+/// Wavelengths solved for a film, for estimates: those of steps of 80 nm. Efficiencies of films without dispersion
+/// vary smoothly over wavelengths.
 const FILM_WAVELENGTHS: f64 = 7.0;
-/// Points solved for a cell of a reflector's efficiencies, for estimates: about those of 17 nodes a side (153).
+/// Points (t, b) solved for a cell of a reflector's efficiencies, for estimates: about those of 17 Chebyshev nodes
+/// along a side, 17·18/2.
 const REFLECTOR_POINTS: f64 = 150.0;
-/// Points solved for a cell of a film's efficiencies, for estimates: those of 8 nodes a side.
+/// Points (t, b) solved for a cell of a film's efficiencies, for estimates: those of 8 Chebyshev nodes along a side,
+/// 8·9/2.
 const FILM_POINTS: f64 = 36.0;
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;
-/// Seconds on one core for the lattice sums of the air where no order propagates in it; measured. Those of the medium
-/// are shared by all wavelengths.
+/// Seconds on one core for the lattice sums of the air at one point and wavelength where no order propagates in it,
+/// over the squared number of nodes; measured. Those of the medium are shared by all wavelengths.
 const EVANESCENT_AIR_SECONDS: f64 = 6e-7;
 /// Seconds on one core for the lattice sums of a dielectric at one point and wavelength, over the squared number of
 /// nodes; measured. A metal's are tabulated.
@@ -47,21 +53,21 @@ const LATTICE_SECONDS: f64 = 1.5e-6;
 /// measured.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
 
-/// The orders of a table.
+/// Quantities that the size and the cost of a table depend on.
 #[derive(Clone, Copy)]
 pub(super) struct TableOrders {
     /// Period in µm.
     pub period_um: f64,
-    /// Sides of the relief, 1 or 2.
+    /// Number of sides of the relief on which light arrives and leaves, 1 or 2.
     pub sides: u32,
-    /// Points solved for each cell, for the estimate of the build.
+    /// Points (t, b) solved for each cell, for estimates of reflectors and films.
     pub points_per_cell: f64,
-    /// Bytes of an entry, for the estimate of an interface's table.
+    /// Bytes of the value that the table has for a pair of channels, for estimates of interfaces.
     pub entry_bytes: f64,
 }
 
 impl TableOrders {
-    /// The orders in a table of efficiencies of a body.
+    /// Quantities of a table of efficiencies of a grating with this period on a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
         let sides = body.sides();
         let points_per_cell = if sides == 1 { REFLECTOR_POINTS } else { FILM_POINTS };
@@ -69,7 +75,8 @@ impl TableOrders {
     }
 }
 
-/// Meshes of a profile on a body, for all wavelengths.
+/// Meshes of a profile on a body (sets of nodes at which fields are solved), for all wavelengths. Checks the cost of
+/// the build first.
 ///
 /// # Errors
 /// Profiles and indices that the solver refuses, and a build whose estimate exceeds `build_limit` times the limits of
@@ -80,12 +87,13 @@ pub(super) fn create_meshes(
     orders: TableOrders,
     build_limit: f64,
 ) -> Result<Meshes, GratingError> {
-    let film;
+    // Declared here, so that `index` can refer to it.
+    let dielectric;
     let index = match body {
         GratingBody::Reflector(index) => index,
         GratingBody::Film(eta) | GratingBody::Interface(eta) => {
-            film = SpectralIndex::Constant(ComplexIndex { eta, k: 0.0 });
-            Some(&film)
+            dielectric = SpectralIndex::Constant(ComplexIndex { eta, k: 0.0 });
+            Some(&dielectric)
         }
     };
     let resolution = sufficient_resolution(profile, index)?;
@@ -93,6 +101,8 @@ pub(super) fn create_meshes(
         GratingBody::Interface(eta) => {
             let nodes = resolution.nodes as f64;
             let solution = SOLUTION_SECONDS * nodes.powi(3);
+            // Each wavelength has lattice sums of the medium in cells of the air, and those of the air in cells of the
+            // medium.
             let [in_air, in_medium] =
                 [LATTICE_SECONDS, EVANESCENT_AIR_SECONDS].map(|lattice| lattice * nodes * nodes + solution);
             InterfacePlan::new(orders.period_um, eta).estimate([in_air, in_medium], orders.entry_bytes)
@@ -119,7 +129,7 @@ pub(super) fn choose_spacing(
     Ok(Some(spacing_of(&RigorousSolver::new(meshes, index, &[])?, period_um)?))
 }
 
-/// Spacing of the wavelengths of a solver's table. The period is in µm.
+/// Spacing of the wavelengths of a solver's table.
 ///
 /// # Errors
 /// A test point that cannot be solved.
@@ -130,16 +140,18 @@ pub(super) fn spacing_of(solver: &impl OrderSolver, period_um: f64) -> Result<Sp
 /// Numbers of nodes and wavelengths of a table of efficiencies, and the accepted error of its cells.
 pub(super) fn choose_resolution(orders: TableOrders, spacing: Option<Spacing>) -> TableResolution {
     let cells = cell_count(orders.period_um);
-    let stored = spacing.map_or(STORED[1], |spacing| {
+    let stored = spacing.map_or(STORED_MAX, |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
-        // Entries have two bytes, and their number is proportional to the square of the nodes along a side.
+        // Entries have two bytes. Their number is proportional to the squares of the nodes along a side and of the
+        // number of sides.
         let fitting = (0.5 * BYTES_MAX / entries(cells, wavelengths)).sqrt() / f64::from(orders.sides);
-        (fitting as u32).clamp(STORED[0], STORED[1])
+        (fitting as u32).clamp(STORED_MIN, STORED_MAX)
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
 }
 
-/// Cost of a table's build on two cores; `nodes` is the number of nodes on the profile.
+/// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. `nodes` is the number of nodes
+/// on the profile; `has_wavelengths` is false for a perfect conductor.
 fn estimate(orders: TableOrders, nodes: usize, has_wavelengths: bool) -> Estimate {
     let cells = cell_count(orders.period_um);
     let is_film = orders.sides == 2;
@@ -152,20 +164,22 @@ fn estimate(orders: TableOrders, nodes: usize, has_wavelengths: bool) -> Estimat
     let lattice_seconds = if is_film { LATTICE_SECONDS * nodes * nodes } else { 0.0 };
     let solution_seconds = lattice_seconds + SOLUTION_SECONDS * nodes.powi(3);
     let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * solution_seconds;
-    let table_nodes = f64::from(STORED[usize::from(!has_wavelengths)]).powi(2);
+    let nodes_per_side = if has_wavelengths { STORED_MIN } else { STORED_MAX };
+    let table_nodes = f64::from(nodes_per_side).powi(2);
     Estimate {
-        bytes: 2.0 * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
+        bytes: EFFICIENCY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
         seconds: 0.5 * cells * orders.points_per_cell * point_seconds,
     }
 }
 
-/// Number of cells at the shortest wavelength, 2d/λ + 1, not rounded.
+/// Number of cells at the shortest wavelength, not rounded: indices s are at most `2t ≤ 2d/λ`.
 fn cell_count(period_um: f64) -> f64 {
     2e3 * period_um / WAVELENGTH_MIN_NM + 1.0
 }
 
-/// Entries of a table for each node (p, q), summed over cells and wavelengths. Cell s has about (s + 1)² of them.
-/// Longer wavelengths have fewer cells, and on average a third of the entries of the shortest.
+/// Entries of one side of a table for each node (p, q), summed over cells and wavelengths. Cell s has about (s + 1)² of
+/// them, and `cells` cells have `cells³/3`. Longer wavelengths have fewer cells, and on average a third of the entries
+/// of the shortest.
 fn entries(cells: f64, wavelengths: f64) -> f64 {
     cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0)
 }

@@ -2,8 +2,8 @@
 //! matrices computed from it (docs/model.md#gratings-by-maxwells-equations; symbols: `mod.rs`).
 //!
 //! Jones matrices are between the states of Ey and of Hy, with y along the grooves. The table holds their *shapes*
-//! (`jones_shape.rs`): matrices of unit power `[EE, EH, HE, HH]`, whose crossed elements EH and HE are divided by ky/k.
-//! [`JonesTable`](super::JonesTable) builds the table, [`JonesView`] reads it.
+//! (`jones_shape.rs`): matrices of unit power `[EE, EH, HE, HH]`, the outgoing state first, whose crossed elements EH
+//! and HE are divided by ky/k. [`JonesTable`](super::JonesTable) builds the table, [`JonesView`] reads it.
 //!
 //! Table data are words of 32 bits. A shape is a *packet* of four words, one for each element. The lower half of a word
 //! is the real part and the upper half the imaginary part, both as `x/UNIT + ZERO` in 16 bits.
@@ -14,7 +14,8 @@ use super::layout::EfficiencyLayout;
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Number, Numbers, Real};
 
-/// Value of one unit of a stored 16-bit integer. Elements of a shape are at most √2.
+/// Value of one unit of a stored 16-bit integer. Elements of a shape are at most √2; the range of ±1.45 leaves room for
+/// the error of resampling.
 pub(super) const UNIT: f64 = 1.45 / 32_767.0;
 /// Stored integer that represents zero.
 pub(super) const ZERO: f64 = 32_768.0;
@@ -25,6 +26,7 @@ type Complex<N> = [<N as Numbers>::Real; 2];
 /// A [`JonesTable`](super::JonesTable) as an evaluator over the numbers `N` reads it.
 #[derive(Clone, Copy)]
 pub struct JonesView<N: Numbers> {
+    /// Wavelengths, cells and nodes of the table.
     pub(super) layout: EfficiencyLayout,
     /// Table data, arranged as [`JonesTable`](super::JonesTable) describes.
     pub(super) words: N::Words,
@@ -33,9 +35,9 @@ pub struct JonesView<N: Numbers> {
 impl<N: Numbers> JonesView<N> {
     /// Mueller matrix of an order, row by row, divided by its first element.
     ///
-    /// `channels` are those at the incident wave, `pair` has the ones of incident and outgoing light, `nm` is the
-    /// wavelength, and `groove_cosine` is ky/k. The first axis of the frames of incident and outgoing light is the
-    /// grooves' direction, made transverse to the light.
+    /// `channels` are those at the incident wave: orders on either side of the relief. The second argument has the
+    /// channels of incident and outgoing light. `nm` is the wavelength, and `groove_cosine` is ky/k. The first axis of
+    /// the frames of incident and outgoing light is the grooves' direction, made transverse to the light.
     #[inline(always)]
     pub(super) fn matrix(
         &self,
@@ -49,7 +51,8 @@ impl<N: Numbers> JonesView<N> {
         let nodes = EfficiencyView::<N> { layout: self.layout, words: self.words };
         let count = channels.count;
         let entry = incident * count + outgoing;
-        // The shape in units of UNIT. The weights of the eight nodes sum to 1, so ZERO is subtracted once.
+        // The shape's elements `[real, imaginary]` in units of UNIT. The weights of the eight nodes sum to 1, so ZERO
+        // is subtracted once.
         let mut shape = [[real(-ZERO); 2]; 4];
         for (Node { cell_offset, number }, weight) in nodes.weighted_nodes(channels, nm, active) {
             let packet = N::gather::<4>(self.words, cell_offset + number * count * count + entry, active);
@@ -70,7 +73,8 @@ impl<N: Numbers> JonesView<N> {
 /// element.
 ///
 /// Fields vary in time as exp(−iωt). The Stokes parameters of a field (x, y) are |x|² + |y|², |x|² − |y|², `2 Re(x y*)`
-/// and `2 Im(x y*)`, as in Mitsuba. A matrix of a power of at most 1 counts as zero and becomes an ideal depolariser.
+/// and `2 Im(x y*)`, as in Mitsuba. Elements of the matrix are in units of [`UNIT`]. A matrix with a power of at most 1
+/// in these units counts as zero and becomes an ideal depolariser.
 #[inline(always)]
 pub(super) fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real; 16] {
     let (real, half) = (N::Real::lit, N::Real::lit(0.5));
@@ -98,7 +102,7 @@ pub(super) fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real
             diagonal[0] - antidiagonal[0],
         ],
     ];
-    // Elements are in units of UNIT, so that unit power is 5e8.
+    // Unit power is 1/UNIT² = 5e8.
     let has_power = real(1.0).lt(power);
     let scale = real(1.0) / N::Real::select(has_power, power, real(1.0));
     std::array::from_fn(|i| {

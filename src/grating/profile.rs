@@ -26,7 +26,8 @@ pub fn preset_profile(
     })
 }
 
-/// Profile of a height field that varies along x alone: the mean of each column. The field is one period.
+/// Profile of a height field that varies along x alone: the mean of each column of pixels, which run along y. The width
+/// of the field is one period.
 ///
 /// # Errors
 /// [`GratingError::NotAlongX`] where the heights of a column differ by more than `tolerance` times the relief's height
@@ -46,8 +47,8 @@ pub fn profile_of(field: &HeightField, tolerance: f64) -> Result<Profile, Gratin
     let rows = heights.nrows() as f64;
     let means: Vec<f64> = heights.axis_iter(Axis(1)).map(|column| column.sum() / rows).collect();
     let period_um = field.extent_um().0;
-    // The solver requires at least 8 samples, but a plane may have any number of pixels.
-    if accepted_um == 0.0 {
+    // The solver requires at least 8 samples, but a plane, of height 0, may have any number of pixels.
+    if highest == lowest {
         return Ok(Profile::flat(period_um)?);
     }
     Ok(Profile::samples(period_um, &means)?)

@@ -1,4 +1,8 @@
-//! The solver behind the tables: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
+//! The solver behind the tables of reflectors: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
+//! Its meshes also serve the solvers of films and interfaces.
+//!
+//! A *mesh* is a set of nodes on the profile at which fields are solved. The *power balance* of a solution is the
+//! condition that all incident power is reflected, or reflected and absorbed.
 
 use super::GratingError;
 use super::jones_shape::{JonesShape, jones_shape};
@@ -14,15 +18,15 @@ use sunbeam_rigorous::{
 /// Largest accepted error of the power balance at a solved point, relative to the incident power, times the largest
 /// cosine of incidence at its `t`.
 ///
-/// It is a tenth of the error of an order in the tables. The cosine is small for light along the grooves, which carries
-/// a small fraction of the power that falls on a surface.
+/// It is about a tenth of the error of an order in the tables; smaller values need larger meshes. The cosine is small
+/// for light along the grooves, which carries a small fraction of the power that falls on a surface.
 pub(super) const BALANCE: f64 = 1e-3;
 /// Most doublings of the number of nodes where the power balance does not hold. More take longer: the cost grows as the
 /// cube of the number.
 pub(super) const DOUBLINGS: usize = 3;
 
-/// Wavelengths in nm for which the number of nodes is determined. Indices change little within a step, which is about a
-/// sixth of the wavelength.
+/// Wavelengths in nm for which the number of nodes is determined. Refractive indices change little within a step, which
+/// is about a sixth of the wavelength.
 const RESOLVED_NM: [f64; 6] = [WAVELENGTH_MIN_NM, 420.0, 500.0, 590.0, 700.0, WAVELENGTH_MAX_NM];
 
 /// Resolution that suffices for all wavelengths of a table, for a profile above a medium of this index by wavelength,
@@ -89,7 +93,7 @@ pub(super) struct RigorousSolver<'a> {
     meshes: &'a Meshes,
     /// Index of the medium by wavelength; `None` for a perfect conductor.
     index: Option<&'a SpectralIndex>,
-    /// Wavelengths in nm, and the response of the metal there.
+    /// Wavelengths in nm, and the tabulated response of the metal there; empty for a perfect conductor.
     tables: Vec<(f64, MetalTable<'a>)>,
 }
 
@@ -116,7 +120,7 @@ impl<'a> RigorousSolver<'a> {
     /// # Errors
     /// An index that the solver refuses, and solutions that are not finite.
     fn solve(&self, air: &Air, nm: f64) -> Result<Amplitudes, GratingError> {
-        // Whether the metal's tables extend to this ky².
+        // Tables of metals extend to a limited imaginary ky.
         let is_covered = self.ky_squared_ratio(air.t(), nm) > KY_SQUARED_RANGE[0];
         let table = self.tables.iter().find(|(table_nm, _)| *table_nm == nm && is_covered);
         Ok(match table {
@@ -167,6 +171,7 @@ impl<'a> RigorousSolver<'a> {
             }
             extracted.push(extract(&amplitudes, ky_squared_ratio));
         }
+        // The other wavelengths of a perfect conductor.
         extracted.resize(wavelengths_nm.len(), extracted.last().cloned().unwrap_or_default());
         Ok(extracted)
     }

@@ -20,8 +20,8 @@ use crate::table::{CoherenceWindow, Progress};
 use serde::{Deserialize, Serialize};
 use sunbeam_rigorous::{Profile, Side};
 
-/// Number of random incidences and wavelengths at which a table's error is measured. More give a more accurate error
-/// and a longer build.
+/// Number of random incidences and wavelengths at which a table's error is measured. More of them give a more accurate
+/// error and a longer build.
 const ERROR_POINTS: usize = 60;
 
 /// The surface of a grating by Maxwell's equations, with a table of its orders' efficiencies.
@@ -30,9 +30,10 @@ const ERROR_POINTS: usize = 60;
 /// use sunbeam::grating::{GratingSurface, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A perfectly conducting sinusoid of period 0.6 µm and height 0.1 µm, with a coherence length of 20 µm.
+/// // A perfectly conducting sinusoid of period 0.6 µm and height 0.1 µm.
 /// let profile = Profile::sinusoid(0.6, 0.1)?;
-/// let grating = GratingSurface::new(&profile, None, 20.0, 1.0, &Progress::none())?;
+/// let (coherence_length_um, build_limit) = (20.0, 1.0);
+/// let grating = GratingSurface::new(&profile, None, coherence_length_um, build_limit, &Progress::none())?;
 ///
 /// // All light is reflected: at normal incidence and 500 nm into orders −1, 0 and 1.
 /// let total: f64 = (-1..=1).map(|order| grating.efficiency(500.0, [0.0, 0.0], order)).sum();
@@ -49,7 +50,8 @@ pub struct GratingSurface {
 
 impl GratingSurface {
     /// Solves and tabulates the orders of a profile in air, above a medium of this index by wavelength, or above a
-    /// perfect conductor (`None`). `coherence_length_um` is four standard deviations of the coherence window.
+    /// perfect conductor (`None`). `coherence_length_um` is four standard deviations of the coherence window: longer
+    /// ones make orders narrower. `build_limit` is at least 1; larger values allow more memory and time.
     ///
     /// # Errors
     /// A profile or index that the solver refuses, points that it cannot solve accurately enough, and a build that
@@ -107,7 +109,7 @@ impl GratingSurface {
         self.layout.efficiencies.transmits()
     }
 
-    /// Tabulates the orders that a solver gives.
+    /// Tabulates the orders of a solver, and measures the table's error.
     ///
     /// # Errors
     /// The solver's errors.
@@ -195,13 +197,14 @@ impl GratingSurface {
     }
 
     /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
-    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits, directions may lie
-    /// below, at an interface in the medium: it is then the power per solid angle and |cos| of light from `wi` to `wo`.
+    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits,
+    /// directions may lie below, at an interface in the medium: it is then the power per solid angle and |cos| of light
+    /// from `wi` to `wo`.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
 
-    /// [`GratingSurface::eval`] and the density of [`GratingSurface::sample`], in 1/sr.
+    /// [`GratingSurface::eval`] and the density of [`GratingSurface::sample`] for this wavelength (nm), in 1/sr.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
         lobe::eval_pdf(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
@@ -217,8 +220,9 @@ impl GratingSurface {
         lobe::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// A direction from three random numbers in [0, 1); `None` where the direction or `wi` lies below the horizon. The
-    /// first number selects the sampler's uniform part or one of the wavelengths (nm), then the order.
+    /// A direction from three random numbers in [0, 1). `None` where the direction lies beyond the horizon, and, unless
+    /// the body transmits, where `wi` lies below the surface. The first number selects the sampler's uniform part or
+    /// one of the wavelengths (nm), then the order.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         lobe::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }

@@ -18,10 +18,11 @@ pub(super) struct Spacing {
     pub solved_every: usize,
 }
 
-/// Steps in nm among which [`Spacing::choose`] selects: halvings down to the width of a metal's anomalies.
+/// Steps in nm among which [`Spacing::choose`] selects: halvings down to the width of a metal's anomalies, its resonant
+/// peaks over wavelengths.
 pub(super) const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
 /// Points at which the step is tested: `t` as a fraction of its largest value d/λ, and `b`. Both lie away from
-/// symmetries; light and the plane across the grooves form an angle of about 57° at the first and 34° at the second.
+/// symmetries. Light and the plane across the grooves form the angle arccos of the fraction: about 57° and 34°.
 const TEST_POINTS: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
 /// Wavelengths in nm at which the step is tested, across the range to which the eye is most sensitive.
 const TEST_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
@@ -52,7 +53,7 @@ impl Spacing {
 }
 
 /// RMS error of efficiencies interpolated in the middle of nodes `step_nm` apart, over the test points and wavelengths;
-/// `weights` has the weight of each node. Infinite if no test wavelength has all nodes within the range.
+/// `weights` has the weight of each node. Infinite if no test wavelength has all its nodes within 360 to 830 nm.
 ///
 /// # Errors
 /// A test point that cannot be solved.
@@ -84,6 +85,7 @@ fn interpolation_error(
             let (at_nodes, exact) = (&solved[..weights.len()], &solved[weights.len()]);
             let interpolated =
                 |i: usize| weights.iter().zip(at_nodes).map(|(weight, row)| weight * row[i]).sum::<f64>();
+            // The mean over the pairs of orders at this point.
             let squares = (0..exact.len()).map(|i| (interpolated(i) - exact[i]).powi(2)).sum::<f64>();
             Ok(squares / exact.len().max(1) as f64)
         })
@@ -141,6 +143,7 @@ pub(super) fn at_all_wavelengths(solved_at: &[usize], solved: Vec<Vec<f64>>) -> 
     let used = solved.len().min(4);
     (0..count)
         .map(|j| {
+            // The first solved wavelength at or above j; two of the four lie below it where there are as many.
             let above = solved_at.partition_point(|&at| at < j);
             let first = above.saturating_sub(2).min(solved.len() - used);
             let nodes = &abscissas[first..first + used];

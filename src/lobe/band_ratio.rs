@@ -1,19 +1,24 @@
 //! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's. R is
 //! the material's Fresnel reflectance at a wavelength, R0 that of one reference index for all wavelengths.
 //!
+//! A *band* is a channel of linear sRGB: an integral over wavelengths with the channel's weights.
+//!
 //! A colour table includes R/R0 at the half vector of the scattering vector at which it is read. For a resized relief
-//! this half vector differs from the query's. The lobe therefore multiplies each channel by the quotient of the band
-//! means at both half vectors. The quotient is exact where S is constant over a band.
+//! this half vector differs from that of the pair of directions. The lobe therefore multiplies each channel by the
+//! quotient of the band means at both half vectors. The quotient is exact where the power spectrum S is constant over a
+//! band.
 
 use crate::colour::SpectralToRgb;
 use crate::numeric::Real;
 use serde::{Deserialize, Serialize};
 
-/// Number of coefficients of a polynomial in the cosine. With 6 it follows the ratios of measured metals to 0.2 %.
+/// Number of coefficients of a polynomial in the cosine. With this number it follows the ratios of measured metals to
+/// 0.2 %; a larger number costs more per evaluation.
 const COEFFICIENTS: usize = 6;
-/// Step in nm of the mean over a band. Indices vary little over it.
+/// Step in nm of the mean over a band. Refractive indices vary little over it.
 const STEP_NM: f64 = 5.0;
-/// Smallest mean. Keeps quotients finite where a polynomial comes close to zero.
+/// Smallest mean of R/R0. It keeps quotients finite where a polynomial comes close to zero; larger values would change
+/// materials that are dark in one band.
 const MEAN_MIN: f64 = 1e-3;
 
 /// Means of R/R0 over the bands of linear sRGB, as polynomials in the cosine at the half vector.
@@ -38,20 +43,23 @@ impl BandRatio {
         Self { polynomials: std::array::from_fn(|band| polynomial_through(cosines, means.map(|mean| mean[band]))) }
     }
 
-    /// Weights of wavelengths in the bands, for [`BandRatio::new`]. There is no error, since [`STEP_NM`] is an accepted
-    /// step.
+    /// Weights of wavelengths in the bands, for [`BandRatio::new`].
+    ///
+    /// # Errors
+    /// None in practice, since [`STEP_NM`] is a step that [`SpectralToRgb`] accepts.
     pub(super) fn band_weights() -> Result<SpectralToRgb, crate::colour::ColourError> {
         SpectralToRgb::visible(STEP_NM)
     }
 
-    /// Mean at `cosine` over that at `read_cosine`, for red, green and blue. The first is the cosine at the query's
-    /// half vector, the second that at the half vector at which the table is read.
+    /// Mean at `cosine` over that at `read_cosine`, for red, green and blue. `cosine` is that between a direction and
+    /// the half vector of the pair, `read_cosine` that at the half vector at which the table is read.
     #[inline(always)]
     pub(super) fn quotients<R: Real>(&self, cosine: R, read_cosine: R) -> [R; 3] {
         let least = R::lit(MEAN_MIN);
         let one = R::lit(1.0);
         let mean = |polynomial: &[f64; COEFFICIENTS], cosine: R| {
             let cosine = cosine.clip(R::lit(0.0), one);
+            // Horner's scheme.
             polynomial.iter().rev().fold(R::lit(0.0), |sum, c| sum.fma(cosine, R::lit(*c))).max(least)
         };
         std::array::from_fn(|band| {

@@ -1,5 +1,5 @@
-//! Queries of a lobe at any number of wavelengths, in plain numbers of double precision. They check their arguments,
-//! which a [`Lobe`] does not.
+//! Evaluation and sampling of a lobe at any number of wavelengths, in plain numbers of double precision. These
+//! functions check their arguments, which a [`Lobe`] does not.
 
 use super::mixture::UNIFORM_FRACTION;
 use super::{Lobe, PerWavelength, sample_mixture};
@@ -26,28 +26,28 @@ pub struct Sample {
     pub wo: Vec3,
     /// Density over solid angle in 1/sr, the mean over the wavelengths carried.
     pub pdf: f64,
-    /// Sample weight `f |cosθo| / pdf` at the first of the wavelengths.
+    /// Sample weight `f |cosθo| / pdf` at the first of the wavelengths carried.
     pub weight: f64,
 }
 
-/// Whether the lobe accepts both directions and the wavelength lies within the range of the tables.
-fn is_valid_query<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
+/// Whether both directions are finite and accepted by the lobe, and the wavelength lies within the range of the tables.
+fn is_in_domain<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
     let accepts = |w: Vec3| w.iter().all(|c| c.is_finite()) && lobe.accepts(w);
     accepts(wi) && accepts(wo) && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
-/// `f_r` in 1/sr; zero unless [`is_valid_query`].
+/// `f_r` in 1/sr; zero unless [`is_in_domain`].
 pub(crate) fn eval<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-    if !is_valid_query(lobe, wi, wo, wavelength_nm) {
+    if !is_in_domain(lobe, wi, wo, wavelength_nm) {
         return 0.0;
     }
     let [f] = lobe.eval(wi, wo, [wavelength_nm], true);
     f
 }
 
-/// `f_r` and density; zeros unless [`is_valid_query`].
+/// `f_r` and density; zeros unless [`is_in_domain`].
 pub(crate) fn eval_pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
-    if !is_valid_query(lobe, wi, wo, wavelength_nm) {
+    if !is_in_domain(lobe, wi, wo, wavelength_nm) {
         return Answer::default();
     }
     let ([f], pdf) = lobe.eval_pdf(wi, wo, [wavelength_nm], true);
@@ -56,11 +56,12 @@ pub(crate) fn eval_pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: 
 
 /// Density in 1/sr of a direction sampled for several wavelengths: the mean of their densities; 0 without a wavelength.
 pub(crate) fn pdf<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
-    let density = |&nm: &f64| if is_valid_query(lobe, wi, wo, nm) { lobe.pdf(wi, wo, [nm], true) } else { 0.0 };
+    let density = |&nm: &f64| if is_in_domain(lobe, wi, wo, nm) { lobe.pdf(wi, wo, [nm], true) } else { 0.0 };
     wavelengths_nm.iter().map(density).sum::<f64>() / wavelengths_nm.len().max(1) as f64
 }
 
-/// A sampled direction with density and weight. `None` where [`sample_direction`] returns it or the density is zero.
+/// A sampled direction with density and weight. `None` where [`sample_direction`] returns `None` or the density is
+/// zero.
 pub(crate) fn sample<'a>(
     lobe: &impl PerWavelength<Double<'a>>,
     wi: Vec3,

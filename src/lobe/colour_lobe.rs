@@ -20,10 +20,10 @@ use crate::sampling::ColourSamplerView;
 use crate::scattering::{ComplexIndex, Obliquity, Reading, RelativeSize, Scattering};
 use std::array;
 
-/// Factors that a lobe multiplies the table's colours by, and the treatment of the result.
+/// Factors that a lobe multiplies the table's colours by, and the treatment of negative channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColourFactors {
-    /// Index of the reference; `None` leaves the interface's factor (R0 or Q) out.
+    /// Refractive index of the reference; `None` leaves the interface's factor (R0 or Q) out.
     pub reference: Option<ComplexIndex>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
@@ -45,7 +45,7 @@ pub struct ColourLobe<N: Numbers> {
     pub sampler: ColourSamplerView<N>,
     /// Albedos by which the reflectance is divided; `None` where nothing is divided.
     pub albedo: Option<ColourAlbedo<N>>,
-    /// Size of the relief at the queried place; `None` for that of the tables. The sampler holds a copy.
+    /// Size of the relief at the shaded point; `None` for that of the tables. The sampler holds a copy.
     pub size: Option<RelativeSize<N::Real>>,
 }
 
@@ -104,7 +104,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
         let lit = N::Real::lit;
         let ColourFactors { reference, obliquity, shadowing, ratio, .. } = self.factors;
         let scattering = Scattering::<N>::reflection(wi, wo, obliquity, shadowing);
-        // The comparison of the length is false for NaN and infinities.
+        // No pair of unit vectors has a longer sum; the comparison is false for NaN.
         let active = active & are_above::<N>(wi, wo) & scattering.length_squared().le(lit(SUM_SQUARED_MAX.into()));
         let [u, v, w] = scattering.q;
         // Factor on all channels, and factors on each.

@@ -27,9 +27,10 @@ const TABLE_DONE: f64 = 0.8;
 const ALBEDO_DONE: f64 = 0.95;
 /// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch.
 const ENSEMBLE_FRACTION: f64 = 0.5;
-/// First and last wavelength in nm whose index may become the reference: the range in which light is clearly visible.
+/// First and last wavelength in nm at which the index may become the reference: the range in which light is clearly
+/// visible.
 const REFERENCE_NM: (u32, u32) = (400, 700);
-/// Step between these wavelengths in nm. Indices vary little over it.
+/// Step between these wavelengths in nm. Refractive indices vary little over it.
 const REFERENCE_STEP_NM: usize = 10;
 
 /// A diffracting surface in linear sRGB, from tables.
@@ -39,6 +40,7 @@ const REFERENCE_STEP_NM: usize = 10;
 /// use sunbeam::{Options, Preset};
 ///
 /// let field = Preset::Blazed.build(None, None)?;
+/// // A short coherence length and a coarse tolerance, for a quick build.
 /// let options = Options { coherence_length_um: 5.0, conserve_energy: false, tolerance: 1e-2, ..Options::default() };
 /// let surface = ColourSurface::new(&field, &options, None)?;
 ///
@@ -82,7 +84,8 @@ pub struct ColourSurfaceReport {
 }
 
 impl ColourSurface {
-    /// Builds the tables of `field`. Values include the interface's factor for `index`; `None` leaves it out.
+    /// Builds the tables of `field`. Values include the interface's factor for the refractive index `index`: the
+    /// Fresnel reflectance or the small-slope factor. `None` leaves it out.
     ///
     /// # Errors
     /// The errors of [`ColourTable::build`].
@@ -192,8 +195,8 @@ impl ColourSurface {
         self.lobe_over(self.words(), None)
     }
 
-    /// The lobe over a family of numbers, with [`ColourSurface::words`] as the family holds them. `size` is the size of
-    /// the relief at the queried place; `None` stands for that of the tables.
+    /// The lobe over the numbers `N`; the first argument has the [`ColourSurface::words`] in the form of `N`. `size` is
+    /// the size of the relief at the shaded point; `None` stands for that of the tables.
     pub fn lobe_over<N: Numbers>(
         &self,
         [table, sampler, albedo]: [N::Words; 3],
@@ -293,13 +296,15 @@ impl Albedos {
     }
 }
 
-/// Builds the sampler. Directions are sampled in proportion to R0·F, times G (src/sampling/colour.rs) for Stam's
-/// obliquity factor.
+/// Builds the sampler. Directions are sampled in proportion to R0·F, the table's colour times the reference's
+/// reflectance. For Stam's obliquity factor, the part `(q²/w)²` of it that depends on the scattering vector alone is
+/// another factor (src/sampling/colour.rs).
 fn build_sampler(table: &ColourTable, options: &Options, reference: Option<ComplexIndex>) -> ColourSampler {
     let view = table.view::<f32>();
     let is_stam = options.sampling_obliquity() == Obliquity::Stam;
     ColourSampler::new(table.report().order_sigma_per_um, options.reach, |[u, v, w]| {
         let length_squared = u * u + v * v + w * w;
+        // Half the length of q is the cosine at the half vector.
         let r0 = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
         let factor = if is_stam { r0 * (length_squared / w).powi(2) } else { r0 };
         view.relief_rgb(u, v, w, true).map(|channel| channel * factor)

@@ -36,7 +36,7 @@ use sunbeam_fourier::num_complex::Complex64;
 /// Reflectance by the direct sum of docs/model.md#the-reflectance, without tables. No Gaussian is truncated.
 ///
 /// A periodic tile is summed over all its orders. An aperiodic scan is summed over the lags of its autocorrelation
-/// (ensemble) or over its pixels (patch). One evaluation costs a transform of the tile and a pass over it.
+/// (ensemble) or over its pixels (patch). One evaluation costs a Fourier transform of the tile and a sum over it.
 ///
 /// ```
 /// use sunbeam::lobe::Exact;
@@ -60,7 +60,7 @@ pub struct Exact {
     tapers: Option<(Vec<f64>, Vec<f64>)>,
     /// Albedos by which the reflectance is divided.
     albedo: Option<Arc<AlbedoTable>>,
-    /// κ and summands ([`Exact::summands`]) of the last query; consecutive queries often share κ.
+    /// κ and summands ([`Exact::summands`]) of the last evaluation; consecutive evaluations often share κ.
     last: Mutex<Option<(f64, Arc<Vec<Complex64>>)>>,
 }
 
@@ -139,13 +139,13 @@ impl Exact {
     /// Summands at one κ: `|c_j|²`, `c_j`, `A(r)` times a constant, or `exp(iκh)`, in the order of the list of S at the
     /// head of this file. Row-major, the first two and A in FFT order.
     fn summands(&self, kappa: f64) -> Arc<Vec<Complex64>> {
-        // The remembered pair is consistent even if another query panicked with the lock held.
+        // The remembered pair is consistent even if another thread panicked with the lock held.
         let lock = || self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some((_, summands)) = lock().as_ref().filter(|(last_kappa, _)| *last_kappa == kappa) {
             return summands.clone();
         }
-        // Not locked during the transform. A thread of rayon that waits in it may run another query, which would then
-        // wait for its own lock.
+        // Not locked during the transform. A thread of rayon that waits in it may run another evaluation, which would
+        // then wait for the lock of its own thread.
         let summands = Arc::new(match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {
                 self.transform.amplitudes(kappa).into_iter().map(|c| c.norm_sqr().into()).collect()

@@ -1,9 +1,11 @@
-//! Lobes that answer in linear sRGB: treatment of the gamut and the defensive mixture, written once for all of them.
+//! Lobes in linear sRGB: treatment of colours outside its gamut and the defensive mixture, written once for all of
+//! them.
 
 use super::{LinearSrgb, Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
 
-/// A lobe's own answers in linear sRGB. Every type that implements the trait is a [`Lobe`] over [`LinearSrgb`].
+/// A lobe's own value, density and draw in linear sRGB. Every type that implements the trait is a [`Lobe`] over
+/// [`LinearSrgb`].
 pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// Treatment of negative channels.
     fn gamut(&self) -> Gamut;

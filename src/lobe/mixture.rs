@@ -36,6 +36,7 @@ pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     draw: impl FnOnce(N::Real, [N::Real; 3], N::Mask) -> [N::Real; 3],
 ) -> [N::Real; 3] {
     let lit = N::Real::lit;
+    // Each wavelength gets an equal part of [UNIFORM_FRACTION, 1).
     let is_uniform = u[0].lt(lit(UNIFORM_FRACTION));
     let choice = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
     let fraction = choice - choice.floor().min(lit(L as f64 - 1.0));

@@ -3,7 +3,7 @@
 //! `f_r = R·O·M·S/λ²` (docs/model.md#the-reflectance) is in 1/sr and leaves out the cosine. It is divided by the albedo
 //! where energy is conserved. Four lobes implement [`Lobe`]:
 //!
-//! | lobe | surface that builds it | spectral content of a query |
+//! | lobe | surface that builds it | spectral content |
 //! | --- | --- | --- |
 //! | [`SpectralLobe`] | [`Surface`] | wavelengths in nm |
 //! | [`ColourLobe`] | [`ColourSurface`] | linear sRGB |
@@ -48,9 +48,10 @@ use crate::numeric::Numbers;
 
 /// Value, density and samples of one lobe, over the numbers `N`.
 ///
-/// `C` is the spectral content of a query: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`]. Wavelengths
-/// must lie within the tables' range. Directions are unit vectors in the relief's frame and point away from the
-/// surface. Answers are zero where a direction lies below the surface or the mask is false.
+/// `C` is the spectral content that a ray carries: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`].
+/// Wavelengths must lie within the tables' range. Directions are unit vectors in the relief's frame and point away from
+/// the surface. Results are zero where the mask is false, and where a direction lies below the surface of a lobe that
+/// only reflects.
 ///
 /// ```
 /// use sunbeam::lobe::Lobe;
@@ -86,10 +87,10 @@ pub trait Lobe<N: Numbers, C: Copy> {
     }
 
     /// A direction `wo` from three random numbers in [0, 1); the zero vector where the draw falls below the horizon.
-    /// The first number chooses the uniform part or a wavelength and, for gratings, the order.
+    /// The first number chooses the uniform part of the density or a wavelength and, for gratings, the order.
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
-/// Spectral content of a query in linear sRGB, instead of wavelengths.
+/// Spectral content of a ray in linear sRGB, instead of wavelengths.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearSrgb;

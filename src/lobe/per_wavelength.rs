@@ -1,11 +1,11 @@
-//! Lobes that answer wavelength by wavelength: the loop over the wavelengths carried and the defensive mixture, written
+//! Lobes at single wavelengths: the loop over the wavelengths that a ray carries and the defensive mixture, written
 //! once for all of them.
 
 use super::{Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
 
-/// A lobe's answers at one wavelength `nm`, in nm. Every type that implements the trait is a [`Lobe`] for any number of
-/// wavelengths.
+/// A lobe's own value, density and draw at one wavelength `nm`, in nm. Every type that implements the trait is a
+/// [`Lobe`] for any number of wavelengths.
 ///
 /// Masks of `value` and `density` are true only where the lobe accepts both directions.
 pub(crate) trait PerWavelength<N: Numbers>: Sides<N> {

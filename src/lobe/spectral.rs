@@ -42,7 +42,7 @@ pub struct SpectralLobe<'a, N: Numbers> {
     pub layout: &'a SpectralLayout,
     /// Table data: power spectrum, sampler, albedos.
     pub words: [N::Words; 3],
-    /// Size of the relief at the queried place; `None` for that of the tables.
+    /// Size of the relief at the shaded point; `None` for that of the tables.
     pub size: Option<RelativeSize<N::Real>>,
 }
 
@@ -75,7 +75,7 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         self.layout.albedo.map(|layout| AlbedoView { layout, words: self.words[2] })
     }
 
-    /// Look-up at a wavelength in nm.
+    /// Wavelengths at which tables of this relief's size are read, for light of a wavelength in nm.
     #[inline(always)]
     pub(super) fn reading(&self, nm: N::Real) -> Reading<N> {
         Reading::resized(nm, self.size, self.layout.keeps_window())

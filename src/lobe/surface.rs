@@ -1,6 +1,6 @@
 //! A surface at wavelengths: the tables of its power spectrum, its sampler and its albedos.
 //!
-//! [`Surface`] builds the tables from a height field, owns them, and answers queries in double precision. Renderers
+//! [`Surface`] builds the tables from a height field, owns them, and evaluates them in double precision. Renderers
 //! read the same tables through its lobes ([`Surface::lobe`], [`Surface::transmissive_lobe`]), which are generic over
 //! the numbers.
 
@@ -68,10 +68,10 @@ pub struct SurfaceReport {
 /// Calls a function of `by_value.rs` with the lobe of the surface's transparent body, or without a body with the
 /// surface's own lobe. A macro, since the two lobes have different types.
 macro_rules! by_kind {
-    ($surface:ident, $query:ident, $($argument:ident),+) => {
+    ($surface:ident, $function:ident, $($argument:ident),+) => {
         match $surface.transmissive_lobe::<f64>() {
-            Some(lobe) => super::$query(&lobe, $($argument),+),
-            None => super::$query(&$surface.lobe::<f64>(), $($argument),+),
+            Some(lobe) => super::$function(&lobe, $($argument),+),
+            None => super::$function(&$surface.lobe::<f64>(), $($argument),+),
         }
     };
 }
@@ -220,8 +220,8 @@ impl Surface {
         by_kind!(self, sample, wi, wavelengths_nm, u)
     }
 
-    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, where `wi` lies there,
-    /// and without a wavelength.
+    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, where `wi` lies below
+    /// the surface of a relief that only reflects, and without a wavelength.
     ///
     /// The first number chooses the side of a transparent body, then the uniform part of the density or one of the
     /// wavelengths.
@@ -236,6 +236,7 @@ impl Surface {
         if self.options.body.is_some() {
             return None;
         }
+        // Factor of the division by the albedo.
         let per_albedo =
             |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |albedos| albedos.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());

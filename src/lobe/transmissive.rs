@@ -52,9 +52,9 @@ pub(crate) struct BodyDirections<N: Numbers> {
     wi: BodyWave<N>,
     wo: BodyWave<N>,
     pair: TransparentPair<N>,
-    /// The passage of samples from wi to the side of wo.
+    /// The incident direction and the side of wo, as samplers take them.
     passage: Passage<N>,
-    /// Outgoing tangential wave vector over n, times [`Passage::turn`].
+    /// Outgoing tangential wave vector over n, times [`Passage::turn`]. In double precision, as frequencies are.
     outgoing: [N::Double; 2],
     /// Ratio of a density over solid angle to that over tangential wave vectors over n.
     per_solid_angle: N::Real,

@@ -4,11 +4,11 @@
 // Let A(w) be the larger of 1 and the albedo for a direction w at the angle θ from the normal, for each of red, green
 // and blue. The reflectance is divided by max(A(wi), A(wo)). The albedo table holds (A - 1)·cos²θ on the grid.
 //
-// `albedos` has eight words of 32 bits for each cell: two for each of red, green and blue, and two of padding. A
-// channel's first word has the two corners of the lower y, its second those of the upper y. A word holds two values,
-// the upper 16 bits of single-precision numbers. Its lower half is the corner of the lower x.
+// `albedos` has eight words of 32 bits for each cell of the grid: two for each of red, green and blue, and two of
+// padding. A channel's first word has the values at the two corners of the lower y, its second those of the upper y. A
+// word holds two values, the upper 16 bits of single-precision numbers. Its lower half is the corner of the lower x.
 
-// A - 1 of red, green and blue for the direction w, bilinear between the grid's nodes.
+// A - 1 of red, green and blue for the direction w, whose tabulated value is bilinear between the grid's nodes.
 fn albedo_excess(w: vec3<f32>) -> vec3<f32> {
     let at = place(w);
     let first = 8u * at.cell;
@@ -19,8 +19,8 @@ fn albedo_excess(w: vec3<f32>) -> vec3<f32> {
     return excess * at.per_squared_cosine;
 }
 
-// The relief's factor of the reflectance divided by the larger albedo of the two directions, linear sRGB in 1/sr. Zero
-// unless `answer_part` is 0, like `relief_rgb`.
+// The relief's factor of the reflectance divided by max(A(wi), A(wo)), linear sRGB in 1/sr. wi points to the light and
+// wo to the viewer. Like `relief_rgb`, it is zero unless `answer_part` is 0 (common.wgsl).
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     return relief_rgb(wi + wo) / (1.0 + max(albedo_excess(wi), albedo_excess(wo)));
 }

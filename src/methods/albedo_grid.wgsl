@@ -6,6 +6,7 @@
 // which maps the hemisphere to the unit disc with dense nodes near the horizon. A cell is the square between four
 // nodes.
 
+// Table data; albedo.wgsl and film.wgsl describe their arrangement.
 @group(1) @binding(2) var<storage, read> albedos: array<u32>;
 
 // Place of a direction in the grid.
@@ -14,7 +15,7 @@ struct GridPlace {
     cell: u32,
     // Position in the cell along x and y, 0 to 1.
     fraction: vec2<f32>,
-    // 1/cos²θ, the factor on the tabulated value.
+    // 1/cos²θ, the factor on the tabulated value (A - 1)·cos²θ, which stays finite at the horizon.
     per_squared_cosine: f32,
 }
 
@@ -28,7 +29,7 @@ fn place(w: vec3<f32>) -> GridPlace {
     return GridPlace(u32(cell.y) * table.albedo_cells + u32(cell.x), position - cell, 1.0 / (cosine * cosine));
 }
 
-// The two values of a word, that in the lower half first.
+// The two values of a word, that in the lower half first. Each is the upper half of a single-precision number.
 fn albedo_pair(word: u32) -> vec2<f32> {
     return vec2<f32>(bitcast<f32>(word << 16u), bitcast<f32>(word & 0xffff0000u));
 }

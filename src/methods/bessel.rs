@@ -7,8 +7,8 @@
 //! for decreasing k. It starts with an arbitrary number at an even k well above x. The identity
 //! `J_0 + 2(J_2 + J_4 + …) = 1` (9.1.46) then gives the scale.
 
-/// Largest number of terms of a series. Every invocation of a shader keeps their weights in an array of this size:
-/// larger values allow deeper reliefs and need more memory.
+/// Largest number of terms of a series of the phase screen. Every invocation of a shader keeps the weights of all terms
+/// in an array of this size: larger values allow deeper reliefs and need more memory.
 pub const TERMS_MAX: usize = 256;
 
 /// Argument below which the ascending series up to x² replaces the recurrence, which would overflow. The first function
@@ -18,9 +18,9 @@ pub(super) const SMALL_ARGUMENT: f32 = 1e-3;
 /// Writes `J_0(x)` to `J_{count−1}(x)` for several arguments: `values[order][lane]` for the argument `x[lane]`.
 /// `values` has `count ≤ TERMS_MAX` rows. The absolute error is a few 1e-7.
 ///
-/// Arguments lie between 0 and [`TERMS_MAX`] and are at most a factor of four apart. Callers pass one w at visible
-/// wavelengths, whose arguments differ by a factor of 2.1. Lanes are computed side by side, because the recurrence of a
-/// single argument is one chain of dependent steps.
+/// Arguments lie between 0 and [`TERMS_MAX`] and are at most a factor of four apart. Callers pass arguments
+/// proportional to 1/λ at visible wavelengths λ, which differ by a factor of at most 2.1. Lanes are computed side by
+/// side, because the recurrence of a single argument is one chain of dependent steps.
 ///
 /// The recurrence starts at about `x + 6·∛x + 2`, with the cube root of the largest argument. There J is below 1e-8 for
 /// every x up to [`TERMS_MAX`], and above 1e-30, so nothing overflows. Orders above the start are written as zero.

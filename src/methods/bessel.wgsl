@@ -6,7 +6,7 @@
 // Loops are unrolled here and in orders.wgsl: the software adapter llvmpipe ends all loops of an invocation after 65535
 // iterations in total.
 
-// Length of the array of terms, and the largest `count`; as in bessel.rs.
+// Length of the array of terms, and the largest `count`. A test compares the constants of bessel.rs and of this file.
 const TERMS_MAX: u32 = 256u;
 // Argument below which the ascending series up to x² replaces the recurrence, which would overflow.
 const SMALL_ARGUMENT: f32 = 1e-3;
@@ -32,6 +32,7 @@ fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
     var above = 0.0;
     var here = 1.0;
     var evens = 0.0;
+    // Each iteration takes two steps, from J_k to J_{k-2}.
     for (var k = start; k > 0u; k -= 2u) {
         if k < count {
             (*values)[k] = here;

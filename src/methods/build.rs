@@ -23,10 +23,11 @@ const TABLE_FRACTION: f64 = 0.6;
 
 /// Builds a method for the surface of a height field.
 ///
-/// Where the answer is the relief's factor, the caller multiplies it by the obliquity and shadowing factors of
-/// `surface`. With energy conservation the albedo table is built with these factors, so it is valid for them only. For
-/// a film ([`Options::body`]) the answer is the whole scattering function; only [`MethodKind::Table`] supports films.
-/// Numbers of terms and orders that `options` do not give follow from the surface's `tolerance`, a relative error.
+/// Where the method evaluates only the relief's factor of the reflectance ([`super::AnswerKind::Relief`]), the caller
+/// multiplies it by the obliquity and shadowing factors of `surface`. With energy conservation the albedo table is
+/// built with these factors, so it is valid for them only. For a film ([`Options::body`]) it evaluates the whole
+/// scattering function; only [`MethodKind::Table`] supports films. Numbers of terms and orders that `options` do not
+/// give follow from the surface's `tolerance`, a relative error.
 ///
 /// ```
 /// use sunbeam::methods::{MethodKind, MethodOptions, build};
@@ -92,8 +93,8 @@ pub fn build_watched(
     })
 }
 
-/// Builds the colour table, with a table of albedos where energy is conserved. `resolution` is that of
-/// [`MethodOptions`].
+/// Builds the colour table, of a film where the surface has a body, with a table of albedos where energy is conserved.
+/// `resolution` is that of [`MethodOptions`].
 fn build_table(
     field: &HeightField,
     surface: &Options,

@@ -2,7 +2,8 @@
 //! through colours.wgsl.
 //!
 //! - Nodes (flss.rs, pq.rs): `rgb = Σ_i spectrum(λ_i)·weight_i`, with weights without a unit.
-//! - A density per µm (nmm.rs, stam.rs): `rgb = ∫ spectrum(λ)·density(λ) dλ`. The method selects the wavelengths.
+//! - A density per µm of wavelength (nmm.rs, stam.rs): `rgb = ∫ spectrum(λ)·density(λ) dλ`. The method selects the
+//!   wavelengths.
 
 use super::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
 use crate::colour::{ColourError, SpectralToRgb};

@@ -12,14 +12,14 @@ const COSINE_MIN: f32 = 1e-7;
 // Largest squared length of a sum of two unit vectors: 4, with room for rounding.
 const SUM_SQUARED_MAX: f32 = 4.001;
 
-// Division of an answer into parts, for adapters that end long loops early. The caller evaluates the parts 0 to
-// `answer_parts` - 1 and sums the results. In part `answer_part`, a method with a long loop does every
-// `answer_parts`-th iteration, from iteration `answer_part` on. Other methods return the whole answer in part 0 and
-// zero in the other parts.
+// Division of an answer, the value of `answer_rgb` for a pair of directions, into parts, for adapters that end long
+// loops early. The caller evaluates the parts 0 to `answer_parts` - 1 and sums the results. In part `answer_part`, a
+// method with a long loop does every `answer_parts`-th iteration, from iteration `answer_part` on. Other methods return
+// the whole answer in part 0 and zero in the other parts.
 var<private> answer_part: u32 = 0u;
 var<private> answer_parts: u32 = 1u;
 
-// Whether q can be the sum of two unit vectors above the surface.
+// Whether q can belong to a query, a pair of unit vectors above the surface, as their sum.
 fn is_query(q: vec3<f32>) -> bool {
     return q.z > 0.0 && dot(q, q) <= SUM_SQUARED_MAX;
 }

@@ -2,7 +2,8 @@
 //! times the factor F of scattering/transparent.rs.
 //!
 //! The shader consists of table.wgsl, transparent.wgsl, albedo_grid.wgsl and film.wgsl. Where energy is conserved,
-//! albedos by wavelength are uploaded unchanged, and a channel is divided by the mean over its band.
+//! albedos by wavelength are uploaded unchanged. Each channel is divided by the mean albedo over its band, the
+//! wavelengths with the channel's weights.
 
 use super::table::table_shader;
 use super::{AnswerKind, Method, MethodShader};

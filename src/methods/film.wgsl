@@ -3,12 +3,12 @@
 // `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
 //
 // Let A be the larger of 1 and the albedo for a direction at the angle θ from the normal and a wavelength. The albedo
-// of a film is the fraction of the light that it reflects or transmits. A colour channel takes the mean over its band,
-// of A at three wavelengths.
+// of a film is the fraction of the light that it reflects or transmits. A colour channel takes the mean of A over its
+// band, its weights over wavelength, from A at three wavelengths.
 //
 // `albedos` holds (A - 1)·cos²θ on the grid of albedo_grid.wgsl, in planes of wavelength. It has four words for each
 // [side of the film][gap between planes][cell]. They are the corners of the lower y and of the upper y on the lower
-// plane, then those on the upper plane.
+// plane, then those on the upper plane. Directions of the second side are those of the wave in the film's medium.
 
 // Place of a direction in the table, on the lowest gap. The first side is that of directions above the relief, the
 // second that of directions below.
@@ -34,7 +34,8 @@ fn excess(at: GridPlace, nm: f32) -> f32 {
     return mix(lower, upper, position - plane) * at.per_squared_cosine;
 }
 
-// A - 1 of red, green and blue at a place: the mean over the channel's band, by the weights of src/energy/colour.rs.
+// A - 1 of red, green and blue at a place: the mean over the channel's band, with BAND_NODES_NM and BAND_NODE_WEIGHTS
+// of src/energy/colour.rs. Tests of films on the GPU compare both. Negative weights may give a negative mean.
 fn band_excess(at: GridPlace) -> vec3<f32> {
     let mean = vec3<f32>(-0.0940, 0.0823, 1.0350) * excess(at, 460.0)
         + vec3<f32>(-0.0078, 0.8087, 0.0006) * excess(at, 540.0)

@@ -17,7 +17,7 @@ use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
-/// Sources of the shader.
+/// Sources of the shader, in the order of their concatenation.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("flss.wgsl")];
 
 /// The uniform struct of flss.wgsl.
@@ -28,6 +28,7 @@ pub(super) struct FlssUniform {
     pub grid: OrderGrid,
     /// Number of wavelengths.
     pub wavelengths: u32,
+    /// The size of a uniform struct is a multiple of 16 bytes.
     pub _pad0: u32,
     pub _pad1: u32,
     pub _pad2: u32,

@@ -16,7 +16,8 @@ struct Flss {
 
 @group(1) @binding(0) var<uniform> flss: Flss;
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr: the share of the wavelengths that
+// belongs to `answer_part` (common.wgsl).
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();

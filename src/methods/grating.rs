@@ -36,6 +36,7 @@ pub(super) struct GratingUniform {
     pub spacing_per_um: f32,
     /// Standard deviation of an order's Gaussian in cycles/µm.
     pub sigma_per_um: f32,
+    /// The size of a uniform struct is a multiple of 16 bytes.
     pub _pad0: u32,
     pub _pad1: u32,
 }

@@ -7,7 +7,7 @@
 //     ν         1/λ in 1/µm
 //     q, ρ      (wi + wo).xy, and its length
 //     σ         standard deviation in cycles/µm of an order's Gaussian; order m has the frequency (m/d, 0)
-//     ν_m       m·q.x/(d·ρ²): the ν at which the frequency ν·q of the query is nearest to order m
+//     ν_m       m·q.x/(d·ρ²): the ν at which the frequency ν·q of the pair of directions is nearest to order m
 //     b_m       distance from ν_m·q to order m, in units of σ
 //     τ         σ/ρ, the standard deviation over ν of the order's Gaussian along the line ν·q
 //     e_m       efficiency of order m at ν_m
@@ -21,13 +21,15 @@
 // plane into cells; within a cell the same orders propagate. An order number counts the propagating orders of a cell
 // from 0, by ascending m. Nodes of a cell lie at fractional parts of t - a (`minus`) and of t + a (`plus`).
 
+// A test compares the constants below with those of Rust.
+
 // Middle of the visible range of ν, from 1/830 nm to 1/360 nm, in 1/µm.
 const NU_MIDDLE: f32 = 1.9912986;
 // Half the width of the visible range of ν in 1/µm.
 const NU_HALF: f32 = 0.78647923;
 // Scale in 1/µm of the coordinate τ/(τ + TAU_SCALE) of the table of W.
 const TAU_SCALE: f32 = 0.25;
-// Distance in standard deviations beyond which a Gaussian is neglected; it is e^-12.5 = 4e-6 there.
+// Distance in standard deviations beyond which a Gaussian is neglected: 4e-6 of its peak.
 const REACH: f32 = 5.0;
 // Efficiency that one unit of a stored 16-bit integer represents, 1/40000. The largest integer represents 1.64.
 const UNIT: f32 = 2.5e-5;
@@ -234,8 +236,9 @@ fn order_colour(order: f32, nu_m: f32, gauss: f32, tau: f32, x_difference: f32, 
     return spectral_weights(nu_m, tau) * (efficiency(position, 1e3 / visible_nu, u32(outgoing)) * gauss);
 }
 
-// The whole reflectance f_r, linear sRGB in 1/sr.
+// The whole reflectance f_r, linear sRGB in 1/sr. wi points to the light and wo to the viewer.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    // Part 0 is the whole answer (common.wgsl).
     if answer_part != 0u {
         return vec3<f32>(0.0);
     }
@@ -243,7 +246,7 @@ fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let tau = grating.sigma_per_um / max(line.length, 1e-9);
     let x_difference = wo.x - wi.x;
     let y = 0.5 * (wi.y - wo.y);
-    // The sum begins with order 0.
+    // The sum begins with order 0, whose Gaussian reaches the visible range near the mirror direction only.
     var sum = spectral_weights(0.0, tau);
     if any(sum != vec3<f32>(0.0)) {
         sum *= order_zero(0.5 * x_difference, y);

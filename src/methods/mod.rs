@@ -59,7 +59,7 @@ use crate::wgsl;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Meaning of the answers of a method.
+/// Meaning of a method's answer, its value for a pair of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AnswerKind {
     /// The relief's factor of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing,
@@ -69,7 +69,7 @@ pub enum AnswerKind {
     Reflectance,
     /// The whole scattering function of a film, which reflects and transmits: directions may lie on either side.
     Film {
-        /// Index of the film.
+        /// Refractive index of the film.
         eta: f32,
     },
 }
@@ -164,15 +164,15 @@ impl MethodShader<'_> {
 /// WGSL that the sources of all methods use.
 pub const COMMON_WGSL: &str = wgsl!("common.wgsl");
 
-/// Shortest wavelength of the published methods in µm.
+/// Shortest wavelength of the published methods in µm. In single precision, like all numbers of methods.
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 /// Longest wavelength of the published methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
 /// Smallest divisor for a cosine, about the rounding error of a cosine in single precision.
 const COSINE_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
-/// Whether `q` can be the sum of two unit vectors above the surface, with room for rounding. False where it is not
-/// finite.
+/// Whether `q` can belong to a query, a pair of unit vectors above the surface, as their sum; with room for rounding.
+/// False where it is not finite.
 fn is_query(q: [f32; 3]) -> bool {
     q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
 }

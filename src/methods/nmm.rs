@@ -1,5 +1,5 @@
-//! NMM, non-uniform wavelengths (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order leaves
-//! in the direction of the query. Sources are listed in docs/model.md#sources.
+//! NMM, non-uniform wavelengths (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order of
+//! light from wi leaves along wo. Sources are listed in docs/model.md#sources.
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
 //! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly,
@@ -13,8 +13,9 @@
 //! - *unweighted* (Single 2014): `Σ S·W(λ)/N` with `W = weight(λ)/λ²`, scaled to an integral of 1 in each channel. A
 //!   constant `S/λ²` is white, but the factor 1/λ² within each channel shifts hues.
 //!
-//! A wavelength of a list is at the peak of an order, but represents the mean over the order's cell. Both forms
-//! therefore multiply S by the ratio of the mean to the peak ([`line_width`]).
+//! A wavelength of a list is at the peak of an order, but represents the mean over the order's *cell*, the frequencies
+//! nearer to it than to other orders. Both forms therefore multiply S by the ratio of the mean to the peak
+//! ([`line_width`]).
 //!
 //! A list is left out where it has no order other than 0: along an axis of one pixel, and for a span below λmin. Where
 //! both are left out, around (u, v) = (0, 0), the answer is white with the value at 550 nm, as in Single 2014.
@@ -39,7 +40,8 @@ const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("ord
 /// alone gives colours a relative error of 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE_MIN: f64 = 0.15;
 
-/// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white: mid-spectrum.
+/// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white, in the middle of the
+/// visible range.
 pub(super) const WHITE_UM: f32 = 0.55;
 
 /// The uniform struct of nmm.wgsl.
@@ -50,6 +52,7 @@ pub(super) struct NmmUniform {
     pub grid: OrderGrid,
     /// [`line_width`] along x and y.
     pub line_width: [f32; 2],
+    /// The size of a uniform struct is a multiple of 16 bytes.
     pub _pad: [f32; 2],
 }
 
@@ -101,7 +104,7 @@ impl Relief for Nmm {
         }
         let grid = &self.colour_orders.grid;
         let span_um = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
-        // Whether an axis has a list.
+        // Whether an axis has a list: orders other than 0 are stored, and the span reaches the first of them.
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span_um[axis] >= WAVELENGTH_MIN_UM);
         let axes = || (0..2).filter(move |&axis| listed[axis]);
         let total: f32 = axes().map(|axis| span_um[axis]).sum();

@@ -1,12 +1,13 @@
 // NMM, non-uniform wavelengths; counterpart of nmm.rs, which derives the formulas.
 //
-// The colour is a sum over the wavelengths at which a wave order leaves in the direction of the query: a list λ =
-// |u|·Lx/n along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the
-// extent of the tile in µm. With the spans |u|·Lx and |v|·Ly,
+// The colour is a sum over the wavelengths at which an order of light from wi leaves along wo: a list λ = |u|·Lx/n
+// along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the extent of the
+// tile in µm. With the spans |u|·Lx and |v|·Ly,
 //     rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans),
 // where S is the power spectrum in µm² (orders.wgsl) and the density is that of colours.wgsl.
 
-// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white.
+// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white, in the middle of the
+// visible range; as in nmm.rs (tested).
 const WHITE_UM: f32 = 0.55;
 
 // Uniform of the method; counterpart of `NmmUniform` in nmm.rs.
@@ -20,7 +21,8 @@ struct Nmm {
 
 @group(1) @binding(0) var<uniform> nmm: Nmm;
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr: the share of the wavelengths that
+// belongs to `answer_part` (common.wgsl).
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
@@ -30,6 +32,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     let listed = (nmm.grid.reach > vec2<i32>()) & (span_um >= vec2<f32>(WAVELENGTH_MIN_UM));
     let total = dot(select(vec2<f32>(), span_um, listed), vec2<f32>(1.0));
     if total == 0.0 {
+        // A single wavelength belongs to part 0.
         if answer_part != 0u {
             return vec3<f32>();
         }

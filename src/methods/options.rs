@@ -11,8 +11,8 @@ use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Accepted steps between wavelengths in nm. With coarser steps a constant spectrum is not white; finer steps gain no
-/// accuracy.
+/// Accepted steps between wavelengths in nm. With steps above the range a constant spectrum is not white; finer steps
+/// than these gain no accuracy.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// Largest number of orders along each axis that an evaluation sums. It bounds the time of an evaluation, which is
 /// proportional to its square.
@@ -31,9 +31,9 @@ pub const REPEATS_MAX: u32 = 10_000;
 pub enum MethodKind {
     /// Full lambda spectral sampling: wavelengths in equal steps.
     Flss,
-    /// Non-uniform wavelengths: only those at which an order leaves in the direction of the query.
+    /// Non-uniform wavelengths: only those at which an order leaves towards the viewer.
     Nmm,
-    /// P×Q: a finite number of repeats of the tile.
+    /// P×Q: a finite number of repeats of the tile, P along x and Q along y.
     Pq,
     /// Stam's model: one groove spacing, in one of the forms of [`StamForm`].
     Stam,
@@ -115,8 +115,8 @@ pub struct MethodOptions {
     /// Terms of the series of the phase screen, 1 to 256 (default: the number that the tolerance requires).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
-    /// Orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours of NMM,
-    /// that of a tolerance of at least 0.15). Single 2014 has 3.
+    /// Number of orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours
+    /// of NMM, that of a tolerance of at least 0.15). Single 2014 has 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.
@@ -165,7 +165,7 @@ impl Default for MethodOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StamForm {
-    /// Our form: a reflectance of eight orders on each side, in the colours of the CIE observer (stam.rs).
+    /// A reflectance of eight orders on each side, in the colours of the CIE observer (stam.rs).
     #[default]
     Spacing,
     /// The form of GPU Gems, chapter 8: a highlight and seven orders on each side, in colours of its own

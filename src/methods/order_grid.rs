@@ -2,10 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Number of terms that the shader sums in one iteration of its unrolled loop.
+/// Number of terms of the phase screen's series that the shader sums in one iteration of its unrolled loop.
 pub(super) const TERMS_MULTIPLE: usize = 8;
 
-/// The lattice of a tile's wave orders, as the shaders read it. Distances between positions are in orders.
+/// The lattice of a tile's wave orders, as the shaders read it. Distances between positions are in orders: 1 between
+/// neighbouring orders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct OrderGrid {

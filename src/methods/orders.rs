@@ -9,11 +9,12 @@
 //! | j = (jx, jy) | order of frequency f_j = (jx/Lx, jy/Ly) |
 //! | c_j(κ) = Σ_n weight_n(κH)·term_{j,n} | amplitude of an order (weights: term_weights.rs) |
 //! | term_{j,n} | Fourier coefficient j of T_n(h/H) (Chebyshev series) or (h/H)ⁿ (Taylor series) |
-//! | p = (u·Lx, v·Ly)/λ | *position* of a query among the orders: order j is at p = j |
+//! | p = (u·Lx, v·Ly)/λ | *position* of q among the orders: order j is at p = j |
 //! | s | standard deviation of the coherence window in µm |
 //! | S | power spectrum in µm² of the patch model (docs/model.md) |
 //!
-//! The amplitudes of neighbouring orders add up with the window's Gaussian over p:
+//! The amplitudes of neighbouring orders add up with the window's Gaussian over p. The *neighbourhood* is the number of
+//! orders summed along each axis, those nearest to p:
 //!
 //! `S = 4πs²·|Σ_j c_j·exp(−2π²s²|f − f_j|²)|²`
 
@@ -35,7 +36,8 @@ use sunbeam_fourier::num_complex::Complex32;
 /// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must stay within the
 /// range of single precision.
 pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
-/// Largest size in bytes of the orders of a tile. It bounds the memory of a method.
+/// Largest size in bytes of the orders of a tile. It bounds the memory of a method; larger values allow larger tiles
+/// and deeper reliefs.
 pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 
 /// Largest w of two directions: both along the normal.
@@ -282,7 +284,7 @@ fn kappa_h_max(half_range_um: f64) -> f64 {
 }
 
 /// Number of terms: the given one, or the smallest with which the remainder of the series is below a tenth of the
-/// tolerance for every κ up to the largest.
+/// tolerance for every κ up to the largest. The orders left out may take half of it.
 ///
 /// # Errors
 /// [`MethodError::TooManyTerms`] and [`MethodError::TaylorRange`].
@@ -301,8 +303,8 @@ fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Re
     needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
 }
 
-/// Number of orders along an axis with which the Gaussians left out are below half the tolerance. The nearest order
-/// that is left out is at least half the number away.
+/// Number of orders along an axis with which the Gaussians left out are below half the tolerance. The nearest of these
+/// is at least half the number n away, so `exp(−sharpness·(n/2)²) = tolerance/2`.
 fn orders_needed(sharpness: f64, tolerance: f64) -> f64 {
     let needed = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness).sqrt();
     needed.ceil().max(1.0)
