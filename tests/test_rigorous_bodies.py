@@ -1,4 +1,4 @@
-"""Bodies that transmit by Maxwell's equations in Mitsuba: samples, reciprocity, colours, and the Jones matrices of orders."""
+"""Bodies that transmit, by Maxwell's equations in Mitsuba: samples, reciprocity, and the Jones matrices of orders."""
 
 import json
 
