@@ -87,9 +87,10 @@
  *
  * where specular and diffuse are the two reflectance parameters.
  *
- * Component 0 is the diffracted light (glossy). Component 1 is the pigment, if it is given. In polarised variants the
- * diffracted light has the Mueller matrix of Fresnel's amplitudes at the half vector, or of the small-slope amplitudes.
- * Each order of the rigorous theory has a matrix of its own. The pigment depolarises.
+ * Component 0 is the diffracted light (glossy). Component 1 is the pigment, if it is given. The mirror reflection of a
+ * cover is the last. A body that transmits has diffracted reflection (0), transmission (1), and a film's mirror (2). In
+ * polarised variants the diffracted light has the Mueller matrix of Fresnel's amplitudes at the half vector, or of the
+ * small-slope amplitudes. Each order of the rigorous theory has a matrix of its own. The pigment depolarises.
  *
  *   J. Stam: Diffraction Shaders. SIGGRAPH 1999.
  *   D. S. Dhillon et al.: Interactive Diffraction from Biological Nanostructures. Comput. Graph. Forum 33(8), 2014.

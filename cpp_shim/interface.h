@@ -16,9 +16,17 @@ namespace dr = drjit;
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
 /// towards the viewer. Both lie above the surface.
 ///
-/// Small-slope symbols and formulas follow the Rust core, src/scattering/small_slope.rs, which states the amplitudes B;
-/// tests/test_twins.py compares both for unpolarised light. The power is
-/// Q = 2 q q0 / w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²). A suffix 0 marks quantities of `from`.
+/// Small-slope symbols and formulas follow the Rust core, src/scattering/small_slope.rs; tests/test_twins.py compares
+/// both for unpolarised light. The amplitudes are 2 √(q q0) / w · B. The first letter of an index is the outgoing
+/// state, the second the incident state, and a suffix 0 marks quantities of `from`:
+///
+///     B_ss = −(ε − 1) cos/(s s0)         B_sp = (ε − 1) t0 sin/(s p0)
+///     B_ps = (ε − 1) t sin/(p s0)        B_pp = (ε − 1) (t t0 cos − ε sines)/(p p0)
+///     Q = 2 q q0 / w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²)
+///
+/// A perfect conductor, the limit of large ε, has
+///
+///     B_ss = −cos    B_sp = sin/q0    B_ps = sin/q    B_pp = (cos − sines)/(q q0)
 ///
 /// | symbol | meaning |
 /// | --- | --- |
@@ -28,6 +36,7 @@ namespace dr = drjit;
 /// | `sines` | product of the sines of the two polar angles, k k0 in small_slope.rs |
 /// | `cos`, `sin` | cosine and sine of the azimuth from the incident to the outgoing light |
 /// | `epsilon` | ε, the squared index |
+/// | `t`, `s`, `p` | terms of one direction (struct `Side`) |
 /// | `half` | half the squared length of `from + to`, which is 1 + from·to |
 /// | `grazing` | cos − sines without cancellation: (q² + q0² + q q0 − q² q0² − half) / sines |
 template <typename Float, typename Spectrum> class Interface {

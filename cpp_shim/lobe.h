@@ -209,8 +209,8 @@ private:
         std::array<Float, N> centre;
         std::transform(components.begin(), components.end(), centre.begin(),
                        [](const Float &c) { return dr::detach(c); });
-        // Largest step of each component. Frequencies are proportional to scale·(wi + wo) and κ to
-        // depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
+        // Largest step of each component. The look-ups' frequencies are proportional to scale·(wi + wo) and their
+        // phase rate κ to depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
         const Steps steps                  = m_surface->steps();
         const float scale_step             = .5f * std::min(steps.tangential[0], steps.tangential[1]);
         const std::array<float, 8> largest = { steps.tangential[0], steps.tangential[1], steps.normal,
@@ -227,8 +227,8 @@ private:
                 std::array<Float, N> moved = centre;
                 Float distance(0.f);
                 for (uint32_t c = 0; c < N; ++c) {
-                    // Steps of x and y have one length. Those of z or a size are at most a quarter of its value, so
-                    // that they do not cross the horizon or zero.
+                    // Components 0, 1, 3 and 4 are x and y of wi and wo; their steps have a fixed length. Steps of z
+                    // (2, 5) or a size (6, 7) are at most a quarter of its value, so that they do not cross zero.
                     const bool is_tangential = c % 3 < 2 && c < 6;
                     const Float step =
                         is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * dr::abs(centre[c]));

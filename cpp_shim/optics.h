@@ -33,9 +33,9 @@ using namespace mitsuba;
 /// Objects are never modified after construction: a change makes a copy. So one thread can trace an object while
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
-/// The lobe (lobe.h) has the value of the bare relief. This class adds the rotation, the interface's factor (Fresnel or
-/// small slope, interface.h), the cover (a clear layer, cover.h), the diffuse pigment below the surface, and the choice
-/// among these components in `sample`. `Transmission` handles a body that transmits.
+/// The lobe (lobe.h) gives the value of the bare relief. This class adds the rotation, the interface's factor (Fresnel
+/// or small slope, interface.h), the cover (a clear layer, cover.h), the diffuse pigment below the surface, and the
+/// choice among these components in `sample`. `Transmission` handles a body that transmits.
 ///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
@@ -62,7 +62,8 @@ public:
             m_components.push_back(BSDFFlags::DeltaReflection | BSDFFlags::FrontSide);
     }
 
-    /// A copy with tables for other numbers: coherence length in µm, scale, and depth. Throws if one is refused.
+    /// A copy with tables for other numbers: coherence length in µm, scale, and depth. Throws if one is out of range
+    /// or the tables cannot be built.
     Optics with_numbers(const std::array<float, 3> &numbers) const {
         auto surface = checked([&] { return m_lobe->surface().with_numbers(numbers); });
         Optics optics(*this);
@@ -76,7 +77,8 @@ public:
         Optics optics(*this);
         optics.m_perfect            = false;
         optics.m_interface_included = false;
-        auto surface                = [&] { return m_lobe->surface().without_index(); };
+        // The original's tables serve the copy unless they include the factor.
+        auto surface = [&] { return m_lobe->surface().without_index(); };
         optics.set_lobe(m_interface_included ? std::make_shared<const Lobe>(checked(surface)) : m_lobe);
         return optics;
     }
@@ -122,14 +124,14 @@ public:
             return m_transmission->sample(*m_lobe, m_textures, ctx, si, sample1, sample2, active);
         BSDFSample3f bs = dr::zeros<BSDFSample3f>();
         active &= Frame3f::cos_theta(si.wi) > 0.f;
-        const Lobes lobes(*this, ctx);
-        if (unlikely(lobes.none() || dr::none_or<false>(active)))
+        const Enabled enabled(*this, ctx);
+        if (unlikely(enabled.none() || dr::none_or<false>(active)))
             return { bs, 0.f };
 
-        const Local local     = localise(si, lobes, active);
+        const Local local     = localise(si, enabled, active);
         const Mask pick_cover = sample1 < local.prob_cover;
         // Uniform in [0, 1) again, given that the mirror is not picked.
-        if (lobes.cover)
+        if (enabled.cover)
             sample1 = dr::clip((sample1 - local.prob_cover) / dr::maximum(1.f - local.prob_cover, dr::Epsilon<Float>),
                                0.f, dr::OneMinusEpsilon<Float>);
         const Mask pick_glossy = sample1 < local.prob_diffraction;
@@ -150,11 +152,12 @@ public:
         const Mask above = active;
         active &= Frame3f::cos_theta(bs.wo) > 0.f && !pick_cover;
 
-        const auto [value, pdf] = evaluate<true, true>(local, lobes, ctx, si, bs.wo, active);
+        const auto [value, pdf] = evaluate<true, true>(local, enabled, ctx, si, bs.wo, active);
         active &= pdf > 0.f;
         bs.pdf          = dr::select(active, pdf, 0.f);
         Spectrum weight = (dr::select(active, dr::rcp(pdf), 0.f) * value) & active;
-        if (lobes.cover) {
+        if (enabled.cover) {
+            // In the radiance mode light travels from `wo` to `wi`, in the importance mode from `wi` to `wo`.
             const bool radiance            = ctx.mode == TransportMode::Radiance;
             const Vector3f mirror          = reflect(si.wi);
             const Spectrum mirrored        = m_cover.mirror(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
@@ -174,10 +177,10 @@ public:
         if (m_transmission)
             return m_transmission->template answer<Value, Density>(*m_lobe, m_textures, ctx, si, wo, active);
         active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
-        const Lobes lobes(*this, ctx);
-        if (unlikely(lobes.none() || dr::none_or<false>(active)))
+        const Enabled enabled(*this, ctx);
+        if (unlikely(enabled.none() || dr::none_or<false>(active)))
             return { 0.f, 0.f };
-        const auto [value, pdf] = evaluate<Value, Density>(localise(si, lobes, active), lobes, ctx, si, wo, active);
+        const auto [value, pdf] = evaluate<Value, Density>(localise(si, enabled, active), enabled, ctx, si, wo, active);
         return { value & active, dr::select(active, pdf, 0.f) };
     }
 
@@ -209,10 +212,10 @@ private:
     using CodeFingerprint = std::conditional_t<dr::is_jit_v<Float>, Fingerprint<Float>, NoFingerprint>;
 
     /// Whether each component exists and is enabled by the caller's context.
-    struct Lobes {
+    struct Enabled {
         bool diffraction, diffuse, cover;
 
-        Lobes(const Optics &optics, const BSDFContext &ctx)
+        Enabled(const Optics &optics, const BSDFContext &ctx)
             : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, DIFFRACTION)),
               diffuse(optics.m_textures.diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)),
               cover(optics.m_cover_reflection && ctx.is_enabled(BSDFFlags::DeltaReflection, optics.cover_component())) {
@@ -255,32 +258,35 @@ private:
     };
 
     /// Evaluates the textures at a point.
-    Local localise(const SurfaceInteraction3f &si, const Lobes &lobes, Mask active) const {
+    Local localise(const SurfaceInteraction3f &si, const Enabled &enabled, Mask active) const {
         Local local(m_cover);
         const auto &textures = m_textures;
 
+        // Beyond the ends of their spectra, eta and k keep the values at the ends (spectral_ends.h).
         local.ior      = { textures.eta_ends.eval(*textures.eta, si, active) / m_cover.eta(),
                            textures.k_ends.eval(*textures.k, si, active) / m_cover.eta() };
         local.specular = textures.specular_reflectance->eval(si, active);
-        local.diffuse  = lobes.diffuse ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
+        local.diffuse  = enabled.diffuse ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
         local.rotation = Rotation<Float>::degrees(textures.rotation->eval_1(si, active));
         local.size     = textures.size(si, active);
 
         const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
-        local.prob_diffraction  = lobes.diffraction ? 1.f : 0.f;
-        if (lobes.diffraction && lobes.diffuse) {
-            // In proportion to estimates of both albedos. Detached: the choice of a lobe is no part of the integrand.
-            // Between 0.1 and 0.9, so that a sample's weight is at most ten times that of sampling its lobe alone.
+        local.prob_diffraction  = enabled.diffraction ? 1.f : 0.f;
+        if (enabled.diffraction && enabled.diffuse) {
+            // In proportion to estimates of both albedos. Detached: the choice of a component is no part of the
+            // integrand. Between 0.1 and 0.9, so that a sample's weight is at most ten times that of sampling its lobe
+            // alone.
             const Float diffracted = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
                         pigment    = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
             const Float both       = diffracted + pigment;
             local.prob_diffraction = dr::select(both > 0.f, dr::clip(diffracted / both, .1f, .9f), .5f);
         }
-        local.prob_cover = lobes.cover ? 1.f : 0.f;
-        if (lobes.cover && (lobes.diffraction || lobes.diffuse)) {
+        local.prob_cover = enabled.cover ? 1.f : 0.f;
+        if (enabled.cover && (enabled.diffraction || enabled.diffuse)) {
             const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
-            // A smaller lower bound would give the mirror more samples on dark surfaces; 0.2 limits the weights of the
-            // other components' samples to about five times those without a mirror.
+            // In proportion to the mirror's reflectance and an estimate of the light from below the cover. A smaller
+            // lower bound would give the mirror more samples on dark surfaces; 0.2 limits the weights of the other
+            // components' samples to about five times those without a mirror.
             const Float passed = dr::detach(dr::mean(local.reflectance(cos_theta_i) + local.diffuse));
             local.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
         }
@@ -290,11 +296,11 @@ private:
     /// BSDF times cosθo, and density, summed over the enabled components. A part whose template argument is false is
     /// not computed. Both directions are above the surface where `active` is true.
     template <bool Value, bool Density>
-    std::pair<Spectrum, Float> evaluate(const Local &local, const Lobes &lobes, const BSDFContext &ctx,
+    std::pair<Spectrum, Float> evaluate(const Local &local, const Enabled &enabled, const BSDFContext &ctx,
                                         const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         Spectrum value(0.f);
         Float pdf(0.f);
-        if (lobes.diffraction) {
+        if (enabled.diffraction) {
             const Vector3f wi_relief = local.to_relief(si.wi), wo_relief = local.to_relief(wo);
             // Converts densities, and values times cosines, from solid angles inside the cover to those outside.
             const Float ratio = dr::detach(m_cover.solid_angle_ratio(wo));
@@ -316,7 +322,7 @@ private:
             }
             pdf *= local.prob_diffraction * ratio;
         }
-        if (lobes.diffuse) {
+        if (enabled.diffuse) {
             // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Under a cover,
             // radiance inside is n² times that outside, hence the division by n².
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
@@ -404,8 +410,8 @@ private:
             rust::Box<Surface> surface = is_spectral_v<Spectrum>
                                              ? new_surface(rust_str(json), samples, sizes, polarised)
                                              : new_colour_surface(rust_str(json), samples, sizes, polarised);
-            // Colour tables include the factor of a known index. A perfect conductor has no index: its R is 1, but its
-            // small-slope factor has to be computed here.
+            // Colour tables include the factor of a known index. A perfect conductor has no index: its Fresnel
+            // reflectance is 1, but its small-slope factor has to be computed here.
             m_interface_included = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
                                                               !(m_perfect && surface->is_small_slope()));
             return surface;
@@ -444,7 +450,8 @@ private:
         m_fingerprint = CodeFingerprint(code());
     }
 
-    /// Number that identifies the traced code: it combines the tables and all choices that change the code.
+    /// Number that identifies the traced code: that of the tables, followed by one bit for each choice that changes the
+    /// code.
     uint64_t code() const {
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();

@@ -193,6 +193,7 @@ std::optional<double> cover_index(const Properties &props) {
         case Properties::Type::Spectrum: {
             const auto &spectrum = props.get<Properties::Spectrum>("cover_eta");
             const auto &nm = spectrum.wavelengths, &values = spectrum.values;
+            // Linear interpolation between the wavelengths around the sodium line, or the value at the nearer end.
             const size_t above = std::upper_bound(nm.begin(), nm.end(), SODIUM_NM) - nm.begin();
             if (above == 0 || above == nm.size())
                 return above == 0 ? values.front() : values.back();
@@ -259,9 +260,10 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
         read(".k.spd", index.k_nm, index.k);
         return index;
     }
+    // Without a material and eta, the empty index stands for a perfect reflector.
     if (!props.has_property("eta"))
         return index;
-    // Reads one part of the index. Returns false for a colour or a texture.
+    // Reads eta or k; a constant has no wavelengths. Returns false for a colour or a texture.
     auto read = [&](const char *name, std::vector<double> &nm, std::vector<double> &values) {
         switch (props.type(name)) {
             case Properties::Type::Float:

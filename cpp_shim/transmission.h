@@ -32,7 +32,8 @@ public:
         : m_eta(eta), m_is_film(is_film), m_back_reflection(is_film && back_reflection) {}
 
     /// `BSDFFlags` of each component: diffracted reflection and transmission, and the back's mirror if there is one.
-    /// `varies` tells whether they vary with the place on the surface.
+    /// `varies` tells whether they vary with the place on the surface. Transmission into a medium is not symmetric,
+    /// because radiance changes with the squared index.
     std::vector<uint32_t> components(bool varies) const {
         const uint32_t sides = BSDFFlags::FrontSide | BSDFFlags::BackSide | BSDFFlags::Anisotropic |
                                (varies ? +BSDFFlags::SpatiallyVarying : 0u);
@@ -179,7 +180,8 @@ private:
                 pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
             if constexpr (Value) {
                 power *= specular;
-                // The lobe has the power of light from wi to wo. Radiance from wo to wi changes with the squared index.
+                // The lobe has the power of light from wi to wo. In the radiance mode light travels from wo to wi:
+                // by reciprocity f(wo → wi) = f(wi → wo) ni²/no², with the index ni on the side of wi and no of wo.
                 const bool radiance = ctx.mode == TransportMode::Radiance;
                 if (radiance && !m_is_film)
                     power *=
@@ -273,12 +275,14 @@ private:
     ///     ps = a v sinφ/(p s0)     pp = −σ (v v0 cosφ − σ e e0 k k0)/(p p0)
     ///
     /// The first letter is the outgoing state, and 0 marks the incident direction. φ is the azimuth from the incident
-    /// to the outgoing direction of travel. The sign a of a direction is 1 below and −1 above, and σ = a a0.
+    /// to the outgoing direction of travel. The sign a of a direction is 1 below and −1 above, and σ = a a0. In code,
+    /// `in` and `out` mark the incident and the outgoing direction.
     Spectrum mueller([[maybe_unused]] const Vector3f &from, [[maybe_unused]] const Vector3f &to) const {
         if constexpr (is_polarized_v<Spectrum>) {
             using Complex = typename Side::Complex;
             const Side in(from, m_eta, m_is_film), out(to, m_eta, m_is_film);
-            // Tangential unit vectors of travel. A direction along the normal takes the other's.
+            // Tangential unit vectors of travel. `sign` is −1 for `from`, against which the light travels, and 1 for
+            // `to`. A direction along the normal takes the other's vector; if both are along it, x is taken.
             auto unit = [](const Side &side, const Side &other, float sign) {
                 const auto own = sign * side.tangential / side.length, others = -sign * other.tangential / other.length;
                 const auto fallback = dr::select(other.length > TANGENT_MIN, others, typename Side::Vector2f(1.f, 0.f));
@@ -289,13 +293,14 @@ private:
                         sin   = travel_in.x() * travel_out.y() - travel_in.y() * travel_out.x();
             const Float a_in  = dr::select(in.is_below, Float(1.f), Float(-1.f)),
                         a_out = dr::select(out.is_below, Float(1.f), Float(-1.f)), sigma = a_in * a_out;
-            const Float sines = dr::select(in.length > TANGENT_MIN, in.length, 0.f) *
-                                dr::select(out.length > TANGENT_MIN, out.length, 0.f);
+            // The product k k0, exactly zero for a direction along the normal, where `length` is bounded from below.
+            const Float k_k0 = dr::select(in.length > TANGENT_MIN, in.length, 0.f) *
+                               dr::select(out.length > TANGENT_MIN, out.length, 0.f);
             const Complex ss = Complex(cos) / (out.s * in.s) * (out.passed_s * in.passed_s),
                           sp = in.v * (a_in * sin) / (out.s * in.p) * (out.passed_s * in.passed_p),
                           ps = out.v * (a_out * sin) / (out.p * in.s) * (out.passed_p * in.passed_s),
-                          pp = (out.v * in.v * cos - Complex(sigma * out.e * in.e * sines)) * (-sigma) /
-                               (out.p * in.p) * (out.passed_p * in.passed_p);
+                          pp = (out.v * in.v * cos - Complex(sigma * out.e * in.e * k_k0)) * (-sigma) / (out.p * in.p) *
+                               (out.passed_p * in.passed_p);
             auto wide = [](const Complex &z) {
                 return dr::Complex<UnpolarizedSpectrum>(UnpolarizedSpectrum(dr::real(z)),
                                                         UnpolarizedSpectrum(dr::imag(z)));
@@ -303,6 +308,7 @@ private:
             const Spectrum matrix =
                 Interface<Float, Spectrum>::jones_to_mueller(wide(ss), wide(sp), wide(ps), wide(pp));
             const UnpolarizedSpectrum power = matrix(0, 0);
+            // Axes of the s states: z × travel.
             const Vector3f s_in(-travel_in.y(), travel_in.x(), 0.f), s_out(-travel_out.y(), travel_out.x(), 0.f);
             return Interface<Float, Spectrum>::in_stokes_bases(dr::select(power > 0.f, dr::rcp(power), 0.f) * matrix,
                                                                from, s_in, to, s_out);

@@ -88,8 +88,8 @@ def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None
     # Dr.Jit compiles every living BSDF into the kernels that follow, so these two are freed.
     del reference_bsdf, checked_bsdf
     gc.collect()
-    figures = judged({name: np.concatenate([each[name] for each in errors]) for name in errors[0]})
-    return {"reference": variants.reference, "questions": count, **figures}
+    statistics = judged({name: np.concatenate([each[name] for each in errors]) for name in errors[0]})
+    return {"reference": variants.reference, "questions": count, **statistics}
 
 
 @dataclass(frozen=True)
@@ -215,17 +215,17 @@ def judged(errors: dict[str, np.ndarray]) -> dict:
     the fraction of sampled directions with an error above DIRECTION, and `passed` the verdict.
     """
     # Dark answers would agree with any other dark answers, so most questions must have light.
-    figures: dict = {"passed": bool(np.mean(errors["light"] > 0) > 0.5)}
+    statistics: dict = {"passed": bool(np.mean(errors["light"] > 0) > 0.5)}
     for name in ("eval", "pdf", "eval_pdf", "sample"):
         exceeding = float(np.mean(errors[name] > RELATIVE))
-        figures[name] = {
+        statistics[name] = {
             "median": float(np.median(errors[name])),
             "p999": float(np.quantile(errors[name], 0.999, method="higher")),
             "max": float(errors[name].max()),
             "exceeding": exceeding,
         }
-        figures["passed"] = figures["passed"] and exceeding <= EXCEEDING
+        statistics["passed"] = statistics["passed"] and exceeding <= EXCEEDING
     stray = float(np.mean(errors["direction"] > DIRECTION))
-    figures["stray"] = stray
-    figures["passed"] = figures["passed"] and stray <= STRAY
-    return figures
+    statistics["stray"] = stray
+    statistics["passed"] = statistics["passed"] and stray <= STRAY
+    return statistics

@@ -296,8 +296,8 @@ impl Surface {
     fn steps(&self) -> ffi::Steps {
         // At the shortest wavelength, where orders are narrowest and knots densest in direction cosines.
         let shortest_um = WAVELENGTH_MIN_NM * 1e-3;
-        // Standard deviation of an order in direction cosines x and y, and distance of the tables' knots in the cosine
-        // with the normal. Tables of gratings have no knots in it.
+        // Standard deviation of an order in direction cosines x and y, and distance of the tables' knots in the sum of
+        // cosines w = cosθi + cosθo = λκ/2π, with the phase rate κ. Tables of gratings have no knots in it.
         let (order_sigma, knot_step) = match &self.tables {
             Tables::Spectral(tables) => {
                 let layout = &tables.0.layout().table;

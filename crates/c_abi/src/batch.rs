@@ -131,7 +131,8 @@ impl SurfaceHandle {
         bad_items.into_result(queries.count)
     }
 
-    /// Evaluates item `i` of [`SurfaceHandle::eval`]. A bad item is an error, and nothing is written.
+    /// Evaluates item `i` of [`SurfaceHandle::eval`] and writes its results. A bad item is an error, and nothing is
+    /// written.
     fn eval_item(&self, queries: &mut Queries, i: usize, f: Option<Output>, pdf: Option<Output>) -> Result<(), String> {
         let (wi, wo) = (direction("wi", &queries.wi, i)?, direction("wo", &queries.wo, i)?);
         let wavelengths_nm = queries.wavelengths.item(i)?;
