@@ -44,7 +44,8 @@ template <typename Float, typename Spectrum> struct Textures {
     /// Reads the textures from the plugin's properties and returns the ranges of the relative sizes.
     ///
     /// `transmits` tells whether the surface is a body that transmits. `material` comes from `material_name`, "none"
-    /// without one. `index` has the spectra of eta and k; it is empty if either is a colour or a texture.
+    /// without one. `index` has the spectra of eta and k; it is empty for a perfect reflector, and if either is a
+    /// colour or a texture.
     TextureSizes read(const Properties &props, bool transmits, const std::string &material,
                       const IndexSpectrum &index) {
         if (material != "none") {

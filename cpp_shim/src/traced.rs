@@ -13,7 +13,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 use std::panic::resume_unwind;
 use sunbeam::numeric::{Index, Mask, Number, Numbers, Real, State};
 
-/// Family of traced numbers in the scope `'s`.
+/// Family of traced numbers in the scope `'s`, to which the brand ties them.
 #[derive(Clone, Copy)]
 pub(crate) struct Traced<'s>(Brand<'s>);
 
@@ -77,7 +77,8 @@ impl<'s, T: Element> Var<'s, T> {
         Owned::of(scope, self.index)
     }
 
-    /// Handle of the result of an operation, whose reference the open scope takes over.
+    /// Handle of the result of an operation, whose reference the open scope takes over. Without an open scope its index
+    /// is 0.
     fn own(index: u32) -> Self {
         Self { index: scope::own(index), kind: PhantomData, brand: PhantomData }
     }
@@ -280,7 +281,7 @@ impl<'s> Numbers for Traced<'s> {
         if L == 1 {
             return function(inputs[0]).map(|value| [Self::Real::select(active, value, zero); L]);
         }
-        // Equality, which `Number` lacks.
+        // Equality, which the trait `Number` lacks.
         let equals = |k: Self::Index, i: usize| k.le(int(i as u32)) & int(i as u32).le(k);
         let (_, results) = Self::while_loop(
             name,

@@ -94,6 +94,7 @@ fn size_range(sizes: &ffi::TextureSizes) -> Result<Option<SizeRange>, PluginErro
             return Err(PluginError::TextureSize { parameter, low, high });
         }
     }
+    // Limited to the sizes that tables accept, then widened to powers of √2, so that similar textures share tables.
     let range = |ends: [f32; 2]| ends.map(|end| f64::from(end).clamp(*RELATIVE_SIZE.start(), *RELATIVE_SIZE.end()));
     Ok(Some(SizeRange { scale: range(sizes.scale), depth: range(sizes.depth) }.rounded()))
 }

@@ -250,6 +250,7 @@ fn surface_name(config: &SurfaceConfig) -> String {
 /// # Errors
 /// Any other failure to open the adapter.
 fn open_gpu() -> Result<Result<Gpu, String>, Box<dyn Error>> {
+    // Without an argument, the environment chooses the adapter.
     match super::realtime::open(None) {
         Ok(gpu) => Ok(Ok(gpu)),
         Err(error) => match error.downcast_ref::<GpuError>() {

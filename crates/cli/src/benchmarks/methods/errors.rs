@@ -148,8 +148,8 @@ fn relative_rmse(found: &[f64], reference: &[f64]) -> f64 {
     (deviation / reference.iter().map(|b| b * b).sum::<f64>()).sqrt()
 }
 
-/// The factor that takes the smallest of the largest tenth ([`CLIPPED`]) of the lit values to 1. It is 1 where no
-/// value is lit.
+/// The factor that takes the quantile 1 − [`CLIPPED`] of the lit values to 1, so that larger values clip. It is 1 where
+/// no value is lit.
 fn clipping_exposure(values: Vec<f64>) -> f64 {
     let peak = values.iter().fold(0.0f64, |peak, value| peak.max(*value));
     let mut lit: Vec<f64> = values.into_iter().filter(|v| *v > DARK * peak).collect();

@@ -86,7 +86,7 @@ pub fn deep_relief(directions: usize) -> Result<Vec<DeepPoint>, BenchError> {
     KAPPA_H.iter().map(|kappa_h| point(*kappa_h, directions)).collect()
 }
 
-/// Errors at one κH. The range of heights is 2H, where κ is that of 380 nm and directions along the normal.
+/// Errors at one κH. The range of heights is 2H, where κ is that of 380 nm and directions along the normal (w = 2).
 fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let kappa_max = 2.0 * TAU / (VISIBLE_NM.start() * 1e-3);
     let field = rough_of_primes(2.0 * kappa_h / kappa_max)?;
@@ -145,10 +145,10 @@ fn series_error<T: Precision + Into<f64>>(field: &HeightField, series: Series, t
 ///
 /// An error is relative to [`error_scale`], with the value of the ensemble model as mean.
 fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {
-    let oracle = |model| Exact::new(field, &Options { model, conserve_energy: false, ..Options::default() }, None);
-    let (patch, ensemble) = (oracle(Model::Patch), oracle(Model::Ensemble));
+    let exact = |model| Exact::new(field, &Options { model, conserve_energy: false, ..Options::default() }, None);
+    let (patch, ensemble) = (exact(Model::Patch), exact(Model::Ensemble));
     let (lx, ly) = field.extent_um();
-    // Rounded to single precision, so that method and oracle get equal numbers.
+    // Rounded to single precision, so that the method and the direct sum get equal numbers.
     let single = |value: f64| f64::from(value as f32);
     // An arbitrary fixed seed.
     let mut random = Random::new(9);
