@@ -9,7 +9,8 @@ fn main() {
     println!("cargo:rustc-env=SUNBEAM_TABLES_CODE={:016x}", tables_code());
 }
 
-/// Folders of sources that determine the contents of tables.
+/// Folders of sources that determine the contents of tables. Heights and options are parts of the cache's keys
+/// themselves, so the sources that read them are left out.
 const TABLES_FOLDERS: [&str; 12] = [
     "src/colour",
     "src/colour_table",

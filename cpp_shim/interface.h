@@ -17,8 +17,8 @@ namespace dr = drjit;
 /// towards the viewer. Both lie above the surface.
 ///
 /// Small-slope symbols and formulas follow the Rust core, src/scattering/small_slope.rs; tests/test_twins.py compares
-/// both for unpolarised light. The amplitudes are 2 √(q q0) / w · B. The first letter of an index is the outgoing
-/// state, the second the incident state, and a suffix 0 marks quantities of `from`:
+/// both for unpolarised light. The amplitudes are 2 √(q q0) / w · B. The first letter of a subscript is the
+/// outgoing state, the second the incident state, and a suffix 0 marks quantities of `from`:
 ///
 ///     B_ss = −(ε − 1) cos/(s s0)         B_sp = (ε − 1) t0 sin/(s p0)
 ///     B_ps = (ε − 1) t sin/(p s0)        B_pp = (ε − 1) (t t0 cos − ε sines)/(p p0)
@@ -127,8 +127,8 @@ private:
     /// Product of sines above which `grazing` replaces `cos - sines`, whose terms may then cancel. Below it the
     /// numerator of `grazing` cancels.
     static constexpr float SINES_GRAZING = .5f;
-    /// Smallest squared modulus that is inverted, equal to SQUARED_MODULUS_MIN of src/scattering/small_slope.rs: its
-    /// reciprocal is finite in single precision.
+    /// Smallest squared modulus that is inverted, equal to SQUARED_MODULUS_MIN of src/scattering/small_slope.rs:
+    /// products of two reciprocals then stay finite in single precision.
     static constexpr float DIVISOR_SQUARED_MIN = 1e-18f;
 
     /// Tangential unit vectors along which the light arrives and leaves. A direction along the normal has none and

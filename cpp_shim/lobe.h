@@ -23,8 +23,10 @@ namespace sunbeam {
 /// - Values are the BSDF in 1/sr times |cosθo|.
 /// - Values leave out the interface's factor (interface.h) in spectral variants. In RGB and mono variants they include
 ///   it if the surface was built with a known index. Rigorous surfaces always include the material's reflectance.
-/// - All results are zero where `active` is false or a direction lies below the surface. Surfaces of bodies that
-///   transmit have both sides, and values for light from wi to wo that include the interface's factor.
+/// - All results are zero where a direction lies below the surface. Surfaces of bodies that transmit have both sides,
+///   and values for light from wi to wo that include the interface's factor.
+/// - In variants that trace, results are zero where `active` is false. Scalar variants ignore `active`, because their
+///   callers mask the results.
 template <typename Float, typename Spectrum> class DiffractionLobe {
 public:
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from mitsuba_scenes import tool
 
-# Fields of nvidia-smi and their keys in the results.
+# Fields of nvidia-smi and their keys in the results. Values are texts with units, such as `81559 MiB` of memory.
 CARD_FIELDS = {
     "name": "card",
     "driver_version": "driver",

@@ -73,6 +73,6 @@ def follows(variant: str, name: str, angles: tuple, count: int) -> dict:
 
 
 def wrong(variant: str, name: str) -> dict:
-    """The negative control: a rotated density must be rejected."""
+    """The negative control: at one of INCIDENCES, a rotated density must be rejected."""
     test = chi_square(variant, name, INCIDENCES[1], turned=WRONG_TURN)
     return {"passed": not test.run(SIGNIFICANCE, 1, quiet=True), "p": float(test.p_value)}

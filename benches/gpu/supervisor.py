@@ -72,7 +72,7 @@ def run_part(name: str, run: Run) -> dict:
 
 
 def child(name: str, run: Run, rows: Path) -> list[str]:
-    """The command line of a part's process."""
+    """The command line of a part's process, in which a crash prints the Python stack."""
     flags = [*run.flags, "--pictures", str(run.pictures), "--rows", str(rows)]
     return [sys.executable, "-X", "faulthandler", "-m", __package__, name, *flags]
 

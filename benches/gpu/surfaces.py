@@ -1,4 +1,8 @@
-"""The surfaces of the checks as parameters of `diffraction`, and a synthetic scan in place of a measured one."""
+"""The surfaces that agreement.py, samples.py and inspection.py check, and a synthetic scan in place of a measured one.
+
+A surface is a set of parameters of `diffraction`. Parameters that are not given have the plugin's defaults: scalar
+theory, and a perfect reflector as material.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +28,16 @@ SEED = 5
 
 
 def surface(name: str) -> dict:
-    """The parameters of a surface by name. The scan is the measured one or its synthetic replacement (`cases.SCAN`)."""
+    """The parameters of a surface by name.
+
+    The scan is the file `cases.SCAN` below the folder SUNBEAM_DATA. If the measured file is missing, the command writes
+    the synthetic scan and sets the variable to its folder (`provide_scan` in __main__.py).
+    """
     return {
+        # The preset's period is 2.5 µm, its height 0.25 µm.
         "blazed": {"preset": "blazed"},
         "xenopeltis": {"preset": "xenopeltis", "eta": KERATIN},
-        # The obliquity factor of the benchmark scenes, so that both use the same cached tables.
+        # The obliquity factor of the benchmark scenes (renders.py), so that both find the same tables in the cache.
         "scan": {"filename": str(cases.SCAN), "eta": KERATIN, "obliquity": "stam"},
         "aluminium grating": GRATING,
         "rigorous grating": {**GRATING, "theory": "rigorous"},
@@ -40,7 +49,8 @@ def write_synthetic_scan(folder: Path) -> None:
     """Writes a smooth random relief in metres under the name of the measured scan, `xenopeltis.gsf`."""
     rng = np.random.default_rng(SEED)
     waves = np.fft.rfft2(rng.normal(size=(SCAN_PIXELS, SCAN_PIXELS)))
-    # Keeps only low spatial frequencies, for a smooth relief: −8 to 7 cycles per scan along y, 0 to 9 along x.
+    # Keeps only low spatial frequencies, for a smooth relief: rows 0 to 7 and −8 to −1 of the transform (cycles per scan
+    # along y) and columns 0 to 9 (along x).
     waves[8:-8], waves[:, 10:] = 0, 0
     relief = np.fft.irfft2(waves, s=(SCAN_PIXELS, SCAN_PIXELS))
     heights_m = (SCAN_RANGE_UM * 1e-6 * relief / np.ptp(relief)).astype("<f4")

@@ -271,6 +271,7 @@ impl Surface {
     fn describe(&self) -> Result<String, PluginError> {
         guard(|| {
             let jones_bytes = size_of_val(self.jones_words());
+            // Part 0 is the surface with its tables, part 1 their origin.
             let tables = match &self.tables {
                 Tables::Spectral(tables) => describe::tables(tables.0.report(), &tables.1),
                 Tables::Colours(tables) => describe::colours(&tables.0, &tables.1),
