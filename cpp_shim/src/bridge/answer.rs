@@ -70,7 +70,8 @@ impl Surface {
         Query { words, wi, second: second.map(real), wavelengths_nm, size, active }
     }
 
-    /// [`Surface::answer`] by value. Spectral surfaces of scalar theory evaluate the four wavelengths in four SIMD lanes.
+    /// [`Surface::answer`] by value. Spectral surfaces of scalar theory evaluate the four wavelengths in four SIMD
+    /// lanes.
     #[inline(always)]
     pub(super) fn answer_by_value(&self, part: Part, query: Query<Plain<'_, f32>>) -> [f32; 5] {
         if let Tables::Spectral(tables) = &self.tables {
