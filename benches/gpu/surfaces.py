@@ -49,8 +49,8 @@ def write_synthetic_scan(folder: Path) -> None:
     """Writes a smooth random relief in metres under the name of the measured scan, `xenopeltis.gsf`."""
     rng = np.random.default_rng(SEED)
     waves = np.fft.rfft2(rng.normal(size=(SCAN_PIXELS, SCAN_PIXELS)))
-    # Keeps only low spatial frequencies, for a smooth relief: rows −8 to 7 of the transform, cycles per scan along y, and
-    # columns 0 to 9, along x. Negative rows are counted from the end.
+    # Keeps only low spatial frequencies, for a smooth relief: rows −8 to 7 of the transform (cycles per scan along y)
+    # and columns 0 to 9 (along x). Negative rows are counted from the end.
     waves[8:-8], waves[:, 10:] = 0, 0
     relief = np.fft.irfft2(waves, s=(SCAN_PIXELS, SCAN_PIXELS))
     heights_m = (SCAN_RANGE_UM * 1e-6 * relief / np.ptp(relief)).astype("<f4")
