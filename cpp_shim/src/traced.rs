@@ -217,6 +217,7 @@ impl<'s> Numbers for Traced<'s> {
     fn mask(value: bool) -> Self::Mask {
         Var::constant(value)
     }
+    // Reads `W` words from word `W·at` of the table on, and zeros where the mask is false.
     fn gather<const W: usize>(table: WordsVar<'s>, at: Self::Index, mask: Self::Mask) -> [Self::Index; W] {
         let mut indices = [0; W];
         jit::gather(table.0, at.index, mask.index, &mut indices);
@@ -241,6 +242,8 @@ impl<'s> Numbers for Traced<'s> {
         Var::own(jit::to_u32(x.index))
     }
 
+    // Applies `step` to the state while `go_on` is true, in each lane separately. `name` labels the loop in Dr.Jit.
+    //
     // Dr.Jit calls back into `RecordedLoop` for the condition and for a step. For a symbolic loop it does so once, with
     // placeholder variables as state. For an evaluated loop it does so in each iteration. After an error the state's
     // indices are 0.
@@ -263,7 +266,7 @@ impl<'s> Numbers for Traced<'s> {
         recorded.state
     }
 
-    // Not tabulated: the kernel computes the function where it needs it.
+    // Families of plain numbers tabulate `function` over a range of integers. Here the kernel computes it at each use.
     fn tabulated(_: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real {
         function
     }

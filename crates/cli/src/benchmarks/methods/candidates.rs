@@ -8,9 +8,16 @@
 //! - the tolerance, a relative error, from which the library derives the terms and the neighbourhood unless given;
 //! - the resolution of a colour table, a factor on its number of samples along each axis.
 //!
-//! The published methods FLSS, NMM, PQ and Stam's (docs/realtime.md) are measured with the library's defaults, with the
-//! parameters of Single 2014, and with cheaper or finer ones. Single 2014 is M. Single's thesis, *An Interactive Shader
-//! for Natural Diffraction Gratings* (Bern).
+//! The published methods (docs/realtime.md) are measured with the library's defaults, with the parameters of Single
+//! 2014, and with cheaper or finer ones:
+//!
+//! - FLSS sums the nearest orders at equal steps of the wavelength;
+//! - NMM sums them only at the wavelengths at which an order of light from wi leaves along wo, with quadrature weights
+//!   unless `weighted` is false;
+//! - PQ sums over a finite number of tiles;
+//! - Stam's method follows from the spacing of the relief along x alone.
+//!
+//! Single 2014 is M. Single's thesis, *An Interactive Shader for Natural Diffraction Gratings* (Bern).
 
 use super::candidate::{COLOUR_TABLE, Candidate, Evaluator, SPECTRAL_TABLE};
 use crate::benchmarks::BenchError;
