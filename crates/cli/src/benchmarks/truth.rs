@@ -82,7 +82,7 @@ impl Axis {
     /// `position` is a fractional order. There may be no such orders.
     ///
     /// With an even number of pixels, the bin at the Nyquist frequency stands for the orders at both ends, each with
-    /// half of its power.
+    /// half of its power. The Gaussians of both orders, factors on amplitudes, are therefore multiplied by √½.
     fn gaussians(&self, position: f64, values: &mut Vec<f64>) -> i64 {
         // Distance in orders at which the exponent a·d² is EXPONENT_MAX.
         let reach = (EXPONENT_MAX / self.sharpness).sqrt();
@@ -183,6 +183,7 @@ impl Truth {
                     tile_orders.add(position, &amplitudes, || lagrange(node_angle, x, nodes), gaussians, total);
                 }
             };
+            // One task for each pair; `Default::default` makes the scratch memory of each thread.
             totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
         }
         // 4πs²/λ², the factor on both sums.
@@ -207,7 +208,7 @@ impl Truth {
     pub(crate) fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
         let mut largest = 0.0f64;
         for i in 0..count {
-            // The middle of the i-th of `count` equal parts.
+            // The pair in the middle of the i-th of `count` equal parts of the list.
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
             let wavelength = (i * CHECK_STRIDE) % self.wavelengths;
             let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;
