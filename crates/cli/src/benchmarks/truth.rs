@@ -91,8 +91,8 @@ impl Axis {
         let last = ((position + reach).floor() as i64).min(half);
         values.clear();
         values.extend((first..=last).map(|j| {
-            let weight = if self.pixels % 2 == 0 && j.abs() == half { FRAC_1_SQRT_2 } else { 1.0 };
-            weight * (-self.sharpness * (position - j as f64).powi(2)).exp()
+            let edge_factor = if self.pixels % 2 == 0 && j.abs() == half { FRAC_1_SQRT_2 } else { 1.0 };
+            edge_factor * (-self.sharpness * (position - j as f64).powi(2)).exp()
         }));
         first
     }
@@ -117,13 +117,13 @@ impl Orders {
     /// Adds one Chebyshev node's contribution to `total`, over the orders around f.
     ///
     /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ, row-major in
-    /// FFT order. `weight` computes the node's Lagrange polynomial, which may be negative; it is called only if there
-    /// are orders around f. `gaussians` is scratch memory for x and y.
+    /// FFT order. `polynomial` computes the node's Lagrange polynomial at the pair's κ, which may be negative; it is
+    /// called only if there are orders around f. `gaussians` is scratch memory for x and y.
     fn add(
         &self,
         position: [f64; 2],
         amplitudes: &[Complex64],
-        weight: impl FnOnce() -> f64,
+        polynomial: impl FnOnce() -> f64,
         gaussians: &mut [Vec<f64>; 2],
         total: &mut Total,
     ) {
@@ -133,14 +133,14 @@ impl Orders {
         if gaussians_x.is_empty() || gaussians_y.is_empty() {
             return;
         }
-        let weight = weight();
+        let node_weight = polynomial();
         for (jy, gaussian_y) in (first_y..).zip(&*gaussians_y) {
             let row_start = jy.rem_euclid(self.y.pixels) * self.x.pixels;
             for (jx, gaussian_x) in (first_x..).zip(&*gaussians_x) {
                 let bin = (row_start + jx.rem_euclid(self.x.pixels)) as usize;
                 let amplitude = amplitudes[bin] * (gaussian_x * gaussian_y);
-                total.amplitude += weight * amplitude;
-                total.power += weight * amplitude.norm_sqr();
+                total.amplitude += node_weight * amplitude;
+                total.power += node_weight * amplitude.norm_sqr();
             }
         }
     }

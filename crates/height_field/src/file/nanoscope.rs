@@ -188,6 +188,7 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     // The numbers of points have the aspect ratio to within one point.
     let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
     if points_agree && x == y {
+        // The scan size is taken for the side along x.
         return Ok(Pixel::Um(dx, dx));
     }
     // The text completes "the file does not say its …".

@@ -274,8 +274,9 @@ impl Header {
 
     /// Stores a size, whose unit tells its kind; `None` if the value does not fit.
     ///
-    /// A length for each point (`nm/px`), or a length if the key names pixels, is a spacing. Another length is an
-    /// extent. A number without a unit, or with points as its unit, is a number of points.
+    /// - A length for each point (`nm/px`), or a length if the key names pixels or a resolution, is a spacing.
+    /// - Another length is an extent.
+    /// - A number without a unit, or with points as its unit, is a number of points.
     fn take_size(&mut self, program: Program, along: Along, line: usize, key: &str, found: &Quantity) -> Option<()> {
         let key = key.to_lowercase();
         let is_pixel_size = key.contains("pixel") || key.contains("resolution");

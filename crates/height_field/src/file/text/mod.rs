@@ -250,6 +250,7 @@ fn meaning(header: &Header) -> Meaning {
     match &header.height {
         HeightUnit::NotGiven => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
         HeightUnit::Length(unit, unit_um) => Meaning::in_unit(unit, *unit_um),
+        // `header::parse` has already refused `NoLength`.
         HeightUnit::Empty | HeightUnit::NoLength(_) => Meaning::Unknown,
     }
 }
@@ -274,6 +275,7 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     if header.lateral_um.is_none() && header.height != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
+    // Without a unit of their own, x and y are in µm. The coordinates themselves give the order of rows.
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
     let raw = Raw::new(grid.values, meaning(header), FirstRow::Bottom).pixel(grid.pixel_um).pixel_from(source);
     Ok(with_channel(header, raw.rows_from(Source::File)))
