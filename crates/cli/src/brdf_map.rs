@@ -19,8 +19,8 @@ use sunbeam_realtime::{AdapterChoice, Query};
 /// Accepted numbers of pixels along a side of the map. The largest map takes 6.5 GB, 24 bytes a pixel: 12 for the
 /// colour, and up to 12 for the encoded EXR, or afterwards for the automatic exposure.
 const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
-/// Largest number of directions in one call of the GPU; their queries take 50 MB. Larger values need more memory;
-/// smaller ones take more calls. The shader itself holds as many queries at a time.
+/// Largest number of directions in one call of the GPU; their queries (pairs of directions) take 50 MB. Larger values
+/// need more memory; smaller ones take more calls. The shader's own buffer holds the same number of queries.
 const DIRECTIONS_MAX: usize = 1 << 20;
 /// Direction of the pixels outside the disc. Any direction below the surface would do: the reflectance there is 0.
 const OUTSIDE: [f32; 3] = [0.0, 0.0, -1.0];

@@ -231,7 +231,8 @@ fn disc((x, y): (f64, f64), radius: f64) -> Circle {
     Circle::new().set("cx", x).set("cy", y).set("r", radius)
 }
 
-/// A text whose baseline has its middle at a position; [`drawing`] sets the anchor.
+/// A text whose baseline has its middle at a position; [`drawing`] sets the anchor. A baseline 4 pixels below a line
+/// centres the text on the line.
 fn text_at(text: &str, (x, y): (f64, f64)) -> Text {
     Text::new(text).set("x", x).set("y", y)
 }

@@ -239,7 +239,8 @@ impl EvaluateArgs {
 
     /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. The tile has `pixels_x` pixels along x and the length `tile_um`.
     ///
-    /// The method nmm has values only at its orders: its rows are 0 except at the angles nearest to them.
+    /// The method nmm (non-uniform wavelengths) has values only where an order of the tile leaves. Its rows are 0
+    /// except at the angles nearest to these orders.
     fn response_values(
         &self,
         reflector: &Reflector,
@@ -313,6 +314,7 @@ fn nearest(angles_deg: &[f64], step_deg: f64, angle_deg: f64) -> Option<usize> {
 fn first_order_range(theta_i_deg: f64, spacing_um: f64) -> Option<(f64, f64)> {
     let angle = |nm: f64| {
         let sin = 1e-3 * nm / spacing_um - theta_i_deg.to_radians().sin();
+        // Beyond the horizon the angle is ±90°. The range is empty where that holds at all wavelengths.
         sin.clamp(-1.0, 1.0).asin().to_degrees()
     };
     let (low, high) = (angle(*VISIBLE_NM.start()) - MARGIN_DEG, angle(*VISIBLE_NM.end()) + MARGIN_DEG);

@@ -43,7 +43,7 @@ pub(crate) struct HeightFieldArgs {
     /// Rectangle to keep: position from the lower left corner and size, in µm
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = Rectangle::parse, allow_hyphen_values = true)]
     crop: Option<Rectangle>,
-    // `Some(None)` is the flag without a width.
+    // `None` without the flag; `Some(None)` is the flag without a width.
     /// Blend opposite edges over WIDTH in µm, so that the tile is periodic [default width: a tenth of each side]
     #[arg(long, value_name = "WIDTH", num_args = 0..=1, require_equals = true)]
     make_tileable: Option<Option<f64>>,

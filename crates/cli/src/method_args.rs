@@ -182,6 +182,7 @@ impl MethodArgs {
         // The fields that the method reads.
         let fields = match (self.method, quantity) {
             (Method::Table, Quantity::ColourOnGpu) => MethodKind::Table.options(),
+            // The step of the sum over wavelengths in a colour.
             (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
             (Method::Realtime(kind), _) => kind.options(),
         };

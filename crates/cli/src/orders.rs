@@ -232,7 +232,8 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     let mut out = std::io::stdout().lock();
     let percent =
         |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
-    // Titles of the column of the side and of the line of the remaining light. At an interface no light remains.
+    // Titles of the column of the side and of the line of the remaining light; an empty title omits its column or line.
+    // At an interface no light remains.
     let (side_title, rest_title) = match transmission {
         Transmission::None => ("", "absorbed or transmitted"),
         Transmission::Film => ("side", "left inside the film"),

@@ -4,9 +4,13 @@
 //! needs one. Under a cover, a flat clear layer over the relief, both take directions inside the cover. [`Inside`]
 //! converts directions, and gives the factors on the reflectance and on the density.
 //!
+//! Evaluators differ in the factors of f_r that their values contain. [`Reflector::eval`] and [`Reflector::eval_rgb`]
+//! multiply the values by the missing factors and by that of the cover. Where energy is conserved, the values are
+//! already divided by the albedo.
+//!
 //! Symbols, as in docs/model.md:
 //!
-//! - f_r = R·O·M·S/λ²: the reflectance in 1/sr;
+//! - f_r = R·O·M·S/λ²: the reflectance in 1/sr, here without albedo and cover;
 //! - R: the Fresnel factor;
 //! - O: the obliquity factor; the small-slope factor replaces R·O;
 //! - M: the shadowing factor;
@@ -53,7 +57,8 @@ enum Evaluator {
     Exact(Box<Exact>),
     /// The spectral tables, `O·M·S/λ²`.
     Table(Arc<Surface>),
-    /// A method that computes colours in single precision. Its spectral answer is `S/λ²`.
+    /// A method that computes colours in single precision. Its spectral answer is `S/λ²`; its [`AnswerKind`] tells the
+    /// factors that its colours contain.
     Realtime(Box<dyn methods::Method>),
     /// The tables of a grating by Maxwell's equations, `f_r`.
     Grating(CachedGrating),
@@ -144,6 +149,7 @@ impl Reflector {
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
             Method::Realtime(kind) => {
+                // Index of the material in air; `index` is relative to the cover's.
                 let material = config.index().map(SpectralIndex::Constant);
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, material.as_ref(), &cache, progress)
@@ -269,6 +275,8 @@ impl Reflector {
         let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
+        // The answers lack R·O·M, or the cover's factor alone. Colours of films are not computed here: `new` refuses
+        // transmission for maps.
         let factor = match method.answers() {
             AnswerKind::Relief => factor * self.fresnel(&pair) * self.options.angular_factor(&pair),
             AnswerKind::Reflectance | AnswerKind::Film { .. } => factor,
@@ -302,6 +310,7 @@ impl Reflector {
         };
         match wavelengths_nm.iter().find(|nm| !range.contains(nm)) {
             None => Ok(()),
+            // The range of the exact methods, which have no limits to name.
             Some(nm) if *range.end() == f64::MAX => {
                 Err(format!("\"wavelength\" is {nm} nm; it must be finite and positive"))
             }
@@ -309,10 +318,11 @@ impl Reflector {
         }
     }
 
-    /// The sampler's density in 1/sr, the mean over the wavelengths.
+    /// The sampler's density in 1/sr, the mean over the wavelengths. The first case that applies decides:
     ///
-    /// `None` for a wavelength outside the tables' range. Zero, even without a sampler, unless both directions are
-    /// above the surface or the surface transmits. `None` for other pairs without a sampler.
+    /// - `None` for a wavelength outside the tables' range;
+    /// - zero unless both directions are above the surface, or the surface transmits;
+    /// - `None` without a sampler.
     pub(crate) fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
         let tabulated = |nm: &f64| (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(nm);
         if !wavelengths_nm.iter().all(tabulated) {

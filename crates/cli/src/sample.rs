@@ -52,6 +52,7 @@ struct Answer {
 
 /// Runs `sunbeam sample`.
 pub(crate) fn run(args: &SampleArgs) -> Outcome {
+    // Only the tables can be sampled, so there is no choice of a method.
     let reflector = Reflector::new(&args.surface, Method::Table, &MethodOptions::default(), Purpose::Service)?;
     serve(&reflector, |line| answer(&reflector, line))
 }

@@ -162,9 +162,10 @@ impl SurfaceArgs {
 
     /// The validated configuration for a method that computes colours.
     ///
-    /// The published methods assume a phase screen and one fixed coherence window over a periodic tile, and do not
-    /// conserve energy. The arguments have these values by default, and others are refused. The colour table has both
-    /// theories, models and tilings, and conserves energy on request.
+    /// - The published methods ([`MethodKind::is_patch_only`]) assume a phase screen and one fixed coherence window
+    ///   over a periodic tile, and do not conserve energy. The arguments have these values by default, and others are
+    ///   refused.
+    /// - The colour table has both theories, models and tilings, and conserves energy on request.
     ///
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.
@@ -258,7 +259,8 @@ impl SurfaceArgs {
     }
 }
 
-/// Error message for the flag of a factor on the reflectance, which does not multiply the colours of GPU Gems.
+/// Error message for the flag of a factor on the reflectance. The factor does not multiply the colours of
+/// `--stam-form gems`, the shader in the book GPU Gems.
 pub(crate) fn no_effect_with_gems(flag: &str) -> String {
     format!("{flag} has no effect with --stam-form gems, whose colours no factor multiplies")
 }

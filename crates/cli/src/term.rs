@@ -37,7 +37,8 @@ impl Term {
         let transform = TermTransform::<f64>::new(field, Series::Taylor);
         let bins = transform.term(n);
         let (nx, ny) = field.size();
-        // Along an axis the DFT has order 0 first; the array has it at index ⌊count/2⌋.
+        // Bin of the DFT for an index of the array, along an axis of `count` orders. The array has order 0 at
+        // ⌊count/2⌋. The DFT has it first, and order −j at count − j.
         let bin = |index: usize, count: usize| (index + count - count / 2) % count;
         let magnitudes = Array2::from_shape_fn((ny, nx), |(iy, ix)| bins[bin(iy, ny) * nx + bin(ix, nx)].norm());
         Self { n, half_range_um: transform.half_range_um(), magnitudes }

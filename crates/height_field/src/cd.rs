@@ -111,6 +111,7 @@ fn press(heights: &mut Array2<f64>, centre: f64, start: f64, end: f64) {
             let offset_x = ix as f64 * STEP_UM - centre;
             // Signed distance from the outline at half depth, positive outside the pit.
             let outside = (beyond_line * beyond_line + offset_x * offset_x).sqrt() - 0.5 * WIDTH_UM;
+            // The full depth inside the wall, 0 outside it.
             let depth = DEPTH_UM * smooth_step(0.5 * WALL_UM, -0.5 * WALL_UM, outside);
             let height = &mut heights[[wrap(iy), wrap(ix)]];
             // Where walls overlap, the deeper one counts.

@@ -109,7 +109,7 @@ impl FilmSystem {
         let mut film = vec![0.0; self.points.len()];
         let mut residual = self.right_side.clone();
         let mut direction = preconditioned(&residual);
-        // Square of the residual's preconditioned norm.
+        // Square of the residual's preconditioned norm. The first one is that of the flat film, which is 0 everywhere.
         let mut norm2 = dot(&residual, &direction);
         let accepted_norm2 = norm2 * RESIDUAL * RESIDUAL;
         let mut product = vec![0.0; film.len()];

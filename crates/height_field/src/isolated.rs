@@ -16,7 +16,8 @@ use ndarray::Array2;
 /// Numbers that programs commonly write for missing points.
 const MISSING_NUMBERS: [f64; 12] =
     [-999.0, -999.25, -999.9, -9999.0, -9999.9, -99999.0, -32768.0, -32767.0, 999.0, 9999.0, 99999.0, 32767.0];
-/// The ends of the 16-bit integers, levels of a relief that is stored in full scale. All are in [`MISSING_NUMBERS`].
+/// The ends of the 16-bit integers, levels of a relief that is stored in full scale; a symmetric range begins at
+/// −32767. All are in [`MISSING_NUMBERS`].
 const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because reliefs are not always far from such a
 /// number: heights of 0 to 2000 nm are only half a range above −999. A smaller bound would remove the extreme of a
@@ -118,6 +119,7 @@ fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
     // A common number for missing points is a level only at one end of full scale, with a level at the other end.
+    // Any other number may be one.
     let may_be_level =
         !is_in(same, &MISSING_NUMBERS) || (is_in(same, &FULL_SCALE) && others().any(is_full_scale_level));
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN

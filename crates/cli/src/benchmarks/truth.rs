@@ -82,7 +82,7 @@ impl Axis {
     /// `position` is a fractional order. There may be no such orders.
     ///
     /// With an even number of pixels, the bin at the Nyquist frequency stands for the orders at both ends, each with
-    /// half of its power.
+    /// half of its power. The Gaussians of both orders, factors on amplitudes, are therefore multiplied by √½.
     fn gaussians(&self, position: f64, values: &mut Vec<f64>) -> i64 {
         // Distance in orders at which the exponent a·d² is EXPONENT_MAX.
         let reach = (EXPONENT_MAX / self.sharpness).sqrt();
@@ -91,8 +91,8 @@ impl Axis {
         let last = ((position + reach).floor() as i64).min(half);
         values.clear();
         values.extend((first..=last).map(|j| {
-            let weight = if self.pixels % 2 == 0 && j.abs() == half { FRAC_1_SQRT_2 } else { 1.0 };
-            weight * (-self.sharpness * (position - j as f64).powi(2)).exp()
+            let edge_factor = if self.pixels % 2 == 0 && j.abs() == half { FRAC_1_SQRT_2 } else { 1.0 };
+            edge_factor * (-self.sharpness * (position - j as f64).powi(2)).exp()
         }));
         first
     }
@@ -117,13 +117,13 @@ impl Orders {
     /// Adds one Chebyshev node's contribution to `total`, over the orders around f.
     ///
     /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ, row-major in
-    /// FFT order. `weight` computes the node's Lagrange polynomial, which may be negative; it is called only if there
-    /// are orders around f. `gaussians` is scratch memory for x and y.
+    /// FFT order. `polynomial` computes the node's Lagrange polynomial at the pair's κ, which may be negative; it is
+    /// called only if there are orders around f. `gaussians` is scratch memory for x and y.
     fn add(
         &self,
         position: [f64; 2],
         amplitudes: &[Complex64],
-        weight: impl FnOnce() -> f64,
+        polynomial: impl FnOnce() -> f64,
         gaussians: &mut [Vec<f64>; 2],
         total: &mut Total,
     ) {
@@ -133,14 +133,14 @@ impl Orders {
         if gaussians_x.is_empty() || gaussians_y.is_empty() {
             return;
         }
-        let weight = weight();
+        let node_weight = polynomial();
         for (jy, gaussian_y) in (first_y..).zip(&*gaussians_y) {
             let row_start = jy.rem_euclid(self.y.pixels) * self.x.pixels;
             for (jx, gaussian_x) in (first_x..).zip(&*gaussians_x) {
                 let bin = (row_start + jx.rem_euclid(self.x.pixels)) as usize;
                 let amplitude = amplitudes[bin] * (gaussian_x * gaussian_y);
-                total.amplitude += weight * amplitude;
-                total.power += weight * amplitude.norm_sqr();
+                total.amplitude += node_weight * amplitude;
+                total.power += node_weight * amplitude.norm_sqr();
             }
         }
     }
@@ -183,6 +183,7 @@ impl Truth {
                     tile_orders.add(position, &amplitudes, || lagrange(node_angle, x, nodes), gaussians, total);
                 }
             };
+            // One task for each pair; `Default::default` makes the scratch memory of each thread.
             totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
         }
         // 4πs²/λ², the factor on both sums.
@@ -207,7 +208,7 @@ impl Truth {
     pub(crate) fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
         let mut largest = 0.0f64;
         for i in 0..count {
-            // The middle of the i-th of `count` equal parts.
+            // The pair in the middle of the i-th of `count` equal parts of the list.
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
             let wavelength = (i * CHECK_STRIDE) % self.wavelengths;
             let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;

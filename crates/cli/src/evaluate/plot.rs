@@ -18,7 +18,9 @@ pub(super) fn svg(response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -
     let wavelengths = &response.wavelengths_nm;
     let x = Axis::linear("wavelength in nm", ends(wavelengths));
     let y = Axis::linear("angle of view in degrees", ends(&response.angles_deg));
-    let mut chart = Chart::new(SIZE, "", x, y);
+    // The axes have labels, so the only chart of the drawing needs no title.
+    let (title, columns) = ("", 1);
+    let mut chart = Chart::new(SIZE, title, x, y);
     draw_cells(&mut chart, response);
     let curves =
         [("brightest angle", peaks_deg, "red", 2.0), ("grating equation, mean spacing", grating_deg, "black", 1.0)];
@@ -27,7 +29,7 @@ pub(super) fn svg(response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -
         chart.curve(wavelengths.iter().copied().zip(angles_deg.iter().copied()), stroke);
         chart.explain_stroke(stroke, text);
     }
-    drawing(vec![chart.into_group(Corner::UpperLeft)], SIZE, 1)
+    drawing(vec![chart.into_group(Corner::UpperLeft)], SIZE, columns)
 }
 
 /// Fills the plot area with cells of equal size, each of which stands for a block of values.

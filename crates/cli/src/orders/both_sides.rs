@@ -77,8 +77,9 @@ fn scalar(
                 // The order is evanescent.
                 continue;
             }
-            // The side of the order, the body that it passes, and the index of the medium of its direction.
-            let (side, body, index) = match (is_below, body.is_film) {
+            // The side of the order, the body that it crosses, and the index of the medium of its direction. Below a
+            // film, orders with a tangential component below 1 pass the flat side into air; the others are reflected.
+            let (side, crossed_body, index) = match (is_below, body.is_film) {
                 (false, _) => (Side::Above, body, 1.0),
                 (true, true) if tangential_squared < 1.0 => (Side::Below, body, 1.0),
                 (true, true) => (Side::Trapped, without_flat_side, side_index),
@@ -86,7 +87,7 @@ fn scalar(
             };
             let z = (index * index - tangential_squared).sqrt();
             let wo = [x, y, if is_below { -z } else { z }].map(|component| component / index);
-            let pair = BodyOrder::new(body, wi, wo);
+            let pair = BodyOrder::new(crossed_body, wi, wo);
             // This is m, or −m where the pair reverses its scattering vector so that the vector points up.
             let number = screen.number(pair.tangential[0]);
             let power = screen.power(number, pair.kappa(screen.wavelength_um));

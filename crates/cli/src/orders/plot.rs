@@ -16,7 +16,7 @@ const TOP_MIN: f64 = 1e-6;
 /// An order along the curve.
 struct Line {
     side: Side,
-    /// The number m of the order.
+    /// The number m of the order, [`Order::order`].
     number: i32,
     /// The largest of the order's efficiencies at any point, by either polarisation or the mean.
     largest: f64,
@@ -26,12 +26,16 @@ struct Line {
 pub(super) fn svg(curve: &Curve) -> String {
     let lines = by_strength(curve);
     let top = lines.iter().fold(TOP_MIN, |top, line| top.max(line.largest));
+    // A curve has at least two points, whose values may descend.
     let (first, last) = (curve.points[0].at, curve.points[curve.points.len() - 1].at);
     let x = Axis::linear(curve.over.axis(), (first.min(last), first.max(last)));
     let is_polarised = curve.points.iter().flat_map(|point| &point.solved.orders).any(|order| order.te.is_some());
     let y_label = if is_polarised { "efficiency: mean, TE dashed, TM dotted" } else { "efficiency" };
-    // The highest curve ends 5 % below the top of the plot.
-    let mut chart = Chart::new(SIZE, "", x, Axis::linear(y_label, (0.0, 1.05 * top)));
+    // Efficiencies are not negative, so the axis begins at 0. A margin above the highest curve keeps it off the frame.
+    let y = Axis::linear(y_label, (0.0, 1.05 * top));
+    // The axes have labels, so the only chart of the drawing needs no title.
+    let (title, columns) = ("", 1);
+    let mut chart = Chart::new(SIZE, title, x, y);
     for (line, colour) in lines.iter().zip(COLOURS) {
         let mean = Stroke::solid(colour, 3.0);
         chart.curve(line.values(curve, |order| Some(order.mean)), mean);
@@ -39,7 +43,7 @@ pub(super) fn svg(curve: &Curve) -> String {
         chart.curve(line.values(curve, |order| order.tm), Stroke { colour, width: 1.0, dashes: "2 3" });
         chart.explain_stroke(mean, line.explanation());
     }
-    drawing(vec![chart.into_group(Corner::UpperRight)], SIZE, 1)
+    drawing(vec![chart.into_group(Corner::UpperRight)], SIZE, columns)
 }
 
 impl Line {
@@ -52,11 +56,11 @@ impl Line {
     }
 
     /// One efficiency over the quantity that varies, at the points at which the order propagates and the efficiency is
-    /// known.
+    /// known. Where the order vanishes in between, the drawn line joins the points on both sides of the gap.
     fn values(&self, curve: &Curve, efficiency: fn(&Order) -> Option<f64>) -> Vec<(f64, f64)> {
         let at_point = |point: &Point| {
-            let is_found = |order: &&Order| order.side == self.side && order.order == self.number;
-            Some((point.at, efficiency(point.solved.orders.iter().find(is_found)?)?))
+            let is_of_line = |order: &&Order| order.side == self.side && order.order == self.number;
+            Some((point.at, efficiency(point.solved.orders.iter().find(is_of_line)?)?))
         };
         curve.points.iter().filter_map(at_point).collect()
     }

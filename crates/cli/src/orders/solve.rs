@@ -142,6 +142,7 @@ impl SolvedOrders {
     fn scalar(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
         let (screen, options) = (Screen::new(config, wavelength_nm)?, config.options());
         let mut orders = Vec::new();
+        // Reflected orders leave in air, of index 1.
         for (m, [x, y]) in screen.orders(wi, 1.0) {
             let z_squared = 1.0 - x * x - y * y;
             if z_squared <= 0.0 {

@@ -143,6 +143,7 @@ fn title_and_direction(image: &Section) -> Result<(String, String), String> {
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
+    // The first combination of the right size is taken, a complete scan before a stopped one.
     for rows in [ny, valid] {
         for number in [Number::I16, Number::I32] {
             if nx.checked_mul(rows).and_then(|points| points.checked_mul(number.size())) == Some(length) {
@@ -187,6 +188,7 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     // The numbers of points have the aspect ratio to within one point.
     let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
     if points_agree && x == y {
+        // The scan size is taken for the side along x.
         return Ok(Pixel::Um(dx, dx));
     }
     // The text completes "the file does not say its …".

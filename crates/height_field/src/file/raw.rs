@@ -208,7 +208,7 @@ impl Raw {
             let what = what.to_owned();
             HeightFieldError::MissingScale { path: path.to_owned(), parameter, what }
         };
-        // The option must agree with one of the heights in `own`, those of full scale that the file allows, in µm.
+        // The option, if given, must agree with one of `own`, the heights of full scale that the file allows, in µm.
         let check = |own: &[f64]| match scale.max_height_um {
             Some(given_um) if !own.iter().any(|value| agree(*value, given_um)) => {
                 Err(HeightFieldError::ScaleDisagrees { path: path.to_owned(), parameter, given_um, file_um: own[0] })

@@ -122,13 +122,14 @@ fn go_to_page(pages: &mut Pages, channel_option: Option<&str>) -> Result<Option<
             return Ok(Some(current.to_string()));
         }
         if !pages.more_images() {
-            // The page does not exist. The error of `choose` lists all pages.
+            // The page does not exist, so `choose` fails. Its message lists all pages.
             let (title, unit, kind) = (String::new(), "page".to_owned(), ValueKind::Lengths);
             let page_channel = |number| Channel { number, title: title.clone(), unit: unit.clone(), kind };
             let listed: Vec<Channel> = (0..=current).map(page_channel).collect();
             channel::choose(&listed, Some(wanted))?;
         }
-        // Fails after the last page, which is reached if `wanted` is blank: it equals the empty titles above.
+        // After the last page this fails. It is reached there only with a blank option, which `choose` accepts, since
+        // it equals the empty titles.
         pages.next_image().map_err(|error| error.to_string())?;
     }
     Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))
@@ -163,11 +164,11 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
     // Position of the next directory, 0 after the last. The position of the first one is stored at byte 4,
     // in BigTIFF at byte 8, which equals the size of an offset.
     let mut next = number(offset_size, offset_size);
+    // Sum over all directories: more bytes than the file has mean that directories refer to each other in a circle.
     let mut bytes_read = 0;
     while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
         let Some(entries) = number(at, count_size).and_then(|count| usize::try_from(count).ok()) else { break };
         for entry in 0..entries {
-            // Bounds the loop where directories refer to each other in a circle.
             bytes_read += entry_size;
             // An entry is the tag's number (u16), type (u16), count and values.
             let start = at + count_size + entry * entry_size;

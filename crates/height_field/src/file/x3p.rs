@@ -154,6 +154,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         Some("D") => Number::F64,
         found => return Err(format!("its heights are of type {}; I, L, F and D are read", found.unwrap_or("unknown"))),
     };
+    // Without increment and offset, the stored numbers are heights in metres.
     let scale_m = real(axis, &["Increment"])?.unwrap_or(1.0);
     let offset_m = real(axis, &["Offset"])?.unwrap_or(0.0);
 

@@ -15,6 +15,7 @@ use sunbeam::scattering::Vec3;
 /// The numbers of pixels are different primes, the sizes for which an FFT needs its most general algorithm. The pixels
 /// are not square, so that x and y cannot be mistaken for each other.
 pub(super) fn rough_of_primes(height_um: f64) -> Result<HeightField, HeightFieldError> {
+    // The seed is arbitrary.
     rough(&mut Random::new(7), (17, 13), (0.11, 0.23), height_um)
 }
 

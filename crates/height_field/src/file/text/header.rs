@@ -8,8 +8,9 @@
 //! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore interpreted by their
 //!    order: channel, width, height, and unit of the values.
 //!
-//! Lengths are in µm; arrays of two are along x and y. In code, `line` is a line's number in the file, for messages,
-//! and `text` its contents.
+//! Lengths are in µm; arrays of two are along x and y. Width and height of a field are its lengths along x and y, while
+//! the *heights* are its values along z. In code, `line` is a line's number in the file, for messages, and `text` its
+//! contents; a [`Line`] is the pair of both.
 
 use super::super::raw::FirstRow;
 use super::super::units::micrometres;
@@ -48,8 +49,8 @@ pub(super) enum HeightUnit {
     Length(String, f64),
     /// Mentioned, but empty.
     Empty,
-    /// Not a length; the text is the error message. A later line may still give the height of one such unit, as for
-    /// holograms in radians.
+    /// Not a length; the text is the error message. [`parse`] returns it only after the last line: a later line may
+    /// still give the height of one such unit ([`Role::HeightFactor`]), as for holograms in radians.
     NoLength(String),
 }
 
@@ -182,11 +183,13 @@ fn recognised_program(lines: &[Line]) -> Program {
 fn key_value_pairs(text: &str) -> Vec<(String, String)> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let is_pair = |word: &&str| word.matches('=').count() == 1 && !word.starts_with('=');
+    // Several pairs, such as `nx=48 ny=32`.
     if words.len() > 1 && words.iter().all(is_pair) {
         return words.iter().filter_map(|word| word.split_once('=')).map(|(k, v)| (k.into(), v.into())).collect();
     }
-    // The last sign is the colon of Chinese and Japanese.
+    // The last sign is the full-width colon of Chinese and Japanese texts.
     let by_sign = || text.split_once(['=', ':', '：']);
+    // Two cells of a table.
     let by_cell = || text.split_once(['\t', ';', ',']);
     // `ncols 48`: the value begins at the number.
     let by_number = || {
@@ -235,6 +238,7 @@ impl Header {
             Role::Channel => self.channel = Some(value.to_owned()),
             Role::HeightUnit => self.height = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
             Role::HeightFactor => {
+                // The height of a stored number of 1.
                 let unit_um = parsed()?.lengths_um().ok_or_else(refuse)?[0];
                 self.height = HeightUnit::Length(value.to_owned(), unit_um);
             }
@@ -270,8 +274,9 @@ impl Header {
 
     /// Stores a size, whose unit tells its kind; `None` if the value does not fit.
     ///
-    /// A length for each point (`nm/px`), or a length if the key names pixels, is a spacing. Another length is an
-    /// extent. A number without a unit, or with points as its unit, is a number of points.
+    /// - A length for each point (`nm/px`), or a length if the key names pixels or a resolution, is a spacing.
+    /// - Another length is an extent.
+    /// - A number without a unit, or with points as its unit, is a number of points.
     fn take_size(&mut self, program: Program, along: Along, line: usize, key: &str, found: &Quantity) -> Option<()> {
         let key = key.to_lowercase();
         let is_pixel_size = key.contains("pixel") || key.contains("resolution");
@@ -281,6 +286,7 @@ impl Header {
         }
         // SPIP omits the unit of lengths.
         let is_length = found.lengths_um().is_some() || (program == Program::Spip && key.contains("length"));
+        // A key without an axis has one number for both axes, or two numbers.
         if is_length {
             match (along.axis(), lengths(program, found)?.as_slice()) {
                 (None, [edge]) => self.edge_um = Some(*edge),
@@ -355,8 +361,11 @@ impl Header {
         }
     }
 
-    /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values. Two
-    /// consecutive lines with lengths are the width and the height.
+    /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values.
+    ///
+    /// The first two consecutive lines with lengths are the width and the height (along y). The channel is the line
+    /// before them, the unit the line after them, if these are consecutive, too. Without two such lines, or with a
+    /// known extent, nothing is interpreted.
     ///
     /// # Errors
     /// A unit of the values that is not a length.

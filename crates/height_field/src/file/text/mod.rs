@@ -87,6 +87,7 @@ fn parse_kind(bytes: &[u8], channel_option: Option<&str>, kind: Kind) -> Parsed 
     if header.has_points || kind == Kind::Points {
         return from_points(&header, &table);
     }
+    // `columns` is an error where lines have different counts of numbers.
     match (header.counts, table.columns()) {
         ([Some(nx), Some(ny)], columns) => {
             // The header gives the size, so a matrix may be broken into lines of any length. nx·ny lines of three
@@ -188,6 +189,7 @@ fn refuse_profiles(columns: usize, rows: usize) -> Result<(), String> {
 /// Refuses points with further columns. An index may come before x, other values after z. At least four columns are
 /// needed.
 fn refuse_point_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String> {
+    // Lists of points have few columns and many rows.
     if columns > POINT_COLUMNS_MAX || rows <= columns {
         return Ok(());
     }
@@ -216,6 +218,7 @@ fn refuse_coordinates(table: &Table, columns: usize) -> Result<(), String> {
     let (row_ramp, column_ramp) = (ramp(&row), ramp(&column));
     // An index counts from 0 or 1 in steps of 1; a ramp is its first number and its step.
     let is_index = |found: Option<(f64, f64)>| found.is_some_and(|found| found == (0.0, 1.0) || found == (1.0, 1.0));
+    // A ramp along one side only may be a relief, unless it is an index.
     let both_are_ramps = row_ramp.is_some() && column_ramp.is_some();
     let which = match (both_are_ramps, is_index(row_ramp), is_index(column_ramp)) {
         (true, ..) => "row and column",
@@ -247,6 +250,7 @@ fn meaning(header: &Header) -> Meaning {
     match &header.height {
         HeightUnit::NotGiven => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
         HeightUnit::Length(unit, unit_um) => Meaning::in_unit(unit, *unit_um),
+        // `header::parse` has already refused `NoLength`.
         HeightUnit::Empty | HeightUnit::NoLength(_) => Meaning::Unknown,
     }
 }
@@ -271,6 +275,7 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     if header.lateral_um.is_none() && header.height != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
+    // Without a unit of their own, x and y are in µm. The coordinates themselves give the order of rows.
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
     let raw = Raw::new(grid.values, meaning(header), FirstRow::Bottom).pixel(grid.pixel_um).pixel_from(source);
     Ok(with_channel(header, raw.rows_from(Source::File)))

@@ -114,7 +114,7 @@ impl Commas {
         found
     }
 
-    /// Whether commas are decimal marks.
+    /// Whether commas are decimal marks. The first case that applies decides.
     ///
     /// # Errors
     /// Ambiguous commas, with a line that shows them.
@@ -193,6 +193,7 @@ fn read(lines: &[Line], style: Style) -> Result<Table, String> {
     let is_separator = |c: char| c == ';' || (c == ',' && !style.decimal_comma) || (c == '\t' && style.tab_cells);
     for &(line, text) in lines {
         let before = table.values.len();
+        // Tabs at the ends are blanks, unless they end cells.
         let mut cells = text.trim_matches(|c: char| c.is_whitespace() && !(c == '\t' && style.tab_cells));
         // A separator at the end of a line does not begin another cell.
         cells = cells.strip_suffix(is_separator).unwrap_or(cells);
