@@ -168,9 +168,9 @@ impl Assembly<'_> {
     /// Elements of S and K from the source's nearest image to another node, without the image's Bloch phase.
     ///
     /// They are the trapezium rule for the whole kernel, plus (Kress' weights − trapezium rule) for its logarithmic
-    /// part. With the vector s of length r from source to target, this part is `−ln(4 sin²((τ − τ')/2))/4π` times J₀(kr)
-    /// in S, and times k²·J₁(kr)/(kr)·(ν'·s) in K. The kernel of K is `∂ν'G = (i/4)k·H₁⁽¹⁾(kr)·(ν'·s)/r`, since H₀' =
-    /// −H₁ and ∂ν'r = −(ν'·s)/r.
+    /// part. This part is `−ln(4 sin²((τ − τ')/2))/4π` times J₀(kr) in S, and times k²·J₁(kr)/(kr)·(ν'·s) in K, with
+    /// the vector s of length r from source to target. The kernel of K is `∂ν'G = (i/4)k·H₁⁽¹⁾(kr)·(ν'·s)/r`, since
+    /// H₀' = −H₁ and ∂ν'r = −(ν'·s)/r.
     fn nearest_image(&self, target: usize, source: usize, separation: &Separation) -> [Complex64; 2] {
         let r = (separation.x * separation.x + separation.z * separation.z).sqrt();
         if r * self.wave_number.im > DECAYED {

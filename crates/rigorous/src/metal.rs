@@ -107,7 +107,7 @@ impl<'a> MetalTable<'a> {
         let [low, high] = KY_SQUARED_RANGE.map(|ratio| ratio * wave_number * wave_number);
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         // Interpolation at n nodes converges as ρ^−n, with ρ the sum of semi-axes of the Bernstein ellipse through the
-        // singularity of W at κm² = 0. The range of ky² is mapped to [−1, 1].
+        // singularity of W at κm² = 0, so ρ^−n = TOLERANCE gives n. The range of ky² is mapped to [−1, 1].
         let singularity = kappa_m_squared(middle) / half;
         let rho_or_reciprocal = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
         // The two signs of the square root give ρ and 1/ρ.
@@ -121,7 +121,8 @@ impl<'a> MetalTable<'a> {
         // solution is negative, and no image is kept besides the nearest one.
         let images = (-TOLERANCE.ln() / (slowest_decay * period) - 0.5).ceil().max(0.0);
         let phases = 2.0 * images + 1.0;
-        // Fields that need the sum over all images reach too many periods for a table.
+        // Fields that need the sum over all images reach too many periods for a table. The range of `ky_nodes` also
+        // refuses an estimate that is infinite or NaN.
         let needs_lattice_sum = matches!(Images::needed(slowest_decay, period), Images::All);
         if needs_lattice_sum || phases > PHASES_MAX || !(1.0..=KY_NODES_MAX).contains(&ky_nodes) {
             return Ok(None);

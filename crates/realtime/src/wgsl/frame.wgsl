@@ -17,8 +17,8 @@ struct Frame {
     right: vec3<f32>,
     // Weight of the diffraction colour with FRAME_FIXED_MIX, 0 to 1; the pigment has the weight 1 - share.
     share: f32,
-    // Vector from the middle of the image plane to its lower edge. Its length is that of `right` times height over width
-    // of the picture: pixels are square.
+    // Vector from the middle of the image plane to its lower edge. Its length is that of `right` times the picture's
+    // height over its width: pixels are square.
     down: vec3<f32>,
     // Factor on the reflectance of the pigment texture.
     pigment_scale: f32,
