@@ -176,6 +176,7 @@ fn best_length(heights: &Array2<f64>, strip: usize) -> usize {
         beginning.iter().zip(beyond).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
     let longest = heights.ncols() - strip;
+    // At least `strip`, so that both strips do not overlap.
     let shortest = ((SHORTEST_FRACTION * longest as f64).ceil() as usize).clamp(strip, longest);
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);

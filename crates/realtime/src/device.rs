@@ -209,8 +209,9 @@ impl Gpu {
 
     /// Returns the error that the device has reported by a callback, if any.
     ///
-    /// # Errors [`GpuError::Lost`] in every call after the loss of the device; else [`GpuError::Refused`] for the first
-    /// call that wgpu has refused since the last check.
+    /// # Errors
+    /// [`GpuError::Lost`] in every call after the loss of the device; else [`GpuError::Refused`] for the first call
+    /// that wgpu has refused since the last check.
     pub fn check(&self) -> Result<(), GpuError> {
         let mut faults = lock(&self.faults);
         if let Some(reason) = faults.lost.clone() {
@@ -229,6 +230,7 @@ impl Gpu {
     /// later read waits for all of them.
     pub(super) fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
         let commands = encoder.finish();
+        // wgpu reports wrong commands when the list is finished.
         self.check()?;
         let submission = self.queue.submit([commands]);
         self.check()?;
@@ -280,7 +282,8 @@ impl Gpu {
         Ok(receiver.try_recv().ok().flatten())
     }
 
-    /// Lets wgpu call the callbacks of finished work, after waiting for the work that `until` names.
+    /// Lets wgpu call the callbacks of finished work. Before, it waits for the work that `until` names;
+    /// [`wgpu::PollType::Poll`] names none.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
         // wgpu panics if the device is lost during a wait, which `guard` catches. `check` knows the driver's reason.

@@ -1,25 +1,27 @@
 //! Structs that WGSL shaders and Rust share byte by byte. A test compares their offsets with those in WGSL.
 //!
 //! WGSL aligns a `vec3` to 16 bytes, so each is followed by a number in its gap. Lengths are in cm, the unit of the
-//! mesh. Vectors are in the scene's frame, where z points up, unless noted otherwise.
+//! mesh. Vectors are in the scene's frame, where z points up, unless noted otherwise. The *grating's frame* at a point
+//! has the surface's normal as z and the relief's x axis as x.
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
 use sunbeam::scattering::{ComplexIndex, Cover, Obliquity};
 
 /// A visible surface point with its directions to light and viewer, for which a [`super::Shader`] computes the
-/// reflectance; same layout as `Query` in `query.wgsl`.
+/// reflectance; same layout as `Query` in `query.wgsl`. Both directions are in the grating's frame on the mesh, and in
+/// the scene's frame on the ground ([`Query::GROUND`]).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {
-    /// Unit vector towards the light in the grating's frame, above the surface or on either side of a film. z is the
-    /// surface's normal and x the relief's x axis. For [`Query::GROUND`] both directions are in the scene's frame.
+    /// Unit vector towards the light, above the surface or on either side of a film.
     pub wi: [f32; 3],
     /// [`Query::NOTHING`], [`Query::GROUND`] or [`Query::SKIN`].
     pub kind: u32,
-    /// Unit vector towards the viewer in the grating's frame.
+    /// Unit vector towards the viewer.
     pub wo: [f32; 3],
-    /// 1 where the sun is visible, directly or through films; else 0.
+    /// 1 where the sun is visible, directly or through films; else 0, and `sun` is 0, too. Of the points of the mesh,
+    /// only lit ones are answered.
     pub lit: u32,
     /// Texture coordinates of the mesh, for the pigment.
     pub uv: [f32; 2],
@@ -94,7 +96,8 @@ impl OpticsUniform {
                 Obliquity::SmallSlope => 2,
             },
             shadowing: u32::from(optics.shadowing),
-            // The constants `OPTICS_ANSWERS_*` of optics.wgsl.
+            // The constants `OPTICS_ANSWERS_*` of optics.wgsl. methods.rs, gratings.rs and films.rs in tests/realtime
+            // compare the results for each of them with the processor's.
             answers: match answers {
                 AnswerKind::Relief => 0,
                 AnswerKind::Reflectance => 1,
@@ -118,7 +121,8 @@ pub(super) struct RangeUniform {
     pub part: u32,
     /// Number of parts of each answer.
     pub parts: u32,
-    /// Always 2: a number that the shader's compiler does not know (shade.wgsl).
+    /// Always 2. It bounds a loop by which the shader detects that the adapter ends loops early. As a constant of the
+    /// shader, it would let the compiler remove the loop (shade.wgsl).
     pub two: u32,
 }
 
@@ -136,7 +140,8 @@ pub(super) struct Vertex {
     pub v: f32,
 }
 
-/// A node of the tree of bounding boxes; same layout as `Node` in `trace.wgsl`. The box of a leaf is not read.
+/// A node of the tree of bounding boxes; same layout as `Node` in `trace.wgsl`. Nodes are in depth-first order: the
+/// first child of an inner node follows it in the array. The box of a leaf is not read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Node {
@@ -146,7 +151,7 @@ pub(super) struct Node {
     pub triangle: u32,
     /// Upper corner of the box.
     pub high: [f32; 3],
-    /// Index of the node that follows this node's subtree.
+    /// Index of the node that follows this node's subtree; the number of nodes if none follows.
     pub next: u32,
 }
 
@@ -162,11 +167,14 @@ pub(super) struct FrameUniform {
     pub forward: [f32; 3],
     /// Number of rows.
     pub height: u32,
-    /// Vector from the middle of the image plane, at the distance 1 from the camera, to its right edge.
+    /// Vector from the middle of the image plane, at the distance 1 from the camera, to its right edge. Its length is
+    /// the tangent of half the horizontal field of view.
     pub right: [f32; 3],
-    /// Weight of the diffraction colour in a fixed mix with the pigment, 0 to 1.
+    /// Weight of the diffraction colour in [`super::Blend::FixedMix`], the weighted mean with the pigment, 0 to 1; 0
+    /// for other blends.
     pub share: f32,
-    /// Vector from the middle of the image plane to its lower edge.
+    /// Vector from the middle of the image plane to its lower edge. Its length is that of `right` times height over
+    /// width of the picture: pixels are square.
     pub down: [f32; 3],
     /// Factor on the reflectance of the pigment texture.
     pub pigment_scale: f32,
@@ -199,7 +207,8 @@ pub(super) struct FrameUniform {
 pub(super) struct SunlightUniform {
     /// Centre of the box.
     pub centre: [f32; 3],
-    /// Number of texels along each side of the map, a whole number.
+    /// Number of texels along each side of the map, a whole number. It is an f32, since the shader multiplies
+    /// coordinates by it.
     pub side: f32,
     /// Unit vector along the map's rows, towards higher columns.
     pub right: [f32; 3],

@@ -90,6 +90,7 @@ impl Orbit {
         let up_axis = right_axis.cross(forward);
         let picture_width_cm = 2.0 * self.distance_cm * (0.5 * self.fov_deg).to_radians().tan();
         let cm_per_point = picture_width_cm / f64::from(width.max(1.0));
+        // Against the drag: to the left for a drag to the right, upwards for one downwards.
         self.target_cm += cm_per_point * (f64::from(down) * up_axis - f64::from(right) * right_axis);
     }
 

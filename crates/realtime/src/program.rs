@@ -58,6 +58,7 @@ pub(super) fn resolve() -> String {
 /// Errors of building the methods.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
+    // Energy conservation changes the WGSL, and only the method `table` has it.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     // A film of index 1.5 under a coherence window of 65 µm.
     let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..patch.clone() };

@@ -235,8 +235,10 @@ impl Progressive {
         preferred.as_ref().or(other.as_ref())
     }
 
-    /// A kept target of this size that nobody else holds, or a new one. New targets replace the oldest free ones.
+    /// A kept target of this size that nobody else holds, or a new one. New targets replace the oldest free ones; if
+    /// all are held, the list grows.
     fn free_target(&mut self, gpu: &Gpu, size: (u32, u32)) -> Result<Arc<Target>, GpuError> {
+        // The only reference to a free target is the one in `targets`.
         let is_free = |target: &Arc<Target>| Arc::strong_count(target) == 1;
         if let Some(target) = self.targets.iter().find(|target| target.size() == size && is_free(target)) {
             return Ok(Arc::clone(target));

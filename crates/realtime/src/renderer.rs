@@ -83,6 +83,7 @@ impl Renderer {
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let resolve = pipeline::module(gpu, "resolve", program::resolve());
+        // Overwritten before each sample.
         let frame = FrameUniform::zeroed();
         Ok(Self {
             shadow: depth_pipeline(gpu, program::shadow(), "sunlit_corner", None)?,
@@ -112,6 +113,7 @@ impl Renderer {
         let to_sun = view.light.to_sun();
         if scene.sunlight.begin_drawing(gpu, to_sun) {
             let map = scene.sunlight.view();
+            // The sun's pass writes depths only, no triangle numbers.
             report.gpu_ms.raster += self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &map).await?;
             scene.sunlight.copy(gpu)?;
             scene.sunlight.end_drawing(to_sun);
@@ -151,6 +153,7 @@ impl Renderer {
             resolve_target: None,
             ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
         });
+        // Without `triangles` the list of colour attachments is empty.
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("raster"),
             color_attachments: attachment.map(Some).as_slice(),

@@ -60,7 +60,8 @@ pub struct Shader {
     range_uniform: wgpu::Buffer,
     /// Number (u32) of answers of the current submission whose loops the adapter ended early (shade.wgsl).
     cut_short: wgpu::Buffer,
-    /// Number of queries of the next submission, adapted by [`Shader::run`].
+    /// Number of queries of the next submission, adapted by [`Shader::run`]. It is atomic, as is `part_count`, because
+    /// `run` takes a shared reference.
     planned_queries: AtomicU32,
     /// Number of parts of an answer, adapted by [`Shader::run`].
     part_count: AtomicU32,
@@ -229,6 +230,7 @@ impl Shader {
         let queries: Vec<Query> =
             directions.iter().flatten().map(|wo| Query::new(wi, wo.map(|component| component as f32))).collect();
         let mut answers = self.evaluate_async(gpu, &queries).await?.reflectances.into_iter();
+        // The answers belong to the pixels inside the disc, in their order.
         Ok(directions.iter().map(|direction| direction.and_then(|_| answers.next())).collect())
     }
 
@@ -251,7 +253,8 @@ impl Shader {
         &self.optics_uniform
     }
 
-    /// Answers the first `total` of the chosen queries, in submissions of about [`SUBMISSION_MS`].
+    /// Answers the first `total` of the chosen queries, in submissions of about [`SUBMISSION_MS`]. `bindings` is a
+    /// result of [`Shader::bind`].
     pub(super) async fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, total: u32) -> Result<Spent, GpuError> {
         let clock = Clock::new(gpu);
         let mut spent = Spent::default();

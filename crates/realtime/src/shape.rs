@@ -51,7 +51,7 @@ impl Shape {
     /// The mesh, and the pigment for its texture coordinates.
     ///
     /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]). `pigment_size`
-    /// is the size of its texture in pixels along and around the body. The other shapes ignore both.
+    /// is the size of the snake's texture in pixels along and around the body. The other shapes ignore both.
     ///
     /// # Errors
     /// The errors of [`SnakeMesh::build`] and [`pigment_texture`].

@@ -13,7 +13,9 @@ use glam::DVec3;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Approximate width in texels of the empty border around the mesh's box. With a border, the four texels around a point
-/// of the mesh always exist, and the mesh shadows no point outside the map. A wider border makes the texels larger.
+/// of the mesh always exist, and the mesh shadows no point outside the map. The same factor enlarges the box along the
+/// sun's direction, so that depths of the mesh exceed 0, the depth of an empty texel. A wider border makes the texels
+/// larger.
 const MARGIN_TEXELS: f64 = 4.0;
 /// Smallest half extent of the map's box in cm. Positions are divided by the half extents, and one of them may be 0 for
 /// a flat mesh.

@@ -1,7 +1,8 @@
 //! Camera, sun and blending of a picture, and the uniform struct that carries them to the shaders (frame.wgsl).
 //!
 //! The defaults are those of the Mitsuba scene of the snake in the folder mitsuba_scenes, so that pictures can be
-//! compared. Lengths are in cm, z points up, and azimuths are counter-clockwise from +x seen from above.
+//! compared. Lengths are in cm, z points up, and azimuths are counter-clockwise from +x seen from above. Positions and
+//! angles are f64 for the processor; the shaders get them as f32.
 
 use super::GpuError;
 use super::layout::FrameUniform;
@@ -215,6 +216,7 @@ impl View {
         {
             return refuse("share", &share, "in [0, 1]");
         }
+        // The errors of `image_plane` do not depend on the size.
         self.camera.image_plane((1, 1)).map(|_| ())
     }
 
@@ -259,7 +261,7 @@ impl View {
     }
 }
 
-/// The error for a parameter out of range.
+/// The error for a parameter out of range. T is the type of the result that the caller would return otherwise.
 fn refuse<T>(parameter: &'static str, found: &dyn std::fmt::Debug, accepted: &'static str) -> Result<T, GpuError> {
     Err(GpuError::Parameter { parameter, found: format!("{found:?}"), accepted })
 }

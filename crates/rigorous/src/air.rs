@@ -84,6 +84,7 @@ impl<'a> Air<'a> {
     /// Special functions that overflow.
     pub(crate) fn at_kappa_squared(mesh: &'a Discretisation, kappa_squared: f64, b: f64) -> Result<Self, Error> {
         let t = kappa_squared.max(0.0).sqrt() * mesh.profile().period_um() / TAU;
+        // With t = 0 no order propagates, so there is no cut-off to keep away from.
         if t > 0.0 { Self::new(mesh, t, b) } else { Self::at(mesh, kappa_squared, 0.0, b) }
     }
 
@@ -93,6 +94,7 @@ impl<'a> Air<'a> {
         let waves = Waves::propagating(period, t, b);
         let (alpha, beta) = (&waves.alpha, &waves.beta);
         let nodes = &mesh.coarse;
+        // The stride 1 makes every node a target. `outgoing` is κ, imaginary for a negative κ².
         let layers = layer_matrices(nodes, 1, outgoing(kappa_squared.into()), b)?;
         let mut exterior = -layers.double;
         exterior.diag_mut().map_inplace(|value| *value += 0.5);
@@ -191,12 +193,14 @@ impl<'a> Air<'a> {
         &self.waves
     }
 
-    /// Solves above a perfect conductor, where Ey and the normal derivative of Hy vanish: two independent systems.
+    /// Solves above a perfect conductor, where Ey and the normal derivative of Hy vanish. This leaves two independent
+    /// systems, `S·flux = incident` for Ey and `(½ − K)·u = incident` for Hy. Nothing is absorbed.
     fn solve_perfect(&self) -> Result<Amplitudes, Error> {
         let flux = solve(&self.single, &self.incident, "the field of Ey")?;
         let field = solve(&self.exterior, &self.incident, "the field of Hy")?;
         let (electric, magnetic) = (product(&self.from_flux, &flux), product(&self.from_field, &field));
         let count = self.waves.orders.len();
+        // Rows are the outgoing states Ey and Hy, columns the incident ones.
         let amplitude = |out: usize, from: usize| {
             let zero = Complex64::ZERO;
             [[electric[(out, from)], zero], [zero, magnetic[(out, from)]]]

@@ -63,7 +63,8 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
     let kappa_squared =
         if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
-    // |ky|/k, which exceeds 1 for some light from below that is totally reflected.
+    // |ky|/k exceeds 1 for some light from below that is totally reflected. The check accepts at most 1, and smaller
+    // values are stricter. Its estimate of the cost is not needed.
     check_size(profile, &medium, wavelength_nm, (wi[1] * eta_in).abs().min(1.0))?;
     let mut resolution = Resolution::new(profile, &medium, wavelength_nm)?;
     // Doubles the nodes until both checks pass.

@@ -200,7 +200,7 @@ impl Discretisation {
         self.check_resolved("tm", tm)?;
         let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
         let kappa_m = TAU * tm / self.profile.period_um();
-        // κ² = κm² − (n² − 1)k².
+        // κ² = κm² − (n² − 1)k², from κ² = k² − ky² and κm² = n²k² − ky².
         let kappa_squared = kappa_m * kappa_m - (positive("eta", eta)?.powi(2) - 1.0) * k * k;
         Air::at_kappa_squared(self, kappa_squared, finite("b", b)?)
     }

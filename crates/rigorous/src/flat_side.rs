@@ -10,7 +10,8 @@
 //!
 //! Jones matrices are between the states without Hy and without Ey (`orders.rs`). The unit vectors a, in the air, and
 //! b, in the medium, are the components of the polarisation across the plane of incidence. U is the rotation that maps
-//! b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`.
+//! b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`: it multiplies the part of the light along b by ts and the part
+//! orthogonal to b by tp, and turns both from the medium's basis to that of the air.
 //!
 //! The vectors a and b have the denominator |K|·√(1 − d.y²), where d.y is the y component of the wave's direction. The
 //! elements of U and of `a bᵀ` therefore have the factor 1/K². It is cancelled below, with the identities in the
@@ -24,6 +25,7 @@ use num_complex::Complex64;
 /// the light; upwards, the matrix of the passage is the transpose.
 pub(crate) fn passage(eta: f64, k_x: f64, k_y: Complex64, [c1, cn]: [f64; 2], is_downwards: bool) -> Jones {
     let eps = eta * eta;
+    // The wave vectors over k have the z components −sign·c1 and −sign·cn.
     let sign = if is_downwards { 1.0 } else { -1.0 };
     let (s, p, root) = (c1 + cn, eps * c1 + cn, (c1 * cn).sqrt());
     // Product of √(1 − d.y²) in the air and in the medium, which divides all elements.

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Number of coarse nodes on either side of the nearest one from which a value is interpolated. Larger values take more
-/// time; smaller ones raise the error of interpolation, which is now far below that of the quadrature.
+/// time; smaller ones raise the error of interpolation, which is far below that of the quadrature.
 const REACH: usize = 8;
 /// Number of coarse nodes from which a value is interpolated.
 const WIDTH: usize = 2 * REACH + 1;

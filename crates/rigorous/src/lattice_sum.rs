@@ -18,8 +18,12 @@
 //!
 //! The sum converges too slowly to be added directly. Ewald's method splits it into two sums that converge as
 //! Gaussians: one over the diffraction orders, one over the periods (Capolino, Wilton & Johnson, IEEE Trans. Antennas
-//! Propag. 53, 2005). [`Ewald`] evaluates them on a grid of Chebyshev nodes; [`LatticeSum`] interpolates by
-//! polynomials.
+//! Propag. 53, 2005):
+//!
+//! `F = Σ_n order_term + Σ_p period_term − (i/4) H₀⁽¹⁾(k·R_0)`, p = 0 included.
+//!
+//! [`Ewald::order_term`] and [`Ewald::sum_over_periods`] have the formulas of the terms. [`Ewald`] evaluates F on a
+//! grid of Chebyshev nodes; [`LatticeSum`] interpolates by polynomials.
 
 use crate::Error;
 use crate::special::{Radial, chebyshev_coefficients, chebyshev_nodes, expint_1, faddeeva};
@@ -73,7 +77,7 @@ impl LatticeSum {
     /// Computes the polynomials for the period d (µm), wave number k (rad/µm), Bloch phase b (turns) and height h of
     /// the relief (µm).
     ///
-    /// `near` tabulates the Hankel functions of the wave number up to the corners of the box.
+    /// `near` tabulates the Hankel functions H₀⁽¹⁾(kr) and H₁⁽¹⁾(kr) for distances r up to the corners of the box.
     ///
     /// # Errors
     /// [`Error::NotFinite`] for sums that are not finite, or that 400 terms along an axis do not resolve.
@@ -87,8 +91,9 @@ impl LatticeSum {
         let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         let k = wave_number.norm();
-        // Numbers of Chebyshev nodes along each axis, even along z. The first guess, measured to suffice in most cases,
-        // affects speed only: both numbers grow until the last coefficients are small.
+        // Numbers of Chebyshev nodes along each axis. Along z the number is even, so that no node has z = 0, where the
+        // source p = 0 may be singular. The first guess, measured to suffice in most cases, affects speed only: both
+        // numbers grow until the last coefficients are small.
         let mut nodes_x = (26 + (0.65 * k * half_x) as usize).min(TERMS_MAX);
         let mut nodes_z = (2 * (5 + (0.5 * k * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
         loop {
@@ -101,7 +106,7 @@ impl LatticeSum {
             if tail_x <= TAIL_MAX && tail_z <= TAIL_MAX {
                 return Ok(Self::from_series(half_x, half_z, &series));
             }
-            // About a quarter more.
+            // About a quarter more; an even number along z.
             let more_x = if tail_x > TAIL_MAX { 8 + nodes_x / 4 } else { 0 };
             let more_z = if tail_z > TAIL_MAX { 2 * (2 + nodes_z / 8) } else { 0 };
             let before = (nodes_x, nodes_z);
@@ -272,8 +277,7 @@ impl Ewald {
     /// F at the Chebyshev nodes of the box, `[ix][iz]`: at `nodes_x` nodes along x, and at the positive half of
     /// `nodes_z` nodes along z.
     ///
-    /// F is the sum over orders, plus the sum over periods, minus the source p = 0. `near` has the Hankel functions of
-    /// this source.
+    /// F is the sum over orders, plus the sum over periods, minus the source p = 0, whose Hankel functions `near` has.
     fn on_grid(&self, half_x: f64, half_z: f64, nodes_x: usize, nodes_z: usize, near: &Radial) -> Vec<Vec<Complex64>> {
         let xs: Vec<f64> = chebyshev_nodes(nodes_x).iter().map(|x| x * half_x).collect();
         // Nodes are in descending order.

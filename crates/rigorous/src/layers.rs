@@ -28,7 +28,7 @@ const DECAYED: f64 = 30.0;
 /// Most images on either side that are summed one by one. More take longer than the lattice sum.
 const IMAGES_MAX: f64 = 4.0;
 /// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. The second is below ½,
-/// where the next image is equally near.
+/// where the next image is equally near. A narrower transition needs more nodes to be integrated.
 const WINDOW: [f64; 2] = [0.3, 0.48];
 /// Upper bounds on the two distances r of the window, as Im k·r. The weights multiply Bessel functions, which grow as
 /// e^{Im k·r} and would magnify rounding at larger distances.
@@ -59,7 +59,7 @@ impl Images {
     /// The summation needed at an imaginary part of the wave number (`decay`, 1/µm) and a period (µm).
     pub(crate) fn needed(decay: f64, period: f64) -> Self {
         // The first image left out, number count + 1, is at least count + ½ periods away. Without decay, count is
-        // infinite.
+        // infinite. With strong decay it may be 0 or less; the minimum of 1 then adds decayed images only.
         let count = (DECAYED / (decay * period) - 0.5).ceil();
         if count <= IMAGES_MAX { Self::Near(count.max(1.0) as i32) } else { Self::All }
     }
@@ -168,7 +168,9 @@ impl Assembly<'_> {
     /// Elements of S and K from the source's nearest image to another node, without the image's Bloch phase.
     ///
     /// They are the trapezium rule for the whole kernel, plus (Kress' weights − trapezium rule) for its logarithmic
-    /// part. This part is `−ln(4 sin²((τ − τ')/2))/4π` times J₀(kr) in S, and times k²·J₁(kr)/(kr)·(ν'·r) in K.
+    /// part. This part is `−ln(4 sin²((τ − τ')/2))/4π` times J₀(kr) in S, and times k²·J₁(kr)/(kr)·(ν'·s) in K, with
+    /// the vector s of length r from source to target. The kernel of K is `∂ν'G = (i/4)k·H₁⁽¹⁾(kr)·(ν'·s)/r`, since
+    /// H₀' = −H₁ and ∂ν'r = −(ν'·s)/r.
     fn nearest_image(&self, target: usize, source: usize, separation: &Separation) -> [Complex64; 2] {
         let r = (separation.x * separation.x + separation.z * separation.z).sqrt();
         if r * self.wave_number.im > DECAYED {
@@ -202,7 +204,7 @@ impl Assembly<'_> {
     }
 
     /// Elements of S and K from the images summed one by one, relative to the Bloch phase of the nearest image. Images
-    /// whose field has decayed are neglected.
+    /// whose field has decayed are neglected. The kernels are those of [`Assembly::nearest_image`].
     fn other_images(&self, source: usize, separation: &Separation) -> [Complex64; 2] {
         let mut sums = [Complex64::ZERO; 2];
         let (normal, d) = (self.nodes.normal[source], self.nodes.period);

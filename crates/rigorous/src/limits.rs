@@ -22,7 +22,8 @@ pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 /// Largest height of a relief in wavelengths of a medium.
 ///
 /// 400 terms suffice for at least 64 wavelengths, measured at a period of half the height. This is the worst case,
-/// since deeper reliefs are refused. The margin of two wavelengths allows for cases that were not measured.
+/// since a [`Profile`] is at most twice as high as its period. The margin of two wavelengths allows for cases that were
+/// not measured.
 pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 
 /// Checks that a profile above a medium can be solved at a wavelength (nm), and returns the estimated cost. Nothing is

@@ -107,7 +107,7 @@ impl<'a> MetalTable<'a> {
         let [low, high] = KY_SQUARED_RANGE.map(|ratio| ratio * wave_number * wave_number);
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         // Interpolation at n nodes converges as ρ^−n, with ρ the sum of semi-axes of the Bernstein ellipse through the
-        // singularity of W at κm² = 0. The range of ky² is mapped to [−1, 1].
+        // singularity of W at κm² = 0, so ρ^−n = TOLERANCE gives n. The range of ky² is mapped to [−1, 1].
         let singularity = kappa_m_squared(middle) / half;
         let rho_or_reciprocal = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
         // The two signs of the square root give ρ and 1/ρ.
@@ -117,10 +117,12 @@ impl<'a> MetalTable<'a> {
         let slowest_decay = outgoing(kappa_m_squared(low)).im.min(outgoing(kappa_m_squared(high)).im);
         let period = mesh.profile().period_um();
         // Images kept on either side of the nearest one. The first one left out is at least images + ½ periods away,
-        // where fields have decayed below the tolerance.
+        // where fields have decayed below the tolerance: e^{−Im κm·(images + ½)d} ≤ TOLERANCE. With strong decay the
+        // solution is negative, and no image is kept besides the nearest one.
         let images = (-TOLERANCE.ln() / (slowest_decay * period) - 0.5).ceil().max(0.0);
         let phases = 2.0 * images + 1.0;
-        // Fields that need the sum over all images reach too many periods for a table.
+        // Fields that need the sum over all images reach too many periods for a table. The range of `ky_nodes` also
+        // refuses an estimate that is infinite or NaN.
         let needs_lattice_sum = matches!(Images::needed(slowest_decay, period), Images::All);
         if needs_lattice_sum || phases > PHASES_MAX || !(1.0..=KY_NODES_MAX).contains(&ky_nodes) {
             return Ok(None);
@@ -150,8 +152,8 @@ impl<'a> MetalTable<'a> {
         let n = self.mesh.nodes();
         let ky_weights: Vec<f64> =
             (0..self.ky_squared.len()).map(|i| lagrange(&self.ky_squared, i, ky_squared)).collect();
-        // `[phase][periods + 1]`: the weight depends on the period of the source's nearest image, which differs between
-        // pairs of nodes.
+        // `[phase][periods + 1]`, with the periods −1, 0 or 1 by which the source's nearest image is moved. They differ
+        // between pairs of nodes, and so do the N images that are kept.
         let phase_weights: Vec<[Complex64; 3]> =
             (0..self.phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
         let image_indices = self.image_indices();

@@ -20,11 +20,12 @@ use std::f64::consts::{PI, TAU};
 /// exponent of 3 leaves several times the error.
 const GRADING: f64 = 5.0;
 
-/// Fewest nodes on an edge: the grading needs some nodes on either half.
+/// Fewest nodes on an edge: four on either half, which are graded towards its corner. Larger numbers give short walls
+/// more nodes than they need.
 const EDGE_NODES_MIN: usize = 8;
 
 /// Fraction of the nodes that is distributed equally over the edges; the rest is distributed by length. A short wall
-/// also needs nodes for the singularities at its corners.
+/// also needs nodes for the singularities at its corners. Larger fractions take nodes from long edges.
 const EQUAL_FRACTION: f64 = 0.4;
 
 /// Largest distance along x, in periods, between two nodes whose difference is computed from a common corner. At ½ and
@@ -226,8 +227,8 @@ impl Nodes {
     ///
     /// At short distances the kernel of K is `ν'·(r − r')/(2π|r − r'|²)`. For a target r next to a corner, the kernel
     /// on the neighbouring edge varies over the target's distance from the corner, which no grading resolves. For a
-    /// constant field the integral is known: the angle that the edge subtends at the target, in turns. The correction
-    /// is this angle minus the quadrature.
+    /// constant field the integral is known: the angle that the edge subtends at the target, in turns, positive where
+    /// the edge is followed counter-clockwise about the target. The correction is this angle minus the quadrature.
     pub(crate) fn corner_defect(&self, target: usize) -> f64 {
         let Some(own) = self.on_edge.get(target) else { return 0.0 };
         // The neighbouring edge follows the target's edge if the corner is the end of the target's edge, else precedes
@@ -245,11 +246,12 @@ impl Nodes {
         for (source, on) in self.on_edge.iter().enumerate().filter(|(_, on)| on.edge == neighbour) {
             let [dx, dz] = [0, 1].map(|j| on.offsets[corner][j] - node[j]);
             let [nx, nz] = self.normal[source];
+            // The kernel has r − r' = −(dx, dz).
             sum -= (nx * dx + nz * dz) / (dx * dx + dz * dz) * self.speed[source] * self.step();
             // Every source gives the same vector, up to rounding.
             far_end = [0, 1].map(|j| on.offsets[corner][j] - on.offsets[1 - corner][j]);
         }
-        // Directions from the target to both ends of the neighbouring edge, in the order along the curve.
+        // Vectors from the target to both ends of the neighbouring edge, in the order along the curve.
         let to_far_end = [0, 1].map(|j| far_end[j] - node[j]);
         let to_corner = node.map(|c| -c);
         let (first, last) = if is_after { (to_corner, to_far_end) } else { (to_far_end, to_corner) };

@@ -138,7 +138,7 @@ impl Lattice {
     }
 
     /// The three fingers of a layer nearest to `v`, each with `q`: the signed distance of `v` from its axis in finger
-    /// periods.
+    /// periods. The regular axes of other fingers are at least 1.5 periods away, farther than a finger reaches.
     fn near(&self, layer: i64, v: f64) -> impl Iterator<Item = (&Finger, f64)> {
         let v = v + self.shift_of(layer);
         let middle = libm::floor(v) as i64;
@@ -176,7 +176,8 @@ impl Lattice {
 
     /// Position `(x, y)` in µm of the point at `t` on a finger, `across` finger periods from its axis.
     ///
-    /// The warp is undone approximately: its displacement is read at the lattice position, not at the result.
+    /// The warp is undone approximately: its displacement is read at the lattice position, not at the result. The lean
+    /// of the fingers is neglected.
     fn position_um(&self, layer: i64, finger: i64, t: f64, across: f64) -> (f64, f64) {
         let (dx, dy) = self.step_um();
         let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.shift_of(layer);

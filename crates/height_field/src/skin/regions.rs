@@ -59,7 +59,7 @@ impl Regions {
     /// Adds the sub-regions to the displacements `[[iy, ix]]` (µm) of a square tile.
     ///
     /// The added displacement is a triangle wave that rises over one square and falls over the next. Its slope,
-    /// ±`spread`, is the relative change of the spatial frequency.
+    /// ±`spread`, is the relative change of the spatial frequency. Its mean is about 0, so the pattern is not shifted.
     pub(super) fn displace(&self, warp_x: &mut Array2<f64>, warp_y: &mut Array2<f64>, extent_um: f64) {
         let count = self.count(extent_um);
         let wave: Vec<f64> = (0..PIXELS)

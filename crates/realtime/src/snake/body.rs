@@ -104,6 +104,7 @@ impl Body {
 
     /// Angle φ of the section at a signed arc length in cm from the top of the back.
     fn angle(&self, arc_cm: f64) -> f64 {
+        // Interval of the table that contains the arc length, by which the angle is interpolated linearly.
         let index = self.arcs_cm.partition_point(|&arc| arc <= arc_cm).clamp(1, STEPS) - 1;
         let (below, above) = (self.arcs_cm[index], self.arcs_cm[index + 1]);
         (index as f64 + (arc_cm - below) / (above - below)) * TAU / STEPS as f64 - PI
@@ -136,6 +137,7 @@ fn stations(options: &SnakeOptions) -> Vec<Station> {
     let mut stations = Vec::with_capacity(STEPS + 1);
     for i in 0..=STEPS {
         stations.push(Station { centre, forward, up });
+        // The step after the last station is computed but not used.
         let next = heading(options, (i + 1) as f64 / STEPS as f64);
         let middle = heading(options, (i as f64 + 0.5) / STEPS as f64);
         let next_centre = centre + (forward + middle * 4.0 + next) * (step_cm / 6.0);

@@ -118,7 +118,8 @@ impl Local {
         gauge(self.along, self.across)
     }
 
-    /// Whether the gauge is at most 1. For most points the answer follows without computing powers.
+    /// Whether the gauge is at most 1. For most points the answer follows without computing powers: along^p ≤ along and
+    /// |across|^p ≤ |across| for numbers up to 1, because p exceeds 1.
     fn is_within(self) -> bool {
         let (along, across) = (self.along, self.across.abs());
         if along > 1.0 || across > 1.0 {
@@ -224,6 +225,7 @@ impl Lattice {
     fn stored_corners(&self, (i, j): (i64, i64)) -> Option<&Corners> {
         let (row, column) = (i + CORNERS_MARGIN, j + CORNERS_MARGIN);
         let columns = self.rows_around + 2 * CORNERS_MARGIN + 1;
+        // Rows beyond the last one are past the end of the vector, so `get` returns `None`.
         if row < 0 || !(0..columns).contains(&column) {
             return None;
         }

@@ -31,7 +31,8 @@ pub struct SnakeMesh {
 
 impl SnakeMesh {
     /// Builds the mesh. A scale inside the sheet has two triangles in each of `n²` cells, where `n = 2·half_cells`. The
-    /// walls below its free edges have `4n − 2` triangles.
+    /// walls below its two free edges are strips of n quadrilaterals, the first of which is a triangle. They have
+    /// `4n − 2` triangles.
     ///
     /// ```
     /// use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions};
@@ -50,15 +51,15 @@ impl SnakeMesh {
             surface: Surface::new(options),
             cells: 2 * options.half_cells,
             mesh: Self::default(),
-            nodes: HashMap::new(),
-            scales: HashMap::new(),
+            node_vertices: HashMap::new(),
+            scale_vertices: HashMap::new(),
         };
         let (along, around) = (options.rows_along as i64, options.rows_around as i64);
-        let scales = || (0..=along).flat_map(|i| (0..=around).map(move |j| (i, j))).filter(|(i, j)| (i + j) % 2 == 0);
-        for scale in scales() {
+        let centres = || (0..=along).flat_map(|i| (0..=around).map(move |j| (i, j))).filter(|(i, j)| (i + j) % 2 == 0);
+        for scale in centres() {
             builder.add_vertices(scale);
         }
-        for scale in scales() {
+        for scale in centres() {
             builder.add_cells(scale);
             builder.add_walls(scale);
         }
@@ -89,9 +90,9 @@ struct Builder {
     mesh: SnakeMesh,
     /// Vertex of each node that has been added. Three scales share it; the tip of the fourth scale lies above the node
     /// and has a vertex of its own.
-    nodes: HashMap<(i64, i64), u32>,
+    node_vertices: HashMap<(i64, i64), u32>,
     /// Vertices of each scale, at the index `x · (n + 1) + y`; `None` beyond the sheet.
-    scales: HashMap<(i64, i64), Vec<Option<u32>>>,
+    scale_vertices: HashMap<(i64, i64), Vec<Option<u32>>>,
 }
 
 impl Builder {
@@ -114,7 +115,7 @@ impl Builder {
                     _ => None,
                 };
                 let index = if let Some(node) = node {
-                    *self.nodes.entry(node).or_insert_with(|| self.mesh.push(&self.surface.node(node)))
+                    *self.node_vertices.entry(node).or_insert_with(|| self.mesh.push(&self.surface.node(node)))
                 } else {
                     let point = patch.point(x as f64 / n as f64, y as f64 / n as f64);
                     self.mesh.push(&self.surface.vertex((i, j), point))
@@ -122,12 +123,12 @@ impl Builder {
                 indices.push(Some(index));
             }
         }
-        self.scales.insert((i, j), indices);
+        self.scale_vertices.insert((i, j), indices);
     }
 
     /// Index of the vertex (`x`, `y`) of a scale; `None` beyond the sheet.
     fn vertex(&self, scale: (i64, i64), x: usize, y: usize) -> Option<u32> {
-        self.scales.get(&scale)?[x * (self.cells + 1) + y]
+        self.scale_vertices.get(&scale)?[x * (self.cells + 1) + y]
     }
 
     /// Adds the triangles of a scale's grid. A cell on the rim of the sheet has three corners on the sheet and is a
@@ -161,6 +162,7 @@ impl Builder {
                 // `None` if a corner lies beyond the sheet.
                 let corners: Option<Vec<u32>> = [near[0], near[1], far[1], far[0]].into_iter().collect();
                 if let Some(mut corners) = corners {
+                    // At the flank, where `t` is 0, edge and foot have one vertex, so a triangle remains.
                     corners.dedup();
                     self.mesh.add_polygon(&corners);
                 }

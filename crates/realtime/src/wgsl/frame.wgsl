@@ -12,11 +12,13 @@ struct Frame {
     forward: vec3<f32>,
     // Number of rows.
     height: u32,
-    // Vector from the middle of the image plane to its right edge. The plane lies at the distance 1 from the camera.
+    // Vector from the middle of the image plane to its right edge. The plane lies at the distance 1 from the camera, so
+    // the length is the tangent of half the horizontal field of view.
     right: vec3<f32>,
     // Weight of the diffraction colour with FRAME_FIXED_MIX, 0 to 1; the pigment has the weight 1 - share.
     share: f32,
-    // Vector from the middle of the image plane to its lower edge.
+    // Vector from the middle of the image plane to its lower edge. Its length is that of `right` times the picture's
+    // height over its width: pixels are square.
     down: vec3<f32>,
     // Factor on the reflectance of the pigment texture.
     pigment_scale: f32,

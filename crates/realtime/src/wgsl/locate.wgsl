@@ -1,6 +1,6 @@
 // Second stage of a picture (lib.rs), after raster.wgsl: for each pixel, finds the point that its ray meets, the
-// directions in the shading frame there, and the visibility of the sun. The result is a query (query.wgsl), whose
-// reflectance shade.wgsl computes later.
+// directions in the shading frame there, and the visibility of the sun. The result is a query (query.wgsl), a record of
+// the point and its directions, for which shade.wgsl computes the reflectance.
 //
 // The rasteriser has written the triangle of each pixel into the texture `seen`. Entry points, in this order:
 //
@@ -23,8 +23,9 @@
 //
 // Lengths are in cm. frame.wgsl, mesh.wgsl and trace.wgsl declare the bindings 0 to 3.
 
-// Lists of pixels; counterpart of `ListLengths` in target.rs, which has the members before `entries`. A pixel is a u32
-// with the column in the lower 16 bits and the row in the upper 16.
+// Lists of pixels; counterpart of `ListLengths` in target.rs, which has the members before `entries`. locate.rs sets
+// these lengths to 0 before each sample. A pixel is a u32 with the column in the lower 16 bits and the row in the upper
+// 16.
 struct Lists {
     // Number of entries of the buffer `chosen`, the queries that need an answer.
     chosen: atomic<u32>,
@@ -81,7 +82,8 @@ const LOCATE_SUN_VISIBLE: u32 = 1u;
 const LOCATE_SUN_UNDECIDED: u32 = 2u;
 
 // Start of a ray from the point p of a surface with the normal n. The start is moved off the surface, so that the ray
-// does not meet the surface again (Mitsuba's `offset_p`).
+// does not meet the surface again (Mitsuba's `offset_p`). The distance grows with the coordinates, as their rounding
+// errors do; the summand 1 keeps it above 0 at the origin.
 fn locate_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let largest = max(abs(p.x), max(abs(p.y), abs(p.z)));
     let distance = (1.0 + largest) * LOCATE_EPSILON;
@@ -107,11 +109,13 @@ fn locate_to_grating(w: vec3<f32>) -> vec3<f32> {
 // sun is visible where the four depths around the point continue the plane, and hidden where all four lie far in front
 // of the plane. Otherwise only a ray can decide.
 fn locate_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
+    // Coordinates along `right`, `up` and `to_sun`, -1 to 1 inside the map's box.
     let position = sunlight_position(sunlight, p);
     // Position as column and row in texels, rows from the top; whole numbers are the centres of texels.
     let texel = (0.5 * position.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
     if any(texel < vec2<f32>(0.0)) || any(texel >= vec2<f32>(sunlight.side - 1.0)) {
-        // The map has a margin around the mesh, so a ray to the sun outside the map misses the mesh.
+        // The four texels around the point do not all exist. The map has a margin around the mesh, so a ray to the sun
+        // misses the mesh there.
         return LOCATE_SUN_VISIBLE;
     }
     let cosine = dot(n, sunlight.to_sun);
@@ -208,6 +212,7 @@ fn locate_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
 fn locate_ground(ray: vec3<f32>, farthest: f32) -> Located {
     var found: Located;
     let distance = -frame.origin.z / ray.z;
+    // Not read unless `meets_plane`: it is infinite for a horizontal ray and behind the camera for a rising one.
     let p = frame.origin + distance * ray;
     let meets_plane = frame.has_ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
     if meets_plane && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND_HALF_SIDE_CM)) && distance < farthest {
@@ -276,9 +281,13 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
     return sheet_passed(frame.origin, ray, distance(ground.p, frame.origin)) * locate_ground_radiance(ground.query);
 }
 
-// Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the map. The sun is hidden where the pixel's ray
-// meets nothing, and where the surface is parallel to the direction of the sun or the viewer. It is also hidden where
-// an opaque surface faces away from one of them. Behind a film it is undecided, because a film lets light pass.
+// Visibility of the sun (LOCATE_SUN_*) from the point of a query, by the first case that applies:
+//
+// - hidden where the pixel's ray meets nothing;
+// - hidden where an opaque surface, the ground or a mesh that is no film, faces away from the sun or the viewer;
+// - hidden where the surface is parallel to the direction of the sun or the viewer;
+// - undecided where the map says hidden but the mesh is a film, which lets light pass;
+// - else the result of the map.
 fn locate_visibility(found: Located) -> u32 {
     let query = found.query;
     let is_film = query.kind == QUERY_SKIN && locate_is_film();
@@ -292,7 +301,8 @@ fn locate_visibility(found: Located) -> u32 {
 
 // Stores the query of a pixel and adds the radiance of the ground and the sample's weight to the picture. The first
 // sample replaces the previous picture. The pixel is added to `rest` if `needs_ray` is true, or if the map does not
-// decide the visibility of the sun.
+// decide the visibility of the sun. For such a pixel locate_rest replaces the query. No radiance is added here, since
+// its query is no ground or is not lit.
 fn locate_store(pixel: vec2<u32>, found: Located, needs_ray: bool) {
     let index = locate_index(pixel);
     var query = found.query;
@@ -408,7 +418,7 @@ fn locate_intersection(pixel: vec2<u32>, ray: vec3<f32>) -> Hit {
 }
 
 // Writes the queries of `rest` by rays through the tree. For these pixels locate_store has added the weight of the
-// sample to the picture, but no radiance.
+// sample to the picture, but no radiance, so the weight added here is 0.
 @compute @workgroup_size(64)
 fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_linear_index(id, groups);

@@ -22,7 +22,8 @@ struct Query {
     kind: u32,
     // Unit vector towards the viewer, in the frame of `wi`.
     wo: vec3<f32>,
-    // 1 where the sun is visible, directly or through films; else 0.
+    // 1 where the sun is visible, directly or through films; else 0, and `sun` is 0, too. Of the skin, only lit points
+    // are answered.
     lit: u32,
     // Texture coordinates of the skin; (0, 0) on the ground.
     uv: vec2<f32>,

@@ -92,7 +92,7 @@ fn small_slope_conductor(pair: Pair) -> f32 {
     let product = cosines.x * cosines.y;
     // cosφ - sinθi sinθo. The terms cancel for two grazing directions. Multiplied by sinθi sinθo, the difference is
     // c_i² + c_o² + c_i c_o - c_i² c_o² - |wi + wo|²/2, which does not cancel there. The second form divides by the
-    // product of the sines, so it is used only where the product is large.
+    // product of the sines, so it is used only where the product is large: at least half its maximum, 1.
     var difference = azimuth.cos_phi - azimuth.sines;
     if azimuth.sines >= 0.5 {
         difference =

@@ -13,7 +13,7 @@ struct Node {
     triangle: u32,
     // Upper corner of the box in cm.
     high: vec3<f32>,
-    // Index of the node that follows this node's subtree.
+    // Index of the node that follows this node's subtree; the number of nodes if none follows.
     next: u32,
 }
 

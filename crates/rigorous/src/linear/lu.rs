@@ -41,6 +41,7 @@ pub(super) fn factor(mut a: ViewMut<'_>) -> Vec<usize> {
     let (mut beside, mut rest) = right.split_at(Axis(0), half);
     solve_lower(&corner.view(), beside.reborrow());
     rest.add_product(-1.0, &below.view(), &beside.view());
+    // Pivots of `rest` count from its first row, that of index `half`; `below` has the same rows.
     let rest_pivots = factor(rest);
     exchange(&mut below, &rest_pivots);
     pivots.extend(rest_pivots.iter().map(|row| half + row));
