@@ -85,7 +85,7 @@ def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = No
     for name, bsdf in materials.items():
         programs[name] = partial(answer, bsdf, call)
         if wavefront is None:
-            # Two runs, of which the first also compiles.
+            # The smaller of two times, as below.
             few = Inputs(FEWEST)
             elements[name] = fitting_elements(min(kernel_s(programs[name], few) for _ in range(2)) / FEWEST)
         else:

@@ -79,7 +79,8 @@ fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
     } else if left {
         settings.orbit.turn(x, y);
     }
-    // Factor on the camera's distance; `pinched` is the growth of the distance between the fingers. Scrolling up and spreading two fingers move the camera nearer.
+    // Factor on the camera's distance; `pinched` is above 1 for fingers that spread. Scrolling up and spreading two
+    // fingers move the camera nearer.
     let factor = (-ZOOM_PER_POINT * scrolled).exp() / pinched;
     if response.hovered() && factor != 1.0 {
         settings.orbit.zoom(f64::from(factor));

@@ -122,8 +122,8 @@ impl Spline {
         let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.seconds[i], self.seconds[i + 1]);
         // Slope of the cubic at knot i, from the heights and second derivatives at both knots.
         let slope_at_knot = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
-        // Taylor's series about knot i at the distance s = step·fraction. The third derivative is (m1 − m0)/step, so its
-        // product with s is (m1 − m0)·fraction.
+        // Taylor's series about knot i at the distance s = step·fraction. The third derivative is (m1 − m0)/step, and
+        // its product with s is (m1 − m0)·fraction.
         let s = step * fraction;
         let height = h0 + s * (slope_at_knot + s * (0.5 * m0 + (m1 - m0) * fraction / 6.0));
         let slope = slope_at_knot + s * (m0 + 0.5 * (m1 - m0) * fraction);

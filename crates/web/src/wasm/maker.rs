@@ -30,8 +30,8 @@ impl JsRelief {
         Ok(Self(Relief::new(&read(json)?, bytes.as_deref()).map_err(thrown)?))
     }
 
-    /// Size, range, roughness and periods of the relief ([`Relief::facts`]), as JSON. Of the settings only the tiling is
-    /// used, on which the periods depend.
+    /// Size, range, roughness and periods of the relief ([`Relief::facts`]), as JSON. Of the settings only the tiling
+    /// is used, on which the periods depend.
     pub fn facts(&self, json: &str) -> Result<String, JsValue> {
         Ok(serde_json::to_string(&self.0.facts(&read(json)?)).unwrap_or_default())
     }
@@ -114,9 +114,9 @@ impl JsReflectance {
         Ok(())
     }
 
-    /// BRDF map for light at the angle `theta_deg` to the normal and the azimuth `phi_deg`, from the relief's +x towards
-    /// +y. The result is `f_r` in 1/sr as linear sRGB, three numbers for each of `side`² pixels, rows from the top
-    /// ([`Reflectance::map`]).
+    /// BRDF map for light at the angle `theta_deg` to the normal and the azimuth `phi_deg`, from the relief's +x
+    /// towards +y. The result is `f_r` in 1/sr as linear sRGB, three numbers for each of `side`² pixels, rows from the
+    /// top ([`Reflectance::map`]).
     ///
     /// A pixel stands for the outgoing direction whose x and y are its position in [−1, 1]², x right and y up. Pixels
     /// outside the unit disc are 0.
