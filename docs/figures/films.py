@@ -1,7 +1,7 @@
 """Part `films` of the documentation (page.py): films in pictures, a spectrometer and a white furnace.
 
 The scenes are those of mitsuba_scenes/films.py. The spectrometer, which is figures 1.1 and 1.2 of Single 2014, sends
-mercury's light through a film onto a screen. Order m of a spectral line is there at x = D tan(asin(mλ/d)). λ is the
+the light of spectral lines through a film onto a screen. Order m of a line is there at x = D tan(asin(mλ/d)). λ is the
 wavelength, d the film's period, and D its distance SCREEN_CM from the screen.
 
 A *white furnace* is uniform light of radiance 1 from everywhere. A film that lost no light would have radiance 1 in it.

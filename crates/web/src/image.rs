@@ -28,7 +28,8 @@ pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let (lx, ly) = field.extent_um();
     let (nx, ny) = field.size();
     let long_um = lx.max(ly);
-    // At most four pixels of the picture for each pixel of the relief, along each side. They repeat its height, and more repeats would show nothing new.
+    // At most four pixels of the picture for each pixel of the relief, along each side. They repeat its height, and
+    // more repeats would show nothing new.
     let side = side_max.max(1).min(4 * nx.max(ny));
     let um_per_pixel = long_um / side as f64;
     let pixels = |length_um: f64| ((length_um / um_per_pixel).round() as usize).clamp(1, side);
