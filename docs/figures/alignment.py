@@ -86,6 +86,7 @@ def wave_shift_um(heights_um: np.ndarray, pixel_um: float, axis: str, period_um:
     basis = np.stack([np.ones(phase.shape), *np.indices(phase.shape)], axis=-1)
     fitted = inside(period_um, pixel_um)
     plane, *_ = np.linalg.lstsq(basis[fitted].reshape(-1, 3), phase[fitted].ravel(), rcond=None)
+    # The phase is −2πs/p plus the plane wave's phase.
     shift_um = -(phase - basis @ plane) * period_um / (2 * np.pi)
     return shift_um if axis == "x" else shift_um.T
 

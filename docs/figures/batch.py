@@ -33,6 +33,7 @@ def figures() -> dict:
         subprocess.run([str(word) for word in command], check=True)
         done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
     report = json.loads(done.stdout)
+    # The program has a row for each preset, number of wavelengths and call.
     calls_of: dict[tuple[str, int], dict] = {}
     for row in report["rows"]:
         calls_of.setdefault((row["preset"], row["wavelengths"]), {})[row["call"]] = row

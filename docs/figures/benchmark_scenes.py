@@ -35,7 +35,7 @@ ALPHA = 0.1
 # Mitsuba's type of the material with which all others are compared, and the material's name in results.
 REFERENCE = "roughconductor"
 
-# Cameras of the scenes. `BenchmarkScene.load` replaces their sizes in pixels.
+# Cameras of the scenes. `BenchmarkScene.load` replaces their first two arguments, width and height in pixels.
 SPHERE_VIEW = View(48, 32, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 0.8), fov_deg=30)
 SNAKE_VIEW = View(48, 32)
 DISC_VIEW = View(48, 32, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)

@@ -17,8 +17,8 @@ from tests.judges.gratings import transmitted
 from .page import insist
 
 PART = "bodies-validity"
-# Functions from a setting to the powers of its transmitted orders, by theory. `limited` is the small-slope theory with
-# energy conservation.
+# Functions from a setting (grating, wavelength and light) to the powers of its transmitted orders, by theory. `limited`
+# is the small-slope theory with energy conservation.
 THEORIES = {
     "small slope": transmitted.small_slope,
     "limited": lambda setting: transmitted.small_slope(setting, limited=True),
@@ -28,7 +28,8 @@ THEORIES = {
 
 # Gratings whose tables are measured, with parameters of the plugin: those with periods of up to 2 µm.
 TABULATED = [(name, grating) for name, grating in transmitted.GRATINGS if grating.period <= 2.0]
-# Description of a rigorous surface's tables in the plugin: megabytes, seconds to build, and error of an order.
+# Description of a rigorous surface's tables in the plugin's text for an object: megabytes, seconds to build, and error
+# of an order.
 TABLES = re.compile(r"tables of ([\d.]+) MB.*\(([\d.]+) s to build\).*error of an order ([\d.e-]+)")
 
 
@@ -45,6 +46,7 @@ def table_errors(grating: transmitted.Grating) -> dict:
         described = str(mi.load_dict({**surface, "transmission": body}))
         match = TABLES.search(described)
         insist(PART, match is not None, "the plugin describes its tables")
+        # For type checkers, which do not know that `insist` raises.
         assert match is not None
         megabytes, seconds, rms = map(float, match.groups())
         found[body] = {"megabytes": megabytes, "seconds": seconds, "rms": rms}

@@ -1,7 +1,9 @@
 """Part `brdf-maps` of the documentation (page.py): figures 2.2 to 2.13 of Single 2014, their errors and checks.
 
 FLSS, NMM, PQ and Stam are methods of `sunbeam brdf-map` (docs/realtime.md). A *sheet* is one picture file with several
-maps or drawings, its panels.
+maps or drawings, its panels: `Sheet(name, columns, panels)`. A *skin* is the surface of a snake, of the species Elaphe
+or Xenopeltis, as a measured scan and as a procedural preset. A map that is `compared` gets its error against a
+reference map. `box` is the part of a map that an inset enlarges.
 """
 
 from __future__ import annotations
@@ -64,7 +66,7 @@ FINE_METHODS = 5
 
 def sheets(surfaces: Surfaces) -> list[Sheet]:
     """The sheets of maps in the order of their figures, scans before presets."""
-    # NMM needs the grating as a tile of 65 µm.
+    # The grating as the preset, and as a tile of 65 µm of its own, which NMM needs.
     blazed, blazed_tile = surfaces.blazed, surfaces.blazed_tile
     elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
     skins = [*elaphe, *xenopeltis]
@@ -132,6 +134,7 @@ def xenopeltis_pq(surfaces: Surfaces, xenopeltis: list[Surface]) -> list[Panel |
             small,
             method("pq", "--repeats", SMALL_REPEATS),
         ),
+        # Without a scale bar.
         Drawing(f"{small.name}\nthe tile", cut_out(small, SMALL_UM, None, PANEL)),
     ]
 
@@ -151,6 +154,7 @@ def terms(surfaces: Surfaces, surface: Surface, counts: tuple) -> list[Panel]:
 
     They are Taylor's series about the lowest height, Taylor's series about the middle of the heights, and Chebyshev's.
     """
+    # `Surfaces.about_the_base` lowers one pixel, so that the middle of the heights is the others' lowest height.
     based = surfaces.about_the_base(surface)
     box = FIRST_ORDER if surface.name == "blazed" else None
     panels = []
@@ -189,6 +193,7 @@ def figures() -> dict:
         by_name = {sheet.name: sheet for sheet in sheets(surfaces)}
         drawn = {name: draw(sheet, maps, folder) for name, sheet in by_name.items()}
         elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
+        # Surfaces whose series are studied.
         summed = [surfaces.blazed_tile, *xenopeltis, *elaphe]
         blazed_sums = sums(surfaces.blazed_tile)
         elaphe_sums = [sums(surface) for surface in elaphe]

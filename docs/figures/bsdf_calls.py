@@ -85,11 +85,12 @@ def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = No
     for name, bsdf in materials.items():
         programs[name] = partial(answer, bsdf, call)
         if wavefront is None:
+            # The smaller of two times, as below.
             few = Inputs(FEWEST)
             elements[name] = fitting_elements(min(kernel_s(programs[name], few) for _ in range(2)) / FEWEST)
         else:
             elements[name] = wavefront
-    # BSDFs with equally large wavefronts share their inputs.
+    # BSDFs with equally large wavefronts share their inputs, which are evaluated once and stay in memory.
     inputs = {count: Inputs(count) for count in set(elements.values())}
     # Pairs of seconds by BSDF, one for each turn: the call's kernel and the empty kernel.
     seconds: dict[str, list] = {name: [] for name in materials}

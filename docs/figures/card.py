@@ -36,6 +36,7 @@ class Card:
     def call_ns(self, kind: str, material: str, call: str) -> float | None:
         """Nanoseconds per evaluation by one call of the BSDF, as in bsdf_calls.py."""
         row = self._row("calls", kind=kind, call=call)
+        # None without a row.
         return row and row["ns"].get(material)
 
     def render_ratio(self, kind: str, scene: str, material: str) -> float | None:

@@ -45,6 +45,7 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
         tables_s = time.perf_counter() - start
         scenes[name] = mi.load_dict(snake_scene(loaded, files, Light(), view, spp, max_depth))
         start = time.perf_counter()
+        # The conversion to an array waits for the end of the render.
         np.array(mi.render(scenes[name], seed=0))
         result[name] = {"tables_s": tables_s, "first_render_s": time.perf_counter() - start, "renders_s": []}
     # Untimed renders. Kernels contain all BSDFs that exist, so they are compiled again after BSDFs are created. They

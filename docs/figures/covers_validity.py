@@ -9,6 +9,7 @@ without a cover. `to_and_fro` estimates the light that both theories omit.
 - *Misplaced* power is the fraction of the leaving light that a theory puts into wrong orders.
 - SCALAR is the phase screen, EXACT is `theory = rigorous` (tests/judges/gratings/theories.py).
 - *Bare* gratings have no cover.
+- An *answer* is a judge's result for one setting, a grating with a light: the orders and their powers.
 - Light *to and fro* is reflected by the cover's flat side back to the grating before it leaves.
 
 Symbols: n is the cover's index, λ the wavelength in vacuum, d the period and θi the angle of incidence in air. Order j
@@ -195,6 +196,7 @@ def judged_perfect(grating: Grating, light: Light) -> Judged:
     # A setting has positive angles; light from the side of −x has the azimuth 180°.
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     size = (grating.period, grating.height)
+    # The metal "none" is a perfect conductor.
     setting = Setting("none", grating.preset, *size, light.wavelength_nm, theta_deg, phi_deg, cover_eta=POLYCARBONATE)
     return leaving(setting, perfect(setting, Resolution()), 0.0)
 
@@ -263,12 +265,13 @@ def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     is the grating's efficiency into order j for light that comes down along order k. T_j is the flat side's
     transmittance for order j, 0 where the order is totally reflected.
 
-    The power after one reflection is a = T_0 R[:, 0], since incident light comes down along order 0. The sum over all
-    reflections obeys b = a + R diag(1 − T) b. The results are the means over s and p of T·a and T·(b − a).
+    The power after one reflection is a = T_0 R[:, 0], since incident light comes down along order 0. The flat side
+    reflects the part 1 − T back to the grating. The sum over all reflections obeys b = a + R diag(1 − T) b. The
+    results are the means over s and p of T·a and T·(b − a).
     """
     # λ/d and sin θi.
     ratio, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))
-    # |q| < n bounds |j| by (n + sin θi) d/λ.
+    # |q| < n bounds |j| by (n + sin θi) d/λ, and sin θi ≤ 1.
     most = int((POLYCARBONATE + 1) / ratio) + 1
     orders = np.arange(-most, most + 1)
     orders = orders[np.abs(orders * ratio - sine) < POLYCARBONATE]
@@ -279,6 +282,7 @@ def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     in_air = np.abs(q) < 1
     transmittance[:, in_air] = transmittances(POLYCARBONATE, np.sqrt(1 - q[in_air] ** 2)).T
     arriving = transmittances(POLYCARBONATE, np.cos(np.radians(light.theta_i_deg)))
+    # Position of order 0.
     mirror = int(np.flatnonzero(orders == 0)[0])
     once, later = 0.0, 0.0
     for state in range(2):

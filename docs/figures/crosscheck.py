@@ -2,6 +2,7 @@
 
 The measurements are those of `python -m mitsuba_scenes.crosscheck`. A comparison of gratings with `theory = rigorous`
 is added, which that command leaves to the tests. A *control* is a comparison with a deliberate error, which must fail.
+*Points* are comparisons of colours at the same points of the surface in both renderers.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Part `films` of the documentation (page.py): films in pictures, a spectrometer and a white furnace.
 
 The scenes are those of mitsuba_scenes/films.py. The spectrometer, which is figures 1.1 and 1.2 of Single 2014, sends
-light through a film onto a screen. Order m of a line is there at x = D tan(asin(mλ/d)). λ is the wavelength, d the
-film's period, and D its distance SCREEN_CM from the screen.
+the light of spectral lines through a film onto a screen. Order m of a line is there at x = D tan(asin(mλ/d)). λ is the
+wavelength, d the film's period, and D its distance SCREEN_CM from the screen.
 
 A *white furnace* is uniform light of radiance 1 from everywhere. A film that lost no light would have radiance 1 in it.
 """
@@ -102,7 +102,7 @@ def profile(scene: dict) -> tuple[np.ndarray, np.ndarray]:
     The picture reaches from 1 cm below the axis up to CAMERA_ABOVE_CM + 1 cm above the camera.
     """
     columns, rows = round(2 * HALF_SCREEN_CM / PIXEL_CM), round((2 * CAMERA_ABOVE_CM + 2) / PIXEL_CM)
-    # The camera is 1 cm behind the film, which is at y = 0, and looks along +y.
+    # The camera sees the strip's whole width. It is 1 cm behind the film, which is at y = 0, and looks along +y.
     distance, height = SCREEN_CM - 1, AXIS_CM + CAMERA_ABOVE_CM
     view = View(columns, rows, (0, 1, height), (0, 2, height), 2 * math.degrees(math.atan(HALF_SCREEN_CM / distance)))
     # The scene's sampler and reconstruction filter stay.
@@ -179,6 +179,7 @@ def furnace_film(height_um: float, theory: str) -> dict:
 
 def sheet(bsdf: dict, angle_deg: float) -> dict:
     """A large rectangle seen at an angle with its normal, in the plane across its grooves."""
+    # Mitsuba's rectangle lies in the plane z = 0 with a side of 2. It is enlarged, set upright, and turned about z.
     place = mi.ScalarTransform4f().rotate([0, 0, 1], angle_deg).rotate([1, 0, 0], 90).scale([50, 50, 1])
     return {"type": "rectangle", "to_world": place, "bsdf": bsdf}
 
@@ -207,8 +208,10 @@ def figures() -> dict:
     """
     use_variant(fall_back=False)
     for name, (make, view, spp) in PICTURES.items():
+        # The times of rendering are not reported.
         pixels, _ = render_scene(make(replace(view, width=SIZE[0], height=SIZE[1])), spp)
         check(pixels, name)
+        # An exposure of 0 stops leaves the radiance as it is.
         Image.fromarray(tone_mapped(pixels, 0.0)).save(images(PART) / f"{name}.jpg", quality=90)
     lines = measured_lines()
     off_cm = max(abs(line["found_cm"] - line["cm"]) for line in lines)

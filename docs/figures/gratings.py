@@ -39,7 +39,8 @@ PART = "gratings"
 PERIOD_UM = 1 / 1.2
 # Numbers of samples of the echelette's short facet and of its period (`echelette`), for a blaze at 17.5° and 500 nm.
 ECHELETTE_SAMPLES = (50, 553)
-# λ/d at which orders pass off in a Littrow mount in order 1: orders 3 and −2 at 2/5, orders 2 and −1 at 2/3.
+# λ/d at which orders pass off in a Littrow mount in order 1, by (½ − j)λ/d = ±1: orders j = 3 and −2 at 2/5, orders 2
+# and −1 at 2/3. The returning order has the number 1 here.
 PASSING_OFF = (2 / 5, 2 / 3)
 # Offsets in λ/d of extra points about PASSING_OFF, where curves are steep. More are positive, since surface plasmons
 # shift the anomalies of metals to longer wavelengths.
@@ -158,6 +159,7 @@ def sinusoidal() -> dict:
         return preset("sinusoidal", PERIOD_UM, depth * PERIOD_UM)
 
     curves = {str(depth): curves_by_medium(relief(depth)) for depth in SINUSOID_DEPTHS}
+    # λ/d far below 1, where the phase screen is a good approximation.
     ratios = np.round(np.linspace(0.1, 0.3, 41), 6)
     # J1² of half the phase κh, with κ = 4π cos θi/λ for light that returns.
     screen = [bessel(1, 2 * np.pi * shallow_depth / ratio * np.cos(np.arcsin(0.5 * ratio))) ** 2 for ratio in ratios]
@@ -181,6 +183,7 @@ def from_rayleigh(depth: float, curve: dict) -> float:
         theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
         # A sinusoid as steep as the second depth needs more evanescent orders than the default.
         other = sinusoid_rayleigh(profile, 1e3 * PERIOD_UM * ratio, theta_deg, evanescent=12)
+        # The expansion gives the returning order the number 1.
         order = other.orders == 1
         largest = max(largest, abs(other.te[order][0] - te), abs(other.tm[order][0] - tm))
     return float(largest)
@@ -193,6 +196,7 @@ def lamellar() -> dict:
     are the largest differences of the lamellar grating from the sinusoid.
     """
     curves = curves_by_medium(preset("lamellar", PERIOD_UM, LAMELLAR_DEPTH * PERIOD_UM))
+    # 120 heights from 0.01 µm to 1.2 periods.
     over_height = littrow_against_height("lamellar", PERIOD_UM, LAMELLAR_RATIO, (0.01, 1.2 * PERIOD_UM, 120))
     over_height["height_ratio"] = [height / PERIOD_UM for height in over_height["height_um"]]
     compared = PERFECT_RATIOS[np.greater_equal(PERFECT_RATIOS, EQUIVALENT_FROM)]
@@ -223,6 +227,7 @@ def dip(height_um: float, near_deg: float) -> tuple[float, float]:
     relief = preset("sinusoidal", PLASMON_PERIOD_UM, height_um)
     span_deg = (near_deg - DIP_HALF_WIDTH_DEG, near_deg + DIP_HALF_WIDTH_DEG, DIP_POINTS)
     curve = mirror_curve(relief, "Ag", PLASMON_NM, span_deg)
+    # The minimum of the curve is the maximum of its negative.
     angle_deg, negative = vertex(curve["theta_deg"], -np.array(curve["tm"]))
     return angle_deg, -negative
 
@@ -245,6 +250,7 @@ def plasmons() -> dict:
     expected_deg = {
         str(order): float(np.degrees(np.arcsin(sign * (wave - order * ratio)))) for order, sign in ((1, 1), (2, -1))
     }
+    # 181 angles from 0° to 45°, in steps of a quarter of a degree.
     curves = {
         str(height): mirror_curve(preset("sinusoidal", PLASMON_PERIOD_UM, height), "Ag", PLASMON_NM, (0, 45, 181))
         for height in PLASMON_HEIGHTS_UM

@@ -45,6 +45,7 @@ def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     slope = np.radians(blaze_angle_deg(samples))
     step_um = period_um / count
     i = np.arange(count)
+    # The long facet rises with the slope b, and the short one falls with the slope 90° − b.
     heights_um = np.where(i <= count - short, i * step_um * np.tan(slope), (count - i) * step_um / np.tan(slope))
     # A file of heights is two-dimensional; this one has a single row.
     np.save(path, heights_um[None])
@@ -142,6 +143,6 @@ def vertex(x, y) -> tuple[float, float]:
     if not 0 < i < len(y) - 1:
         raise ValueError("the largest value lies at an end of the curve")
     before, at, after = y[i - 1 : i + 2]
-    # Offset from x[i] in steps of x.
+    # The parabola's maximum: its offset from x[i] in steps of x.
     shift = 0.5 * (before - after) / (before - 2 * at + after)
     return float(x[i] + shift * (x[i + 1] - x[i])), float(at - 0.25 * (before - after) * shift)

@@ -119,6 +119,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     let period = profile.period_um();
     // κ/k = √(1 − y²), computed from x and z, which keeps its digits for light along the grooves.
     let kappa_over_k = wi[0].hypot(wi[2]);
+    // The light travels along −wi, so its wave number along x is −k·wi.x. It is α₀ = 2πb/d (`lib.rs`).
     let (t, b) = (kappa_over_k * k * period / TAU, -wi[0] * k * period / TAU);
     // |wi.y| may exceed 1 by the tolerance of the length.
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
@@ -131,6 +132,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
         let (balance_error, reciprocity_error) = (forward.balance_error(), forward.reciprocity_error(&reversed));
         if balance_error <= TOLERANCE && reciprocity_error <= TOLERANCE {
             let orders = orders_of(&forward, k, wi[1]);
+            // For light incident in order 0.
             let absorbed = forward.absorbed(0);
             return Ok(Orders { orders, absorbed, nodes: mesh.nodes(), balance_error, reciprocity_error });
         }
@@ -191,7 +193,7 @@ pub(crate) fn flipped([[ee, eh], [he, hh]]: Jones, wi_y: f64) -> Jones {
 /// assert_eq!(sunbeam_rigorous::transverse_basis([0.0, 0.0, -1.0]), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
 /// ```
 pub fn transverse_basis(d: [f64; 3]) -> [[f64; 3]; 2] {
-    // √(1 − d.y²).
+    // √(1 − d.y²), the length of ŷ − (ŷ·d)d.
     let across = d[0].hypot(d[2]);
     let first = [-d[1] * d[0] / across, across, -d[1] * d[2] / across];
     let second = [d[2] / across, 0.0, -d[0] / across];

@@ -9,6 +9,8 @@
 //!
 //! The power of a wave is βm/κ² in the air, for Ey and for Hy of amplitude 1. In the medium it is n²·βm/κm² for Ey and
 //! βm/κm² for Hy.
+//!
+//! *Ey* and *Hy*, in this order, also name the two polarisation states of a wave: without Hy and without Ey.
 
 use crate::air::{Air, Continuity, join_columns};
 use crate::error::positive;
@@ -128,13 +130,14 @@ impl Below {
         let (alpha, beta) = (&waves.alpha, &waves.beta);
         let (n, count, step) = (nodes.len(), alpha.len(), nodes.step());
         let upwards = |i: usize, m: usize| Complex64::cis(alpha[m] * nodes.x[i] + beta[m] * nodes.z[i]);
-        // The slope of the phase along the normal, times the speed; `sign` is that of the wave's component along z.
+        // The derivative of the phase along the normal, times the speed. `sign` is that of the wave vector along z.
         let slope = |i: usize, m: usize, sign: f64| {
             let [nx, nz] = nodes.normal[i];
             (alpha[m] * nx + sign * beta[m] * nz) * nodes.speed[i]
         };
         // Below the relief, the Green's function of a source at (x, z) has in order m the amplitude i/(2dβm) ·
-        // e^{−iαm·x + iβm·z}. `green` is this amplitude over i, times the quadrature step.
+        // e^{−iαm·x + iβm·z}. `green` is this amplitude over i, times the quadrature step. By Green's formula the field
+        // below is ∫ (∂νu·G − u·∂νG) ds, and ∂ν gives the factor −i(αm·nx − βm·nz).
         let green = |m: usize, i: usize| {
             Complex64::cis(-alpha[m] * nodes.x[i] + beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
         };
@@ -159,7 +162,7 @@ impl Air<'_> {
     /// not finite.
     pub fn scatter(&self, eta: f64, wavelength_nm: f64) -> Result<Scattering, Error> {
         let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
-        // κm² = (n² − 1)k² + κ².
+        // κm² = n²k² − ky².
         let kappa_m_squared = (positive("eta", eta)? * k).powi(2) - self.ky_squared(k);
         // κm² < 0 occurs for an index below 1 only: light along the grooves then does not enter the medium.
         let tm = kappa_m_squared.max(0.0).sqrt() * self.mesh().profile().period_um() / TAU;
@@ -174,9 +177,11 @@ impl Air<'_> {
     pub fn scatter_with(&self, below: &Below, eta: f64, wavelength_nm: f64) -> Result<Scattering, Error> {
         let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
         let continuity = self.continuity(Complex64::from(positive("eta", eta)?), k);
-        // Flux that light from below adds to the response.
+        // Flux ∂νu₀ − W u₀ that light from below adds to the response, where u₀ is the incident field (`lib.rs`).
         let added = &below.incident_flux - &product(&below.response, &below.incident);
         let from_below = product(self.single(), &added);
+        // The field in the air satisfies (½ − K)u + S·flux = incident, and its flux contains weight · added. This known
+        // part moves to the right-hand side. Columns are the waves from above, then those from below.
         let right = continuity.weights.map(|weight| join_columns(self.incident(), &(&from_below * -weight)));
         let fields = self.fields(&continuity, &below.response, right.each_ref())?;
         let fluxes_below = self.fluxes_below(&below.response, &fields, &added);
@@ -190,8 +195,11 @@ impl Air<'_> {
         Ok(Scattering { eta, wave_number: k, groove_cosine, above, below, jones })
     }
 
-    /// Fluxes of Ey and Hy in the lower medium. Columns are those of [`Air::fields`], light from above, then from
-    /// below; `added` is the flux that light from below adds to the response, in its own state.
+    /// Fluxes of Ey and Hy in the lower medium. Columns are those of [`Air::fields`]: all incident waves in the state
+    /// Ey, then all in the state Hy, and in each state those from above, then those from below.
+    ///
+    /// `added`, node × wave from below, is the flux that light from below adds to the response. It adds to the flux of
+    /// the wave's own state only.
     fn fluxes_below(&self, response: &Matrix, fields: &[Matrix; 2], added: &Matrix) -> [Matrix; 2] {
         let above = self.waves().orders.len();
         let count = above + added.ncols();
@@ -246,6 +254,7 @@ impl Scattering {
     pub fn film_jones(&self, out: Channel, from: Channel) -> Jones {
         let mut jones = self.jones(out, from);
         if from.side == Side::Below {
+            // The light passes upwards, from the air into the medium, by the transpose.
             jones = multiply(&jones, &transposed(self.passage(from.order, false)));
         }
         if out.side == Side::Below {
@@ -277,6 +286,8 @@ impl Scattering {
 
     /// Jones matrix of the flat side of a film for an order, `[state in the air][state in the medium]`. Zero where that
     /// side reflects the order totally, and where the order does not propagate in the medium.
+    ///
+    /// αm and ky are equal on both sides of a boundary, so βm in the air below the film is that above the relief.
     fn passage(&self, order: i32, is_downwards: bool) -> Jones {
         let place_on = |side: Side| self.orders(side).iter().position(|&m| m == order);
         let (Some(above), Some(below)) = (place_on(Side::Above), place_on(Side::Below)) else {
@@ -352,7 +363,8 @@ fn transposed(jones: Jones) -> Jones {
 fn weighted(above: &Waves, below: &Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Vec<Jones> {
     let (n_above, count) = (above.orders.len(), above.orders.len() + below.orders.len());
     // Power of a wave of amplitude 1, over that of one in the air with βm = 1: `continuity.weights` are n²κ²/κm² and
-    // κ²/κm². Without orders in the air, κ² is negative, and powers are relative to the medium's.
+    // κ²/κm². Where κ² is negative, no orders propagate in the air. The magnitude then keeps the ratios of powers
+    // between orders in the medium.
     let power = |position: usize, state: usize| match position.checked_sub(n_above) {
         None => above.beta[position],
         Some(position) => below.beta[position] * continuity.weights[state].norm(),

@@ -68,7 +68,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 fn main() -> ExitCode {
-    // SAFETY: no other thread exists yet.
+    // SAFETY: the call sets an environment variable, and no other thread exists yet.
     unsafe { sunbeam_realtime::give_drivers_a_runtime_folder() };
     match run(&Args::parse()) {
         Ok(()) => ExitCode::SUCCESS,
@@ -170,6 +170,7 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
         let name = text(&example["name"]).ok_or("an example has no name")?;
         let mut bytes = None;
         if let Some(file) = text(&example["file"]) {
+            // The cut is removed from the entry, since the page needs only the file.
             if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
                 write_cut(&cut, &folder.join(&file))?;
             }

@@ -16,6 +16,7 @@ export function answer(handlers) {
     const { id, type, ...fields } = data;
     const progress = (fraction) => postMessage({ id, type: "progress", fraction });
     try {
+      // Later messages wait until the library is started.
       if (type === "start") ready = init({ module_or_path: fields.module });
       await ready;
       const value = type === "start" ? undefined : await handlers[type](fields, progress);

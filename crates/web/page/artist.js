@@ -72,7 +72,8 @@ async function step(handledChanges) {
     shown = { serial, ...JSON.parse(report) };
     return true;
   }
-  // An order may need no new picture. The picture shown then gets the serial number of this order.
+  // Nothing was drawn. If all changes are handled, the picture shown already fits the last order and gets its serial
+  // number, for instance when only its number is new.
   if (!shown || handledChanges !== changeCount || shown.serial === serial) return false;
   shown.serial = serial;
   return true;
@@ -83,6 +84,7 @@ async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
   try {
+    // `changeCount` is at least 1 here. It grows if `restart` is called during the drawing, which is then repeated.
     for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
       handledChanges = changeCount;
       while (await step(handledChanges)) {
@@ -109,6 +111,7 @@ function restart() {
 
 // Messages of the page; engine.js has a method for each.
 answer({
+  // Data that are kept from a lost device are uploaded again.
   async open({ canvas }) {
     const opened = await sunbeam.Artist.open(canvas);
     shown = null;

@@ -110,13 +110,15 @@ export class Engine {
    */
   async relief(settings, file, key) {
     const maker = this.#idleMaker();
+    // Null until the relief is read, and also if reading fails. Evaluators belong to one relief.
     this.#reliefKey = this.#reflectanceKey = this.#spectraKey = null;
     const read = await this.#ask(maker, "relief", { settings: JSON.stringify(settings), file });
+    // A maker that was replaced in the meantime took its relief with it.
     if (maker === this.#maker) this.#reliefKey = key;
     return read;
   }
 
-  /** Whether the maker has the relief with this key. */
+  /** Whether the maker has the relief with this key, which is not null. */
   holds(key) {
     return this.#reliefKey === key;
   }

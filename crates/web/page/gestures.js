@@ -39,6 +39,7 @@ export function listenToGestures(canvas, actions) {
       return;
     }
     const [right, down] = [event.clientX - before.clientX, event.clientY - before.clientY];
+    // `before` is the last position, so each event is a small drag. Three and more fingers do nothing.
     if (pressed.size === 2) {
       const [a, b] = pressed.values();
       const other = a.pointerId === event.pointerId ? b : a;

@@ -16,6 +16,7 @@ export function onlyLatest(task) {
     if (running) return false;
     running = true;
     try {
+      // A call during the run sets `next` again.
       while (next) {
         const current = next;
         next = null;

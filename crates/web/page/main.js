@@ -36,6 +36,7 @@ async function open(hash) {
   if (filename === undefined) {
     page.source = null;
     const { preset } = complete.surface;
+    // An example without a file is selected if it has the same preset.
     page.example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset)?.name;
   } else if (page.source?.name !== filename || (sha256 && page.source.sha256 !== sha256)) {
     // The page does not have the file yet. The file is an example, or the visitor has to drop it.

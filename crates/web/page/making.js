@@ -40,7 +40,8 @@ export async function makeMissing() {
   if (isFile() && !page.source) return;
   const keys = currentKeys();
   const surfaceChanged = keys.relief !== page.keys.relief || keys.method !== page.keys.method;
-  // Without a device no pictures are drawn, and no scene is needed.
+  // `page.adapter` is null without a graphics device, and undefined while one is being opened. Without a device no
+  // pictures are drawn, and no scene is needed.
   const sceneChanged = keys.scene !== page.keys.scene && page.adapter !== null;
   if (!surfaceChanged && !sceneChanged) return;
   // Without a device the key of the scene stays old, so that the scene is built when a device opens.
@@ -98,6 +99,7 @@ async function makeSurface(keys, stale) {
   const seconds = (performance.now() - start) / 1e3;
   await page.opening;
   if (stale()) return;
+  // Opening has failed, now or before: the CPU draws maps, and `bytes` are not needed.
   if (!page.adapter) {
     await engine.reflectance(settings, keys.method, report);
     return;
@@ -127,7 +129,10 @@ async function makeScene(keys, stale) {
   }
 }
 
-/** Shows an error and returns to the last good state. If a file has no scale, asks the visitor for it instead. */
+/**
+ * Shows an error and returns to the last good state. If a file has no scale, asks the visitor for it instead. A
+ * cancelled build has no message.
+ */
 function handleFailure(error) {
   showProgress(null);
   page.making = false;

@@ -90,6 +90,7 @@ export class MapView {
 
   /** Shows side² pixels of RGBA bytes (a Uint8Array), rows from the top. */
   show(rgba, side) {
+    // `rgba` has a buffer of its own, without an offset.
     this.#canvas.width = this.#canvas.height = side;
     this.#canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), side, side), 0, 0);
   }

@@ -46,7 +46,7 @@ function showSource(surface, preset) {
 
 /** Shows the method, with the options that depend on it. `method` is its entry in the catalogue. */
 function showDiffraction({ surface, method: name }, method) {
-  // The published methods have only periodic tiles.
+  // All methods but the colour table, `table`, are published ones, which have only periodic tiles.
   const published = name !== "table";
   byId("tiling").value = published ? "periodic" : (surface.tiling ?? (isFile() ? "aperiodic" : "periodic"));
   byId("tiling").disabled = published;
@@ -74,7 +74,7 @@ function showInterface({ surface, method }) {
   byId("material").value = material?.value ?? "other";
   put("cover_eta", surface.cover_eta);
   byId("transmission").checked = surface.transmission === "film";
-  // Only the colour table shows films.
+  // Only the colour table, the method `table`, shows films.
   byId("transmission").disabled = method !== "table";
 }
 

@@ -82,10 +82,14 @@ export async function recover() {
   makeMissing();
 }
 
-/** Opens the graphics device. Returns the error if that fails, otherwise null. */
+/**
+ * Opens the graphics device and sets `page.adapter`, `undefined` until then and null if it fails. Returns the error if
+ * it fails, otherwise null.
+ */
 export async function openArtist() {
   page.adapter = undefined;
   const opening = page.engine.openArtist(newCanvas());
+  // Tasks that only wait for the end of opening do not handle its error.
   page.opening = opening.catch(() => {});
   try {
     page.adapter = await opening;

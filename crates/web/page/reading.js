@@ -1,4 +1,5 @@
-// Draws the BRDF map, and shows the colour and the spectrum at one of its directions.
+// Draws the BRDF map, and shows the colour and the spectrum at one of its directions. A direction is *read* when the
+// pointer or a key selects it.
 //
 // `wi` is the direction to the light and `wo` that to the viewer, as unit vectors in the relief's frame.
 
@@ -20,6 +21,7 @@ export const drawMap = onlyLatest(async (wi, side) => {
   page.map = { rgb, wi, side };
   views.map.show(page.engine.quick.map_picture(rgb, side), side);
   page.wi = wi;
+  // The values at the last read direction change with the map.
   if (page.wo) readAt(page.wo);
   else views.map.mark(wi, null);
 });

@@ -27,6 +27,7 @@ export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba })
   const rows = [["Pixels", facts.pixels.join(" × ")], ["Size", facts.extent_um.map(lengthText).join(" × ")]];
   for (const axis of ["x", "y"]) {
     const period = facts.periods?.[axis];
+    // There is no period along an axis on which the heights do not depend.
     if (period?.period_um) rows.push([`Period along ${axis}`, lengthText(period.period_um)]);
   }
   rows.push(["Roughness Sq", lengthText(facts.roughness.sq_um)], ["Roughness Sa", lengthText(facts.roughness.sa_um)]);

@@ -25,7 +25,7 @@ export class Sky {
     this.#element = element;
     element.append(svg("circle", { class: "rim", r: RADIUS }));
     for (const elevation of [30, 60]) element.append(svg("circle", { r: RADIUS * Math.cos(elevation * DEGREE) }));
-    // The text stands between the horizon and the lower edge.
+    // "you" marks the viewer. The text stands between the horizon and the lower edge.
     element.append(this.#ray, svg("text", { x: 0, y: HALF - 0.5 }, "you"), this.#sun);
     const drag = (event) => {
       const box = element.getBoundingClientRect();

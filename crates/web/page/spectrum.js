@@ -2,7 +2,7 @@
 
 import { svg } from "./svg.js";
 
-/** Edges of the plot area in the units of the SVG element's viewBox. */
+/** Edges of the plot area in the units of the SVG element's viewBox (index.html), with room for the labels. */
 const [LEFT, RIGHT, TOP, BOTTOM] = [44, 294, 8, 128];
 /** First and last wavelength, those of crates/web/src/spectra.rs. */
 const [FIRST_NM, LAST_NM] = [380, 780];
@@ -61,6 +61,7 @@ export class Spectrum {
 
   /** Shows reflectances in 1/sr at equal steps from FIRST_NM to LAST_NM. */
   show(values) {
+    // The ordinate ends at the largest value, rounded up. Negative values are drawn as 0.
     const most = Math.max(...values);
     const scale = most > 0 ? roundUp(most) : 1;
     const points = Array.from(values, (value, i) => {

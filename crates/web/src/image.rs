@@ -28,7 +28,8 @@ pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let (lx, ly) = field.extent_um();
     let (nx, ny) = field.size();
     let long_um = lx.max(ly);
-    // At most four pixels per pixel of the relief. They repeat its height, and more repeats would show nothing new.
+    // At most four pixels of the picture for each pixel of the relief, along each side. They repeat its height, and
+    // more repeats would show nothing new.
     let side = side_max.max(1).min(4 * nx.max(ny));
     let um_per_pixel = long_um / side as f64;
     let pixels = |length_um: f64| ((length_um / um_per_pixel).round() as usize).clamp(1, side);
@@ -50,7 +51,7 @@ pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
 
 /// The largest number of the form 1, 2 or 5 times a power of ten up to `most` > 0.
 fn round_length(most: f64) -> f64 {
-    // The decade itself is at most `most`, except by rounding, where it is the result.
+    // Without rounding, 1 · decade is at most `most`. If rounding makes it larger, it is the result nevertheless.
     let decade = 10f64.powf(most.log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|digit| digit * decade).find(|length| *length <= most).unwrap_or(decade)
 }

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
 
-/// A method for the GPU (its [`MethodShader`]), read from bytes.
+/// A method for the GPU (its [`MethodShader`]), read from bytes. A *method* computes the reflectance of a relief; its
+/// shader has WGSL sources and the contents of a uniform buffer and of storage buffers.
 ///
 /// The bytes are the length of the header (`u32`, little-endian), the header (JSON), the uniform buffer, and the
 /// storage buffers, without gaps.
@@ -83,7 +84,7 @@ impl MethodData {
         }
     }
 
-    /// Meaning of the shader's answers ([`Method::answers`]).
+    /// Kind of the shader's results: the relief's part of the reflectance or all of it ([`Method::answers`]).
     pub fn answers(&self) -> AnswerKind {
         self.header.answers
     }

@@ -5,7 +5,8 @@
 //!
 //! `f_r` = interface · angular factor · relief's part
 //!
-//! The interface factor ([`Pair::interface`]) is Fresnel's reflectance or the small-slope factor. The angular factor
+//! An answer is the value that a method computes for a pair of directions. The interface factor ([`Pair::interface`])
+//! is Fresnel's reflectance or the small-slope factor. The angular factor
 //! ([`Options::angular_factor`]) has the obliquity and shadowing. Under a cover all are taken between the directions
 //! inside, and multiplied by the cover's factor ([`Inside`]).
 
@@ -44,6 +45,7 @@ impl Reflectance {
         let Some(Inside { wi, wo, factor: cover, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
+            // The whole `f_r`; a film has no cover, so its factor is 1.
             AnswerKind::Reflectance | AnswerKind::Film { .. } => cover,
             AnswerKind::Relief => {
                 cover * pair.interface(Some(self.index), self.model.obliquity) * self.model.angular_factor(&pair)

@@ -157,7 +157,7 @@ impl Relief {
         let native = tables.estimate();
         let (bytes, seconds) = (native.bytes, SLOWER * native.seconds);
         let too_large = bytes.is_nan() || bytes > LIMIT_BYTES;
-        // The library's own limit comes first, then the page's.
+        // The setting `build_limit` of the surface comes first, then the page's limit.
         let refused = tables.check(settings.surface.build_limit).err().map(|error| error.to_string());
         let too_much = refused.or_else(|| {
             too_large.then(|| {
@@ -177,7 +177,8 @@ impl Relief {
     fn tables(&self, settings: &Settings) -> BuildDemand {
         let model = settings.model();
         let purpose = match settings.method {
-            // A page has reliefs of a single relative size, whose table of albedos takes the unit of time.
+            // `energy` is the time of the table of albedos, relative to that for one size of the relief (`scale` and
+            // `depth`). A page has only one.
             MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: 1.0 },
             _ => Purpose::Table,
         };

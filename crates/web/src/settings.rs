@@ -243,7 +243,7 @@ impl Settings {
         if let Some((name, found)) = finite.into_iter().chain(target).find(|(_, found)| !found.is_finite()) {
             return refuse(format!("parameter {name:?} is {found}, but must be finite"));
         }
-        // Checks the remaining values, such as the field of view.
+        // Checks the remaining values, such as the field of view. The rays per pixel (1) are no setting.
         self.view(1).map(|_| ())
     }
 
@@ -276,7 +276,8 @@ impl Settings {
         self.config().options_for(Some(&SpectralIndex::Constant(self.index())))
     }
 
-    /// The optics that the renderer's shader adds to the method's answer: index, obliquity factor and shadowing.
+    /// The optics that the renderer's shader adds to the method's reflectance: index, cover, obliquity factor and
+    /// shadowing.
     pub fn optics(&self) -> Optics {
         let model = self.model();
         Optics {
@@ -330,7 +331,7 @@ impl Settings {
     /// Keys of the relief, the method's data and the scene for these settings.
     pub fn keys(&self) -> Keys {
         let config = self.config();
-        // Heights do not depend on the tiling.
+        // Heights do not depend on the tiling. An explicit default level has the key of a missing one.
         let mut relief = SurfaceConfig::default();
         relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
         (relief.scale, relief.depth) = (config.scale, config.depth);
@@ -338,7 +339,7 @@ impl Settings {
         if method.conserve_energy != Some(true) {
             // Without energy conservation the method's data do not depend on these fields. The shader applies them.
             (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
-            // The tables of a film are those of the relief magnified by its index.
+            // The tables of a film are those of the relief magnified by its index. Other tables have none.
             (method.eta, method.k) = (method.body().map(|body| body.eta), None);
         }
         Keys {
@@ -385,7 +386,8 @@ pub struct Keys {
     pub scene: String,
 }
 
-/// A value as a tree of JSON values.
+/// A value as a tree of JSON values. Settings always convert, so the default is never taken; likewise in
+/// [`serialised`].
 fn tree(value: &impl Serialize) -> serde_json::Value {
     serde_json::to_value(value).unwrap_or_default()
 }
@@ -401,7 +403,8 @@ fn is_plain_name(path: &Path) -> bool {
     matches!((components.next(), components.next()), (Some(Component::Normal(_)), None))
 }
 
-/// The fields of the object `value`, recursively, that differ from those of `from`; `None` if all agree.
+/// The fields of the object `value`, recursively, that differ from those of `from` or are missing there. `None` if
+/// there are none. Fields that only `from` has are ignored.
 fn difference(value: serde_json::Value, from: &serde_json::Value) -> Option<serde_json::Value> {
     use serde_json::Value;
     match (value, from) {

@@ -12,8 +12,8 @@ use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
 /// The `sunbeam render` command that draws the picture of `width` × `height` pixels, with `supersample` rays along each
 /// side of a pixel. Most options with default values are left out.
 pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u32) -> String {
-    let mut words = vec!["sunbeam render -o picture.exr --png picture.png".to_owned()];
-    let mut add = |flag: &str, value: String| words.push(format!("--{flag} {}", quoted(&value)));
+    let mut parts = vec!["sunbeam render -o picture.exr --png picture.png".to_owned()];
+    let mut add = |flag: &str, value: String| parts.push(format!("--{flag} {}", quoted(&value)));
     add("size", format!("{width}x{height}"));
     if supersample > 1 {
         add("supersample", supersample.to_string());
@@ -23,11 +23,13 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
         let flag = if name == "filename" { "height-field".to_owned() } else { name.replace('_', "-") };
         add(&flag, value);
     }
+    // The snake is the command's default shape, and the only one whose mesh has a resolution.
     match settings.shape {
         Shape::Snake => add("resolution", settings.resolution.to_string()),
         shape => add("shape", shape.name().to_owned()),
     }
     match settings.pigment {
+        // The command's default.
         Pigment::Physical => {}
         // Nothing lies below a film.
         _ if settings.surface.body().is_some() => {}
@@ -49,7 +51,7 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     add("fov", fov_deg.to_string());
     add("light-azimuth", settings.sun.azimuth_deg.to_string());
     add("light-elevation", settings.sun.elevation_deg.to_string());
-    words.join(" ")
+    parts.join(" ")
 }
 
 /// The XML scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor
@@ -63,12 +65,12 @@ pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     };
     scene_comment(settings, &mut line);
     line("<scene version=\"3.0.0\">");
-    // Light is reflected once, as in the page's picture.
+    // Paths of two segments: light is reflected once, as in the page's picture.
     line("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
     scene_camera(settings, size, &mut line);
     scene_shape(settings, &mut line);
     if settings.ground {
-        // Half the side in cm, that of the renderer's ground.
+        // Mitsuba's rectangle has a side of 2. Its scale is half the side of the ground in cm.
         line("    <shape type=\"rectangle\">");
         line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
         line("        <bsdf type=\"diffuse\">");
@@ -137,6 +139,7 @@ fn scene_sun(settings: &Settings, line: &mut impl FnMut(&str)) {
 
 /// Writes the XML of the shape with its material, line by line.
 fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
+    // All lines are indented by one level more.
     let mut line = |text: &str| write_line(&format!("    {text}"));
     match settings.shape {
         Shape::Snake => {
@@ -180,6 +183,7 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
     }
     match (settings.pigment, settings.shape) {
         (Pigment::None, _) => {}
+        // Nothing lies below a film.
         _ if is_film => {}
         (_, Shape::Snake) => {
             line("            <texture type=\"bitmap\" name=\"diffuse_reflectance\">");
@@ -205,6 +209,7 @@ fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
     if let Source::Preset(preset) = config.source() {
         config.preset = Some(preset);
     }
+    // Fields without a value are missing in `fields`.
     let fields = serde_json::to_value(&config).unwrap_or_default();
     let given = |name: &&'static str| Some((*name, plain(fields.get(name)?)));
     let mut parameters: Vec<_> = ReliefSource::NAMES.iter().filter_map(given).collect();

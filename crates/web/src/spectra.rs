@@ -33,7 +33,8 @@ enum Source {
     /// Spectral tables, for the method `table`, which itself has only colours. Values include the angular factor, and
     /// for a film also the interface factor.
     Surface(Box<Surface>),
-    /// A published method, with values by wavelength. They include neither the angular nor the interface factor.
+    /// A published method, which has values by wavelength or none. They include neither the angular nor the interface
+    /// factor.
     Method(Box<dyn Method>),
 }
 

@@ -218,6 +218,7 @@ impl App {
     /// Shows the picture with the BRDF map, and orders the picture of the settings and the map at the cursor.
     fn picture(&mut self, ui: &mut egui::Ui) {
         let stops = self.settings.exposure;
+        // A new picture, or another exposure, is tone-mapped again.
         if let Some(shown) = &mut self.shown
             && shown.stops != Some(stops)
         {
@@ -241,7 +242,7 @@ impl App {
     }
 
     /// Orders the picture of the settings if it is not ordered yet. `screen_size` is the width and height of the
-    /// picture's area in pixels of the screen.
+    /// picture's area in pixels of the screen, of which the picture has [`Settings::scale`] along each side.
     fn order(&mut self, screen_size: (u32, u32)) {
         let scaled = |side: u32| ((side as f32 * self.settings.scale).round() as u32).max(1);
         let view = match self.settings.view() {

@@ -66,6 +66,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     // Errors of the surface are reported before the window opens.
     surface.height_field()?;
     if surface.theory == Theory::Rigorous {
+        // A rigorous surface must also be a grating, which `profile` checks.
         surface.profile()?;
     }
     let view = args.scene.view(args.supersample)?;

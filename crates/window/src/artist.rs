@@ -69,9 +69,9 @@ pub(crate) struct Artist {
     /// The ordered screenshot.
     shot: Option<Shot>,
     /// Side in pixels of the map drawn for the cursor and the latest picture; `None` before the first map. Where no map
-    /// can be drawn, it is [`hemisphere::FINEST_SIDE`].
+    /// can be drawn, it is [`hemisphere::FINEST_SIDE`], so that no map is left to do.
     map_side: Option<usize>,
-    /// Speed of the method for maps, whose pixels count as rays.
+    /// Speed of the method for maps, whose pixels count as rays. It is learned anew for each method.
     map_pace: Pace,
 }
 
@@ -203,9 +203,10 @@ impl Artist {
         };
         let seen = match target.pixel_at(f64::from(x), f64::from(y)) {
             Some((column, row)) => target.read_query(&self.gpu, column, row)?,
+            // Of the kind [`Query::NOTHING`].
             None => Query::default(),
         };
-        // `SKIN` is the mesh. An opaque surface that is lit from below reflects nothing.
+        // `SKIN` is the mesh, and z is its normal. An opaque surface that is lit from below reflects nothing.
         if seen.kind != Query::SKIN || (seen.wi[2] <= 0.0 && !shader.is_film()) {
             self.map_side = Some(hemisphere::FINEST_SIDE);
             return Ok(Some(Done::Map(None)));

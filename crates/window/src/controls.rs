@@ -32,7 +32,8 @@ const PERIOD_UM: RangeInclusive<f64> = 0.05..=100.0;
 /// Width of the exposure's slider in points, which leaves room for the number beside it.
 const SLIDER_POINTS: f32 = 82.0;
 
-/// All controls, from top to bottom.
+/// All controls, from top to bottom. The last three arguments of `number` and `optional` are the range, the change per
+/// point of a drag, and the unit; `optional` has before them the value when it is switched on (widgets.rs).
 pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
     section(ui, "Surface", |ui| {
         form.show(ui, &mut settings.surface);

@@ -60,7 +60,8 @@ struct Pending {
     shot: Option<Shot>,
     /// Whether the thread is to end.
     quit: bool,
-    /// The smallest change that ends the step under way.
+    /// The smallest change that ends the step under way. Between steps it has no effect, since the thread clears the
+    /// flag `stop` when it reads the orders.
     interruptible_by: Change,
 }
 

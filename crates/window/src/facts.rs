@@ -73,6 +73,7 @@ impl Facts {
             let (width, height) = picture.size;
             line(ui, "Picture", format!("{width} × {height}{}", if picture.is_finest { "" } else { ", draft" }));
             line(ui, "Lit samples", picture.lit_samples.to_string());
+            // At least a microsecond, so that the rate is finite.
             line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
             let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.1}")).join(", ");
             let clock = if self.has_timestamps { "GPU clock" } else { "wall clock" };

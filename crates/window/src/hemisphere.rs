@@ -53,6 +53,7 @@ pub(crate) fn draw(
     pace: &mut Pace,
 ) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
+    // `f_r` in 1/sr as linear sRGB, rows from the top; `None` outside the disc.
     let answers = shader.brdf_map(gpu, seen.wi, side)?;
     pace.learn(area(side), start.elapsed().as_secs_f64() * 1e3);
 

@@ -36,6 +36,7 @@ pub(crate) fn open(start: Start) -> Result<(), Box<dyn Error>> {
     let choice = start.adapter;
     setup.instance_descriptor.backends = wgpu::Backends::all().with_env();
     setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| choose(choice, adapters, surface)));
+    // The renderer draws on egui's device, which therefore gets the limits and features that the renderer needs.
     setup.device_descriptor = Arc::new(Gpu::device_descriptor);
     let mut options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default().with_title("sunbeam").with_inner_size(start.size),

@@ -35,7 +35,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// The factors of the reflectance besides the relief's.
+    /// The factors of the reflectance besides the relief's: index, cover, obliquity factor and shadowing.
     pub(crate) fn optics(&self) -> Optics {
         let obliquity = self.surface.obliquity.resolved(self.index.map(SpectralIndex::Constant).as_ref());
         Optics { index: self.index, cover: self.surface.cover(), obliquity, shadowing: self.surface.shadowing }

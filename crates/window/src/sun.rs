@@ -41,7 +41,8 @@ impl Sun {
         Light::from_angles(self.azimuth_deg, self.elevation_deg)
     }
 
-    /// Turns the sun by a drag of `right` and `down` points: azimuth and elevation grow to the right and upwards.
+    /// Turns the sun by a drag of `right` and `down` points, negative to the left and upwards. The azimuth grows to the
+    /// right, the elevation upwards.
     pub(crate) fn turn(&mut self, right: f32, down: f32) {
         let azimuth = self.azimuth_deg + DEGREES_PER_POINT * f64::from(right);
         *self = Self::new(azimuth, self.elevation_deg - DEGREES_PER_POINT * f64::from(down));

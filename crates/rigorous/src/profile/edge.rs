@@ -94,6 +94,7 @@ impl Spline {
                 let difference = heights[i] - 2.0 * heights[i + 1] + heights[i + 2];
                 let mut diagonal = 4.0 + f64::from(i == 0) + f64::from(i == inner - 1);
                 let mut value = 6.0 * difference / (step * step);
+                // Subtracts row i − 1, which eliminates M[i].
                 if i > 0 {
                     diagonal -= upper[i - 1];
                     value -= right[i - 1];
@@ -101,6 +102,7 @@ impl Spline {
                 upper[i] = 1.0 / diagonal;
                 right[i] = value / diagonal;
             }
+            // Back substitution, from the last row, which has no M[i+2].
             for i in (0..inner).rev() {
                 seconds[i + 1] = right[i] - if i + 1 < inner { upper[i] * seconds[i + 2] } else { 0.0 };
             }
@@ -120,7 +122,8 @@ impl Spline {
         let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.seconds[i], self.seconds[i + 1]);
         // Slope of the cubic at knot i, from the heights and second derivatives at both knots.
         let slope_at_knot = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
-        // Taylor's series about knot i; the third derivative is (m1 − m0)/step.
+        // Taylor's series about knot i at the distance s = step·fraction. The third derivative is (m1 − m0)/step, and
+        // its product with s is (m1 − m0)·fraction.
         let s = step * fraction;
         let height = h0 + s * (slope_at_knot + s * (0.5 * m0 + (m1 - m0) * fraction / 6.0));
         let slope = slope_at_knot + s * (m0 + 0.5 * (m1 - m0) * fraction);

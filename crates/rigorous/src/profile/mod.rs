@@ -226,6 +226,7 @@ pub(crate) fn smooth_height(harmonics: &[Complex64], phase: f64) -> [f64; 3] {
     let (mut height, mut slope, mut second) = (0.0, 0.0, 0.0);
     for (m, coefficient) in harmonics.iter().enumerate() {
         let m = m as f64;
+        // The height is Re Σ c_m e^{im·phase}; a derivative multiplies its terms by im, and Re(i·term) = −Im(term).
         let term = coefficient * Complex64::cis((m * phase) % TAU);
         height += term.re;
         slope -= m * term.im;

@@ -102,8 +102,11 @@ fn find_corners(step: f64, heights: &[f64]) -> Vec<Corner> {
     // The angle of the step from sample i − 1 to sample i. Indices may exceed n, since the heights repeat.
     let angle = |i: usize| (heights[i % n] - heights[(i + n - 1) % n]).atan2(step);
     let turn = |i: usize| angle(i + 1) - angle(i);
+    // Whether a wall lies between samples i − 1 and i, a steep step with a turn at both. `i + n − 1` is sample i − 1,
+    // without a negative index.
     let is_wall =
         |i: usize| angle(i).abs() > WALL_ANGLE_MIN && turn(i + n - 1).abs() > TURN_MIN && turn(i).abs() > TURN_MIN;
+    // Whether sample i is a kink. A sample beside a wall turns because of the wall.
     let is_kink = |i: usize| {
         let around = turn(i + n - 2).abs().max(turn(i + 2).abs());
         turn(i).abs() > TURN_MIN.max(KINK_SHARPNESS_MIN * around) && !is_wall(i) && !is_wall(i + 1)

@@ -14,7 +14,7 @@ where
     T: Copy + Default + AddAssign + Mul<f64, Output = T>,
 {
     let n = values.len();
-    // One turn in steps of π/2n.
+    // cos(jπ/(2n)) for one turn.
     let cosines: Vec<f64> = (0..4 * n).map(|j| (PI * j as f64 / (2 * n) as f64).cos()).collect();
     (0..n)
         .map(|k| {
@@ -23,6 +23,7 @@ where
                 // cos(k(i + ½)π/n), with the angle reduced in integers.
                 sum += value * cosines[k * (2 * i + 1) % (4 * n)];
             }
+            // The discrete orthogonality of T_k at the nodes: Σ T_k² is n for k = 0 and n/2 for the others.
             let factor = if k == 0 { 1.0 } else { 2.0 };
             sum * (factor / n as f64)
         })

@@ -21,7 +21,7 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     }
     let step = (PI / (N + 1) as f64).sqrt();
     let square = z * z;
-    // Far from the pole (the regions are those of the paper) the midpoint rule needs no residue.
+    // Far from the pole at t = z (the regions are those of the paper) the midpoint rule needs no residue.
     let pole_is_near = z.im < z.re.max(PI / step) && z.im < PI / step + z.re;
     // Near the pole, the midpoint rule is used where Re z is close to a node of the trapezium rule, a multiple of the
     // step. Nodes of either rule then stay at least a quarter of a step from the pole.
@@ -36,6 +36,7 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if !pole_is_near {
         return sum;
     }
+    // e^{−2πiz/step}, which depends on the position of the pole between nodes.
     let phase = (Complex64::new(0.0, -2.0 * PI / step) * z).exp();
     let residue = 2.0 * (-square).exp();
     if is_midpoint_rule {

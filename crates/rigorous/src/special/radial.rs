@@ -47,6 +47,7 @@ impl Radial {
         let terms = BESSEL_TERMS + (wave_number.norm() * bessel_range).ceil() as usize;
         let mut values = Vec::with_capacity(terms);
         for x in chebyshev_nodes(terms) {
+            // kr at the distance r = R·√((1 + x)/2).
             let z = wave_number * bessel_range * (0.5 * (1.0 + x)).sqrt();
             let j = besselj_seq(0.0, z, 2, Scaling::Unscaled).map_err(|_| OVERFLOW)?.values;
             // z is never 0, since Chebyshev nodes exclude −1.
@@ -59,6 +60,7 @@ impl Radial {
     pub(crate) fn hankel(&self, r: f64) -> [Complex64; 2] {
         let last = self.panels.len() - 1;
         let index = usize::try_from(binary_exponent(r) - self.exponent_min).unwrap_or(0).min(last);
+        // 2^−e of the panel, for x = 2r/2^e − 3.
         let scale = two_to(-(self.exponent_min + index as i32));
         let phase = (Complex64::I * self.wave_number * r).exp();
         clenshaw(&self.panels[index].0, 2.0 * r * scale - 3.0).map(|value| value * phase)
@@ -81,6 +83,7 @@ const OVERFLOW: Error = Error::NotFinite { what: "a Bessel function" };
 fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
     let mut values = Vec::with_capacity(PANEL_TERMS);
     for x in chebyshev_nodes(PANEL_TERMS) {
+        // kr at the distance r = 2^e·(x + 3)/2.
         let z = wave_number * (0.5 * (x + 3.0) * two_to(exponent));
         // This scaling multiplies by e^{−iz}.
         let h = hankel1_seq(0.0, z, 2, Scaling::Exponential).map_err(|_| OVERFLOW)?.values;

@@ -39,6 +39,7 @@ struct Screen {
 
 /// State that calls change. No borrow of it is held across an `await`, since other calls run in the meantime.
 struct State {
+    /// Scene, method and job (view, optics and size), from which it determines the next picture's resolution.
     progressive: Progressive,
     /// Stops by which pictures are brightened for the canvas.
     stops: f64,
@@ -105,6 +106,7 @@ impl Artist {
     /// bytes.
     pub async fn set_method(&self, bytes: Vec<u8>) -> Result<f64, JsValue> {
         let data = MethodData::from_bytes(bytes).map_err(thrown)?;
+        // `set_shader` and `set_job` of the state replace these optics by those of the job.
         let shader = Shader::of_async(&self.gpu, &data.shader(), data.answers(), &Optics::default()).await;
         let mut shader = shader.map_err(thrown)?;
         shader.stop_when(Arc::clone(&self.stop));
@@ -115,7 +117,8 @@ impl Artist {
     }
 
     /// Sets the view that the following steps draw, and stops the refinement of another view. The finest picture has
-    /// `width` × `height` pixels with `supersample` rays along each side.
+    /// `width` × `height` pixels with `supersample` rays along each side. A change of the exposure alone stops nothing,
+    /// since the picture shown is only copied again.
     pub fn set_view(&self, json: &str, width: u32, height: u32, supersample: u32) -> Result<(), JsValue> {
         let settings = read(json)?;
         let view = settings.view(supersample).map_err(thrown)?;
@@ -166,14 +169,20 @@ impl Artist {
         image::picture_png(&picture, size, stops).map_err(thrown)
     }
 
-    /// Directions and `f_r` at the point of the surface that the picture shows at (`x`, `y`), as JSON. Both coordinates
-    /// are in [0, 1), from the upper left corner. Returns nothing off the relief's surface.
+    /// Directions and reflectance at the point of the mesh that the picture shows at (`x`, `y`), as JSON. Both
+    /// coordinates are in [0, 1), from the upper left corner. Returns nothing where the picture shows no mesh, and
+    /// before the first picture.
+    ///
+    /// - `wi`, `wo`: unit vectors to the light and to the viewer in the relief's frame, in which z is the normal.
+    /// - `q`, `half`: the scattering vector wi + wo over the wave number, and the unit vector along it.
+    /// - `lit`: whether sunlight arrives at the point.
+    /// - `rgb`: `f_r` in 1/sr as linear sRGB, the same in light and in shadow.
     pub async fn query(&self, x: f64, y: f64) -> Result<Option<String>, JsValue> {
         self.queried(x, y).await.map_err(thrown)
     }
 
-    /// The BRDF map for light from the unit vector `wi`: `f_r` in 1/sr as linear sRGB, three numbers for each of
-    /// `side`² pixels, rows from the top.
+    /// The BRDF map for light from the unit vector `wi` in the relief's frame: `f_r` in 1/sr as linear sRGB, three
+    /// numbers for each of `side`² pixels, rows from the top. Pixels outside the disc of directions are 0.
     pub async fn map(&self, wi: &[f32], side: usize) -> Result<Vec<f32>, JsValue> {
         let refused = || thrown(WebError::Internal("a direction is three numbers".to_owned()));
         let wi: [f32; 3] = wi.try_into().map_err(|_| refused())?;
@@ -226,7 +235,8 @@ impl Artist {
         })
     }
 
-    /// Stops the current drawing if it only refines a picture, which is now out of date.
+    /// Stops the current drawing if it only refines a picture, which is now out of date. A first picture is drawn to
+    /// its end, so that a drag shows pictures.
     fn give_up_refining(&self) {
         if self.refining.get() {
             self.stop.store(true, Relaxed);
@@ -262,6 +272,7 @@ impl Artist {
         };
         let Some(shown) = shown else { return Ok(None) };
         self.show(&shown).await?;
+        // Nothing was evaluated.
         Ok(Some(report(&shown, level, is_finest, start, &FrameReport::default())))
     }
 
@@ -271,6 +282,7 @@ impl Artist {
         let start = Instant::now();
         let frame = self.state.borrow_mut().progressive.frame(&self.gpu, level)?;
         let Some(frame) = frame else { return Ok(None) };
+        // The flag may be left from an earlier picture.
         self.stop.store(false, Relaxed);
         self.refining.set(frame.refines);
         let drawn = frame.draw_async(&self.gpu, &self.renderer).await;
@@ -279,6 +291,7 @@ impl Artist {
             Err(GpuError::Stopped) => return Ok(None),
             drawn => drawn?,
         };
+        // The scene, method or view may have changed during the `await`. A first picture is shown nevertheless.
         if frame.refines && !self.state.borrow().progressive.is_current(&frame) {
             return Ok(None);
         }
@@ -320,12 +333,12 @@ impl Artist {
         let (Some(target), Some(shader)) = (shown, shader) else { return Ok(None) };
         let Some((column, row)) = target.pixel_at(x, y) else { return Ok(None) };
         let query = target.read_query_async(&self.gpu, column, row).await?;
-        // Pixels of the ground and of the background show no relief.
+        // `SKIN` is the mesh. Pixels of the ground and of the background show no relief.
         if query.kind != Query::SKIN {
             return Ok(None);
         }
         let answers = shader.evaluate_async(&self.gpu, &[Query::new(query.wi, query.wo)]).await?;
-        // The scattering vector. Its direction is the half vector, which is 0 here for opposite directions.
+        // Opposite directions have q = 0; the smallest positive length then makes the half vector 0, too.
         let q: [f32; 3] = std::array::from_fn(|axis| query.wi[axis] + query.wo[axis]);
         let length = q.iter().map(|component| component * component).sum::<f32>().sqrt().max(f32::MIN_POSITIVE);
         Ok(Some(
@@ -362,8 +375,8 @@ enum Step {
 }
 
 impl Screen {
-    /// Prepares the surface of the canvas and the tone pass. The surface has no sRGB format, because the tone pass
-    /// encodes sRGB itself.
+    /// Prepares the surface of the canvas and the tone pass. The surface has a format without automatic sRGB encoding,
+    /// because the tone pass encodes sRGB itself.
     fn new(gpu: &Gpu, adapter: &wgpu::Adapter, surface: wgpu::Surface<'static>) -> Result<Self, WebError> {
         let config = surface.get_default_config(adapter, 1, 1);
         let mut config = config.ok_or_else(|| WebError::NoWebGpu("the canvas takes no WebGPU".to_owned()))?;
@@ -387,6 +400,7 @@ impl Screen {
         let frame = match self.surface.get_current_texture() {
             wgpu::CurrentSurfaceTexture::Success(frame) | wgpu::CurrentSurfaceTexture::Suboptimal(frame) => frame,
             _ => {
+                // The cause may be that the device is lost, which is a different error.
                 gpu.check()?;
                 return Err(WebError::Gpu("the canvas gives no texture to draw on".to_owned()));
             }

@@ -4,8 +4,9 @@
 //!
 //! - `json` is the page's settings as a JSON object ([`Settings`](crate::Settings)), which [`read`] checks.
 //! - `listener` is a JavaScript function that receives the progress, a fraction from 0 to 1, or any other value for
-//!   none. A call keeps the guard `_listening` of [`progress`] to its end, and the listener is called until then.
-//! - Errors are JavaScript `Error`s with a `kind` ([`thrown`]).
+//!   none. [`progress`] registers the function and returns a guard. The variable `_listening` keeps the guard alive;
+//!   its drop at the end of the call removes the function.
+//! - Errors are JavaScript `Error`s with a `kind` ([`thrown`]). [`WebError::Internal`] is a wrong call by the page.
 //! - Results of plain numbers and text always convert to JSON, so `unwrap_or_default` never takes the default.
 
 use super::quick::read;
@@ -29,7 +30,8 @@ impl JsRelief {
         Ok(Self(Relief::new(&read(json)?, bytes.as_deref()).map_err(thrown)?))
     }
 
-    /// Size, range, roughness and periods of the relief ([`Relief::facts`]), as JSON.
+    /// Size, range, roughness and periods of the relief ([`Relief::facts`]), as JSON. Of the settings only the tiling
+    /// is used, on which the periods depend.
     pub fn facts(&self, json: &str) -> Result<String, JsValue> {
         Ok(serde_json::to_string(&self.0.facts(&read(json)?)).unwrap_or_default())
     }
@@ -112,8 +114,12 @@ impl JsReflectance {
         Ok(())
     }
 
-    /// BRDF map for light at the angle `theta_deg` to the normal and the azimuth `phi_deg`: `f_r` in 1/sr as linear
-    /// sRGB, three numbers for each of `side`² pixels, rows from the top ([`Reflectance::map`]).
+    /// BRDF map for light at the angle `theta_deg` to the normal and the azimuth `phi_deg`, from the relief's +x
+    /// towards +y. The result is `f_r` in 1/sr as linear sRGB, three numbers for each of `side`² pixels, rows from the
+    /// top ([`Reflectance::map`]).
+    ///
+    /// A pixel stands for the outgoing direction whose x and y are its position in [−1, 1]², x right and y up. Pixels
+    /// outside the unit disc are 0.
     pub fn map(&self, theta_deg: f64, phi_deg: f64, side: usize, listener: &JsValue) -> Vec<f32> {
         let (progress, _listening) = progress(listener);
         self.0.map(direction(theta_deg, phi_deg), side, &progress).as_flattened().to_vec()

@@ -99,7 +99,7 @@ pub fn panned(json: &str, right: f32, down: f32, width: f32) -> Result<String, J
     with_orbit(json, |orbit| orbit.pan(right, down, width))
 }
 
-/// The settings after a drag that turns the sun: azimuth and elevation grow to the right and upwards. The azimuth is
+/// The settings after a drag that turns the sun: the azimuth grows to the right, the elevation upwards. The azimuth is
 /// wrapped to [−180°, 180°), the elevation clamped to its accepted range.
 #[wasm_bindgen]
 pub fn sunned(json: &str, right: f64, down: f64) -> Result<String, JsValue> {
