@@ -88,8 +88,8 @@ def scale_values(values: np.ndarray) -> np.ndarray:
 
     Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. Scales
     beyond the edges of the picture reach into it, so i is from −1 to 28 and j from −1 to 18. `values` is (30, 20), and
-    its last row and column are those of index −1. Tips are those of a regular lattice; the mesh's are displaced at
-    random by up to a twentieth of a half scale.
+    its last row and column are those of index −1. The tips of the scales are those of a regular lattice; the mesh's
+    are displaced at random by up to a twentieth of a half scale.
     """
     rows_u, rows_v = ROWS
     # Centres of the texels in half scales.

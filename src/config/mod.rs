@@ -370,7 +370,7 @@ impl SurfaceConfig {
         refuse_contradictions("the absence of \"filename\"", &of_files)
     }
 
-    /// Refuses sub-regions of a relief that is no skin (`elaphe`, `xenopeltis`), and one of their two parameters without
+    /// Refuses sub-regions of a relief that is no skin, `elaphe` or `xenopeltis`, and one of the two parameters without
     /// the other.
     fn validate_regions(&self) -> Result<(), ConfigError> {
         // The parameter that messages name, and the one that is missing beside it.
