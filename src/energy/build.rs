@@ -374,12 +374,13 @@ impl<'a, const K: usize> Builder<'a, K> {
             })
             .collect();
         for _ in 0..ITERATIONS {
-            // Replaces t by I(t), the integral in its definition. I does not decrease with t, so from I(t) ≤ t follows
-            // I(I(t)) ≤ I(t): the new t also fulfils the definition's condition.
+            // Replaces t by I(t), the integral in its definition. The first t, max(1, a), fulfils the condition
+            // I(t) ≤ t. I does not decrease with t, so I(I(t)) ≤ I(t) follows: the new t fulfils it, too.
             t = std::array::from_fn(|k| {
                 let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
                 let sum = divided.iter().fold(zero, |sum, (part, divided)| {
-                    // part·min(1, t/b). Parts of a band may be negative.
+                    // part·min(1, t/b): the smaller of `part` and `scaled`, or the larger of two negative ones. Parts
+                    // of a band may be negative.
                     let (part, scaled) = (part[k], t * divided[k]);
                     sum + Number::select(zero.lt(part), Number::min(part, scaled), Number::max(part, scaled))
                 });
