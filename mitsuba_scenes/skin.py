@@ -86,10 +86,10 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
 def scale_values(values: np.ndarray) -> np.ndarray:
     """A picture over the snake's UVs that has one number on each scale. Row 0 is at v = 0, column 0 at u = 0.
 
-    Scale (i, j), where i + j is even, has its centre at u = i/27, v = j/17, and the number `values[i, j]`. Scales
-    beyond the edges of the picture reach into it, so i is from −1 to 28 and j from −1 to 18. `values` is (30, 20), and
-    its last row and column are those of index −1. Tips are those of a regular lattice; the mesh's are displaced at
-    random by up to a twentieth of a half scale.
+    Scale (i, j), where i + j is even, has its centre at u = i/ROWS[0], v = j/ROWS[1], and the number `values[i, j]`.
+    Scales beyond the edges of the picture reach into it, so i is from −1 to ROWS[0] + 1, and j from −1 to ROWS[1] + 1.
+    `values` has an entry for each of them; its last row and column are those of index −1. The tips of the
+    scales are those of a regular lattice; the mesh's are displaced at random by up to a twentieth of a half scale.
     """
     rows_u, rows_v = ROWS
     # Centres of the texels in half scales.
@@ -117,7 +117,7 @@ def varied_skin(name: str) -> dict:
     """
     parameters = preset_skin(name)
     random = np.random.default_rng(SEED)
-    # One row and column for each index from −1 to 28 and from −1 to 18 (`scale_values`).
+    # One row and column for each index from −1 to one beyond ROWS (`scale_values`).
     shape = (ROWS[0] + 3, ROWS[1] + 3)
     sizes, turns = random.uniform(*SIZES, shape), random.normal(parameters.get("rotation", 0.0), TURN_DEG, shape)
     return {**parameters, "scale": raw_texture(scale_values(sizes)), "rotation": raw_texture(scale_values(turns))}

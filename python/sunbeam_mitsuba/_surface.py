@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     # A value of a parameter of the plugin.
     Parameter = Union[str, float, bool, os.PathLike[str]]
 
-# Status of a successful call (``sunbeam_status`` of sunbeam.h).
+# Status of a successful call (``sunbeam_status`` of sunbeam.h; no test compares the numbers).
 _OK = 0
-# Status of a call whose text does not fit into the given buffer.
+# Status of a call whose text does not fit into the given buffer (``SUNBEAM_STATUS_BUFFER_TOO_SMALL``).
 _BUFFER_TOO_SMALL = 6
 # Smallest number of evaluations, items times wavelengths, for each thread. Starting a thread takes as long as some
 # hundred evaluations, so smaller values waste time; larger ones leave cores idle.
@@ -60,6 +60,7 @@ def _library() -> ctypes.CDLL:
         mi.variants()
     library = ctypes.CDLL(str(PLUGIN))
     handle, handle_out = c_void_p, POINTER(c_void_p)
+    # Types of the arguments of each function ``sunbeam_NAME``, in the order of sunbeam.h.
     arguments = {
         "surface_new": [c_char_p, handle_out],
         "surface_from_heights": [c_char_p, _CFloats, c_size_t, c_size_t, c_double, c_double, handle_out],
@@ -253,7 +254,8 @@ class Surface:
 
         ``u`` are random numbers in [0, 1), ``[..., 3]``. ``wi`` and ``wavelength_nm`` are those of :meth:`eval`; all
         broadcast against each other. The weight is ``f |cosθo| / pdf``, ``[...]`` for one wavelength given as a number,
-        else ``[..., m]``. Samples below the horizon have zeros in all three arrays.
+        else ``[..., m]``. A sample of a surface that only reflects has zeros in all three arrays if ``wi`` or the drawn
+        direction lies below the horizon.
         """
         wi, u = _triples("wi", wi), _triples("u", u)
         nm, is_single = _wavelengths(wavelength_nm)

@@ -41,13 +41,15 @@ INSTALL = 'pip install "sunbeam-mitsuba[formats]"'
 
 # SurfaceTopography's names of formats with bare arrays, which have no unit, no size, and no order of the indices.
 _BARE = ("h5", "mat", "npy", "npz")
-# Its names of text formats, which the native readers also read.
+# SurfaceTopography's names of text formats, which the native readers also read.
 _TEXT = ("asc", "xyz")
-# Its name of lists of points x, y, z, whose size follows from the points.
+# SurfaceTopography's name of lists of points x, y, z, whose size follows from the points.
 _POINTS = "xyz"
-# Its names of formats whose first row has the smallest y. In all others the first row is the top of the picture.
+# SurfaceTopography's names of formats whose first row has the smallest y. In all others except _EITHER_FIRST the first
+# row is the top of the picture.
 _BOTTOM_FIRST = ("sdf", "x3p", "xyz")
-# Its names of formats in which the order of rows depends on the program that wrote the file (`top_is_first`).
+# SurfaceTopography's names of formats in which the order of rows depends on the program that wrote the file
+# (`top_is_first`).
 _EITHER_FIRST = ("nc",)
 # Relative difference above which the given pixel size contradicts the file's, as in the native readers.
 _PIXEL_SIZE_RTOL = 1e-6
@@ -155,6 +157,7 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
         sizes: dict[str, Any] = {}
         if info.physical_sizes is None and format_name != _POINTS:
             sizes["physical_sizes"] = _given_sizes(format_name, info.nb_grid_pts, pixel_size, str(unit or info.unit))
+        # None: `relief_of_topography` finds the order of rows in the file's header.
         top_first = None if format_name in _EITHER_FIRST else format_name not in _BOTTOM_FIRST
         relief = relief_of_topography(info.topography(**sizes), unit, top_first)
     except SunbeamError:
@@ -177,6 +180,7 @@ def _open(path: Path) -> Any:
     """
     readers = library()
     extension = path.suffix[1:].lower()
+    # Reader by content, and the message of the last reader that failed.
     found, failure = None, ""
     try:
         found = readers.open_topography(str(path))

@@ -87,7 +87,8 @@ impl ColourTable {
         TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         TableError::unless_in("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
-        let weights = SpectralToRgb::visible(1.0)?;
+        let step_nm = 1.0;
+        let weights = SpectralToRgb::visible(step_nm)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
         let (low, high) = field.range_um();
         let demand = BuildDemand {
@@ -104,6 +105,7 @@ impl ColourTable {
         let window = CoherenceWindow::new(coherence_length_um);
         let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);
         let (table_progress, rings_progress) = progress.halves();
+        // The spectral table, with a report of its error.
         let built = crate::table::build(&spectrum, options.tolerance, &table_progress)?;
         let sigma_per_um = order_sigma_per_um(field, options.tiling, coherence_length_um);
         let rings =
@@ -147,6 +149,7 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
     loop {
         let sigma_per_um = order_sigma_per_um(field, options.tiling, coherence_length_um);
         let plan = Rings::plan(sigma_per_um, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
+        // A word has four bytes.
         let is_small = 4 * (plan.words() + Ring::WORDS * plan.rings.len()) <= ColourTable::LIMIT_BYTES
             && plan.rings.len() <= ColourTable::RINGS_MAX;
         if is_small && cost(&plan, sigma_per_um) <= COST_MAX {
@@ -156,7 +159,8 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
     }
 }
 
-/// Estimated number of products of a [`Term`] and a ray.
+/// Estimated number of products of a [`Term`] and a ray: a ring's directions times its values of w, times the steps
+/// over ρ between the longest and the shortest visible wavelength ([`Path`]).
 fn cost(plan: &Rings, sigma_per_um: f64) -> f64 {
     let visible_per_um = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings
@@ -175,8 +179,10 @@ fn knee(spectrum: &Spectrum) -> f64 {
     (KNEE_WAVELENGTH_UM / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
 }
 
-/// Samples and fits all rings, group by group. `sigma_per_um` is the standard deviation of an order in cycles/µm;
-/// `weights` are those of the wavelengths in linear sRGB.
+/// Samples and fits all rings, group by group, so that only one group's samples are in memory.
+///
+/// `sigma_per_um` is the standard deviation of an order in cycles/µm; `weights` are those of the wavelengths in linear
+/// sRGB.
 fn fit_rings(
     table: &SpectralTable,
     plan: &Rings,
@@ -186,8 +192,8 @@ fn fit_rings(
     reflectance: Reflectance,
     progress: &Progress,
 ) -> Vec<FittedRing> {
-    // A group has the rings with equal numbers of directions; a batch of it has RAYS directions. The last batch may
-    // have rays beyond the last direction, whose samples are not used.
+    // A group has the rings with equal numbers of directions; a batch of it has RAYS directions and all its rings. The
+    // last batch may have rays beyond the last direction, whose samples are not used.
     let batches_of = |group: &[RingPlan]| group[0].directions.div_ceil(RAYS);
     let groups = || plan.rings.chunk_by(|a, b| a.directions == b.directions);
     let steps = progress.of_steps(groups().map(batches_of).sum());
@@ -242,7 +248,8 @@ fn assemble(plan: &Rings, fitted: &[FittedRing]) -> (ColourLayout, Vec<u32>) {
         .reduce(|| 0.0, f32::max);
     let exponent_offset = exponent_offset(largest);
     let count = plan.rings.len();
-    let mut words = Vec::with_capacity(plan.words() + Ring::WORDS * count + 4);
+    let padding_max = 3;
+    let mut words = Vec::with_capacity(plan.words() + padding_max + Ring::WORDS * count);
     let mut rings = Vec::with_capacity(count);
     for (ring, fitted_ring) in plan.rings.iter().zip(fitted) {
         rings.push(Ring {

@@ -94,15 +94,15 @@ fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
 /// Replaces rows of `row_len` values, one row per direction, by the coefficients of the periodic cubic B-splines
 /// through them.
 ///
-/// Each column s is filtered by two recursive passes around the ring, with the pole z: `p[i] = s[i] + z·p[i − 1]`, then
-/// `q[i] = z·(q[i + 1] − p[i])`. The coefficients are 6·q (`table/spline.rs`).
+/// Each column s is filtered by two recursive passes around the ring, with the pole `z = √3 − 2` ([`POLE`]):
+/// `p[i] = s[i] + z·p[i − 1]`, then `q[i] = z·(q[i + 1] − p[i])`. The coefficients are 6·q (`table/spline.rs`).
 fn prefilter_periodic(values: &mut [f32], row_len: usize) {
     /// Rows after which a filter has forgotten its start: |pole|²⁴ ≈ 2e-14 is below the rounding of single precision.
     const WARM_UP: usize = 24;
     let pole = POLE as f32;
     let n = values.len() / row_len;
     let warm_up = WARM_UP.min(n);
-    // On a ring, the rows before the first are the last rows.
+    // The first pass. On a ring, the rows before the first are the last rows.
     let mut state = vec![0f32; row_len];
     for row in values.chunks_exact(row_len).skip(n - warm_up) {
         state.iter_mut().zip(row).for_each(|(state, value)| *state = value + pole * *state);
@@ -113,7 +113,7 @@ fn prefilter_periodic(values: &mut [f32], row_len: usize) {
             *value = *state;
         }
     }
-    // The rows after the last are the first rows.
+    // The second pass. The rows after the last are the first rows.
     state.fill(0.0);
     for row in values.chunks_exact(row_len).take(warm_up).rev() {
         state.iter_mut().zip(row).for_each(|(state, value)| *state = pole * (*state - value));

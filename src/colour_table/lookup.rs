@@ -36,8 +36,9 @@ impl<N: Numbers> ColourView<N> {
         // Comparisons with NaN are false.
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
-        // Position among the rings: ring k lies at k. The divisions are not simplified, since they must match those of
-        // table.wgsl: beside a bright order another rounding of the position would change the colour visibly.
+        // Position among the rings, arsinh(r·growth/inner_spacing)/growth − ½: ring k lies at k. `Real` has the binary
+        // logarithm only. The divisions are not simplified, since they must match those of table.wgsl: beside a bright
+        // order another rounding of the position would change the colour visibly.
         let growth = lit(self.layout.growth.into());
         let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.inner_spacing.into());
         let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
@@ -46,7 +47,8 @@ impl<N: Numbers> ColourView<N> {
         let weights = lagrange_weights(position - inner);
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
         let rings = [-1.0, 0.0, 1.0, 2.0].map(|i| inner + lit(i));
-        // [channel][ring].
+        // Values [channel][ring]. `map_each` calls the function for each ring in turn. In kernels that Dr.Jit records,
+        // the calls become a loop with this label.
         let values = N::map_each(c"rings of colours", rings, valid, |ring| self.on_ring(ring, turn, w, efolds, valid));
         array::from_fn(|c| {
             let sum = (0..4).fold(lit(0.0), |sum, i| weights[i].fma(values[c][i], sum));
@@ -72,7 +74,7 @@ impl<N: Numbers> ColourView<N> {
         let [offset, directions, w_count, knots_per_w] = N::gather::<4>(self.words, record, active);
         let rest = N::gather::<4>(self.words, record + int(1), active);
         let [knots_per_efold, knee_squared, zero_squared, _] = rest.map(N::from_bits);
-        // Positions in knots, along the ring and over w.
+        // Positions in knots, along the ring and over w. The last interval over w begins at the knot w_count − 4.
         let per_turn = N::real(directions);
         let x = turn * per_turn;
         let y = w.fma(N::from_bits(knots_per_w), knots_per_efold * efolds);

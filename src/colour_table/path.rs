@@ -108,9 +108,11 @@ impl Path {
                 // The largest w are those of smaller radii, which also read the ring. At its own radius no pair of
                 // directions has a κ beyond the limit, and records end there.
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
+                // The four coefficients of a record's spline that are read at this κ, and the factors of `Term`.
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
                 let (header_factors, spline_factor) = curve.factors();
+                // |q|/2, at the ring's radius.
                 let cos_half = (0.5 * ring.radius.hypot(w)).min(1.0);
                 let scaled_reflectance = scale * reflectance(wavelength_nm, cos_half);
                 terms.push(Term {
@@ -127,7 +129,8 @@ impl Path {
         terms
     }
 
-    /// Number of spline coefficients that the `[ring][term]` of a group read at each point; 0 where there is no term.
+    /// Number of spline coefficients that the `[ring][term]` of a group read at each point: up to the fourth from
+    /// [`Term::first`] on. 0 where there is no term.
     pub(super) fn coefficient_counts(&self, terms: &[Vec<Term>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
         for Term { point, first, .. } in terms.iter().flatten() {
@@ -232,6 +235,7 @@ impl Term {
     /// makes it negative. An amplitude has the power `|D(0) + spline_factor·s|²`; its header is D(0).
     fn density(&self, quantity: NodeQuantity, record: &[PerRay]) -> PerRay {
         let components = quantity.components();
+        // A complex coefficient has its real part, then its imaginary part.
         let (header, coefficients) = record.split_at(HEADER);
         let coefficients = &coefficients[self.first * components..][..4 * components];
         // One component of the spline.

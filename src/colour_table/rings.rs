@@ -73,8 +73,8 @@ impl RingPlan {
     }
 
     /// Values of w of the [`RingPlan::w_count`] samples, ascending: one at each knot, and one more in the first and the
-    /// last interval. That of knot 0 is moved up by a tenth of an interval, since the scaled F of `fit.rs` may be 0/0
-    /// at w = 0.
+    /// last interval, at any place within it. The sample of knot 0 is moved up by a tenth of an interval, since the
+    /// scaled F of `fit.rs` may be 0/0 at w = 0.
     pub(super) fn sampled_w(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
@@ -87,6 +87,7 @@ impl RingPlan {
     /// Inverse of [`RingPlan::knot_position`], by bisection.
     fn at_knot_position(&self, position: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.w_max);
+        // 50 halvings leave w_max·2⁻⁵⁰, close to the rounding of double precision.
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
             if self.knot_position(middle) < position {
@@ -129,8 +130,8 @@ impl Rings {
         let radius_of = |k: f64| inner_spacing / growth * (growth * (k + 0.5)).sinh();
         let mut rings = Vec::new();
         for k in 0.. {
-            // A look-up at radius r reads two rings on either side, so ring k serves radii from that of ring k − 2.
-            // Radii of look-ups are at most 2.
+            // A look-up at radius r reads two rings on either side, so ring k serves radii from that of ring k − 2, or
+            // from 0 where this is negative. Radii of look-ups are at most 2.
             let innermost = radius_of(k as f64 - 2.0);
             if innermost >= 2.0 {
                 break;
@@ -140,11 +141,11 @@ impl Rings {
             let w_max = (4.0 - innermost.max(0.0).powi(2)).sqrt();
             let per_w = 2.0 * range_um / WAVELENGTH_UM * KNOTS_PER_FEATURE * resolution;
             let per_efold = if tapered { KNOTS_PER_FEATURE * resolution } else { 0.0 };
-            let wanted = per_w * w_max + per_efold * (1.0 + w_max / W_LOG).ln();
-            let intervals = (wanted.ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
+            let needed_intervals = per_w * w_max + per_efold * (1.0 + w_max / W_LOG).ln();
+            let intervals = (needed_intervals.ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
             // Scaled so that the last knot lies at w_max. A flat periodic field has no features; uniform knots serve.
-            let (knots_per_w, knots_per_efold) = if wanted > 0.0 {
-                let scale = intervals as f64 / wanted;
+            let (knots_per_w, knots_per_efold) = if needed_intervals > 0.0 {
+                let scale = intervals as f64 / needed_intervals;
                 (scale * per_w, scale * per_efold)
             } else {
                 (intervals as f64 / w_max, 0.0)

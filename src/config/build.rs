@@ -124,7 +124,8 @@ impl SurfaceConfig {
     /// A relief magnified by the index of the cover or the body, from which scalar tables are built.
     pub fn inside(&self, field: HeightField) -> HeightField {
         match (self.magnification(), self.body()) {
-            // The relief of a body of index 1 does nothing, so it is flattened.
+            // The arguments of `resized` are factors on the pattern's size and on the heights. The relief of a body of
+            // index 1 does nothing, so it is flattened.
             (1.0, Some(_)) => field.resized(1.0, 0.0),
             (1.0, None) => field,
             (factor, _) => field.resized(factor, factor),
@@ -160,6 +161,7 @@ impl SurfaceConfig {
     /// [`SurfaceConfig::options`] with `index` in place of the configuration's; `None` reflects everything.
     pub fn options_for(&self, index: Option<&SpectralIndex>) -> Options {
         let obliquity = match self.body() {
+            // No other factor describes transmitted light.
             Some(_) => Obliquity::SmallSlope,
             None => self.obliquity.resolved(index),
         };
@@ -172,6 +174,7 @@ impl SurfaceConfig {
             index: self.relative(index.filter(|_| obliquity == Obliquity::SmallSlope)),
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,
+            // The cover reflects light totally beyond this direction cosine.
             reach: 1.0 / self.cover_eta.unwrap_or(1.0),
             sizes: self.sizes,
             body: self.body(),
@@ -249,12 +252,13 @@ impl SurfaceConfig {
     /// The profile, magnified by `factor`.
     fn magnified_profile(&self, factor: f64) -> Result<Profile, BuildError> {
         self.validate()?;
-        // Presets of gratings have an exact profile, whose shape these levels keep.
+        // Presets of gratings have an exact profile, whose shape these levels keep. `scale` and `depth` are applied
+        // here; the height field below has them applied.
         if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
-            if let Some((period, height)) = preset.defaults_um() {
-                let [period, height] = [self.period.unwrap_or(period), self.height.unwrap_or(height)];
-                let (period, height) = (period * self.scale * factor, height * self.depth * factor);
-                if let Some(profile) = preset_profile(preset, Some(period), Some(height))? {
+            if let Some((default_period_um, default_height_um)) = preset.defaults_um() {
+                let period_um = self.period.unwrap_or(default_period_um) * self.scale * factor;
+                let height_um = self.height.unwrap_or(default_height_um) * self.depth * factor;
+                if let Some(profile) = preset_profile(preset, Some(period_um), Some(height_um))? {
                     return Ok(profile);
                 }
             }

@@ -84,8 +84,9 @@ impl BuiltSurface {
         }
     }
 
-    /// The pair of directions by which the tables are read, inside the cover if there is one, with the factors from
-    /// inside to outside ([`Inside`]). `None` where the surface scatters nothing.
+    /// The pair of directions by which the tables are read, inside the cover if there is one. [`Inside`] also has the
+    /// factors from inside to outside: `factor` on the BSDF, `density` on the density of samples. `None` where the
+    /// surface scatters nothing.
     fn inside(&self, wi: Vec3, wo: Vec3) -> Option<Inside> {
         if self.transmits() { Some(Inside::bare(wi, wo)) } else { Inside::new(self.cover, wi, wo) }
     }
@@ -134,7 +135,7 @@ impl BuiltSurface {
     /// `None` without a wavelength, where the cover reflects the drawn direction totally, and on a surface that only
     /// reflects, where `wi` or the drawn direction lies below the horizon.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
-        // The outgoing direction does not matter here; the normal lies above every surface.
+        // Only the incident direction is needed. The outgoing one may be any above the surface, such as the normal.
         let wi = self.inside(wi, [0.0, 0.0, 1.0])?.wi;
         let wo = match &self.tables {
             Tables::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),

@@ -57,7 +57,7 @@ pub enum Accepted {
     RelativeSize,
     /// The edge of a sub-region of a skin in µm, [`REGION_SIZE_UM`].
     RegionSize,
-    /// The relative spread of the period between sub-regions, [`REGION_SPREAD`].
+    /// The relative deviation of the spatial frequency in sub-regions, [`REGION_SPREAD`].
     RegionSpread,
 }
 

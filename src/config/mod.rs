@@ -118,8 +118,8 @@ pub struct SurfaceConfig {
     /// Heights relative to the relief given (default: 1).
     #[serde(skip_serializing_if = "is_one")]
     pub depth: f64,
-    /// Sizes relative to the relief of `scale` and `depth` at which a shared scalar surface is evaluated (default:
-    /// none). Renderers set it for textures of sizes; it is no parameter of files.
+    /// Range of sizes at which a scalar surface is evaluated, relative to the relief resized by `scale` and `depth`
+    /// (default: none, at this relief's own size). Renderers set it for textures of sizes; files cannot give it.
     #[serde(skip)]
     pub sizes: Option<SizeRange>,
     /// Theory of diffraction (default: `scalar`).
@@ -207,7 +207,7 @@ impl Default for SurfaceConfig {
     }
 }
 
-/// The error that `parameter` contradicts `other`, with advice for the user.
+/// Always fails, with the error that `parameter` contradicts `other`, and advice for the user.
 fn contradiction(parameter: &'static str, other: impl Into<String>, advice: &'static str) -> Result<(), ConfigError> {
     Err(ConfigError::Contradiction { parameter, other: other.into(), advice })
 }
@@ -275,7 +275,8 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::validate`].
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
-        // The array replaces the default preset, whose relief the rigorous theory refuses.
+        // Without a source the default preset would be validated, whose relief the rigorous theory refuses. A flat one
+        // passes in its place.
         let is_grating = self.theory == Theory::Rigorous && self.filename.is_none();
         let preset = self.preset.or(is_grating.then_some(Preset::Flat));
         Self { fill: None, preset, ..self.clone() }.validate()
@@ -348,6 +349,7 @@ impl SurfaceConfig {
                 (Some(_), Source::File(_)) => {
                     return contradiction(parameter, "\"filename\"", "it shapes presets only");
                 }
+                // Presets without default lengths take none.
                 (Some(_), Source::Preset(preset)) if preset.defaults_um().is_none() => {
                     let other = format!("preset {:?}", preset.name());
                     let advice = "it needs preset \"blazed\", \"sinusoidal\" or \"lamellar\"";
@@ -368,7 +370,8 @@ impl SurfaceConfig {
         refuse_contradictions("the absence of \"filename\"", &of_files)
     }
 
-    /// Refuses sub-regions of a relief that is no skin, and one of their two parameters without the other.
+    /// Refuses sub-regions of a relief that is no skin, `elaphe` or `xenopeltis`, and one of the two parameters without
+    /// the other.
     fn validate_regions(&self) -> Result<(), ConfigError> {
         // The parameter that messages name, and the one that is missing beside it.
         let (parameter, missing) = match (self.region_size, self.region_spread) {

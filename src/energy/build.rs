@@ -8,6 +8,8 @@
 //! t(wi)      least t ≥ 1 with ∫ f min(1, t/b(wo)) cosθo dωo ≤ t: the smallest divisor that the bound b allows
 //! ```
 //!
+//! - A *node* is a corner of the grid's cells in one group. *Quadrature nodes* of an integral, and *narrow nodes*, the
+//!   orders of the spectral table, always have their full names.
 //! - The *excess* of an albedo or a divisor is its difference from one, such as `A − 1`.
 //! - A *ridge* is a narrow maximum of `t` along the incidences from which an order leaves along the surface
 //!   ([`Ridge`]).
@@ -17,6 +19,9 @@
 //! - A position among groups, `group_at`, is 0 at the first group and may lie between two groups.
 //! - A *gap* is the interval between two neighbouring groups.
 //! - The *coarse* grid and the coarse groups are every other ([`COARSE_STRIDE`]) of the table's.
+//! - The *deficit* of a cell is the largest amount by which `t` exceeds the table, linear between nodes, at the cell's
+//!   check points.
+//! - A relief is *deep* if its phase changes so much across a cell that `t` fluctuates there ([`DEEP_RIDGE_PHASE`]).
 
 use super::grid::{Grid, place};
 use super::integral::AlbedoIntegral;
@@ -33,9 +38,9 @@ use std::f64::consts::PI;
 struct Resolution {
     /// Largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]).
     quadrature_nodes_max: usize,
-    /// Cells along each side of the grid.
+    /// Number of cells along each side of the grid.
     cells: u32,
-    /// Planes of wavelength.
+    /// Number of planes of wavelength.
     planes: u32,
 }
 
@@ -59,7 +64,8 @@ const MARGIN: f64 = 0.007;
 /// Number of cells along each side at which tables with ridges get the margin [`MARGIN`]. With fewer cells the margin
 /// grows in inverse proportion to their number.
 const MARGIN_CELLS: f64 = 48.0;
-/// Excess of the divisor from which it gets the whole margin. Smaller excesses get a proportional part.
+/// Excess of the divisor from which it gets the whole [`MARGIN`]. Smaller excesses get a proportional part, so that the
+/// margin does not begin with a step.
 const MARGIN_FROM: f64 = 0.05;
 /// Relative increase of the excess at the rim of the grid, falling by a factor e² per cell: `(A − 1)·cos²θ` is concave
 /// in the outermost cells, so linear interpolation lies below it. Hardly any power leaves there, so a large value costs
@@ -83,7 +89,8 @@ const BOX_CELLS: f64 = 0.7;
 const BOX_GROUPS: f64 = 0.6;
 
 /// Largest change of cosθ across a cell, times the number of cells along a side: `16/(3√3)`, rounded up. At the radius
-/// r, `cosθ = (1 − r²)²` is steepest at `r² = 1/3`, and the sides of all cells sum to 2.
+/// r, `cosθ = (1 − r²)²` is steepest at `r² = 1/3`, with the slope `8/(3√3)`. A cell's side is 2 over the number of
+/// cells.
 const CELL_COSINE: f64 = 3.08;
 /// Largest number of nodes beyond a cell's corners, along each axis, that are raised with the corners. The number is
 /// one for each half turn by which the *relief phase* changes across a cell: the phase between the relief's lowest and
@@ -134,10 +141,13 @@ pub(super) struct Builder<'a, const K: usize> {
 
 /// Number of cells along each side of a surface's table, and number of its planes of wavelength.
 pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
-    let nodes = integral.typical_nodes();
+    let quadrature_nodes = integral.typical_nodes();
+    // The last resolution has no limit, so `coarsest` only replaces a panic.
     let [.., coarsest] = RESOLUTIONS;
-    let Resolution { cells, planes, .. } =
-        RESOLUTIONS.into_iter().find(|resolution| nodes <= resolution.quadrature_nodes_max).unwrap_or(coarsest);
+    let Resolution { cells, planes, .. } = RESOLUTIONS
+        .into_iter()
+        .find(|resolution| quadrature_nodes <= resolution.quadrature_nodes_max)
+        .unwrap_or(coarsest);
     (if integral.has_ridges() { Ord::max(cells, RIDGE_CELLS_MIN) } else { cells }, planes)
 }
 
@@ -163,6 +173,7 @@ impl<'a, const K: usize> Builder<'a, K> {
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
         let coarse_grid = Grid { cells: grid.cells / COARSE_STRIDE as u32 };
         let coarse_groups = self.groups / COARSE_STRIDE + 1;
+        // Coarse nodes are integrated twice, for a and for t. The table's nodes and the cells follow.
         let cells = self.gaps() * self.integrated_rows(grid) * grid.cells as usize;
         let steps = progress.of_steps(
             2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
@@ -173,7 +184,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         }
         let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
         let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
-        // t bounds the albedo only if A ≥ b everywhere.
+        // t bounds the albedo only if A ≥ b everywhere. `least` has b, the coarse table, at the table's nodes.
         for (values, least) in nodes.values.iter_mut().zip(coarse.refined(grid, self.groups)) {
             values.iter_mut().zip(least).for_each(|(value, least)| *value = value.max(least));
         }
@@ -196,9 +207,11 @@ impl<'a, const K: usize> Builder<'a, K> {
         (self.groups - 1).max(1)
     }
 
-    /// Nodes of every `stride`-th group on a grid. They hold `a` if `b` is `None`, else `t` with the coarse nodes `b`
-    /// as known divisors. A stride of 1 means the table's own grid, whose nodes also count orders moved onto their
-    /// ridges.
+    /// Nodes of every `stride`-th group on a grid, with the margin and the increases of [`Builder::tabulated`].
+    ///
+    /// - Without `b` they hold the divisor `max(1, a)`, else `t` with the coarse nodes `b` as known divisors.
+    /// - A stride of 1 means the table's own grid. Its nodes get the largest `t` of several: with the orders in place,
+    ///   and with the orders moved onto each ridge.
     fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<&Nodes<K>>, steps: &Steps) -> Nodes<K> {
         let integrated = self.integrated_nodes(grid);
         let groups = (self.groups - 1) / stride + 1;
@@ -220,14 +233,15 @@ impl<'a, const K: usize> Builder<'a, K> {
                     t = std::array::from_fn(|k| t[k].max(on_ridge[k]));
                 }
             }
-            self.tabulated(t, true, wi, radius, grid).map(|value| value as f32)
+            let is_node = true;
+            self.tabulated(t, is_node, wi, radius, grid).map(|value| value as f32)
         };
         let found: Vec<[f32; K]> = (0..groups * integrated).into_par_iter().map(integrate).collect();
         // With mirror symmetry only the rows up to the middle are integrated; the others copy them.
         let values = (0..groups * grid.in_plane()).map(|i| {
-            let (group, node) = (i / grid.in_plane(), i % grid.in_plane());
+            let (group_index, node) = (i / grid.in_plane(), i % grid.in_plane());
             let node = if self.is_mirrored { node.min(grid.mirrored(node)) } else { node };
-            found[group * integrated + node]
+            found[group_index * integrated + node]
         });
         Nodes { grid, values: values.collect() }
     }
@@ -237,8 +251,7 @@ impl<'a, const K: usize> Builder<'a, K> {
     ///
     /// - Cells are checked in their centre, unless nothing is divided at any corner.
     /// - Cells on the horizon are also checked close to it ([`Grid::on_rim`]).
-    /// - `t` of deep reliefs fluctuates within a cell. All their cells are checked, at several points, and nodes
-    ///   further off are raised as well.
+    /// - All cells of deep reliefs are checked, at several points, and nodes further off are raised as well.
     fn raise_cells(&self, nodes: &mut Nodes<K>, b: &Nodes<K>, steps: &Steps) {
         let grid = nodes.grid;
         let (cells, rows) = (grid.cells as usize, self.integrated_rows(grid));
@@ -310,9 +323,11 @@ impl<'a, const K: usize> Builder<'a, K> {
                 (0..K).for_each(|k| found[k] += weight * f64::from(table.values[node][k]));
             }
             let group_at = if self.groups > 1 { gap as f64 + point[2] } else { 0.0 };
+            // Orders stay in place: only nodes stand for a box of incidences.
             let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
-            let wanted = self.tabulated(t, false, wi, radius, grid);
-            deficit = std::array::from_fn(|k| deficit[k].max((wanted[k] - found[k]) as f32));
+            let is_node = false;
+            let needed = self.tabulated(t, is_node, wi, radius, grid);
+            deficit = std::array::from_fn(|k| deficit[k].max((needed[k] - found[k]) as f32));
         }
         deficit
     }
@@ -328,6 +343,8 @@ impl<'a, const K: usize> Builder<'a, K> {
 
     /// Upper bound of `t` in each plane of the group at `group_at`, with the coarse nodes `b` as known divisors;
     /// without `b`, `max(1, a)`. With a `ridge`, narrow orders near the horizon are moved onto it.
+    ///
+    /// Quadrature nodes are computed four at once, one in each lane; `Lanes::total` sums the lanes.
     fn divisor(
         &self,
         wi: Vec3,
@@ -336,7 +353,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         b: Option<&Nodes<K>>,
         ridge: Option<Ridge>,
     ) -> [f64; K] {
-        // Directions wo, each with its part of the integral a in every plane.
+        // Sets of four directions wo, with their parts of the integral a in every plane.
         let mut parts = Vec::new();
         let mut albedo = [Real4::lit(0.0); K];
         for (nm, weights) in &group.wavelengths {
@@ -348,7 +365,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         }
         let mut t = albedo.map(|albedo| Lanes::total(albedo).max(1.0));
         let Some(b) = b.filter(|_| t.iter().any(|t| *t > 1.0 + NEGLIGIBLE)) else { return t };
-        // Parts, and parts over b.
+        // Parts of a, and these parts divided by b(wo) = 1 + excess.
         let divided: Vec<_> = parts
             .into_iter()
             .map(|(wo, part)| {
@@ -357,12 +374,13 @@ impl<'a, const K: usize> Builder<'a, K> {
             })
             .collect();
         for _ in 0..ITERATIONS {
-            // Replaces t by I(t), the integral in its definition. I does not decrease with t, so from I(t) ≤ t follows
-            // I(I(t)) ≤ I(t): the new t also fulfils the definition's condition.
+            // Replaces t by I(t), the integral in its definition. The first t, max(1, a), fulfils the condition
+            // I(t) ≤ t. I does not decrease with t, so I(I(t)) ≤ I(t) follows: the new t fulfils it, too.
             t = std::array::from_fn(|k| {
                 let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
                 let sum = divided.iter().fold(zero, |sum, (part, divided)| {
-                    // part·min(1, t/b). Parts of a band may be negative.
+                    // part·min(1, t/b): the smaller of `part` and `scaled`, or the larger of two negative ones. Parts
+                    // of a band may be negative.
                     let (part, scaled) = (part[k], t * divided[k]);
                     sum + Number::select(zero.lt(part), Number::min(part, scaled), Number::max(part, scaled))
                 });
@@ -375,7 +393,7 @@ impl<'a, const K: usize> Builder<'a, K> {
     /// Tabulated value `(A − 1)·cos²θ` that `t` requires in a direction wi at `radius` of the grid. The excess is
     /// increased towards the horizon; at nodes the margin is added.
     fn tabulated(&self, t: [f64; K], is_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
-        // Unlike `AlbedoIntegral::has_ridges`, includes tables of many narrow nodes, whose ridges are low.
+        // Unlike `AlbedoIntegral::has_ridges`, includes spectral tables of many narrow nodes, whose ridges are low.
         let any_ridges = !self.ridge_cosines.is_empty();
         let margin = match is_node {
             true if any_ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
@@ -397,8 +415,8 @@ impl<'a, const K: usize> Builder<'a, K> {
     }
 }
 
-/// Half-sides of the box of a node at `position` in the grid ([`Ridge::half_sides`]): half of the difference between
-/// the directions at both ends of the box along each axis.
+/// Half-sides of the box of a node at `position` in the grid, `[grid axis][x, y]` in direction cosines
+/// ([`Ridge::half_sides`]): half of the difference between the directions at both ends of the box along each axis.
 fn box_half_sides(grid: Grid, position: [f64; 2]) -> [[f64; 2]; 2] {
     [0, 1].map(|axis: usize| {
         let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {

@@ -25,17 +25,19 @@ const WAVELENGTHS_OF_RIDGES: usize = 32;
 /// [`AlbedoTable`](super::AlbedoTable), since integration over a band smooths the albedo. More cells take more memory;
 /// fewer leave larger albedos between nodes.
 const CELLS: u32 = 16;
-/// Number of cells along each side of the grid where the albedo has ridges.
+/// Number of cells along each side of the grid where the albedo has ridges, which are narrower than a cell of
+/// [`CELLS`]. Larger and smaller values act as those of [`CELLS`].
 const CELLS_OF_RIDGES: u32 = 32;
-/// Number of [`BAND_NODES_NM`]. An evaluation with four would take 10 % longer.
+/// Number of [`BAND_NODES_NM`]. An evaluation with four would take 10 % longer; fewer follow the albedo less closely.
 pub(crate) const BAND_NODES: usize = 3;
-/// Wavelengths in nm at which an albedo by wavelength is read for the bands, near the peaks of blue, green and red.
+/// Wavelengths in nm at which an [`AlbedoTable`](super::AlbedoTable) is read for the bands, near the peaks of blue,
+/// green and red. Such a table replaces that of this file for surfaces of several sizes and for transparent bodies.
 pub(crate) const BAND_NODES_NM: [f64; BAND_NODES] = [460.0, 540.0, 620.0];
 /// Weights `[band][node]` of [`BAND_NODES_NM`] in the mean over a band, exact for an albedo that is linear between the
 /// nodes and constant beyond them. Derived from [`WavelengthWeights`]; a test recomputes them.
 pub(crate) const BAND_NODE_WEIGHTS: [[f64; BAND_NODES]; BANDS] =
     [[-0.0940, -0.0078, 1.1019], [0.0823, 0.8087, 0.1090], [1.0350, 0.0006, -0.0355]];
-/// Words of a cell: two for each band, and two of padding.
+/// Number of words of a cell: two for each band, and two of padding, since words are read in packets of four.
 const WORDS: usize = 8;
 
 /// Table of the divisor A over directions, in linear sRGB under D65 with the weights of [`WavelengthWeights`].
@@ -58,15 +60,18 @@ pub struct ColourAlbedoTable {
 impl ColourAlbedoTable {
     /// Builds the table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
+        // `None` for a table of amplitudes.
         let integral = AlbedoIntegral::fast(table, options)?;
         let (cells, wavelengths) = match integral.has_ridges() {
             true => (CELLS_OF_RIDGES, WAVELENGTHS_OF_RIDGES),
             false => (CELLS, WAVELENGTHS),
         };
+        // Bands have no place on the axis of wavelength, whose fields are 0.
         let layout =
             AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None };
         let grid = Grid { cells };
-        // A group is a set of values that are integrated over one set of wavelengths. The bands share theirs.
+        // A group is a set of values that are integrated over one set of wavelengths. The bands share theirs, so there
+        // is one group, and its position, the argument, does not matter.
         let group = |_| bands(wavelengths);
         let nodes = Builder::new(&integral, 1, &group).build(grid, progress);
         let cells = cells as usize;
@@ -74,6 +79,7 @@ impl ColourAlbedoTable {
             // Bits of a node of cell i, `dx` and `dy` steps from its first corner.
             let corner = |band: usize, dx: usize, dy: usize| match &nodes {
                 Some(nodes) => bf16_above(nodes.values[(i / cells + dy) * grid.side() + i % cells + dx][band]),
+                // Nothing is divided.
                 None => 0,
             };
             std::array::from_fn::<u32, WORDS, _>(|w| match w / 2 {
@@ -147,7 +153,7 @@ impl<N: Numbers> ColourAlbedoView<N> {
         std::array::from_fn(|band| N::Real::lit(1.0) / (N::Real::lit(1.0) + i[band].max(o[band])))
     }
 
-    /// `max(1, A) − 1` of red, green and blue at a place; zero unless `active`.
+    /// `max(1, A) − 1` of red, green and blue at a place; zero unless `active`. The table holds no negative value.
     #[inline(always)]
     fn excess(&self, place: &GridPlace<N>, active: N::Mask) -> [N::Real; BANDS] {
         // A cell has two packets of four words. In names, near and far are the rows y and y + 1.

@@ -8,8 +8,8 @@
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
-/// cosθ at which nodes on the rim and beyond it are evaluated. At cosθ = 0 the albedo may be infinite. It is small
-/// against 0.007, the cosine one cell inside the rim of the finest grid (48 cells).
+/// cosθ at which nodes on the rim and beyond it are evaluated. At cosθ = 0 the albedo may be infinite. The value is
+/// small against 0.007, the cosine one cell inside the rim of the finest grid (48 cells).
 const RIM_COSINE: f64 = 1e-4;
 
 /// Values of cosθ at which cells on the horizon are checked: 89.94° and 89.83°. The albedo of wide orders has a pole at
@@ -33,6 +33,7 @@ pub(crate) struct GridPlace<N: Numbers> {
 #[inline(always)]
 pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> GridPlace<N> {
     let lit = |value: f64| N::Real::lit(value);
+    // `[x, y]·scale` are the X and Y of the module, from −1 to 1.
     let cos = w[2].clip(lit(COSINE_MIN), lit(1.0));
     let scale = lit(1.0) / ((lit(1.0) + cos.sqrt()) * (lit(1.0) + cos)).sqrt();
     let side = f64::from(cells);
@@ -93,10 +94,11 @@ impl Grid {
     /// centre of the disc through the cell's centre, at [`RIM_COSINES`]; points outside the cell are left out.
     pub(super) fn on_rim(self, cell: [usize; 2]) -> impl Iterator<Item = [f64; 2]> {
         let half = 0.5 * f64::from(self.cells);
+        // Centre of the cell, in cells from the centre of the disc. The number of cells is even, so it is not (0, 0).
         let centre = cell.map(|at| at as f64 + 0.5 - half);
         let length = centre[0].hypot(centre[1]);
         RIM_COSINES.into_iter().filter_map(move |cos| {
-            // In cells.
+            // Radius √(1 − √cosθ), in cells.
             let radius = half * (1.0 - cos.sqrt()).sqrt();
             let point = [0, 1].map(|axis| centre[axis] * radius / length + half - cell[axis] as f64);
             point.iter().all(|at| (0.0..=1.0).contains(at)).then_some(point)

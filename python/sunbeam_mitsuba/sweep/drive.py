@@ -1,7 +1,8 @@
 """Submits cases to the workers in batches, a few at a time, and collects the results.
 
-A batch is a Dask task: a call of work.run_batch with some cases. The number of cases follows from their measured
-duration, so that a batch takes about BATCH_SECONDS and the overhead of a task is small.
+A *case* is a surface under a setting, a row of the table. A *batch* is a Dask task: a call of work.run_batch with some
+cases. The number of cases follows from their measured duration, so that a batch takes about BATCH_SECONDS and the
+overhead of a task is small.
 
 A worker can die, most often for lack of memory, and Dask then repeats its batch on another worker. After KILLS deaths
 Dask gives the batch up with a KilledWorker error. Then:

@@ -1,4 +1,4 @@
-"""Progress of a sweep: a bar on a terminal, lines elsewhere."""
+"""Progress of a sweep in cases, the rows of its table: a bar on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-# Seconds before a terminal's bar appears; shorter sweeps show none.
+# Seconds before a terminal's bar appears; shorter sweeps show none. Larger values hide the bar of more sweeps.
 _BAR_DELAY_SECONDS = 2.0
-# Seconds before the first line, and between lines, where stderr is no terminal.
+# Seconds before the first line, and between lines, where stderr is no terminal. Smaller values make longer logs.
 _LINE_SECONDS = 30.0
 
 

@@ -139,7 +139,8 @@ def mitsuba() -> Any:
 def _interactions(wi: list[float], chosen_nm: list[float], count: int) -> Any:
     """``count`` equal interactions of Mitsuba, lit from ``wi``, with _WAVELENGTHS_PER_CALL wavelengths in nm.
 
-    ``chosen_nm`` has at least one of them; missing ones repeat the last, and callers drop their results.
+    ``chosen_nm`` has at least one wavelength. If it has fewer than _WAVELENGTHS_PER_CALL, the last is repeated, and
+    callers drop the results of the repetitions.
     """
     import drjit as dr
 

@@ -1,7 +1,8 @@
 """Runs a sweep from its specification to its table.
 
-Results of earlier runs stay in the folder, so a run computes only the cases without a valid result. The workers write
-results, and this process (the driver) reads them back for the table, the sheet and the summary.
+A *case* is a surface under a setting, a row of the table. Results of earlier runs stay in the folder, so a run computes
+only the cases without a valid result. The workers write results, and this process (the driver) reads them back
+for the table, the sheet and the summary.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """The output folder of a sweep: results are written atomically, and a lock admits one sweep at a time.
 
-The *driver* is the process that runs the sweep and holds the lock; its *workers* compute cases and write results.
+A *case* is a surface under a setting, a row of the table. The *driver* is the process that runs the sweep and holds
+the lock; its *workers* compute cases and write results.
 
 ``results/`` has a JSON file for each case, its record (work.record_of), and ``pictures/`` its pictures. Files are in
 subfolders named by the first two digits of the case's identity, since folders with 10⁵ files are slow.

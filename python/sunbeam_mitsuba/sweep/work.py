@@ -87,7 +87,7 @@ class _CaseQuestion(Question):
 
 # A process has one variant of Mitsuba at a time, so the threads of a worker take turns.
 _mitsuba_lock = threading.Lock()
-# Surfaces kept between cases. `run_batch` sets their memory limit to the worker's.
+# Surfaces kept between cases, at first without a memory limit (0). `run_batch` sets the worker's.
 _held = HeldSurfaces(0.0)
 
 

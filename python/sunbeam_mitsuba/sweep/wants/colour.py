@@ -163,6 +163,7 @@ class Colour(Want):
         A spectrum is the BSDF's mean over the width of the detector in 1/sr. Raises :class:`WantError` where a value is
         not finite.
         """
+        # Adjacent views, each as wide as the detector. A gamut with an area needs at least three.
         count = max(3, round(2 * _VIEW_MAX_DEG / self.detector_deg))
         # Angles of the directions in radians, the centres of equal parts.
         edges = np.linspace(-_VIEW_MAX_DEG, _VIEW_MAX_DEG, count * _DIRECTIONS_PER_VIEW + 1)

@@ -1,4 +1,7 @@
-"""Exposure of a picture, and the figures that the wants ``map`` and ``render`` have in common (want.py)."""
+"""Exposure of a picture, and the figures that the wants ``map`` and ``render`` have in common.
+
+A *want* is a group of figures of a sweep (want.py).
+"""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ class Render(Want):
         folders_before = [str(folder) for folder in resolver]
         text = self._scene_with(question)
         given = dict(self.parameters)
-        # Only angles that the scene names.
+        # Mitsuba refuses values for names that the scene does not have, so only its own angles are given.
         for name in LIGHT:
             if f"${name}" in text:
                 given[name] = repr(getattr(question, name))
