@@ -209,6 +209,7 @@ impl<N: Numbers> AlbedoView<N> {
         let AlbedoLayout { cells, planes, sizes, .. } = self.layout;
         let in_side = sizes.map_or(1, |sizes| sizes.slabs) * (planes - 1) * cells * cells;
         let place = self.place(w);
+        // Packets of the first side, which are skipped for directions below.
         let first = N::Index::select(is_below, N::Index::lit(in_side), N::Index::lit(0));
         GridPlace { cell: place.cell + first, ..place }
     }
