@@ -4,9 +4,14 @@
 //! the two directions: `O·M`, or `Q·M` with the small slope. O is the obliquity factor, Q the small-slope factor and M
 //! the V-cavity factor of shadowing (docs/model.md#the-reflectance).
 //!
-//! The table's nodes carry Gaussians, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]). Narrow nodes
-//! are integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is
-//! integrated over the hemisphere (`quadrature.rs`). *Ridges* of the albedo are defined at [`Ridge`].
+//! The table's nodes carry Gaussians over frequency, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]).
+//! A node's *record* in the table gives its power `P(κ)` at the phase rate κ. Narrow nodes are integrated one by one,
+//! or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes, the power spectrum `S(f; κ)`, is
+//! integrated over the hemisphere (`quadrature.rs`).
+//!
+//! A *ridge* is a narrow maximum of the albedo along the incidences from which an order leaves along the surface.
+//! Tables of the albedo treat such an order as if it left slightly above the surface, at one of a few cosines
+//! ([`Ridge`]).
 //!
 //! For a relief with its pattern s times as wide and its heights d times as large as the table's, frequencies follow
 //! from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass are λ'.
@@ -63,7 +68,8 @@ pub(crate) struct AlbedoIntegral<'a> {
 
 /// Form in which the power of a table is integrated.
 enum Power<'a> {
-    /// Narrow nodes, or merged squares of them. `exact_cut` is that of [`Incidence`].
+    /// Narrow nodes, or merged squares of them. With `exact_cut`, Gaussians that extend beyond the frequencies that the
+    /// pixels resolve are integrated exactly up to them.
     Gaussians { gaussians: Vec<NodeGaussian<'a>>, exact_cut: bool },
     /// Wide nodes, read from the table.
     Table,
@@ -139,7 +145,8 @@ impl<'a> AlbedoIntegral<'a> {
     /// Quadrature nodes of an incidence at a wavelength, in no particular order.
     fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
         let lattice = self.table.lattice();
-        // Outgoing direction cosines up to the cutoff: |wi + wo|/λ ≤ cutoff/period along each axis.
+        // Outgoing direction cosines up to the cutoff, the largest order that the pixels resolve: |wi + wo|/λ ≤
+        // cutoff/period along each axis.
         let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
             [-reach - cosine, reach - cosine]

@@ -3,9 +3,10 @@
 //! One divisor serves reflection and transmission, `max(1, A(wi), A(wo))`, each direction on its own side of the
 //! relief. So energy is conserved and reciprocity kept. Light that a film traps counts as transmitted.
 //!
-//! The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos have no poles there, and A
-//! is the albedo itself. Each node of the spectral table counts at its own frequency, or at three frequencies along an
-//! axis on which it is wide.
+//! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the nodes m of the spectral table and over both sides of wo_m.
+//! P_m is a node's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos have
+//! no poles there, and A is the larger of a and 1, with a margin. Each node counts at its own frequency, or at three
+//! frequencies along an axis on which it is wide.
 //!
 //! Symbols: w is the normal component of the scattering vector, n the index of the medium. Wave vectors "over n" are in
 //! units of the wave number in the medium. λ' and λ" are the wavelengths by which frequencies and the phase rate κ
@@ -203,6 +204,7 @@ impl<'a> BodyIntegral<'a> {
                 let pair = self.body.pair(&incident, &self.body.wave::<Lanes>(wo));
                 let kappa = pair.normal() * lit(TAU * 1e3 / depth_nm);
                 let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).gaussian.record);
+                // `pair.power()` is F.
                 let scattered = power.max(lit(0.0)) * pair.power() * fraction;
                 albedo += Real4::select(lit(0.0).lt(cos_squared), scattered, lit(0.0));
             }

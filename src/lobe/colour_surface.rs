@@ -298,7 +298,8 @@ impl Albedos {
 
 /// Builds the sampler. Directions are sampled in proportion to R0·F, the table's colour times the reference's
 /// reflectance. Stam's obliquity factor is `(q²/w)²`, with the scattering vector q, times a factor of the two cosines.
-/// The sampler's weights include `(q²/w)²` (src/sampling/colour.rs).
+/// The sampler's weights include `(q²/w)²` (src/sampling/colour.rs). Samplers replace the small-slope factor by that of
+/// Stam or by 1 ([`Options::sampling_obliquity`]).
 fn build_sampler(table: &ColourTable, options: &Options, reference: Option<ComplexIndex>) -> ColourSampler {
     let view = table.view::<f32>();
     let is_stam = options.sampling_obliquity() == Obliquity::Stam;

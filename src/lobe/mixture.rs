@@ -43,6 +43,7 @@ pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     let choice = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
     let fraction = choice - choice.floor().min(lit(L as f64 - 1.0));
     let drawn = draw(choice, [fraction, u[1], u[2]], active & !is_uniform);
+    // The corners of the square of random numbers give no direction.
     let (uniform, is_direction) = square_to_hemisphere::<N>([u[1], u[2]]);
     let zero = lit(0.0);
     array::from_fn(|c| {
