@@ -327,6 +327,7 @@ impl Cell {
                         sum += u32::from(units);
                         halves.push(units);
                     }
+                    // The sum of the row, clipped to 16 bits.
                     halves.push(sum.min(u16::MAX.into()) as u16);
                 }
             }

@@ -283,7 +283,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
     }
 
     /// Density of `draw` in 1/sr, twice as large at a body that transmits:
-    /// `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the [`PROPOSED`] Gaussians over
+    /// `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the `PROPOSED` Gaussians over
     /// ν. ν² is the Jacobian from frequencies to direction cosines, and wo.z that to solid angles.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {

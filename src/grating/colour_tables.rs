@@ -144,6 +144,7 @@ impl ColourTables {
     /// Entry of an order in a row of order weights, on the side below the relief where the mask is true.
     #[inline(always)]
     pub(super) fn row_entry<N: Numbers>(&self, order: N::Real, is_below: N::Mask) -> N::Index {
+        // The bound keeps the argument of `index` in its range.
         let entry = N::index((order + N::Real::lit(f64::from(self.orders))).max(N::Real::lit(0.0)));
         if self.sides == 1 {
             return entry;
@@ -160,6 +161,7 @@ impl ColourTables {
         }
         let above = N::Index::lit(self.orders_on_side());
         let is_below = above.le(entry);
+        // The smaller of `above` and the entry avoids a negative difference where it is not selected.
         (N::real(N::Index::select(is_below, entry - above.min(entry), entry)) - most, is_below)
     }
 
@@ -168,6 +170,7 @@ impl ColourTables {
     #[inline(always)]
     pub(super) fn order_weights_row<N: Numbers>(&self, wi: [N::Real; 3], is_below: N::Mask) -> N::Index {
         let real = N::Real::lit;
+        // 1e-12 avoids a division by 0 for directions along the grooves.
         let projected_length = (real(1.0) - wi[1] * wi[1]).max(real(1e-12)).sqrt();
         let bin = |coordinate: N::Real, count: u32| {
             N::index(coordinate.clip(real(0.0), real(BELOW_ONE)) * real(f64::from(count)))

@@ -41,6 +41,7 @@ pub(super) fn sufficient_resolution(
     profile: &Profile,
     index: Option<&SpectralIndex>,
 ) -> Result<Resolution, GratingError> {
+    // The smallest values, which every wavelength may raise.
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
         let medium = medium_at(index, nm)?;
