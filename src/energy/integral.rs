@@ -13,9 +13,9 @@
 //! Tables of the albedo treat such an order as if it left slightly above the surface, at one of a few cosines
 //! ([`Ridge`]).
 //!
-//! For a relief with its pattern s times as wide and its heights d times as large as the table's, frequencies follow
-//! from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass are λ'.
-//! Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
+//! A resized relief has its pattern s times as wide and its heights d times as large as the table's. Frequencies then
+//! follow from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass
+//! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;

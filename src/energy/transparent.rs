@@ -5,7 +5,7 @@
 //!
 //! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the nodes m of the spectral table and over both sides of wo_m.
 //! P_m is a node's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos have
-//! no poles there, and A is the larger of a and 1, with a margin. Each node counts at its own frequency, or at three
+//! no poles there. A is the larger of a and 1, with a margin. Each node counts at its own frequency, or at three
 //! frequencies along an axis on which it is wide.
 //!
 //! Symbols: w is the normal component of the scattering vector, n the index of the medium. Wave vectors "over n" are in

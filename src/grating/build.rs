@@ -1,10 +1,11 @@
 //! Build of the table of efficiencies of a reflector or film from solved points (symbols: `mod.rs`).
 //!
 //! A cell s has the incident waves at which s + 1 orders propagate. (p, q) is a wave's position in its cell, each from
-//! 0 to 1. It gives a *point* (t, b): the bound t of the propagating orders' wave numbers along x, and their Bloch
-//! phase b, in units of 2π over the period. Each cell is solved at Chebyshev nodes and resampled to the table's nodes.
-//! The number of Chebyshev nodes grows until the efficiencies' highest Chebyshev terms are small. Half of the nodes
-//! follow by reciprocity: on the reversed path, p and q are exchanged, and order numbers count from the other side.
+//! 0 to 1. It gives a *point* (t, b): t is the bound of the propagating orders' wave numbers along x, and b their Bloch
+//! phase, both in units of 2π over the period. Each cell is solved at Chebyshev nodes and resampled to the table's
+//! nodes. The number of Chebyshev nodes grows until the efficiencies' highest Chebyshev terms are small. Half of the
+//! nodes follow by reciprocity: on the reversed path, p and q are exchanged, and order numbers count from the other
+//! side.
 
 use super::GratingError;
 use super::cell_position::wave_at;

@@ -1,6 +1,6 @@
 //! Amplitudes between the orders on both sides of a relief on a lossless dielectric, for the tables of films and
-//! interfaces (symbols: `mod.rs`). Waves are given by t, the bound of the propagating orders' wave numbers along x, and
-//! the Bloch phase b, in units of 2π over the period d. In cells of the medium tm takes the place of t.
+//! interfaces (symbols: `mod.rs`). t is the bound of the propagating orders' wave numbers along x, and b their Bloch
+//! phase. Both are in units of 2π over the period d. In cells of the medium tm takes the place of t.
 //!
 //! A *mesh* is a set of nodes on the profile. The first mesh suffices for most waves. Where a solution violates the
 //! power balance, it is repeated with twice the nodes.

@@ -1,9 +1,9 @@
 //! Reference for gratings without tables: every order is solved at the pair of directions itself. It evaluates the
 //! formula of `lobe.rs`, `f_r = Σ_m e_m K(f − f_m)/λ²` (symbols: `mod.rs`).
 //!
-//! e_m is the efficiency of order m, K its Gaussian of standard deviation σ about the frequency `f_m = (m/d, 0)`, and f
-//! the frequency of the pair of directions. The incident wave has the wave number `a` along x, in units of 2π over the
-//! period d. Order m has `a + m`, and propagates where its magnitude is below t (in a medium: tm).
+//! e_m is the efficiency of order m, and K its Gaussian of standard deviation σ about the frequency `f_m = (m/d, 0)`. f
+//! is the frequency of the pair of directions. The incident wave has the wave number `a` along x, in units of 2π over
+//! the period d. Order m has `a + m`, and propagates where its magnitude is below t (in a medium: tm).
 
 use super::GratingError;
 use super::lobe::REACH;

@@ -1,8 +1,8 @@
 //! The solver behind the tables of reflectors: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
 //! Its meshes also serve the solvers of films and interfaces.
 //!
-//! A point (t, b) has the bound t of the propagating orders' wave numbers along x, and their Bloch phase b, in units of
-//! 2π over the period d. y = ky/k is the component of a wave vector along the grooves over its length.
+//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch phase. Both are
+//! in units of 2π over the period d. y = ky/k is the component of a wave vector along the grooves over its length.
 //!
 //! A *mesh* is a set of nodes on the profile at which fields are solved. The *power balance* of a solution is the
 //! condition that all incident power is reflected, or reflected and absorbed.
