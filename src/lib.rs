@@ -60,7 +60,7 @@
 //! | [`config`] | a surface's parameters and defaults |
 //!
 //! Three modules serve the others: [`colour`] (spectra to sRGB), [`numeric`] (number types over which evaluators are
-//! generic: plain, SIMD and traced), and `cache` (tables on disk, feature `cache`).
+//! generic: plain, SIMD, and those of the Mitsuba plugin), and `cache` (tables on disk, feature `cache`).
 //!
 //! The command line, the Mitsuba plugin, the C interface and the realtime renderer are separate packages, which depend
 //! on this library.

@@ -1,15 +1,21 @@
 //! Quadrature of the albedo over the hemisphere: `a(wi, λ) = Σ_m F(wi, wo_m)·P_m`.
 //!
 //! Each quadrature node m has a direction wo_m and a fraction P_m of the power in the table. F is the angular factor of
-//! the two directions: `O·M`, or `Q·M` with the small slope (docs/model.md#the-reflectance).
+//! the two directions: `O·M`, or `Q·M` with the small slope. O is the obliquity factor, Q the small-slope factor and M
+//! the V-cavity factor of shadowing (docs/model.md#the-reflectance).
 //!
-//! The table's nodes carry Gaussians, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]). Narrow nodes
-//! are integrated one by one, or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes is
-//! integrated over the hemisphere (`quadrature.rs`). *Ridges* of the albedo are defined at [`Ridge`].
+//! The table's nodes carry Gaussians over frequency, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]).
+//! A node's *record* in the table gives its power `P(κ)` at the phase rate κ. Narrow nodes are integrated one by one,
+//! or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes, the power spectrum `S(f; κ)`, is
+//! integrated over the hemisphere (`quadrature.rs`).
 //!
-//! For a relief with its pattern s times as wide and its heights d times as large as the table's, frequencies follow
-//! from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass are λ'.
-//! Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
+//! A *ridge* is a narrow maximum of the albedo along the incidences from which an order leaves along the surface.
+//! Tables of the albedo treat such an order as if it left slightly above the surface, at one of a few cosines
+//! ([`Ridge`]).
+//!
+//! A resized relief has its pattern s times as wide and its heights d times as large as the table's. Frequencies then
+//! follow from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass
+//! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
@@ -54,6 +60,7 @@ pub(crate) struct AlbedoIntegral<'a> {
     table: &'a SpectralTable,
     /// Obliquity, shadowing and index: the parameters of F.
     options: &'a Options,
+    /// Source of the fractions P_m.
     power: Power<'a>,
     /// λ" in nm for every integral; `None` where λ" is the integral's own wavelength λ'.
     depth_wavelength_nm: Option<f64>,
@@ -61,7 +68,8 @@ pub(crate) struct AlbedoIntegral<'a> {
 
 /// Form in which the power of a table is integrated.
 enum Power<'a> {
-    /// Narrow nodes, or merged squares of them. `exact_cut` is that of [`Incidence`].
+    /// Narrow nodes, or merged squares of them. With `exact_cut`, Gaussians that extend beyond the frequencies that the
+    /// pixels resolve are integrated exactly up to them.
     Gaussians { gaussians: Vec<NodeGaussian<'a>>, exact_cut: bool },
     /// Wide nodes, read from the table.
     Table,
@@ -137,7 +145,8 @@ impl<'a> AlbedoIntegral<'a> {
     /// Quadrature nodes of an incidence at a wavelength, in no particular order.
     fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
         let lattice = self.table.lattice();
-        // Outgoing direction cosines up to the cutoff: |wi + wo|/λ ≤ cutoff/period along each axis.
+        // Outgoing direction cosines up to the cutoff, the largest order that the pixels resolve: |wi + wo|/λ ≤
+        // cutoff/period along each axis.
         let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
             [-reach - cosine, reach - cosine]
@@ -193,7 +202,8 @@ impl<'a> AlbedoIntegral<'a> {
         self.table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0)
     }
 
-    /// Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
+    /// Phase in radians between the relief's lowest and highest point, per unit of w: at λ" if it is set, else at the
+    /// shortest wavelength of the tables.
     pub(crate) fn phase_max(&self) -> f64 {
         phase_per_cosine(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
     }
@@ -240,11 +250,13 @@ impl<'a> AlbedoIntegral<'a> {
         if !self.has_ridges() {
             return vec![(first * RIDGE_COSINE_MAX).sqrt()];
         }
+        // With `first` at the upper bound there are 0 steps and one value. The bound 1 then avoids a division by 0.
         let steps = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
         (0..=steps as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / steps.max(1.0))).collect()
     }
 
-    /// Largest number of quadrature nodes among three typical incidences; at least 1.
+    /// Largest number of quadrature nodes among three typical incidences; at least 1. It decides on the resolution of
+    /// the albedo's table (`build.rs`).
     pub(crate) fn typical_nodes(&self) -> usize {
         // Directions wi, each with a wavelength in µm.
         let incidences = [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)];
@@ -261,8 +273,11 @@ impl<'a> AlbedoIntegral<'a> {
 struct QuadratureNode<'a> {
     /// Unit vector.
     wo: Vec3,
+    /// Weight of the quadrature times the power; without the power for [`Power::Gaussians`].
     factor: f64,
+    /// Exponent of the Gaussian, at most 0.
     exponent: f64,
+    /// Record of the table that gives `P(κ)`.
     record: &'a [f32],
 }
 
@@ -274,7 +289,7 @@ impl QuadratureNode<'_> {
 /// Quantities that all quadrature nodes of an incidence share.
 struct Integrand<'a, V: Values> {
     integral: &'a AlbedoIntegral<'a>,
-    /// Incident direction, with a cosine of at least [`COSINE_MIN`].
+    /// Incident direction, with a cosine of at least [`COSINE_MIN`], since F divides by it.
     wi: [V::Real; 3],
     /// Phase rate κ per unit of w, in rad/µm.
     wavenumber: V::Real,
@@ -324,7 +339,8 @@ fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
     TAU / wavelength_um * 2.0 / table.kappa_knee()
 }
 
-/// Largest widths of panels of 16 quadrature nodes that resolve a table's wide nodes, along x and y in radians.
+/// Largest widths of panels of 16 quadrature nodes that resolve a table's wide nodes, along x and y in radians. They
+/// are computed in direction cosines, which change at most as fast as the angles of `quadrature.rs`.
 fn wide_node_panels(table: &SpectralTable, wavelength_um: f64) -> [f64; 2] {
     let lattice = table.lattice();
     [&lattice.x, &lattice.y].map(|axis| PANEL_SIGMAS * wavelength_um * axis.sigma / axis.period_um)
@@ -374,6 +390,7 @@ pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let mut squares: BTreeMap<[i64; 2], Vec<(f64, NodeGaussian<'_>)>> = BTreeMap::new();
     for node in gaussians.split_off(STRONGEST.min(gaussians.len())) {
         let square = node.f.map(|f| (f / MERGED_SIDE_PER_UM).round() as i64);
+        // A positive weight, so that the weights of a square have a positive sum.
         squares.entry(square).or_default().push((strength(&node).max(f64::MIN_POSITIVE), node));
     }
     gaussians.extend(squares.into_values().map(joined));

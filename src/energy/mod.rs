@@ -209,6 +209,7 @@ impl<N: Numbers> AlbedoView<N> {
         let AlbedoLayout { cells, planes, sizes, .. } = self.layout;
         let in_side = sizes.map_or(1, |sizes| sizes.slabs) * (planes - 1) * cells * cells;
         let place = self.place(w);
+        // Packets of the first side, which are skipped for directions below.
         let first = N::Index::select(is_below, N::Index::lit(in_side), N::Index::lit(0));
         GridPlace { cell: place.cell + first, ..place }
     }
@@ -223,8 +224,8 @@ impl<N: Numbers> AlbedoView<N> {
     #[inline(always)]
     pub(crate) fn excess(&self, place: &GridPlace<N>, reading: &Reading<N>, active: N::Mask) -> N::Real {
         let lit = |value: f64| N::Real::lit(value);
-        // For a position among `count` planes or slabs: the fraction from the lower to the upper neighbour, and the
-        // index of the lower.
+        // For a position among `count` planes or slabs, at least two: the fraction from the lower to the upper
+        // neighbour, and the index of the lower.
         let between = |position: N::Real, count: u32| {
             let last = f64::from(count - 1);
             let position = position.clip(lit(0.0), lit(last));

@@ -1,9 +1,10 @@
 //! Quadrature of one node of an ensemble table over the hemisphere.
 //!
-//! A node carries the power `P(κ)`, spread around its frequency f as a Gaussian of the standard deviation `σ_f`. At the
-//! incidence wi this is a Gaussian in the plane of outgoing direction cosines:
+//! A node carries the power `P(κ)` at the phase rate κ in rad/µm. It is spread around the node's frequency f as a
+//! Gaussian of the standard deviation `σ_f`. At the incidence wi and the wavelength λ this is a Gaussian in the plane
+//! of outgoing direction cosines:
 //!
-//! - centre `λf − wi`, at the distance ρ from the normal,
+//! - centre `λf − wi`, at the distance ρ from the origin, the normal,
 //! - standard deviation `σ = λσ_f` along each axis.
 //!
 //! The horizon is the unit circle, ρ = 1, where the obliquity factor has the pole `1/cosθo`. Far from it Gauss–Hermite
@@ -112,6 +113,7 @@ pub(crate) struct Ridge {
 /// cosθo of the centre at which the mean of `1/cosθo` over a Gaussian of the standard deviation `sigma` (in direction
 /// cosines) is largest.
 pub(super) fn peak_cosine(sigma: f64) -> f64 {
+    // cosθo = √(1 − ρ²) at ρ = 1 − PEAK_SIGMAS·σ.
     (1.0 - (1.0 - PEAK_SIGMAS * sigma).powi(2)).max(0.0).sqrt()
 }
 
@@ -125,9 +127,10 @@ impl Ridge {
         }
         let rho = length(centre);
         let ridge_rho = (1.0 - self.cosine.max(peak_cosine(sigma)).powi(2)).sqrt();
-        // Changes of ρ from the middle of the box to its sides. The Gaussian itself covers a distance of σ.
+        // Changes of ρ from the middle of the box to its sides: `centre = λf − wi` is linear in wi and λ.
         let along_radius = |[x, y]: [f64; 2]| (centre[0] * x + centre[1] * y) / rho;
         let [x, y] = self.half_sides.map(along_radius);
+        // Largest change of ρ within the ellipsoid that touches the box's sides, less the σ that the Gaussian covers.
         let reach = length([length([x, y]), self.half_range_um * along_radius(f)]) - sigma;
         if (rho - ridge_rho).abs() < reach { centre.map(|c| c * ridge_rho / rho) } else { centre }
     }
@@ -192,7 +195,8 @@ impl NodeGaussian<'_> {
     /// σ. `is_whole` tells for each axis whether the resolved range includes all of the Gaussian.
     fn rule(&self, incidence: &Incidence, rho_squared: f64, widest: f64, is_whole: [bool; 2]) -> Rule {
         let rho = rho_squared.sqrt();
-        // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase.
+        // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase. Since cosθo = √(1 − ρ²), the phase
+        // changes by phase·σ·ρ/cosθo over σ.
         let is_clear = 1.0 - rho > CLEAR_SIGMAS * widest
             && incidence.phase * widest * rho < SIGMA_PHASE_MAX * (1.0 - rho_squared).max(0.0).sqrt();
         // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
@@ -212,7 +216,7 @@ impl NodeGaussian<'_> {
 
     /// [`NodeGaussian::integrate`] by [`Rule::RadialPanels`]: a Gauss–Hermite rule across the radius through the centre
     /// `[cx, cy]`, and panels of `rule` along it. The rule is in the angle ψ with `ρ = sin ψ`, in which the pole
-    /// `1/cosθo` cancels.
+    /// `1/cosθo` cancels. The Gaussian counts as the product of one along the radius and one across it.
     fn integrate_radially<const PAIRS: usize>(
         &self,
         incidence: &Incidence,
@@ -222,7 +226,7 @@ impl NodeGaussian<'_> {
         mut visit: impl FnMut(Vec3, f64, f64),
     ) {
         let rho = length([cx, cy]);
-        // Unit vector along the radius; any vector for a centre at the normal.
+        // Unit vector along the radius; any unit vector for a centre at the normal.
         let (ex, ey) = if rho > 1e-9 { (cx / rho, cy / rho) } else { (1.0, 0.0) };
         let sigma_along = length([ex * sigma_x, ey * sigma_y]);
         let sigma_across = length([ey * sigma_x, ex * sigma_y]);
@@ -246,7 +250,8 @@ impl NodeGaussian<'_> {
             // A position `along` the line is reach·sin ψ. There cosθo = reach·cos ψ, and d(along) = cosθo dψ.
             let psi_at = |along: f64| (along / reach).clamp(-1.0, 1.0).asin();
             let range = [psi_at(rho - CUT_SIGMAS * sigma_along), psi_at(rho + CUT_SIGMAS * sigma_along)];
-            // PANEL_PHASE_MAX is for 16 nodes. A rule of fewer nodes gets panels that are narrower in proportion.
+            // PANEL_PHASE_MAX is for 16 nodes. A rule of fewer nodes gets panels that are narrower in proportion. The
+            // phase changes by at most `phase` per radian of ψ.
             let widest_panel = PANEL_PHASE_MAX / incidence.phase * PAIRS as f64 / LEGENDRE_16.0.len() as f64;
             let norm = fraction / (TAU.sqrt() * sigma_along);
             for psi in in_panels(range, widest_panel, rule) {
@@ -263,7 +268,7 @@ impl NodeGaussian<'_> {
 }
 
 /// [`NodeGaussian::integrate`] by [`Rule::CutPanels`]. `limits` are those of the resolved range, in standard deviations
-/// from the centre.
+/// from the centre. `centre` and `sigma` are in direction cosines.
 fn integrate_cut(
     incidence: &Incidence,
     centre: [f64; 2],

@@ -54,6 +54,7 @@ impl PowerGrid {
             (known_f * nodes_per_f[c]).ceil() as usize + 2
         });
         let steps_per_kappa = (STEPS_PER_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
+        // Steps from 0 to the first at or above the largest κ, and one more that linear interpolation may read.
         let steps = (table.kappa_max() * steps_per_kappa).ceil() as usize + 2;
         let curves: Vec<_> = (0..steps).map(|i| NodeCurve::new(table, i as f64 / steps_per_kappa)).collect();
         let kept = table.kept_nodes();

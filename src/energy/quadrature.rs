@@ -77,7 +77,7 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
         return;
     }
     let [alpha_low, alpha_high] = bounds_y.map(f64::asin);
-    // The range of ψ over α has a kink where a bound along x meets the horizon. Panels end at the kinks.
+    // The range of ψ over α has a kink where a bound along x meets the horizon, at cos α = |x|. Panels end there.
     let mut ends = vec![alpha_low, alpha_high];
     for x in bounds_x {
         let kink = x.abs().acos();

@@ -65,6 +65,7 @@ impl AlbedoReport {
         let steps = progress.of_steps(planes * grid.in_plane());
         let sums_at = |i: usize| {
             steps.one();
+            // Nodes are numbered `[plane][y][x]`.
             let (plane, node) = (i / grid.in_plane(), i % grid.in_plane());
             let (wi, radius) = grid.direction(grid.position(node));
             // Number of nodes for which this node counts. Of two mirrored nodes with equal albedos, the first counts
@@ -86,8 +87,7 @@ impl AlbedoReport {
             });
             let (before, after) = (Lanes::total(before), Lanes::total(after));
             // cosθ times the solid angle of a node, which is proportional to √cosθ: cosθ = (1 − r²)² at the radius r,
-            // so
-            // |d cosθ| = 2√cosθ·d(r²).
+            // so |d cosθ| = 2√cosθ·d(r²).
             let weight = count * wi[2].powf(1.5);
             let is_below = wi[2] > LARGEST_BELOW_DEG.to_radians().cos();
             let largest = if is_below { before } else { 0.0 };

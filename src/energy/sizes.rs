@@ -35,7 +35,7 @@ impl SizeAxes {
     pub(super) fn covering(sizes: &SizeRange, planes: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
         // In proportion to the octaves of λ', and odd, so that every other plane belongs to the coarse grid of the
-        // build. `octaves` is in units of the tables' range of wavelengths.
+        // build. `sizes.octaves()` has the tables' range of wavelengths as its unit, `range_octaves` factors of 2.
         let planes = 2 * (0.5 * f64::from(planes - 1) * sizes.octaves()).ceil() as u32 + 1;
         let range_octaves = sizes.octaves() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         let wavenumbers = sizes.wavenumbers();
@@ -88,6 +88,7 @@ pub(super) fn build(
     let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
     let group = |at: f64| {
         let nm = axes.plane_nm(at);
+        // A group of one wavelength, with weight 1 in its one plane.
         Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
     };
     // Orders of gratings keep their width. In units of the resized pattern they are narrowest at the smallest scale.

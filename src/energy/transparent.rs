@@ -3,12 +3,14 @@
 //! One divisor serves reflection and transmission, `max(1, A(wi), A(wo))`, each direction on its own side of the
 //! relief. So energy is conserved and reciprocity kept. Light that a film traps counts as transmitted.
 //!
-//! The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos have no poles there, and A
-//! is the albedo itself. Each node of the spectral table counts at its own frequency, or at three frequencies along an
-//! axis on which it is wide.
+//! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the nodes m of the spectral table and over both sides of wo_m.
+//! P_m is a node's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos have
+//! no poles there. A is the larger of a and 1, with a margin. Each node counts at its own frequency, or at three
+//! frequencies along an axis on which it is wide.
 //!
-//! Symbols: w is the normal component of the scattering vector, n the index of the medium. λ' and λ" are the
-//! wavelengths by which frequencies and the phase rate κ follow (`scattering/size.rs`); both are λ for one size.
+//! Symbols: w is the normal component of the scattering vector, n the index of the medium. Wave vectors "over n" are in
+//! units of the wave number in the medium. λ' and λ" are the wavelengths by which frequencies and the phase rate κ
+//! follow (`scattering/size.rs`); both are λ for one size.
 
 use super::grid::Grid;
 use super::integral::merged_gaussians;
@@ -45,7 +47,9 @@ const SHARP_SIGMA: f64 = 0.004;
 /// The phase then changes by about 2 rad across a cell. If no relief counted as deep, an albedo of 1.046 would remain
 /// on a sinusoid 1.7 µm high.
 const DEEP_PHASE: f64 = 15.0;
-/// Offsets from a node at which albedos of deep reliefs are integrated: along x and y in cells, and in planes.
+/// Offsets from a node at which albedos of deep reliefs are integrated: along x and y in cells, and in planes. They are
+/// the node and four corners of a cube around it. A larger cube also has maxima nearer to other nodes, and darkens more
+/// directions; a smaller one misses maxima between nodes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
     [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
 /// Largest change between slabs of the phase between the relief's lowest and highest point, in radians per unit of w.
@@ -60,7 +64,7 @@ struct BodyIntegral<'a> {
     table: &'a SpectralTable,
     /// The body as an interface, even if it is a film, so that light trapped in the film counts as transmitted.
     body: TransparentBody,
-    /// Gaussians of the table's resolved nodes, weak ones merged.
+    /// Gaussians of the nodes at frequencies that the pixels resolve, weak ones merged.
     gaussians: Vec<NodeGaussian<'a>>,
 }
 
@@ -98,7 +102,7 @@ impl AlbedoTable {
             None => [WAVELENGTH_MIN_NM + plane / per_nm; 2],
             Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],
         };
-        // Albedos of deep reliefs fluctuate within a cell. A node then has the largest of several near it.
+        // Albedos of deep reliefs fluctuate within a cell. A node then has the largest of the albedos around it.
         let offsets: &[[f64; 3]] = if phase_max > DEEP_PHASE { &DEEP_OFFSETS } else { &[[0.0; 3]] };
         let grid = Grid { cells };
         let slabs = sizes.map_or(1, |axes| axes.slabs);
@@ -142,6 +146,7 @@ struct Part<'a> {
 }
 
 impl<'a> BodyIntegral<'a> {
+    /// The integral of a body, from the table of its relief magnified by the index.
     fn new(table: &'a SpectralTable, body: TransparentBody) -> Self {
         // Frequencies up to the cutoff, beyond which the pixels do not resolve the relief.
         let mut gaussians = merged_gaussians(table);
@@ -154,8 +159,8 @@ impl<'a> BodyIntegral<'a> {
         self.gaussians.len() <= FEW
     }
 
-    /// Nodes of the integral: one for a Gaussian that is narrow or one of many, three along each axis on which it is
-    /// wide.
+    /// Nodes of the integral. Each of many Gaussians has one. Each of few has one along an axis on which it is narrow,
+    /// and three along an axis on which it is wide.
     fn parts(&self) -> Vec<Part<'_>> {
         let single = [(0.0, 1.0)];
         let mut parts = Vec::new();
@@ -181,12 +186,14 @@ impl<'a> BodyIntegral<'a> {
         for is_below in [false, true] {
             let to_below = Lanes::mask(is_below);
             let passage = Passage::at_body(self.body, &incident, to_below);
-            // Length of outgoing wave vectors over n.
+            // Length of outgoing wave vectors over n: 1 in the medium, 1/n in air.
             let length = self.body.reach(is_below);
             for parts in parts.chunks(Lanes::COUNT) {
                 // Surplus lanes repeat the last part with a fraction of zero.
                 let at = |lane: usize| &parts[Ord::min(lane, parts.len() - 1)];
                 let fraction = Lanes::pack(|lane| parts.get(lane).map_or(0.0, |part| part.fraction));
+                // Direction of the outgoing wave vector `turn·λ'f − Ki`. `turn` is −1 where S is read at the opposite
+                // frequency, else 1; `passage.tangential` is `turn·Ki`.
                 let [x, y] = [0, 1].map(|axis| {
                     let outgoing = Lanes::pack(|lane| 1e-3 * nm * at(lane).f[axis]) - passage.tangential[axis];
                     outgoing * passage.turn * lit(1.0 / length)
@@ -197,6 +204,7 @@ impl<'a> BodyIntegral<'a> {
                 let pair = self.body.pair(&incident, &self.body.wave::<Lanes>(wo));
                 let kappa = pair.normal() * lit(TAU * 1e3 / depth_nm);
                 let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).gaussian.record);
+                // `pair.power()` is F.
                 let scattered = power.max(lit(0.0)) * pair.power() * fraction;
                 albedo += Real4::select(lit(0.0).lt(cos_squared), scattered, lit(0.0));
             }

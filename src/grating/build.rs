@@ -1,9 +1,11 @@
 //! Build of the table of efficiencies of a reflector or film from solved points (symbols: `mod.rs`).
 //!
-//! A cell s has the incident waves at which s + 1 orders propagate. Each cell is solved at Chebyshev nodes and
-//! resampled to the table's nodes. The number of Chebyshev nodes grows until the efficiencies' highest Chebyshev terms
-//! are small. Half of the nodes follow by reciprocity: on the reversed path, p and q are exchanged, and order numbers
-//! count from the other side.
+//! A cell s has the incident waves at which s + 1 orders propagate. (p, q) is a wave's position in its cell, each from
+//! 0 to 1. It gives a *point* (t, b): t is the bound of the propagating orders' wave numbers along x, and b their Bloch
+//! phase, both in units of 2π over the period. Each cell is solved at Chebyshev nodes and resampled to the table's
+//! nodes. The number of Chebyshev nodes grows until the efficiencies' highest Chebyshev terms are small. Half of the
+//! nodes follow by reciprocity: on the reversed path, p and q are exchanged, and order numbers count from the other
+//! side.
 
 use super::GratingError;
 use super::cell_position::wave_at;
@@ -106,6 +108,7 @@ impl EfficiencyTable {
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
+        // Only tables of interfaces have further words between the offsets and the entries.
         let words = offsets_and_halves(&packed, &[]);
         let layout = EfficiencyLayout {
             first_nm: nm[0],
@@ -325,6 +328,7 @@ impl Cell {
                         sum += u32::from(units);
                         halves.push(units);
                     }
+                    // The sum of the row, clipped to 16 bits.
                     halves.push(sum.min(u16::MAX.into()) as u16);
                 }
             }

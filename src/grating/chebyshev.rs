@@ -1,9 +1,9 @@
 //! Chebyshev nodes of a cell, at which orders are solved, and interpolation from them to a table's nodes (symbols:
 //! `mod.rs`).
 //!
-//! Efficiencies vary as the square roots of a fractional part p and of 1 − p. They are smooth in the angle θ in [0, π]
-//! with `p = (1 − cos θ)/2 = sin²(θ/2)`. The nodes along a side of the cell are therefore Chebyshev nodes of
-//! `x = 2θ/π − 1`: `x_k = cos((k + ½)π/n)`, k from 0 to n − 1.
+//! Along a side of a cell, efficiencies vary as the square roots of the position p in [0, 1] and of 1 − p. They are
+//! smooth in the angle θ in [0, π] with `p = (1 − cos θ)/2 = sin²(θ/2)`. The nodes along a side of the cell are
+//! therefore Chebyshev nodes of `x = 2θ/π − 1`: `x_k = cos((k + ½)π/n)`, k from 0 to n − 1.
 
 use super::cell_position::fraction_at;
 use std::f64::consts::PI;

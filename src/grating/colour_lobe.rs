@@ -1,18 +1,20 @@
 //! The lobe of a grating in linear sRGB, for renderers that carry colours instead of wavelengths.
 //!
 //! ```text
-//! f_r = ∫ Σ_m e_m K(νq − f_m) weight(1/ν) dν      ν = 1/λ,  q = (u, v) = (wi + wo)_xy,  ρ = |q|
+//! f_r = ∫ Σ_m e_m K(νq − f_m)/λ² weight(λ) dλ
+//!     = ∫ Σ_m e_m K(νq − f_m) weight(1/ν) dν      ν = 1/λ,  q = (u, v) = (wi + wo)_xy,  ρ = |q|
 //!     = Σ_m e_m exp(−b_m²/2) W(ν_m, τ) / (2πσ²)   with e_m at ν_m
 //! ```
 //!
-//! Here `weight(λ)` are the weights of linear sRGB at a wavelength, with the illuminant D65.
+//! Here `weight(λ)` are the weights of linear sRGB at a wavelength, with the illuminant D65. The grating has the period
+//! d. Order m has the frequency `f_m = (m/d, 0)`, the efficiency e_m and the Gaussian K of standard deviation σ.
 //!
 //! The frequencies νq of a pair of directions form a line. Along it, order m is a Gaussian over ν about
 //! `ν_m = u·m/(d·ρ²)`, where the line is nearest to the order, of standard deviation `τ = σ/ρ`. The distance between
-//! both in units of σ is `b_m = v·m/(d·ρ·σ)`. The few orders with `ν_m` in the visible range contribute.
-//! `W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν` is tabulated (`colour_tables.rs`). Order 0 has ν_m = 0 and no
-//! wavelength of its own; the colour of its efficiency is tabulated over directions. Further symbols are those of
-//! `mod.rs`, but q is a vector here.
+//! both in units of σ is `b_m = v·m/(d·ρ·σ)`, so that `|νq − f_m|²/σ² = b_m² + (ν − ν_m)²/τ²`. The few orders with
+//! `ν_m` in the visible range contribute. `W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν` is tabulated
+//! (`colour_tables.rs`). Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is tabulated
+//! over directions. Further symbols are those of `mod.rs`, but q is a vector here.
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
@@ -198,7 +200,7 @@ impl<N: Numbers> GratingColourLobe<N> {
             spacing,
             sigma,
             sign: N::Real::select(direction[0].lt(zero), -one, one),
-            // Where all orders lie on one side of the range, first exceeds last.
+            // Orders beyond ±`most` never propagate. Where the range has no other orders, first exceeds last.
             first: low.ceil().clip(-most, most + one),
             last: high.floor().clip(-most - one, most),
         }
@@ -228,6 +230,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let per_index = N::Real::select(both_below, real(1.0 / self.layout.efficiencies.eta_below()), one);
         let [x, y] = [x * per_index, y * per_index];
         let squared_length = (one - y * y).max(zero);
+        // 1e-12 avoids a division by 0 for directions along the grooves.
         let squared_cosine = (one - x * x / squared_length.max(real(1e-12))).max(zero);
         let colour =
             self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active);
@@ -235,6 +238,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let propagates = (x * x).lt(squared_length);
         let mut factor = N::Real::select(propagates, one, zero);
         if let Below::Interface(interface) = self.layout.efficiencies.below {
+            // The table is divided by the reflectance of a flat interface at the cosine with the normal.
             let cosine = (squared_cosine * squared_length).sqrt();
             let flat = flat_reflectance::<N>(interface, cosine);
             factor = N::Real::select(both_below, factor * flat, factor);
@@ -279,8 +283,8 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
     }
 
     /// Density of `draw` in 1/sr, twice as large at a body that transmits:
-    /// `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`, with the proposed Gaussians P. ν² is
-    /// the Jacobian from frequencies to direction cosines, and wo.z that to solid angles.
+    /// `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the `PROPOSED` Gaussians over
+    /// ν. ν² is the Jacobian from frequencies to direction cosines, and wo.z that to solid angles.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
@@ -352,7 +356,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
             let is_selected = selected.le(real(i as f64 + 0.5)) & real(i as f64 - 0.5).lt(selected);
             N::Real::select(is_selected, quantile.fma(real(sigma), real(mean)), nu)
         });
-        // Far quantiles of a Gaussian may be negative.
+        // Far quantiles of a Gaussian may be negative. The bound of the divisor 1e-3 has no effect on other values.
         let is_drawn = active & zero.lt(nu) & zero.lt(own);
         let wavelength_um = one / nu.max(real(1e-3));
         // Offset from the order's frequency, in cycles/µm.

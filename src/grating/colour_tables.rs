@@ -6,8 +6,9 @@
 //! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
-//! A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and
-//! outgoing light.
+//! ν is 1/λ. The frequencies `ν·(wi + wo)_xy` of a pair of directions form a line, along which an order is a Gaussian
+//! over ν. A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of
+//! incident and outgoing light.
 //!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`. A test compares the
 //! constants of both.
@@ -30,7 +31,8 @@ use sunbeam_rigorous::Side;
 pub(crate) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVELENGTH_MAX_NM);
 /// Half width of the tables' range of ν in 1/µm.
 pub(crate) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELENGTH_MAX_NM);
-/// Scale in 1/µm of the coordinate `τ/(τ + TAU_SCALE)` of a width τ: about the width of sRGB's weights.
+/// Scale in 1/µm of the coordinate `τ/(τ + TAU_SCALE)` of a width τ: about the width of sRGB's weights. Half of the
+/// table's nodes are for smaller τ, half for larger ones.
 pub(crate) const TAU_SCALE: f64 = 0.25;
 /// Nodes of the table of spectral weights: along τ and along ν_m. More nodes reduce the error of interpolation.
 pub(crate) const WEIGHT_NODES: [u32; 2] = [96, 256];
@@ -78,7 +80,7 @@ pub struct ColourTables {
 impl ColourTables {
     /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
-        // |m| ≤ 2nd/λ, with the larger index n of both sides.
+        // |m| ≤ 2nd/λ, with the larger index n of both sides; d is in µm and λ in nm.
         let efficiencies = grating.layout().efficiencies;
         let orders = (2e3 * grating.layout().period_um * efficiencies.eta_below() / WAVELENGTH_MIN_NM) as u32;
         let sides = if efficiencies.transmits() { 2 } else { 1 };
@@ -142,6 +144,7 @@ impl ColourTables {
     /// Entry of an order in a row of order weights, on the side below the relief where the mask is true.
     #[inline(always)]
     pub(super) fn row_entry<N: Numbers>(&self, order: N::Real, is_below: N::Mask) -> N::Index {
+        // The bound keeps the argument of `index` in its range.
         let entry = N::index((order + N::Real::lit(f64::from(self.orders))).max(N::Real::lit(0.0)));
         if self.sides == 1 {
             return entry;
@@ -158,6 +161,7 @@ impl ColourTables {
         }
         let above = N::Index::lit(self.orders_on_side());
         let is_below = above.le(entry);
+        // The smaller of `above` and the entry avoids a negative difference where it is not selected.
         (N::real(N::Index::select(is_below, entry - above.min(entry), entry)) - most, is_below)
     }
 
@@ -166,6 +170,7 @@ impl ColourTables {
     #[inline(always)]
     pub(super) fn order_weights_row<N: Numbers>(&self, wi: [N::Real; 3], is_below: N::Mask) -> N::Index {
         let real = N::Real::lit;
+        // 1e-12 avoids a division by 0 for directions along the grooves.
         let projected_length = (real(1.0) - wi[1] * wi[1]).max(real(1e-12)).sqrt();
         let bin = |coordinate: N::Real, count: u32| {
             N::index(coordinate.clip(real(0.0), real(BELOW_ONE)) * real(f64::from(count)))
@@ -303,8 +308,8 @@ fn spectral_weight_table() -> Vec<f32> {
 }
 
 /// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]): its
-/// efficiency averaged over wavelengths with sRGB's weights times ν². Below an interface it is divided by the
-/// reflectance of a flat surface, whose root at the critical angle it would not resolve.
+/// efficiency averaged over wavelengths with sRGB's weights times ν², the factor 1/λ² of `f_r`. Below an interface it
+/// is divided by the reflectance of a flat surface, whose root at the critical angle it would not resolve.
 fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
     let (sides, sign) = kind.incidence();
     let last = |axis: usize| f64::from(ORDER_ZERO_NODES[axis] - 1);

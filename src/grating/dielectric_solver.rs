@@ -1,5 +1,6 @@
 //! Amplitudes between the orders on both sides of a relief on a lossless dielectric, for the tables of films and
-//! interfaces (symbols: `mod.rs`).
+//! interfaces (symbols: `mod.rs`). t is the bound of the propagating orders' wave numbers along x, and b their Bloch
+//! phase. Both are in units of 2π over the period d. In cells of the medium tm takes the place of t.
 //!
 //! A *mesh* is a set of nodes on the profile. The first mesh suffices for most waves. Where a solution violates the
 //! power balance, it is repeated with twice the nodes.
@@ -40,8 +41,8 @@ pub(super) fn solve_in_air(
 }
 
 /// Amplitudes at t (in the medium's cells tm), b and a wavelength in nm, on the first mesh whose power balance holds.
-/// `solve_after(doublings)` solves on the mesh whose number of nodes was doubled so often, and `largest_cosine` is that
-/// of this file's head.
+/// `solve_after(doublings)` solves on the mesh after this number of doublings of its nodes. `largest_cosine` is that of
+/// this file's head.
 ///
 /// # Errors
 /// [`GratingError::Unbalanced`] where no mesh suffices, and errors of `solve_after`.

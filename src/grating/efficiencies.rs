@@ -1,6 +1,7 @@
 //! Look-up in the table of efficiencies: trilinear interpolation in the wavelength and in a wave's position (p, q)
 //! within its cell (symbols: `mod.rs`; cells and layout: `layout.rs`; orders on either side: `channels.rs`). The WGSL
-//! twin is in `src/methods/grating.wgsl`.
+//! twin is in `src/methods/grating.wgsl`. A *cell* is a region of incident waves at which the same orders propagate; a
+//! *channel* is an order on one side of the relief.
 //!
 //! The mask `active` selects the lanes of vectors for which table data are read.
 

@@ -1,5 +1,9 @@
 //! Reference for gratings without tables: every order is solved at the pair of directions itself. It evaluates the
 //! formula of `lobe.rs`, `f_r = Σ_m e_m K(f − f_m)/λ²` (symbols: `mod.rs`).
+//!
+//! e_m is the efficiency of order m, and K its Gaussian of standard deviation σ about the frequency `f_m = (m/d, 0)`. f
+//! is the frequency of the pair of directions. The incident wave has the wave number `a` along x, in units of 2π over
+//! the period d. Order m has `a + m`, and propagates where its magnitude is below t (in a medium: tm).
 
 use super::GratingError;
 use super::lobe::REACH;
@@ -111,6 +115,8 @@ impl ExactGrating {
         // Bounds of |a| and |a + m| for waves that propagate in the media of wi and wo.
         let bounds = own.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
         let tm = periods * (body.eta * body.eta - y * y).max(0.0).sqrt();
+        // |ky|/k exceeds 1 for light in the medium that is totally reflected. The check is for at most 1, which is
+        // stricter.
         check_size(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm, y.abs().min(1.0))?;
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);

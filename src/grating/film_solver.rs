@@ -1,4 +1,5 @@
-//! The solver behind the tables of films (symbols: `mod.rs`).
+//! The solver behind the tables of films (symbols: `mod.rs`). t is the bound of the propagating orders' wave numbers
+//! along x, and b their Bloch phase. Both are in units of 2π over the period.
 //!
 //! A film is a relief on a dielectric whose lower side is flat and has air below it. Light passes the flat side once;
 //! reflections between both sides are left out, so the film's thickness does not matter. Behind the flat side light is

@@ -1,8 +1,10 @@
 //! Solver behind the tables of interfaces, and the channels of their cells (symbols: `mod.rs`).
 //!
-//! A table has cells of the air, over t and a, and cells of the medium, over tm and a, where light is totally reflected
-//! and nothing propagates in the air ([`InterfaceCells`](super::InterfaceCells)). A *channel* is an order on one side
-//! of the relief; channels of a cell are numbered from 0: those above, then those below, each by ascending order.
+//! A table has cells of the air, over t and a, and cells of the medium, over tm and a. In the latter light is totally
+//! reflected and nothing propagates in the air ([`InterfaceCells`](super::InterfaceCells)). `a` is the incident wave's
+//! wave number along x; t and tm bound those of propagating orders in the air and in the medium. The Bloch phase b is
+//! the fractional part of `a`. All are in units of 2π over the period. A *channel* is an order on one side of the
+//! relief; channels of a cell are numbered from 0: those above, then those below, each by ascending order.
 
 use super::GratingError;
 use super::cell_position::{middle_order, wave_at};

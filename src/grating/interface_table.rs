@@ -1,9 +1,10 @@
-//! Build of the tables of an interface (symbols: `mod.rs`; the cells of the air and of the medium:
-//! [`InterfaceCells`]).
+//! Build of the tables of an interface (symbols: `mod.rs`; the cells of the air and of the medium: [`InterfaceCells`]).
 //!
 //! A table holds one value for each pair of channels (orders on a side of the relief): an efficiency, or the shape of a
-//! Jones matrix. Cells are solved at the table's own nodes. Polynomials through Chebyshev nodes, as in `build.rs`,
-//! converge slowly here, since efficiencies have singularities inside the cells of an interface.
+//! Jones matrix. A *cell* is a region of incident waves at which the same orders propagate in the air (in cells of the
+//! medium: in the medium). (p, q) is a wave's position in its cell, each from 0 to 1. Cells are solved at the table's
+//! own nodes. Polynomials through Chebyshev nodes, as in `build.rs`, converge slowly here, since efficiencies have
+//! singularities inside the cells of an interface.
 //!
 //! A channel in the medium may propagate at only some nodes of a cell. At the other nodes it has the value of a
 //! neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes follow by

@@ -2,7 +2,9 @@
 //!
 //! A *shape* is a Jones matrix of unit power, `[EE, EH, HE, HH]`, between the states of Ey and Hy; its crossed elements
 //! are divided by ky/k (`jones_shape.rs`). A table has the shape of each pair of *channels*, the orders on one side of
-//! the relief, at nodes over wavelength and over a wave's position (p, q) in its cell.
+//! the relief. Its nodes are over wavelength and over a wave's position (p, q) in its cell, each from 0 to 1. A cell s
+//! has the incident waves at which s + 1 orders propagate. It is solved at *points* (t, b): t is the bound of the
+//! propagating orders' wave numbers along x, and b their Bloch phase, in units of 2π over the period.
 
 use super::GratingError;
 use super::body::GratingBody;
@@ -131,6 +133,7 @@ impl JonesTable {
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
+        // Only tables of interfaces have further words between the offsets and the packets.
         let words = offsets_and_packets(&packed, &[]);
         let layout = EfficiencyLayout {
             first_nm: nm[0],

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! The code has frequencies in units of 1/d, in which order m has the frequency m. `periods` is d/λ. `inverse_sigma` is
-//! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on `t` and `a` of the
-//! incident wave (symbols: `mod.rs`).
+//! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on the incident wave:
+//! on its wave number `a` along x, and on `t`, the largest that propagates, in units of 2π/d (symbols: `mod.rs`).
 //!
 //! At a body that transmits both directions may lie on either side, and `f_r` is the power per solid angle and
 //! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air,
@@ -72,9 +72,12 @@ pub(super) trait OnBody {
     fn transmits(&self) -> bool;
 }
 
-/// Sides of a body that transmits. `draw` decides on the side and the order at once, and returns the side in the sign
-/// of z. Only the uniform part of the mixture is divided here, equally. Either side counts as chosen with the
-/// probability ½, so `density` returns twice the density of `draw`.
+/// Sides of a body that transmits. Samples come from a mixture of `draw` and uniform directions (`lobe/mixture.rs`).
+///
+/// - `draw` decides on the side and the order at once, and returns the side in the sign of z.
+/// - `choose` divides the uniform part, `u[0] < UNIFORM_FRACTION`, equally between the sides.
+/// - `probability` is ½ on either side, which callers multiply the mixture's density by. This suits the uniform part.
+///   To cancel it, `density` returns twice the density of `draw`.
 impl<N: Numbers, T: OnBody> Sides<N> for T {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
@@ -113,8 +116,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         value
     }
 
-    /// Density of `draw` in 1/sr: the mixture of the orders' Gaussians over frequency, weighted by their efficiencies
-    /// at `wi`. At a body that transmits, twice this density, since callers multiply by the side's probability ½.
+    /// Density of `draw` in 1/sr: the sum of the orders' Gaussians over frequency, weighted by their efficiencies at
+    /// `wi`. At a body that transmits, twice this density, since callers multiply by the side's probability ½.
     #[inline(always)]
     fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
@@ -239,7 +242,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let periods = self.periods(nm);
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
         let groove_cosine = (out_y - in_y) * half;
-        // Sum of the wave numbers of incident and outgoing wave, 2a + m, which the move leaves as it is.
+        // Sum of the wave numbers of incident and outgoing wave, a + (a + m), which the move leaves as it is.
         let sum_of_a = (out_x - in_x) * periods;
         let view = self.view();
         let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));

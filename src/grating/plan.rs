@@ -1,4 +1,7 @@
 //! Plan of a grating's tables: their numbers of nodes and wavelengths, and the cost of their build (symbols: `mod.rs`).
+//!
+//! A table has nodes (p, q) over each of its *cells*, the regions of incident waves at which the same orders propagate.
+//! The solver solves *points* (t, b) of a cell: all waves of one Bloch phase b and one bound t of wave numbers along x.
 
 use super::GratingError;
 use super::body::GratingBody;
@@ -179,7 +182,7 @@ fn cell_count(period_um: f64) -> f64 {
 
 /// Entries of one side of a table for each node (p, q), summed over cells and wavelengths. Cell s has about (s + 1)² of
 /// them, and `cells` cells have `cells³/3`. Longer wavelengths have fewer cells, and on average a third of the entries
-/// of the shortest.
+/// of the shortest. A perfect conductor counts as one wavelength with all cells.
 fn entries(cells: f64, wavelengths: f64) -> f64 {
     cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0)
 }

@@ -1,6 +1,9 @@
 //! The solver behind the tables of reflectors: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
 //! Its meshes also serve the solvers of films and interfaces.
 //!
+//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch phase. Both are
+//! in units of 2π over the period d. y = ky/k is the component of a wave vector along the grooves over its length.
+//!
 //! A *mesh* is a set of nodes on the profile at which fields are solved. The *power balance* of a solution is the
 //! condition that all incident power is reflected, or reflected and absorbed.
 
@@ -38,6 +41,7 @@ pub(super) fn sufficient_resolution(
     profile: &Profile,
     index: Option<&SpectralIndex>,
 ) -> Result<Resolution, GratingError> {
+    // The smallest values, which every wavelength may raise.
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
         let medium = medium_at(index, nm)?;

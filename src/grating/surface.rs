@@ -182,8 +182,10 @@ impl GratingSurface {
     /// leaves on the second. Below an interface, `wi` is a direction in the medium. Of a grating that only reflects,
     /// both sides must be above.
     pub fn efficiency_between(&self, wavelength_nm: f64, wi: [f64; 2], order: i32, sides: [Side; 2]) -> f64 {
+        // Whether light arrives from below, and whether it leaves below.
         let [from, to] = sides.map(|side| side == Side::Below);
         let layout = self.layout.efficiencies;
+        // Tangential wave vector over k, which points against the light's travel: hence the minus of a and ky below.
         let [x, y] = wi.map(|cosine| if from { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };

@@ -2,6 +2,9 @@
 //!
 //! Nodes have equal steps from 360 to 830 nm; look-ups interpolate linearly between them. Where efficiencies are smooth
 //! enough, only every second node is solved, and the others follow by cubic interpolation.
+//!
+//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch phase. Both are
+//! in units of 2π over the period d.
 
 use super::GratingError;
 use super::order_solver::OrderSolver;

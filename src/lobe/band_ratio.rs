@@ -71,7 +71,7 @@ impl BandRatio {
 
 /// Coefficients of the polynomial with the given values at the given abscissae, from the constant on.
 fn polynomial_through<const N: usize>(x: [f64; N], mut divided: [f64; N]) -> [f64; N] {
-    // Newton's divided differences.
+    // Newton's divided differences: from the values, computed in place.
     for order in 1..N {
         for i in (order..N).rev() {
             divided[i] = (divided[i] - divided[i - 1]) / (x[i] - x[i - order]);

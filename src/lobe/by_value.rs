@@ -97,5 +97,6 @@ pub(crate) fn sample_direction<'a>(
         if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
     let draw = |_, u, active| lobe.draw(wi, to_below, nm, u, active);
     let [x, y, z] = sample_mixture::<Double<'a>, 1>([rescaled, u[1], u[2]], lobe.accepts(wi), draw);
+    // The zero vector stands for no direction. Directions drawn above the relief are mirrored to the side chosen.
     (z != 0.0).then_some([x, y, if to_below { -z } else { z }])
 }

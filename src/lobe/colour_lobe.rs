@@ -4,6 +4,8 @@
 //! f_r    = ∫ R·O·M·S/λ² · weight(λ) dλ = R0·O·M·F     before the division by the albedo
 //! F(q)   = ∫ (R/R0)·S/λ² · weight(λ) dλ               table of colours over the scattering vector q = wi + wo
 //! R, R0  reflectance of the material at λ, and that of one index for all λ, the reference
+//! weight weights of linear sRGB's three channels at λ; a channel's weights over all λ are its *band*
+//! A      divisor that conserves energy (`src/energy`), one for each channel
 //! ```
 //!
 //! A relief whose pattern is s times and whose heights are d times those of the table reads `s² F(s u, s v, d w)`
@@ -66,6 +68,7 @@ pub(super) fn band_excess<N: Numbers>(
     active: N::Mask,
 ) -> [N::Real; 3] {
     let lit = N::Real::lit;
+    // Quadrature over wavelengths. `false` is for the coherence window, which albedos do not read.
     let at_nodes = BAND_NODES_NM.map(|nm| albedo.excess(place, &Reading::resized(lit(nm), size, false), active));
     BAND_NODE_WEIGHTS.map(|weights| {
         (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)).max(lit(0.0))
@@ -79,7 +82,7 @@ pub(super) fn factor_of_excess<N: Numbers>([at_wi, at_wo]: [[N::Real; 3]; 2]) ->
 }
 
 impl<N: Numbers> ColourLobe<N> {
-    /// `1/max(1, A(wi), A(wo))` of each channel, with the channel's divisor A (`src/energy`).
+    /// `1/max(1, A(wi), A(wo))` of each channel.
     #[inline(always)]
     fn albedo_factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         match &self.albedo {
@@ -116,7 +119,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
                 let [x, y, z] = [u * scale, v * scale, w * depth];
                 factor = factor * scale * scale;
                 if let Some(ratio) = &ratio {
-                    // Cosine at the half vector of a scattering vector: half of its length.
+                    // Cosine between a direction and the half vector of a scattering vector: half of its length.
                     let cosine = |[x, y, z]: [N::Real; 3]| z.fma(z, x.fma(x, y * y)).sqrt() * lit(0.5);
                     let quotients = ratio.quotients(cosine([u, v, w]), cosine([x, y, z]));
                     channels = array::from_fn(|c| channels[c] * quotients[c]);

@@ -126,6 +126,7 @@ impl ColourSurface {
             Albedos::build(field, options, &spectral, &progress.part(TABLE_DONE, ALBEDO_DONE))?;
         // Frees the memory before the sampler is built.
         drop(spectral);
+        // Only resized reliefs need the correction. Only an index that varies over wavelengths has a ratio besides 1.
         let band_ratio = match (index, options.sizes) {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio)),
             _ => None,
@@ -297,14 +298,15 @@ impl Albedos {
 }
 
 /// Builds the sampler. Directions are sampled in proportion to R0·F, the table's colour times the reference's
-/// reflectance. For Stam's obliquity factor, the part `(q²/w)²` of it that depends on the scattering vector alone is
-/// another factor (src/sampling/colour.rs).
+/// reflectance. Stam's obliquity factor is `(q²/w)²`, with the scattering vector q, times a factor of the two cosines.
+/// The sampler's weights include `(q²/w)²` (src/sampling/colour.rs). Samplers replace the small-slope factor by that of
+/// Stam or by 1 ([`Options::sampling_obliquity`]).
 fn build_sampler(table: &ColourTable, options: &Options, reference: Option<ComplexIndex>) -> ColourSampler {
     let view = table.view::<f32>();
     let is_stam = options.sampling_obliquity() == Obliquity::Stam;
     ColourSampler::new(table.report().order_sigma_per_um, options.reach, |[u, v, w]| {
         let length_squared = u * u + v * v + w * w;
-        // Half the length of q is the cosine at the half vector.
+        // Half the length of q is the cosine between a direction and the half vector.
         let r0 = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
         let factor = if is_stam { r0 * (length_squared / w).powi(2) } else { r0 };
         view.relief_rgb(u, v, w, true).map(|channel| channel * factor)

@@ -108,6 +108,7 @@ impl Exact {
         let summands = self.summands(kappa);
         let density = match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {
+                // The factor ½ of the Nyquist bin (`order_weights`) is on its power.
                 let gaussian = |df: f64| (-4.0 * PI * PI * s * s * df * df).exp();
                 let weights_x = order_weights(nx, self.extent_um.0, f[0], 0.5, gaussian);
                 let weights_y = order_weights(ny, self.extent_um.1, f[1], 0.5, gaussian);
@@ -115,7 +116,7 @@ impl Exact {
             }
             (Model::Patch, None) => {
                 let gaussian = |df: f64| (-2.0 * PI * PI * s * s * df * df).exp();
-                // Half of the Nyquist bin's power is a factor √½ on its amplitude.
+                // A factor ½ on the power of the Nyquist bin is √½ on its amplitude.
                 let weights_x = order_weights(nx, self.extent_um.0, f[0], 0.5f64.sqrt(), gaussian);
                 let weights_y = order_weights(ny, self.extent_um.1, f[1], 0.5f64.sqrt(), gaussian);
                 4.0 * PI * s * s * separable_sum(&summands, &weights_x, &weights_y).norm_sqr()
@@ -137,7 +138,7 @@ impl Exact {
     }
 
     /// Summands at one κ: `|c_j|²`, `c_j`, `A(r)` times a constant, or `exp(iκh)`, in the order of the list of S at the
-    /// head of this file. Row-major, the first two and A in FFT order.
+    /// head of this file. Row-major `[iy][ix]`. Orders and lags are in FFT order, pixels in the order of the scan.
     fn summands(&self, kappa: f64) -> Arc<Vec<Complex64>> {
         // The remembered pair is consistent even if another thread panicked with the lock held.
         let lock = || self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -164,7 +165,8 @@ impl Exact {
 /// Gaussian weights of all `n` orders along one axis at the frequency `f` in cycles/µm, in FFT order. `gaussian` takes
 /// the distance from f to the order's frequency in cycles/µm.
 ///
-/// The Nyquist bin of an even `n` stands for the orders n/2 and −n/2, each with the factor `nyquist`.
+/// The Nyquist bin of an even `n` stands for the orders n/2 and −n/2, which share its power equally. `nyquist` is the
+/// factor on the weight of each: ½ for powers, √½ for amplitudes.
 fn order_weights(n: usize, extent_um: f64, f: f64, nyquist: f64, gaussian: impl Fn(f64) -> f64) -> Vec<Complex64> {
     (0..n as i64)
         .map(|i| {

@@ -1,5 +1,5 @@
-//! Lobes in linear sRGB: treatment of colours outside its gamut and the defensive mixture, written once for all of
-//! them.
+//! Lobes in linear sRGB: treatment of colours outside its gamut, and the mixture of a lobe's own sampler with uniform
+//! directions (`mixture.rs`), written once for all lobes.
 
 use super::{LinearSrgb, Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
@@ -14,13 +14,15 @@ pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// both directions.
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 
-    /// Density of [`InColour::draw`] in 1/sr; ignored where the mask is false. The mask is true only where the lobe
-    /// accepts both directions.
+    /// Density of [`InColour::draw`] in 1/sr, given the side of `wo`: callers multiply it by [`Sides::probability`].
+    /// Ignored where the mask is false. The mask is true only where the lobe accepts both directions.
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real;
 
     /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
-    /// need two random numbers ignore the first. Where `to_below` is true, the result is the mirror image above the
-    /// relief of a direction below it.
+    /// need two random numbers ignore the first.
+    ///
+    /// The result lies above the relief, and the caller mirrors it to below where `to_below` is true. A grating that
+    /// transmits decides on the side itself, and its result lies on that side.
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
@@ -45,6 +47,7 @@ impl<N: Numbers, T: InColour<N>> Lobe<N, LinearSrgb> for T {
     #[inline(always)]
     fn sample(&self, wi: [N::Real; 3], _: LinearSrgb, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (to_below, u) = self.choose(wi, u);
+        // One choice, since there are no wavelengths to choose from.
         let draw = |_, u, active| self.draw(wi, to_below, u, active);
         let [x, y, z] = sample_mixture::<N, 1>(u, active & self.accepts(wi), draw);
         [x, y, N::Real::select(to_below, -z, z)]

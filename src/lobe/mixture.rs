@@ -1,4 +1,5 @@
-//! The defensive mixture of every lobe: its own sampler with a small uniform part over the hemisphere.
+//! The mixture that every lobe is sampled from: its own sampler, and for a small fraction of the samples a uniform
+//! direction of the hemisphere. The uniform part bounds sample weights where the lobe's own density is too small.
 //!
 //! The first random number of a sample serves several decisions. Below [`UNIFORM_FRACTION`] the direction is uniform.
 //! The rest of [0, 1) is divided equally among the wavelengths. The lobe's own sampler gets the position within a
@@ -13,7 +14,7 @@ use std::array;
 pub const UNIFORM_FRACTION: f64 = 0.02;
 
 /// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried. Zero where the
-/// mask is false.
+/// mask is false. Callers multiply it by [`Sides::probability`].
 #[inline(always)]
 pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], active: N::Mask) -> N::Real {
     let lit = N::Real::lit;
@@ -24,7 +25,8 @@ pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], act
 }
 
 /// A direction from the mixture, for `L` wavelengths and three random numbers `u` in [0, 1). The zero vector where the
-/// draw falls below the horizon, and where the mask is false.
+/// draw falls below the horizon, and where the mask is false. Uniform directions lie above the relief; callers mirror
+/// those of samples that leave below.
 ///
 /// `draw(choice, u, active)` is the lobe's own sampler. The whole part of `choice` is the index of the chosen
 /// wavelength. The `u` are three random numbers in [0, 1), independent of the choice. By rounding `choice` may be L,
@@ -41,6 +43,7 @@ pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     let choice = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
     let fraction = choice - choice.floor().min(lit(L as f64 - 1.0));
     let drawn = draw(choice, [fraction, u[1], u[2]], active & !is_uniform);
+    // The corners of the square of random numbers give no direction.
     let (uniform, is_direction) = square_to_hemisphere::<N>([u[1], u[2]]);
     let zero = lit(0.0);
     array::from_fn(|c| {
@@ -69,8 +72,8 @@ pub(crate) trait Sides<N: Numbers> {
         is_above::<N>(w)
     }
 
-    /// Chooses the side to which a sample leaves: whether it lies below the relief. Also returns the random numbers
-    /// that the choice leaves over.
+    /// Chooses the side to which a sample leaves: whether it lies below the relief. Also returns three random numbers
+    /// in [0, 1) for the draw on this side.
     #[inline(always)]
     fn choose(&self, _wi: [N::Real; 3], u: [N::Real; 3]) -> (N::Mask, [N::Real; 3]) {
         (N::mask(false), u)

@@ -1,5 +1,8 @@
-//! Lobes at single wavelengths: the loop over the wavelengths that a ray carries and the defensive mixture, written
-//! once for all of them.
+//! Lobes at wavelengths: the loop over the wavelengths that a ray carries, and the mixture of a lobe's own sampler with
+//! uniform directions (`mixture.rs`). Both are written once for all lobes.
+//!
+//! Directions point away from the relief: z > 0 above it, z < 0 below it. The horizon is z = 0. A wave vector *beyond
+//! the horizon* is longer in the plane of the relief than light can have, and gives no direction.
 
 use super::{Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
@@ -7,7 +10,8 @@ use crate::numeric::{Number, Numbers, Real};
 /// A lobe's own value, density and draw at one wavelength `nm`, in nm. Every type that implements the trait is a
 /// [`Lobe`] for any number of wavelengths.
 ///
-/// Masks of `value` and `density` are true only where the lobe accepts both directions.
+/// Masks of `value` and `density` are true only where the lobe accepts both directions. Where they are false, values
+/// must be zero, since they are returned as they are. Densities may be anything there, since the mixture masks them.
 pub(crate) trait PerWavelength<N: Numbers>: Sides<N> {
     /// Quantities of a pair of directions that all wavelengths share.
     type Pair;
@@ -15,18 +19,23 @@ pub(crate) trait PerWavelength<N: Numbers>: Sides<N> {
     /// Prepares a pair of directions.
     fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Self::Pair;
 
-    /// `f_r` in 1/sr, zero where the mask is false.
+    /// `f_r` in 1/sr; zero where the mask is false.
     fn value(&self, pair: &Self::Pair, nm: N::Real, active: N::Mask) -> N::Real;
 
-    /// Density of [`PerWavelength::draw`] in 1/sr; ignored where the mask is false.
+    /// Density of [`PerWavelength::draw`] in 1/sr, given the side of `wo`: callers multiply it by
+    /// [`Sides::probability`]. Ignored where the mask is false.
     fn density(&self, pair: &Self::Pair, nm: N::Real, active: N::Mask) -> N::Real;
 
-    /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
-    /// need two random numbers ignore the first.
+    /// A direction from three random numbers in [0, 1); the zero vector where the drawn wave vector lies beyond the
+    /// horizon. Samplers that need two random numbers ignore the first. Results are ignored where the mask is false.
     ///
-    /// Where `to_below` is true, the result is the mirror image above the relief of a direction below it. Elsewhere the
-    /// result is the direction itself, which may lie below the relief if the lobe draws the side here and not in
-    /// [`Sides::choose`].
+    /// There are three kinds of lobes:
+    ///
+    /// - A lobe that only reflects: `to_below` is false, and the result lies above the relief.
+    /// - A lobe whose [`Sides::choose`] decides on the side: the result lies above the relief. Where `to_below` is
+    ///   true, the caller mirrors it to below.
+    /// - A grating that transmits: `draw` decides on the side itself, and the result lies on that side. `to_below` is
+    ///   true only where the direction is uniform and the mask false.
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
@@ -37,6 +46,8 @@ impl<N: Numbers, T: PerWavelength<N>, const L: usize> Lobe<N, [N::Real; L]> for 
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: [N::Real; L], active: N::Mask) -> [N::Real; L] {
         let active = active & self.accepts(wi) & self.accepts(wo);
         let pair = self.pair(wi, wo);
+        // `map_each` calls the closure for one wavelength after the other. For each of the closure's results, here one,
+        // it returns an array over the wavelengths. The string labels the loop in recorded kernels.
         let [values] = N::map_each(c"wavelengths", nm, active, |nm| [self.value(&pair, nm, active)]);
         values
     }
@@ -69,11 +80,13 @@ impl<N: Numbers, T: PerWavelength<N>, const L: usize> Lobe<N, [N::Real; L]> for 
     fn sample(&self, wi: [N::Real; 3], nm: [N::Real; L], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (to_below, u) = self.choose(wi, u);
         let [x, y, z] = sample_mixture::<N, L>(u, active & self.accepts(wi), |choice, u, active| {
-            // nm[k] for the whole part k of the choice. Traced numbers cannot index an array.
+            // `choice` is in [0, L], and `u` are rescaled to [0, 1]. `chosen` is nm[k] for k ≤ choice < k + 1, and the
+            // last wavelength for choice = L. Recorded numbers have no value yet, so they cannot index an array.
             let chosen =
                 (1..L).fold(nm[0], |before, k| N::Real::select(choice.lt(N::Real::lit(k as f64)), before, nm[k]));
             self.draw(wi, to_below, chosen, u, active)
         });
+        // Mirrors the direction to below the relief, also a uniform one.
         [x, y, N::Real::select(to_below, -z, z)]
     }
 }

@@ -97,6 +97,7 @@ impl Surface {
         TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
+        // The table as the sampler and the albedos integrate it, and packed as lobes evaluate it.
         let Built { table, packed, report: table_report } =
             build_table(field, options, &progress.part(0.0, TABLE_FRACTION))?;
         let sampler = Sampler::new(&table, options);

@@ -13,8 +13,8 @@
 //! ```
 //!
 //! Directions are unit vectors that point away from the relief on either side of it: above into air; below into the
-//! medium of an interface, or into the air behind a film. The symbols and the phrase "over n" are those of
-//! `scattering/transparent.rs`.
+//! medium of an interface, or into the air behind a film. Wave vectors "over n" are in units of the wave number in the
+//! medium: their length is 1 in the medium and 1/n in air. Further symbols are those of `scattering/transparent.rs`.
 
 use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, factor_of_excess};
 use super::spectral::SpectralLobe;
@@ -54,7 +54,8 @@ pub(crate) struct BodyDirections<N: Numbers> {
     pair: TransparentPair<N>,
     /// The incident direction and the side of wo, as samplers take them.
     passage: Passage<N>,
-    /// Outgoing tangential wave vector over n, times [`Passage::turn`]. In double precision, as frequencies are.
+    /// Outgoing tangential wave vector over n, times [`Passage::turn`], which is −1 where the power spectrum is read at
+    /// the opposite frequency, else 1. In double precision, as frequencies are.
     outgoing: [N::Double; 2],
     /// Ratio of a density over solid angle to that over tangential wave vectors over n.
     per_solid_angle: N::Real,

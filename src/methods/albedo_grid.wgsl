@@ -2,9 +2,9 @@
 // src/energy/grid.rs, with the same arithmetic.
 //
 // The grid is square and uniform over the stretched direction
-//     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1],
-// which maps the hemisphere to the unit disc with dense nodes near the horizon. A cell is the square between four
-// nodes.
+//     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1].
+// This maps the hemisphere to the unit disc with dense nodes near the horizon, since x² + y² = 1 - √cosθ. A cell is the
+// square between four nodes. Divisors A of the reflectance are tabulated over it as (A - 1)·cos²θ.
 
 // Table data; albedo.wgsl and film.wgsl describe their arrangement.
 @group(1) @binding(2) var<storage, read> albedos: array<u32>;

@@ -108,6 +108,7 @@ fn build_table(
     // Reflectance 1: the interface's factor is applied outside the table.
     let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
     if let Some(body) = surface.body {
+        // Methods show the relief's own size only, hence `None`.
         let albedo = conserve_energy.then(|| AlbedoTable::build_of_body(&spectral, body, None, &albedo_progress));
         return Ok(Box::new(FilmTable { body, table, albedo: albedo.flatten() }));
     }

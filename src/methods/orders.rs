@@ -11,6 +11,7 @@
 //! | term_{j,n} | Fourier coefficient j of T_n(h/H) (Chebyshev series) or (h/H)ⁿ (Taylor series) |
 //! | p = (u·Lx, v·Ly)/λ | *position* of q among the orders: order j is at p = j |
 //! | s | standard deviation of the coherence window in µm |
+//! | sharpness = 2π²s²/L² | of the window's Gaussian over p along an axis: `exp(−sharpness·(p − j)²)` |
 //! | S | power spectrum in µm² of the patch model (docs/model.md) |
 //!
 //! The amplitudes of neighbouring orders add up with the window's Gaussian over p. The *neighbourhood* is the number of
@@ -168,7 +169,8 @@ impl Orders {
         for (term, weight) in self.terms[first..first + weights.len()].iter().zip(weights) {
             (0..4).for_each(|part| sum[part] += term[part] * weight[part]);
         }
-        // The even sum plus i times the odd one. Where −j is stored, both sums are the conjugates of those of j.
+        // The even sum plus i times the odd one: weights leave out the factor i of odd terms. Where −j is stored, both
+        // sums are the conjugates of those of j.
         let sign = sign as f32;
         [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
     }
@@ -240,6 +242,7 @@ impl Orders {
     fn neighbours(&self, axis: usize, position: f32) -> impl Iterator<Item = (i32, f32)> {
         let OrderGrid { reach, sharpness, neighbourhood, .. } = self.grid;
         let (reach, count) = (reach[axis], neighbourhood as i32);
+        // The `count` nearest orders lie in (position − count/2, position + count/2].
         let first = floor(position - 0.5 * count as f32) + 1;
         (first.max(-reach)..=(first + count - 1).min(reach)).filter_map(move |j| {
             let exponent = sharpness[axis] * (position - j as f32) * (position - j as f32);
@@ -259,7 +262,8 @@ fn floor(x: f32) -> i32 {
 
 /// Largest order to store along an axis of `pixels` pixels, for light from 380 to 780 nm.
 fn stored_reach(pixels: usize, extent_um: f64, neighbourhood: usize) -> usize {
-    // |u|, |v| ≤ 2, so |p| is at most 2L/λ. A tile of n pixels has orders up to n/2.
+    // |u|, |v| ≤ 2, so |p| is at most 2L/λ. Up to half of its neighbourhood lies beyond. A tile of n pixels has orders
+    // up to n/2.
     let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
     position_max.saturating_add(neighbourhood / 2 + 1).min(pixels / 2)
 }
