@@ -135,7 +135,8 @@ pub trait Numbers: Copy {
     /// [`Numbers::index`] of a double.
     fn index_of_double(x: Self::Double) -> Self::Index;
 
-    /// Applies `step` to the state while `go_on` is true, in each lane separately. `name` labels a recorded loop.
+    /// Applies `step` to the state while `go_on` is true, in each lane separately, and returns the last state. `name`
+    /// labels the loop in recorded kernels; numbers by value ignore it.
     fn while_loop<S: State>(name: &'static CStr, state: S, go_on: impl Fn(S) -> Self::Mask, step: impl Fn(S) -> S)
     -> S;
 

@@ -23,8 +23,8 @@
 //! `1 − |t|` of the offset t in nodes, for t in [−1, 1]. Masses are convolved with the tents' weights beforehand, so a
 //! sample draws a node and the offset of one tent.
 //!
-//! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where the
-//! mask `active` is false.
+//! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
+//! the mask `active` is false.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{node_power, tent_quantile};
