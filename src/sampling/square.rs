@@ -392,6 +392,7 @@ impl<N: Numbers> SquareView<N> {
     /// the offset from the node to the position. Only the first `axis.taps` entries count.
     #[inline(always)]
     fn taps(&self, axis: &SquareAxis, position: N::Double) -> [(N::Double, N::Real); TAPS_MAX] {
+        // An even number of taps lies half on either side of the position.
         let first = match axis.taps {
             1 => N::Double::lit(0.0),
             taps => position.floor() - N::Double::lit(f64::from(taps / 2 - 1)),

@@ -40,7 +40,7 @@ pub(super) const ERROR_KAPPAS: usize = 3;
 const ERROR_SAMPLES: usize = 4000;
 
 /// Phase κH in rad at which slopes at κ = 0 are measured, with H half the range of heights. Their relative error is the
-/// square of the phase, 1e-8.
+/// square of the phase, 1e-8. Smaller phases increase the rounding error of the difference instead.
 const SMALL_PHASE: f64 = 1e-4;
 
 /// Build time, size and measured error of a table.
@@ -87,7 +87,8 @@ pub struct Built {
 }
 
 /// Builds the table of `spectrum` to a relative error of `tolerance`, if knots down to a fifth of the first spacing
-/// reach it. [`TableReport::relative_error`] has the error.
+/// reach it. Where nodes may have deep gaps over κ, the measured error is brought to a fraction of the tolerance
+/// (`knots.rs`). [`TableReport::relative_error`] has the measured error.
 ///
 /// [`BuildDemand::check`] refuses builds that are too expensive, before the spectrum is made.
 ///
@@ -314,6 +315,7 @@ impl<'a> Build<'a> {
         for knot in knots {
             let kappa = (knot as f64 + 0.5) * self.kappa_step;
             let nodes = self.spectrum.nodes(kappa.min(KAPPA_MAX));
+            // Every `stride`-th kept node: at most ERROR_SAMPLES of them.
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|node| {
                 // Positions off the nodes, by different fractions along x and y of the spacing or the kernel's width.
