@@ -228,7 +228,7 @@ impl<'a> Build<'a> {
     /// are mirrored. Rows are in single precision, since they are most of a build's memory.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut headers = self.kept_values(&self.spectrum.nodes(0.0));
-        let last_knot = self.knots as i64 + EXTRA_KNOTS;
+        let last_computed_knot = self.knots as i64 + EXTRA_KNOTS;
         // The bound in µm avoids a division by zero for a flat relief.
         let small_kappa = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
         if self.quantity == NodeQuantity::Power {
@@ -238,8 +238,8 @@ impl<'a> Build<'a> {
                 header.im = (nearby[i] - mirrored(&nearby, i)).re / (2.0 * small_kappa);
             }
         }
-        let steps = self.progress.of_steps(last_knot as usize + 1);
-        let rows: Vec<Vec<f32>> = (0..=last_knot)
+        let steps = self.progress.of_steps(last_computed_knot as usize + 1);
+        let rows: Vec<Vec<f32>> = (0..=last_computed_knot)
             .into_par_iter()
             .map(|k| {
                 let kappa = if k == 0 { small_kappa } else { k as f64 * self.kappa_step };

@@ -218,6 +218,7 @@ impl BuildDemand {
 
         let (screen, lattice_pixels) = (points(self.size), points((lattice.x.pixels, lattice.y.pixels)));
         let transforms = self.transforms(&lattice);
+        // Σ n·log₂n, with a logarithm of at least 1: the transform of a single point also takes time.
         let transformed: f64 = transforms.iter().map(|n| n * n.max(2.0).log2()).sum();
         // A native lattice, whose nodes are the orders of the tile, needs no window (lattice.rs). Elsewhere the window
         // costs about as much per pixel as a screen.
@@ -288,7 +289,7 @@ struct TableEstimate {
     peak_bytes: f64,
 }
 
-/// Numbers of nodes and floats of a table, estimated from samples of the nodes along each axis.
+/// Numbers of nodes and floats of a table, counted from samples of the nodes along each axis.
 struct KeptCount {
     /// Nodes that some pair of directions reads.
     nodes: f64,
