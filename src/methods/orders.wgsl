@@ -1,4 +1,4 @@
-// The wave orders of a tile, and the sum over the orders nearest to a scattering vector (Single 2014,
+// The diffraction orders of a tile, and the sum over the orders nearest to a scattering vector (Single 2014,
 // docs/model.md#sources); counterpart of orders.rs, which defines the symbols, and of term_weights.rs. Compiled after
 // common.wgsl (TAU) and bessel.wgsl (TERMS_MAX, bessel_j).
 //

@@ -40,7 +40,7 @@ pub(super) const SERIES_ARGUMENT_MAX: f32 = 0.01;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct PqUniform {
-    /// Lattice of the tile's wave orders.
+    /// Lattice of the tile's diffraction orders.
     pub grid: OrderGrid,
     /// P and Q, whole numbers.
     pub repeats: [f32; 2],
@@ -60,9 +60,9 @@ pub struct Pq {
 }
 
 impl Pq {
-    /// Computes the wave orders of `field`. The coherence length in µm, four standard deviations of the window, sets
-    /// the default repeats; `tolerance` is a relative error. It reads `lambda_step_nm`, `terms`, `series` and `repeats`
-    /// of the options.
+    /// Computes the diffraction orders of `field`. The coherence length in µm, four standard deviations of the window,
+    /// sets the default repeats. `tolerance` is a relative error. The options `lambda_step_nm`, `terms`, `series` and
+    /// `repeats` apply.
     ///
     /// # Errors
     /// The errors of [`super::build`].
@@ -106,8 +106,9 @@ impl Pq {
         self.repeats.map(|n| n as u32)
     }
 
-    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value of the caller. `receive` is
-    /// called with wavelength, value and S. Wavelengths whose nearest order is not stored are left out; S is 0 there.
+    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value of the caller, such as its
+    /// colour weights. `receive` is called with wavelength, value and S. Wavelengths whose nearest order is not stored
+    /// are left out; S is 0 there.
     fn densities<T>(
         &self,
         q: [f32; 3],
@@ -129,6 +130,7 @@ impl Pq {
 impl Relief for Pq {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
+        // 0 unless q can be the sum of two unit vectors above the surface.
         if is_query(q) {
             let wavelengths_um = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
             self.densities(q, wavelengths_um, |um, colour, density| {
@@ -141,7 +143,7 @@ impl Relief for Pq {
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = visible_um(wavelength_nm).filter(|_| is_query(q));
-        // Stays 0 where the answer must be 0, and where the nearest order is not stored.
+        // Stays 0 where `is_query` is false, outside the visible range, and where the nearest order is not stored.
         let mut found = 0.0;
         let wavelengths_um = wavelength_um.into_iter().map(|um| (um, ()));
         self.densities(q, wavelengths_um, |um, (), density| found = density / (um * um));

@@ -7,12 +7,12 @@
 // orders, c_j the amplitude (orders.wgsl), and D_P(d) = sin(πPd)/(P·sin(πd)).
 
 // Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
-// there.
+// there. A test compares the value with that in Rust.
 const SERIES_ARGUMENT_MAX: f32 = 0.01;
 
 // Uniform of the method; counterpart of `PqUniform` in pq.rs.
 struct Pq {
-    // Lattice of the tile's wave orders.
+    // Lattice of the tile's diffraction orders.
     grid: OrderGrid,
     // P and Q, whole numbers.
     repeats: vec2<f32>,
@@ -48,13 +48,14 @@ fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     return pq.grid.peak_um2 * dot(c, c) * kernel * kernel;
 }
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr.
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr: all of it but Fresnel factor, obliquity
+// and shadowing. Zero unless q can be the sum of two unit vectors above the surface (is_query).
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();
-    // The wavelengths of this part of the answer (common.wgsl).
+    // The wavelengths of this part of the sum; the caller adds up the parts (common.wgsl).
     for (var i = answer_part; i < pq.wavelengths; i += answer_parts) {
         // Weights of red, green and blue in xyz, the wavelength in µm in w.
         let colour = colours[i];

@@ -85,6 +85,7 @@ pub(super) fn spacing_um(field: &HeightField, options: &MethodOptions) -> Result
 impl Relief for Stam {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
+        // 0 unless q can be the sum of two unit vectors above the surface.
         if is_query(q) {
             for n in 1..=ORDERS {
                 let wavelength_um = self.period_um * q[0].abs() / n as f32;

@@ -7,7 +7,7 @@
 // Its factors are the colour weights per µm (colours.wgsl), the line δ(u/λ - n/d) integrated over wavelengths, the
 // fraction of an order, and the density over v.
 
-// Number of orders on each side of order 0.
+// Number of orders on each side of order 0. A test compares this file's constants with those in Rust.
 const ORDERS: u32 = 8u;
 // Length of the interval -1 to 1 of v over which an order spreads uniformly: that of the outgoing hemisphere at normal
 // incidence.
@@ -25,7 +25,8 @@ struct Stam {
 @group(1) @binding(0) var<uniform> stam: Stam;
 
 // The relief's factor of the reflectance for q, linear sRGB in 1/sr: all of it but Fresnel factor, obliquity and
-// shadowing. The loop is short, so part 0 is the whole answer and the other parts are zero (common.wgsl).
+// shadowing. Zero unless q can be the sum of two unit vectors above the surface (is_query). Callers add up parts of the
+// answer (common.wgsl); the loop is short, so part 0 is the whole answer and the other parts are zero.
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();

@@ -74,6 +74,7 @@ impl StamGems {
 impl Method for StamGems {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         let q = sum(wi, wo);
+        // 0 unless q can be the sum of two unit vectors above the surface.
         if !is_query(q) {
             return [0.0; 3];
         }

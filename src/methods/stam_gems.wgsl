@@ -7,7 +7,8 @@
 // with a centre for each channel. The first summand is order 0. f_r is the colour over π·cosθi, where θi is the angle
 // of incidence.
 
-// Number of orders on each side of order 0; the chapter's value.
+// Number of orders on each side of order 0; the chapter's value. A test compares this file's constants with those in
+// Rust.
 const GEMS_ORDERS: u32 = 7u;
 // Centre of the red bump in µm; the chapter's value.
 const RED_UM: f32 = 0.875;
@@ -33,8 +34,9 @@ struct StamGems {
 
 @group(1) @binding(0) var<uniform> gems: StamGems;
 
-// The whole reflectance f_r, linear sRGB in 1/sr. The loop is short, so part 0 is the whole answer and the other parts
-// are zero (common.wgsl).
+// The whole reflectance f_r, linear sRGB in 1/sr. Zero unless wi + wo can be the sum of two unit vectors above the
+// surface (is_query). Callers add up parts of the answer (common.wgsl); the loop is short, so part 0 is the whole
+// answer and the other parts are zero.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let q = wi + wo;
     if !is_query(q) || answer_part != 0u {

@@ -27,10 +27,10 @@ pub(super) struct TableUniform {
     pub exponent_offset: u32,
     /// Index of the outermost ring.
     pub last_ring: u32,
-    /// Cells along each side of the albedo's grid; 0 where nothing is divided by an albedo.
+    /// Cells along each side of the albedo's grid of directions; 0 where nothing is divided by an albedo.
     pub albedo_cells: u32,
-    /// Planes of wavelength of a film's albedo; 0 for a reflecting surface, whose albedo is stored for red, green and
-    /// blue.
+    /// Number of wavelengths at which a film's albedo is tabulated, one grid (plane) each; 0 for a reflecting surface,
+    /// whose albedo is stored for red, green and blue.
     pub albedo_planes: u32,
     /// Wavelength of the first plane in nm.
     pub albedo_min_nm: f32,

@@ -43,9 +43,10 @@ struct Table {
     exponent_offset: u32,
     // Index of the outermost ring.
     last_ring: u32,
-    // Cells along each side of the grid of albedo_grid.wgsl; 0 where nothing is divided by an albedo.
+    // Cells along each side of the grid of directions in albedo_grid.wgsl; 0 where nothing is divided by an albedo.
     albedo_cells: u32,
-    // Planes of wavelength of the albedo of film.wgsl; 0 for the albedo of albedo.wgsl, stored for red, green and blue.
+    // Number of wavelengths at which the albedo of film.wgsl is tabulated, one grid (plane) each; 0 for the albedo of
+    // albedo.wgsl, stored for red, green and blue.
     albedo_planes: u32,
     // Wavelength of the first plane in nm.
     albedo_min_nm: f32,
@@ -149,8 +150,9 @@ fn on_ring(ring_index: i32, turn: f32, w: f32) -> vec3<f32> {
     return sum * ((w * w + ring.zero_squared) / (w * w + ring.knee_squared));
 }
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr. Part 0 is the whole answer, and the
-// other parts are zero (common.wgsl).
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr. Zero unless q can be the sum of two unit
+// vectors above the surface (is_query). Callers add up `answer_parts` parts of the answer (common.wgsl). Here part 0 is
+// the whole answer, and the other parts are zero.
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) || answer_part != 0u {
         return vec3<f32>();

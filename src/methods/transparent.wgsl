@@ -1,5 +1,6 @@
-// Factor F of a film, which reflects and transmits: its scattering function is F times S/λ² of the relief. Compiled
-// after table.wgsl. Counterpart of src/scattering/transparent.rs, which derives the formulas, for bodies that are
+// Factor F of a film, which reflects and transmits: its scattering function is F times S/λ², with S the power spectrum
+// of the relief. Tables are those of the relief magnified n times. Compiled after common.wgsl (COSINE_MIN) and
+// table.wgsl. Counterpart of src/scattering/transparent.rs, which derives the formulas, for bodies that are
 // films: a relief on top, a flat side below, and air on both sides.
 //
 // n is the refractive index of the film, and ε = n². K is the wave vector of a direction, in units of the wave number
@@ -21,7 +22,7 @@
 //     F = 2 ζ ζ0 (ε - 1)²/w² · Σ |B|² τ τ0      over the four pairs of states; 0 marks the incident direction
 
 // Smallest product k·k0 by which cosφ is computed. The azimuth of a direction along the normal is arbitrary: F does not
-// depend on it.
+// depend on it. A test compares the value with that in Rust.
 const SINES_MIN: f32 = 1e-6;
 
 // Wave of one direction at a film: its wave vector, and its terms of the factor F.
@@ -88,6 +89,7 @@ fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
     let n = table.body_eta;
     let is_reflected = wi.is_below == wo.is_below;
     let sigma = select(-1.0, 1.0, is_reflected);
+    // Normal component of Ki + Ko over n: wave vectors below point downwards.
     let w = select(wi.normal, -wi.normal, wi.is_below) + select(wo.normal, -wo.normal, wo.is_below);
     let normal = max(abs(w), table.body_normal_min);
     let tangential = (wi.cosines + wo.cosines) / n * select(1.0, -1.0, w < 0.0);
@@ -105,7 +107,7 @@ fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
         sin_squared * wo.v * wo.v * wo.states.y * wi.states.x,
         pp * pp * wo.states.y * wi.states.y,
     );
-    // F. ζ ζ0 and w² are both over n², which cancels.
+    // F, with ζ ζ0 and w² both over n², which cancels.
     let power = 2.0 * (powers.x + powers.y + powers.z + powers.w) * wi.normal * wo.normal * contrast * contrast;
     // S/λ² of the relief is that of the magnified relief over n².
     return TransparentPair(vec3<f32>(tangential, normal), power / (n * n));

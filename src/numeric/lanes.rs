@@ -224,12 +224,12 @@ impl Real for f32x4 {
     fn exp2(self) -> Self {
         let is_normal = Self::splat(-126.0).le(self);
         let x = Number::min(Number::max(self, Self::splat(-126.0)), Self::splat(127.5));
-        // 2ˣ = 2^whole · 2^(x − whole), with the nearest whole number.
+        // 2ˣ = 2^whole · 2^(x − whole), with the nearest whole number. `mantissa` is the second factor, 0.7 to 1.4.
         let whole = Real::floor(x + Self::splat(0.5));
-        let fraction = polynomial(x - whole, &EXP2_TAYLOR);
+        let mantissa = polynomial(x - whole, &EXP2_TAYLOR);
         // 2^whole: `whole` plus the bias in the exponent bits of a single-precision number.
         let power = (cast::<i32x4, u32x4>(whole.fast_trunc_int()) + u32x4::splat(127)) << 23_u32;
-        Self::select(is_normal, fraction * cast::<u32x4, f32x4>(power), Self::splat(0.0))
+        Self::select(is_normal, mantissa * cast::<u32x4, f32x4>(power), Self::splat(0.0))
     }
 }
 

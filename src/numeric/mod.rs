@@ -135,13 +135,16 @@ pub trait Numbers: Copy {
     /// [`Numbers::index`] of a double.
     fn index_of_double(x: Self::Double) -> Self::Index;
 
-    /// Applies `step` to the state while `go_on` is true, in each lane separately. `name` labels a recorded loop.
+    /// Applies `step` to the state while `go_on` is true, in each lane separately, and returns the last state. `name`
+    /// labels the loop in recorded kernels; numbers by value ignore it.
     fn while_loop<S: State>(name: &'static CStr, state: S, go_on: impl Fn(S) -> Self::Mask, step: impl Fn(S) -> S)
     -> S;
 
-    /// Function equal to `function` on `0..count`, for `count` up to [`TABULATED_MAX`]. Numbers by value tabulate it
-    /// once. For them, the argument must be equal in all lanes of a loop; lanes that have left the loop may have a
-    /// smaller one.
+    /// Function equal to `function` on `0..count`, for `count` up to [`TABULATED_MAX`].
+    ///
+    /// - Numbers by value tabulate `function` once. In a loop, the argument must be equal in all lanes that are still
+    ///   in the loop. Lanes that have left it may have a smaller argument, and get a wrong value, which is discarded.
+    /// - Recorded kernels call `function` itself.
     fn tabulated(count: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real;
 
     /// Results `[result][input]` of `function` for each of the `L` inputs in turn. Zeros where `active` is false; in

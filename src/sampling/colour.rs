@@ -152,6 +152,7 @@ impl ColourSampler {
 /// Adds the mass of a quadrature point `(u, v)` to the sum of each slice of w. Points to which no pair of directions
 /// belongs have no mass.
 fn add_point(sums: &mut [f32; BANDS], [u, v]: [f64; 2], reflected: &impl Fn([f32; 3]) -> [f32; 3]) {
+    // Square of the largest w, from |wi + wo| ≤ 2.
     let w_squared = 4.0 - u * u - v * v;
     if w_squared <= 0.0 {
         return;
@@ -167,7 +168,8 @@ fn add_point(sums: &mut [f32; BANDS], [u, v]: [f64; 2], reflected: &impl Fn([f32
     }
 }
 
-/// A [`ColourSampler`] for one family of numbers (plain, lanes or traced; see `src/numeric`).
+/// A [`ColourSampler`] for one family of numbers: single values, four lanes, or variables of a recorded kernel
+/// (`src/numeric`).
 #[derive(Clone, Copy)]
 pub struct ColourSamplerView<N: Numbers> {
     /// Layout of the table data.
@@ -256,6 +258,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
         // The integral of M over (u, v) is the total mass over the nodes per area.
         let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
+        // A resized relief reads the table at s·u and s·v, so its nodes are denser by s along either axis.
         let nodes_per_area = self.size.map_or(nodes_per_area, |size| nodes_per_area * size.scale * size.scale);
         let has_mass = active & lit(0.0).lt(total);
         let total = N::Real::select(has_mass, total, lit(1.0));

@@ -2,7 +2,7 @@
 //!
 //! Directions are drawn approximately in proportion to `O·S(f; κ)/λ²`. O is the obliquity factor, and the power
 //! spectrum `S` a sum of Gaussians about the nodes of a lattice of frequencies. The other factors of the reflectance
-//! (Fresnel factor, shadowing, the albedo's divisor) are left to the sample weight, `f_r·cosθo/pdf`.
+//! (Fresnel factor, shadowing, division by the albedo) are left to the sample weight, `f_r·cosθo/pdf`.
 //!
 //! ```text
 //! f       = (wi + wo)_xy / λ            spatial frequency of a pair of directions, in cycles/µm
@@ -123,7 +123,8 @@ impl Sampler {
     }
 }
 
-/// A [`Sampler`] for one family of numbers (plain, lanes or traced; see `src/numeric`).
+/// A [`Sampler`] for one family of numbers: single values, four lanes, or variables of a recorded kernel
+/// (`src/numeric`).
 #[derive(Clone, Copy)]
 pub struct SamplerView<N: Numbers> {
     /// Layout of the table data.

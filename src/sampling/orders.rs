@@ -164,9 +164,9 @@ struct Incidence<N: Numbers> {
     kappa_per_w: N::Real,
     /// Spacing of orders in direction cosines along x and y, `λ/d`.
     spacing: [N::Real; 2],
-    /// [`HORIZON_WIDTH_SQUARED`] times the variance of an order in direction cosines.
+    /// [`HORIZON_WIDTH_SQUARED`] times the variance of an order in direction cosines, along the axis of wider orders.
     width_squared: N::Real,
-    /// [`COS_SQUARED_MIN`] times the standard deviation of an order in direction cosines.
+    /// [`COS_SQUARED_MIN`] times the standard deviation of an order in direction cosines, along the same axis.
     cos_squared_min: N::Real,
     /// Indices of the first orders of the loop along x and y.
     low: [N::Index; 2],
@@ -196,6 +196,7 @@ impl<N: Numbers> OrdersView<N> {
         let lit = N::Real::lit;
         let incidence = self.incidence(passage, reading);
         let position = self.position(passage, outgoing, reading);
+        // ΣW over all orders. The text names the loop in kernels that are recorded for Mitsuba (`src/numeric`).
         let (_, total) = N::while_loop(
             c"Sum over orders",
             (incidence.low, lit(0.0)),
@@ -204,6 +205,7 @@ impl<N: Numbers> OrdersView<N> {
                 (incidence.next(j), total + self.weight(&incidence, j, self.number(j), incidence.has(j, active)))
             },
         );
+        // ΣW·Gaussian over the orders near the position.
         let near = incidence.near(&self.layout.axes, position);
         let (_, density) = N::while_loop(
             c"Density of orders",
@@ -319,14 +321,14 @@ impl<N: Numbers> OrdersView<N> {
         })
     }
 
-    /// Gaussian of the order with number `number` at a position; 1 at the order.
+    /// Gaussian of the order with numbers `number` at a position; 1 at the order.
     #[inline(always)]
     fn gaussian(&self, position: [Position<N>; 2], number: [N::Real; 2], reading: &Reading<N>) -> N::Real {
         let lit = N::Real::lit;
         let squared = [0, 1].map(|i| {
             let Position { whole, fraction } = position[i];
             let distance = (whole - number[i]) + fraction;
-            // Distance in standard deviations, which the window narrows.
+            // Distance in standard deviations, which are smaller by the factor `window` where one is given.
             let t = match reading.window {
                 None => distance * lit(1.0 / self.layout.axes[i].sigma),
                 Some(window) => distance / (window * lit(self.layout.axes[i].sigma)),
@@ -342,7 +344,8 @@ impl<N: Numbers> OrdersView<N> {
         [0, 1].map(|i| N::real(j[i]) - N::Real::lit(f64::from(self.layout.axes[i].origin)))
     }
 
-    /// Weight `W_j` of the order with indices `j` and number `number`.
+    /// Weight `W_j` of the order with indices `j` and numbers `number`, before division by ΣW. Meaningless where
+    /// `active` is false.
     #[inline(always)]
     fn weight(&self, incidence: &Incidence<N>, j: [N::Index; 2], number: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;

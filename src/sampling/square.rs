@@ -11,16 +11,20 @@
 //! ```
 //!
 //! The power reflected into `df` is proportional to `S·G/cosθo` at one incidence. The density follows `S·G`. Three
-//! sources of variance of the sample weights remain: `1/cosθo`, the variation of `P_j` within a band, and the albedo's
-//! divisor.
+//! sources of variance of the sample weights remain: `1/cosθo`, the variation of `P_j` within a band, and the
+//! division of the reflectance by its albedo.
 //!
 //! Propagating frequencies fill a disc of radius 1/λ about `wi_xy/λ`. Nodes are drawn from the square around the disc,
 //! since a [`SummedArea`] yields the mass of any rectangle in four reads. Samples in the square's corners are no
 //! directions and are rejected.
 //!
 //! A sample is a node plus an offset along each axis. Where the Gaussian of a node is narrow, the offset is normal.
-//! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around. Masses are convolved with the
-//! tents' weights beforehand, and the offset t in nodes has the density of a tent, `1 − |t|` for t in [−1, 1].
+//! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around. A tent has the density
+//! `1 − |t|` of the offset t in nodes, for t in [−1, 1]. Masses are convolved with the tents' weights beforehand, so a
+//! sample draws a node and the offset of one tent.
+//!
+//! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
+//! the mask `active` is false.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{node_power, tent_quantile};
@@ -36,7 +40,7 @@ use std::f64::consts::{LOG2_E, TAU};
 ///
 /// Below it a density reads up to [`TAPS_MAX`] nodes along an axis for the Gaussian itself; with tents it reads two.
 /// The relative variance of sample weights that tents add along an axis falls with the width: 5 % at 0.36, below 1 %
-/// from 0.9 on (see the tests). Smaller values save reads, larger ones variance.
+/// from 0.9 on (see the tests). Smaller values save reads; larger ones reduce the variance.
 const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Upper bound of `|normal_quantile(u)|` in single precision, in standard deviations.
 const QUANTILE_MAX: f64 = 5.45;
@@ -145,6 +149,7 @@ fn tent_weights(sigma: f64) -> Vec<f32> {
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);
     }
+    // Weights are symmetric: equally many are dropped at either end.
     let dropped = weights.iter().take_while(|weight| **weight < NEGLIGIBLE_WEIGHT).count();
     weights[dropped..weights.len() - dropped].iter().map(|weight| *weight as f32).collect()
 }
@@ -198,7 +203,8 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
 }
 
 /// Means of `P·G` over each band of κ for a node of squared frequency `f_squared`. `bands` gives the quadrature points
-/// of each band: k = κ/2π and the curve at this κ. [`band_means`] describes bands in which the node does not propagate.
+/// of each band in ascending order: k = κ/2π and the curve at this κ. [`band_means`] describes bands in which the node
+/// does not propagate.
 fn node_means<'a>(
     table: &SpectralTable,
     record: &[f32],
@@ -212,6 +218,7 @@ fn node_means<'a>(
     for (mean, band) in means.iter_mut().zip(bands) {
         let (mut sum, mut count) = (0.0, 0);
         for (k, curve) in band {
+            // The node does not propagate at this k or any larger one.
             if k * k > k_max_squared && (count > 0 || last_mean > 0.0) {
                 break;
             }
@@ -308,7 +315,7 @@ impl<N: Numbers> SquareView<N> {
         let [lower, upper] = incidence.mixed_bands(counts_at_f, self.layout.areas.unit);
         let [total_lower, total_upper] = incidence.mixed_bands(incidence.counts.map(N::real), self.layout.areas.unit);
         let total = total_lower + total_upper;
-        // Nodes per area of direction cosines.
+        // Nodes per area of direction cosines, Px·Py/λ². The factor 10⁶ converts µm² to nm².
         let nodes_per_area = lit(1e6 * x.period_um * y.period_um) / (reading.wavelength_nm * reading.wavelength_nm);
         let has_mass = lit(0.0).lt(total) & active;
         let density = nodes_per_area * (lower + upper) / N::Real::select(has_mass, total, lit(1.0));
@@ -385,6 +392,7 @@ impl<N: Numbers> SquareView<N> {
     /// the offset from the node to the position. Only the first `axis.taps` entries count.
     #[inline(always)]
     fn taps(&self, axis: &SquareAxis, position: N::Double) -> [(N::Double, N::Real); TAPS_MAX] {
+        // An even number of taps lies half on either side of the position.
         let first = match axis.taps {
             1 => N::Double::lit(0.0),
             taps => position.floor() - N::Double::lit(f64::from(taps / 2 - 1)),
@@ -405,8 +413,8 @@ impl<N: Numbers> SquareView<N> {
 }
 
 impl<N: Numbers> Incidence<N> {
-    /// Masses in the two bands that are mixed, each times the band's fraction, from the counts in all bands and the
-    /// masses of one count.
+    /// Masses in the two bands that are mixed, each times the band's fraction: 1 − t of the lower band, t of the upper.
+    /// `counts` are those in all bands, `unit` the masses of one count.
     #[inline(always)]
     fn mixed_bands(&self, counts: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
         let lit = N::Real::lit;

@@ -19,7 +19,7 @@ pub(crate) struct Passage<N: Numbers> {
     /// Normal component of the incident wave vector: positive if light leaves on the incident side, else negative. The
     /// scattering vector's normal component is `|normal + c|`, with c > 0 the outgoing normal component.
     pub normal: N::Real,
-    /// Squared length of outgoing wave vectors.
+    /// Squared length of outgoing wave vectors: 1 in the tables' medium, 1/n² in air beside a medium of index n.
     pub outgoing_squared: N::Real,
     /// Largest tangential length of outgoing wave vectors.
     pub reach: N::Real,

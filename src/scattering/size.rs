@@ -70,6 +70,7 @@ impl SizeRange {
         let [low, high] = self.wavenumbers();
         // The phase at the shortest wavelength belongs to the wavenumber 1/λ_min.
         let phase = phase_max * (high - low) * WAVELENGTH_MIN_NM;
+        // One slab more than intervals, of which there is at least one.
         (phase / slab_phase).ceil().max(1.0) as u32 + 1
     }
 

@@ -9,7 +9,7 @@
 //! φ          azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
 //! ε          squared index (eta + i·k)², here with `ComplexIndex::k`, called `absorption` in code
 //! t0, t      normal components in the medium, √(ε − k0²) and √(ε − k²)
-//! s, p       denominators of the states s and p, s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
+//! s, p       denominators of the polarisation states s and p, s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
 //!
 //! B_ss = −(ε − 1) cosφ/(s s0)          B_sp = (ε − 1) t0 sinφ/(s p0)
 //! B_ps = (ε − 1) t sinφ/(p s0)         B_pp = (ε − 1) (t t0 cosφ − ε k k0)/(p p0)
@@ -62,7 +62,7 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// The factor Q of unpolarised light.
+    /// The factor Q of unpolarised light: the sum over outgoing states, and the mean over the two incident ones.
     pub fn unpolarised(&self) -> f64 {
         0.5 * [self.ss, self.sp, self.ps, self.pp].map(|a| a.norm_sqr()).iter().sum::<f64>()
     }
@@ -150,10 +150,11 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let sin_squared = one - cos_squared;
     let w = q + q0;
     let per_w_squared = one / (w * w);
-    // Below, `straight` is the sum of |B_ss|² and |B_pp|², `crossed` that of |B_sp|² and |B_ps|², up to common factors.
+    // Below, `straight` is the sum of |B_ss|² and |B_pp|², `crossed` that of |B_sp|² and |B_ps|²: times (q·q0)² for the
+    // conductor, over |ε − 1|² for other media.
     let Some(index) = index else {
         // cosφ − k·k0. At grazing directions the difference cancels. The second form, from (k·k0)² = 1 − q² − q0² +
-        // q²q0², does not.
+        // q²q0², does not, but divides by k·k0. It is therefore used for large k·k0 only.
         let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - one_plus_dot) / divisor;
         let difference = R::select(sines.lt(lit(0.5)), cos - sines, grazing);
         let crossed = sin_squared * (q_squared + q0_squared);

@@ -44,7 +44,8 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Smallest |w| in units of the wave number in vacuum, for any coherence length. The phase of a relief 1 µm high is
-/// then at most 0.02 rad, where S is proportional to w² with a relative error of 1e-4.
+/// then at most 0.02 rad, where S is proportional to w² with a relative error of 1e-4. Larger values change more pairs
+/// of directions; with smaller ones 1/w² amplifies the rounding errors of S.
 const NORMAL_MIN: f64 = 1e-3;
 /// Smallest |w| in standard deviations of an order. Smaller values leave albedos above one at short coherence lengths.
 const NORMAL_MIN_WIDTHS: f64 = 1.0;
@@ -91,7 +92,8 @@ pub struct TransparentBody {
     pub normal_min: f64,
 }
 
-/// Wave of one direction at a transparent body: its wave vector, and its terms of the factor F.
+/// Wave of one direction at a transparent body: its wave vector, and its terms of the factor F. `N` is a family of
+/// number types, such as four lanes (`src/numeric`).
 #[derive(Clone, Copy)]
 pub(crate) struct BodyWave<N: Numbers> {
     /// Whether the direction lies below the relief.
@@ -176,29 +178,33 @@ impl TransparentBody {
         let cos_squared = cos * cos;
         // Directions below an interface are those inside the medium; all others are in air.
         let is_inside = if self.is_film { N::mask(false) } else { is_below };
+        // c1² = 1 − k² and cn² = ε − k², with k² = ε(1 − cos²) inside the medium and 1 − cos² in air.
         let c1_squared = N::Real::select(is_inside, cos_squared.fma(lit(eps), lit(1.0 - eps)), cos_squared);
         let cn_squared = N::Real::select(is_inside, cos_squared * lit(eps), cos_squared + lit(eps - 1.0));
         let (c1, c1_imaginary) = (c1_squared.max(zero).sqrt(), (-c1_squared).max(zero).sqrt());
         let cn = cn_squared.sqrt();
         let (s, p) = (c1 + cn, c1.fma(lit(eps), cn));
+        // c1 is real or imaginary, so |s|² = (c1 + cn)² + |Im c1|²; |p|² likewise.
         let imaginary_squared = c1_imaginary * c1_imaginary;
         let per_squared = [one / s.fma(s, imaginary_squared), one / p.fma(p, imaginary_squared * lit(eps * eps))];
+        // 4·c1·cn/s² and 4ε·c1·cn/p².
         let refracted =
-            [(1.0, per_squared[0]), (eps, per_squared[1])].map(|(scale, per)| c1 * cn * lit(4.0 * scale) * per);
+            [(1.0, per_squared[0]), (eps, per_squared[1])].map(|(factor, per)| c1 * cn * lit(4.0 * factor) * per);
         let passed = match self.is_film {
-            true => refracted.map(|passed| N::Real::select(is_below, passed, one)),
+            true => refracted.map(|transmittance| N::Real::select(is_below, transmittance, one)),
             false => [one; 2],
         };
-        let vacuum = N::Real::select(is_inside, lit(self.eta), one);
-        let [x, y] = [w[0] * vacuum, w[1] * vacuum];
-        let per_medium = N::Double::lit(1.0 / self.eta);
-        let scale = N::Double::select(is_inside, N::Double::lit(1.0), per_medium);
+        // Length of K: index of the medium in which the direction is given.
+        let length_of_k = N::Real::select(is_inside, lit(self.eta), one);
+        let [x, y] = [w[0] * length_of_k, w[1] * length_of_k];
+        // This length over n.
+        let over_n = N::Double::select(is_inside, N::Double::lit(1.0), N::Double::lit(1.0 / self.eta));
         BodyWave {
             is_below,
-            tangential: [N::widen(w[0]) * scale, N::widen(w[1]) * scale],
+            tangential: [N::widen(w[0]) * over_n, N::widen(w[1]) * over_n],
             normal: N::Real::select(is_below, cn, c1) * lit(1.0 / self.eta),
             other_normal: N::Real::select(is_below, c1, cn) * lit(1.0 / self.eta),
-            eta_squared: vacuum * vacuum,
+            eta_squared: length_of_k * length_of_k,
             length: x.fma(x, y * y).sqrt(),
             v: [
                 N::Real::select(is_below, c1 * lit(self.eta), cn),
@@ -234,7 +240,7 @@ impl TransparentBody {
         let squared = |[re, im]: [N::Real; 2]| re.fma(re, im * im);
         let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * sines));
         let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
-        // 1/|s|² and 1/|p|², times the transmittances.
+        // 1/|s|² and 1/|p|², times the transmittances τ, of the outgoing and of the incident direction.
         let [[s, p], [s0, p0]] = [wo, wi].map(|wave| [0, 1].map(|state| wave.per_squared[state] * wave.passed[state]));
         let contrast = self.contrast_over_normal(is_reflected, normal, wi);
         // ζ ζ0/n² and w²/n²: the units of both cancel.
@@ -298,14 +304,14 @@ impl<N: Numbers> BodyWave<N> {
 }
 
 impl<N: Numbers> TransparentPair<N> {
-    /// F for unpolarised light.
+    /// F for unpolarised light: the sum over outgoing states, and the mean over the two incident ones.
     #[inline(always)]
     pub(crate) fn power(&self) -> N::Real {
         let [ss, sp, ps, pp] = self.powers;
         ((ss + pp) + (sp + ps)) * N::Real::lit(0.5)
     }
 
-    /// Factor on `S/λ²` of the magnified relief, in the scattering function of light from `wi` to `wo`, in 1/sr.
+    /// Factor on `S/λ²` of the magnified relief, in the scattering function of the pair, in 1/sr.
     #[inline(always)]
     pub(crate) fn factor(&self) -> N::Real {
         self.power() * self.per_solid_angle
@@ -329,7 +335,8 @@ impl<N: Numbers> TransparentPair<N> {
         self.normal
     }
 
-    /// Frequency in cycles/µm and phase rate κ in rad/µm of a look-up in tables of the magnified relief.
+    /// Frequency in cycles/µm and phase rate κ in rad/µm of a look-up in tables of the magnified relief. `reading` has
+    /// one wavelength for the frequency and one for κ, which differ for a resized relief (`size.rs`).
     #[inline(always)]
     pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
         let wavenumber = N::Double::lit(1e3) / N::widen(reading.wavelength_nm);

@@ -52,6 +52,7 @@ impl Band {
         // Ends of the transition in cycles/µm; `high` is half the sampling rate of the kept pixels.
         let low = FREQUENCY_MAX_PER_UM + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
         let high = 0.5 * kept as f64 / length_um;
+        // erfc(√ln(1/ε)) < ε.
         let steepness = (1.0 / tolerance).ln().sqrt();
         // In FFT order, bins i and kept − i have opposite frequencies.
         let weight = |bin: usize| {

@@ -40,7 +40,7 @@ pub(super) const ERROR_KAPPAS: usize = 3;
 const ERROR_SAMPLES: usize = 4000;
 
 /// Phase κH in rad at which slopes at κ = 0 are measured, with H half the range of heights. Their relative error is the
-/// square of the phase, 1e-8.
+/// square of the phase, 1e-8. Smaller phases increase the rounding error of the difference instead.
 const SMALL_PHASE: f64 = 1e-4;
 
 /// Build time, size and measured error of a table.
@@ -87,7 +87,8 @@ pub struct Built {
 }
 
 /// Builds the table of `spectrum` to a relative error of `tolerance`, if knots down to a fifth of the first spacing
-/// reach it. [`TableReport::relative_error`] has the error.
+/// reach it. Where nodes may have deep gaps over κ, the measured error is brought to a fraction of the tolerance
+/// (`knots.rs`). [`TableReport::relative_error`] has the measured error.
 ///
 /// [`BuildDemand::check`] refuses builds that are too expensive, before the spectrum is made.
 ///
@@ -102,7 +103,7 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result
     let mut spacing = first_spacing;
     let mut progress = progress.clone();
     loop {
-        // Another build with finer knots may follow.
+        // Another build with finer knots may follow: half of the remaining progress is left for it.
         let (progress_now, progress_rest) = progress.halves();
         let build = Build::new(spectrum, spacing, progress_now)?;
         let table = build.table();
@@ -127,7 +128,7 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result
     }
 }
 
-/// Node that the look-up of some pair of directions reads.
+/// Kept node: one that the look-up of some pair of directions reads. Other nodes have no record.
 struct KeptNode {
     /// Index in the lattice, row-major from node `(−reach, −reach)`.
     index: usize,
@@ -143,7 +144,7 @@ struct Build<'a> {
     quantity: NodeQuantity,
     /// Distance between knots in rad/µm.
     kappa_step: f64,
-    /// κ₀ of [`SpectralTable`] in rad/µm.
+    /// κ₀ of [`SpectralTable`] in rad/µm. A flat relief may have any positive value.
     kappa_knee: f64,
     /// Number of knots from κ = 0 to the first at or beyond [`KAPPA_MAX`].
     knots: usize,
@@ -222,21 +223,23 @@ impl<'a> Build<'a> {
 
     /// Headers and scaled curves `Q(κ)` of the kept nodes (see [`SpectralTable`]).
     ///
-    /// A header is `P(0) + i·P'(0)`, or `D(0)`. Curves are rows `[knot][node][component]`, with the knots from
-    /// `−EXTRA_KNOTS` on. They are in single precision, since they are most of a build's memory.
+    /// A header is a pair of floats in the form of a complex number: `P(0) + i·P'(0)`, or `D(0)`. Curves are rows
+    /// `[knot][node][component]`, with the knots from `−EXTRA_KNOTS` to `knots + EXTRA_KNOTS`. Rows of negative knots
+    /// are mirrored. Rows are in single precision, since they are most of a build's memory.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut headers = self.kept_values(&self.spectrum.nodes(0.0));
-        let last = self.knots as i64 + EXTRA_KNOTS;
+        let last_computed_knot = self.knots as i64 + EXTRA_KNOTS;
         // The bound in µm avoids a division by zero for a flat relief.
         let small_kappa = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
         if self.quantity == NodeQuantity::Power {
             let nearby = self.kept_values(&self.spectrum.nodes(small_kappa));
             for (i, header) in headers.iter_mut().enumerate() {
+                // Slope P'(0), the central difference between ±small_kappa.
                 header.im = (nearby[i] - mirrored(&nearby, i)).re / (2.0 * small_kappa);
             }
         }
-        let steps = self.progress.of_steps(last as usize + 1);
-        let rows: Vec<Vec<f32>> = (0..=last)
+        let steps = self.progress.of_steps(last_computed_knot as usize + 1);
+        let rows: Vec<Vec<f32>> = (0..=last_computed_knot)
             .into_par_iter()
             .map(|k| {
                 let kappa = if k == 0 { small_kappa } else { k as f64 * self.kappa_step };
@@ -307,11 +310,12 @@ impl<'a> Build<'a> {
         let (x, y) = (&table.lattice.x, &table.lattice.y);
         let middle = self.knots / 2;
         let mut errors = Vec::new();
-        // Beyond half of the range, κ occurs at few frequencies.
+        // Knots before the κ of the measurement. Beyond half of the range, κ occurs at few frequencies.
         let knots: [usize; ERROR_KAPPAS] = [0, middle / 2, middle];
         for knot in knots {
             let kappa = (knot as f64 + 0.5) * self.kappa_step;
             let nodes = self.spectrum.nodes(kappa.min(KAPPA_MAX));
+            // Every `stride`-th kept node: at most ERROR_SAMPLES of them.
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|node| {
                 // Positions off the nodes, by different fractions along x and y of the spacing or the kernel's width.

@@ -44,8 +44,8 @@ impl TableError {
     }
 }
 
-/// Display of a positive number with few digits, for messages. Numbers below 0.1 read 0.1. NaN
-/// reads as a number that is too large.
+/// Display of a positive number with few digits, for messages. Numbers below 0.1 read 0.1. NaN reads as a number that
+/// is too large.
 struct RoundNumber(f64);
 
 impl std::fmt::Display for RoundNumber {

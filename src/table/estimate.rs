@@ -5,10 +5,14 @@
 //! sizes and options. An estimate transforms nothing and allocates at most a few kB, so that an endless build is
 //! refused at once.
 //!
-//! - Time in ns: `BUILDS·((knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·nodes·components·knots)`.
+//! - `knots`: number of knots in the range of κ. Knots beyond its upper end are transformed as well:
+//!   `computed_knots = knots + EXTRA_KNOTS`. Values at the knots below κ = 0 are mirrored from those above. They take
+//!   memory, but no time.
+//! - `kept`: number of kept nodes. `components`: numbers per node value, 1 for a power, 2 for an amplitude.
+//! - Time in ns: `BUILDS·((computed_knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·kept·components·computed_knots)`.
 //! - Time at one κ: `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of
-//!   points of each transform, `screen` that of the phase screen, and `windowed` that of the lattice if a window is
-//!   applied.
+//!   points of each transform, `screen` that of the phase screen, and `windowed` that of the lattice's pixels if a
+//!   window multiplies them.
 //! - Peak memory: the values at all knots, and the larger of the transforms in progress and the finished records.
 
 use super::band::Band;
@@ -39,19 +43,21 @@ const TRANSFORM_NS: f64 = 0.55;
 const KNOT_NS: f64 = 5.0;
 /// Number of κ besides the knots at which node values are computed: two near zero, and those that measure the error.
 const OTHER_KAPPAS: f64 = 2.0 + ERROR_KAPPAS as f64;
-/// Work of all builds until the tolerance is met, over that of the last one. Earlier builds have wider knots.
+/// Work of all builds over that of the last one. A build is repeated with finer knots until its measured error meets
+/// the tolerance (`build.rs`), so earlier builds have fewer knots.
 const BUILDS: f64 = 1.2;
-/// Knot spacing of the last build over that of the first.
+/// Typical knot spacing of the last build over that of the first.
 const LAST_SPACING: f64 = 0.7;
 
 /// Shortest time in seconds for the albedo table of a grating.
 const GRATING_ENERGY_SECONDS: f64 = 0.5;
 /// Shortest time in seconds for the albedo table of any other relief.
 const ENERGY_SECONDS: f64 = 1.3;
-/// Nanoseconds for the albedo table per square of the number of knots: fringes of a deep relief are as fine over
-/// incidences as over wavelengths. It is an upper bound, which refuses reliefs of a hundred micrometres and more.
+/// Nanoseconds for the albedo table per square of the number of knots. Knots resolve the fringes of a deep relief over
+/// wavelengths. The fringes are as fine over incidences, hence the square. The value is an upper bound, since fringes
+/// finer than the table's grid are not followed. Larger values refuse shallower reliefs.
 const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
-/// Time and memory of the sampler over those of the table it is computed from.
+/// Time and memory of the sampler over those of the table from which it is computed.
 const SAMPLER_FRACTION: f64 = 0.5;
 
 /// Upper bound of the number of samples on one side of an axis, from which kept nodes are counted. The count is exact
@@ -108,7 +114,8 @@ pub enum Purpose {
     Table,
     /// A surface: also the sampler, and the albedo table where energy is conserved.
     Surface {
-        /// Time to build the albedo table, relative to that for a relief of one size; 0 where energy is not conserved.
+        /// Factor on the time to build the albedo table: 1 for a relief of fixed size, more for a range of relative
+        /// sizes (`scattering::SizeRange`), 0 where energy is not conserved.
         energy: f64,
     },
 }
@@ -164,7 +171,8 @@ impl BuildDemand {
         let mut peak_bytes = own.peak_bytes;
         let mut seconds = own.seconds * (1.0 + SAMPLER_FRACTION);
         if energy > 0.0 {
-            // A patch is divided by the albedo of its ensemble, whose table is built while its own is in memory.
+            // A patch is divided by the albedo of its ensemble, whose table is built while the patch's table is in
+            // memory. The time of that table is estimated high: it has no sampler.
             let albedo_source = match self.model {
                 Model::Ensemble => own,
                 Model::Patch => {
@@ -178,6 +186,7 @@ impl BuildDemand {
             let shortest_seconds = if is_grating { GRATING_ENERGY_SECONDS } else { ENERGY_SECONDS };
             seconds += energy * (shortest_seconds + 1e-9 * ENERGY_KNOT_PAIR_NS * albedo_source.knots.powi(2));
         }
+        // In the end, the table and its sampler are in memory together.
         Estimate { bytes: peak_bytes.max(own.table_bytes * (1.0 + SAMPLER_FRACTION)), seconds }
     }
 
@@ -202,52 +211,63 @@ impl BuildDemand {
         let lattice = plan_lattice(self.size, self.pixel_um, self.model, self.tiling, window, self.tolerance);
         let quantity = self.model.quantity();
         let spacing = LAST_SPACING * first_spacing(&lattice, self.tolerance);
+        // `knot_step` takes half the range of heights.
         let step = knot_step(quantity, 0.5 * self.range_um, spacing);
         let knots = (KAPPA_MAX / step).ceil() + 1.0;
         let kept = KeptCount::of(&lattice, quantity, step);
 
-        let (screen, nodes) = (points(self.size), points((lattice.x.pixels, lattice.y.pixels)));
+        let (screen, lattice_pixels) = (points(self.size), points((lattice.x.pixels, lattice.y.pixels)));
         let transforms = self.transforms(&lattice);
+        // Σ n·log₂n, with a logarithm of at least 1: the transform of a single point also takes time.
         let transformed: f64 = transforms.iter().map(|n| n * n.max(2.0).log2()).sum();
-        // Applying the window costs about as much per point as a screen.
-        let windowed = if lattice.is_native() { 0.0 } else { nodes };
-        let all_knots = knots + EXTRA_KNOTS as f64;
+        // A native lattice, whose nodes are the orders of the tile, needs no window (lattice.rs). Elsewhere the window
+        // costs about as much per pixel as a screen.
+        let windowed = if lattice.is_native() { 0.0 } else { lattice_pixels };
+        let computed_knots = knots + EXTRA_KNOTS as f64;
         let components = quantity.components() as f64;
         let seconds = 1e-9
             * BUILDS
-            * ((all_knots + OTHER_KAPPAS) * (TRANSFORM_NS * transformed + SCREEN_NS * (screen + windowed))
-                + kept.nodes * components * KNOT_NS * all_knots);
+            * ((computed_knots + OTHER_KAPPAS) * (TRANSFORM_NS * transformed + SCREEN_NS * (screen + windowed))
+                + kept.nodes * components * KNOT_NS * computed_knots);
 
-        // Each thread works on one knot: a grid and its transpose, the screen and the nodes, in complex double
-        // precision. The relief and copies of it take 24 bytes a pixel.
+        // Each thread works on one knot. It holds the grid of a transform and its transpose, the screen, and the kept
+        // nodes, all in complex double precision of 16 bytes. The threads share the relief and copies of it, together
+        // 24 bytes a pixel.
         let threads = rayon::current_num_threads() as f64;
         let largest = transforms.into_iter().fold(0.0, f64::max);
         let working_bytes = threads * 16.0 * (2.0 * largest + screen + kept.nodes) + 24.0 * screen;
-        // The values at all knots are in memory, first beside the transforms and then beside the records.
-        let knot_bytes = 4.0 * components * kept.nodes * (all_knots + EXTRA_KNOTS as f64);
+        // Values at all knots in single precision, with the mirrored ones below κ = 0. They are in memory first beside
+        // the transforms, then beside the records. Transforms have ended before records are written.
+        let knot_bytes = 4.0 * components * kept.nodes * (computed_knots + EXTRA_KNOTS as f64);
+        // Records, and a 32-bit offset for each node of the lattice.
         let table_bytes = 4.0 * (kept.floats + kept.lattice_nodes);
         TableEstimate { knots, seconds, table_bytes, peak_bytes: knot_bytes + working_bytes.max(table_bytes) }
     }
 
-    /// Number of points of each transform at one κ (spectrum.rs).
+    /// Number of points of each transform at one κ, in order (spectrum.rs). A transform that skips rows or columns has
+    /// the number of points of a full transform of equal work.
+    ///
+    /// - native lattice: the tile,
+    /// - patch: the lattice's pixels,
+    /// - ensemble: the screen, the band of its power spectrum back to the autocorrelation, the lattice's pixels.
     fn transforms(&self, lattice: &Lattice) -> Vec<f64> {
         if lattice.is_native() {
             return vec![points(self.size)];
         }
-        let nodes = points((lattice.x.pixels, lattice.y.pixels));
+        let lattice_pixels = points((lattice.x.pixels, lattice.y.pixels));
         if self.model == Model::Patch {
-            return vec![nodes];
+            return vec![lattice_pixels];
         }
-        // Grid of the forward transform of the screen, and of the kept band of its bins.
+        // Sizes of the grid of the screen, padded for an aperiodic scan, and of the kept band of its frequencies.
         let full = if self.tiling == Tiling::Aperiodic { lag_grid(self.size.0, self.size.1) } else { self.size };
         let band = (
             Band::kept_pixels(&lattice.x, full.0 as f64 * self.pixel_um.0),
             Band::kept_pixels(&lattice.y, full.1 as f64 * self.pixel_um.1),
         );
-        // The forward transform takes the rows of the relief alone, and then the columns of the band alone. Each of
-        // both steps is half of a transform.
+        // The forward transform takes the rows of the relief alone, then the columns of the band alone. Rows and
+        // columns are half of the work of a transform each, hence the factor 0.5.
         let forward = 0.5 * (points((full.0, self.size.1)) + points((band.0, full.1)));
-        vec![forward, points(band), nodes]
+        vec![forward, points(band), lattice_pixels]
     }
 }
 
@@ -269,7 +289,7 @@ struct TableEstimate {
     peak_bytes: f64,
 }
 
-/// Numbers of nodes and floats of a table, from samples along each axis.
+/// Numbers of nodes and floats of a table, counted from samples of the nodes along each axis.
 struct KeptCount {
     /// Nodes that some pair of directions reads.
     nodes: f64,
@@ -287,6 +307,7 @@ impl KeptCount {
         let mut kept = Self { nodes: 0.0, lattice_nodes, floats: 0.0 };
         for y in &y {
             for x in &x {
+                // None: beyond the frequencies of all pairs of directions, so the nodes have no record.
                 if let Some(kappa) = kappa_reached([x.frequency_per_um, y.frequency_per_um]) {
                     kept.nodes += x.nodes * y.nodes;
                     kept.floats += x.nodes * y.nodes * estimated_floats(quantity, kappa / kappa_step);
@@ -297,11 +318,13 @@ impl KeptCount {
     }
 }
 
-/// Floats of a record that is read up to the knot `last_knot`. Beyond 10⁹ knots, more than any table has, they are
-/// extrapolated.
+/// Floats of a record that is read up to the knot `last_knot`, at least 0. Beyond 10⁹ knots, more than any table has,
+/// the number is extrapolated in proportion, since it may exceed an integer of 32 bits.
 fn estimated_floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
     let capped = last_knot.min(1e9);
-    record_floats(quantity, capped as usize) as f64 * (last_knot / capped.max(1.0)).max(1.0)
+    // Factor of the extrapolation: 1 up to the cap, also below knot 1.
+    let excess = (last_knot / capped.max(1.0)).max(1.0);
+    record_floats(quantity, capped as usize) as f64 * excess
 }
 
 /// Node of an axis that represents the nodes around it.
@@ -316,7 +339,8 @@ struct AxisSample {
 fn axis_samples(axis: &LatticeAxis) -> Vec<AxisSample> {
     let reach = axis.reach as f64;
     let count = axis.reach.min(AXIS_SAMPLES_MAX);
-    // Node numbers per sample: intervals [i·width + ½, (i + 1)·width + ½] of equal width cover 1 to reach.
+    // Node m occupies the interval m ± ½. Equal intervals [i·width + ½, (i + 1)·width + ½] cover the nodes 1 to reach,
+    // and each sample is the middle of one. The nodes of negative number double its count.
     let width = reach / count.max(1) as f64;
     let sample = |node: f64, nodes: f64| AxisSample { frequency_per_um: nearest_frequency(axis, node), nodes };
     let others = (0..count).map(|i| sample((i as f64 + 0.5) * width + 0.5, 2.0 * width));

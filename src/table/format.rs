@@ -116,7 +116,8 @@ impl Format {
 /// Largest bfloat16 number (the upper 16 bits of a single-precision number) that is at most `x`.
 fn bf16_at_most(x: f32) -> f32 {
     let cut = f32::from_bits(x.to_bits() & 0xffff_0000);
-    // Dropping bits moves a number towards zero, so a negative one may need the next bfloat16 away from zero.
+    // Dropping bits moves a number towards zero, so a negative one may need the next bfloat16 away from zero. Its bits
+    // are larger by one in the upper half.
     if cut > x { f32::from_bits(cut.to_bits() + 0x1_0000) } else { cut }
 }
 

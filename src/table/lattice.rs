@@ -9,9 +9,10 @@
 //! - `x`: lag in µm. Node values are the transform of data over lags: an autocorrelation (ensemble), or the phase
 //!   screen itself (patch).
 //! - `g(x) = exp(−x²/(2σ_w²))`: coherence window on these data, with `σ_w` = `window_um`.
-//! - `ε`: relative error of the interpolation. `Λ = ln(16/ε)`: its log error, with [`TAIL_FACTOR`] for the errors of
-//!   both axes and several images.
-//! - `x_max`: largest lag that counts, `min(√(2Λ)·σ_w, support)`, where `g` falls to `e^−Λ` or the data end.
+//! - `ε`: relative error of the interpolation. `Λ = ln(16/ε)`: its log error (`log_error`), with [`TAIL_FACTOR`] for
+//!   the errors of both axes and several images.
+//! - `x_max`: largest lag that counts (`lag_max_um`), `min(√(2Λ)·σ_w, support)`, where `g` falls to `e^−Λ` or the data
+//!   end.
 //!
 //! An axis has one of two kinds of lattice (`AxisDemand::plan`):
 //!
@@ -233,8 +234,8 @@ impl AxisDemand {
         let AxisPlan { pixels, pixel_um, kernel, taps } =
             if is_native { self.native(log_error) } else { self.resampled(log_error, resampled_um) };
         let period_um = pixels as f64 * pixel_um;
-        // The upper bound never acts: a native Gaussian has a σ of at most √(2Λ)/π nodes, and tolerances are at least
-        // 1e-6.
+        // The upper bound never acts. Native periods are below 2·x_max, so that their Gaussian has a σ of at most
+        // √(2Λ)/π nodes, and tolerances are at least 1e-6.
         let taps = taps.clamp(1, TAPS_MAX);
         // Largest node that look-ups up to the largest frequency read. A native tile has no orders beyond half its
         // pixels. A resampled axis has copies of nodes beyond them, half the taps wide.
@@ -256,7 +257,7 @@ impl AxisDemand {
         }
     }
 
-    /// Plan of a native lattice: the pixels of the tile, and the shape of an order as the kernel.
+    /// Plan of a native lattice: the pixels of the tile, and the shape of an order as the kernel. `log_error` is Λ.
     fn native(&self, log_error: f64) -> AxisPlan {
         let margin = if self.is_grating { GRATING_TAIL_FACTOR.ln() } else { 0.0 };
         let sigma = self.pixels as f64 * self.pixel_um / (2.0 * PI * self.window_um);
@@ -266,8 +267,8 @@ impl AxisDemand {
         AxisPlan { pixels: self.pixels, pixel_um: self.pixel_um, kernel, taps: taps.ceil() as usize }
     }
 
-    /// Plan of a resampled lattice with a period of at least `resampled_um`. Pixels of an ensemble are those of the
-    /// band-limited autocorrelation.
+    /// Plan of a resampled lattice with a period of at least `resampled_um`. `log_error` is Λ. Pixels of an ensemble
+    /// are those of the band-limited autocorrelation.
     fn resampled(&self, log_error: f64, resampled_um: f64) -> AxisPlan {
         let (kernel, taps) = semicircle(log_error);
         let pixel_um = self.lags.map_or(self.pixel_um, |lags| {

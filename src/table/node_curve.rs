@@ -41,12 +41,13 @@ impl NodeCurve {
     #[inline]
     pub fn new(table: &SpectralTable, kappa: f64) -> Self {
         let kappa = kappa.clamp(0.0, table.kappa_max);
+        // Position in knots.
         let t = kappa / table.kappa_step;
         let first = t as usize;
         let [zero, slope, spline] = power_factors(kappa, table.kappa_knee);
         let spline_factor = match table.quantity {
             NodeQuantity::Power => Complex64::new(spline, 0.0),
-            // κ/(κ + iκ₀) = (κ² − iκκ₀)/(κ² + κ₀²).
+            // κ/(κ + iκ₀) = (κ² − iκκ₀)/(κ² + κ₀²), where `slope` is κκ₀²/(κ² + κ₀²).
             NodeQuantity::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
         };
         // κ lies between the knots `first` and `first + 1`. Coefficient i belongs to the knot i − 1.
@@ -107,7 +108,8 @@ impl<V: Values> PowerCurves<V> {
     /// [`NodeCurve::power`] of one record per lane: `record_of(lane)`.
     #[inline(always)]
     pub(crate) fn power<'a>(&self, record_of: impl Fn(usize) -> &'a [f32]) -> V::Real {
-        // Header and coefficients of each lane; zeros beyond a record's end.
+        // Header and the four coefficients of each lane; zeros beyond a record's end. The lanes of a value gather from
+        // different records, hence the copy.
         let mut lanes = [[0f32; HEADER + 4]; VALUES_MAX];
         for (i, lane) in lanes.iter_mut().enumerate().take(V::COUNT) {
             let (record, first) = (record_of(i), HEADER + V::lane(self.first, i));

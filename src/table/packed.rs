@@ -216,7 +216,7 @@ fn format_of(table: &SpectralTable, nodes: usize, tolerance: f64) -> Format {
     }
 }
 
-/// Layout of a packed table; `zero` is the power of order zero at κ = 0.
+/// Layout of a packed table; `zero` is [`PackedLayout::zero`].
 fn layout_of(table: &SpectralTable, format: Format, zero: f64) -> PackedLayout {
     let (x, y) = (&table.lattice.x, &table.lattice.y);
     PackedLayout {

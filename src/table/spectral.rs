@@ -132,7 +132,7 @@ impl SpectralTable {
     }
 
     /// Interpolates records at a frequency in cycles/µm: `record` becomes the weighted sum of the records around `f`,
-    /// with a header and `coefficients` spline coefficients.
+    /// with a header and `coefficients` spline coefficients. The caller passes the buffer, to reuse its memory.
     ///
     /// `record` becomes empty beyond the cutoff, and where no node with a record has a weight. Coefficients are
     /// complete up to those that are read at [`SpectralTable::kappa_limit`].

@@ -56,6 +56,7 @@ impl Model {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Spectrum {
+    /// Source of the phase screen, and of the orders' amplitudes on a native lattice.
     transform: OrderTransform,
     model: Model,
     lattice: Lattice,
@@ -67,7 +68,8 @@ pub struct Spectrum {
     norm: f64,
     /// Numbers of pixels along x and y of the grid on which the screen is transformed; padded for an aperiodic scan.
     screen_grid: (usize, usize),
-    /// Kept frequencies of that transform along x and y, for the autocorrelation of the ensemble.
+    /// Kept frequencies of that transform along x and y, for the autocorrelation of the ensemble. For a patch all are
+    /// kept.
     bands: [Band; 2],
     /// Source pixel and weight of each lattice pixel in FFT order, along x and y; see [`axis_weights`].
     weights: [Vec<(usize, f64)>; 2],
@@ -153,6 +155,8 @@ impl Spectrum {
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.screen_grid;
         let mut screen = self.tapered_screen(kappa);
+        // Both transforms are sums without a factor. Forward and back together they multiply by gx·gy, which the scale
+        // divides out.
         let scale = if self.tapers.is_some() {
             // Rows are padded with zeros to gx pixels; `Fft2::band` treats the missing rows as zero.
             let (nx, ny) = self.transform.size();
@@ -168,6 +172,7 @@ impl Spectrum {
             ((gx * gy) as f64).powi(-2)
         };
         let [x, y] = &self.bands;
+        // Bins of the kept frequencies alone, `[row][column]` in FFT order.
         let mut bins = self.lag_forward.band(&mut screen, (x.weights.len(), y.weights.len()));
         bins.par_chunks_mut(x.weights.len()).zip(&y.weights).for_each(|(row, wy)| {
             for (c, wx) in row.iter_mut().zip(&x.weights) {
@@ -211,17 +216,18 @@ impl Spectrum {
     }
 
     /// Multiplies `data` by `scale` and the weights of both axes, and transforms them to the lattice's bins, in FFT
-    /// order. `data` are row-major on a grid around the origin, in FFT order.
+    /// order. `data` are row-major on a grid around the origin, in FFT order, with as many pixels along an axis as its
+    /// band has bins. Bins are means over the lattice's pixels.
     fn windowed(&self, data: &[Complex64], scale: f64) -> Vec<Complex64> {
         let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
-        let width = self.bands[0].weights.len();
+        let data_width = self.bands[0].weights.len();
         let [weights_x, weights_y] = &self.weights;
-        let scale = scale / (px * py) as f64;
+        let mean_scale = scale / (px * py) as f64;
         let mut grid = vec![Complex64::ZERO; px * py];
         grid.par_chunks_mut(px).zip(weights_y).for_each(|(out, &(iy, wy))| {
-            let row = &data[iy * width..][..width];
+            let row = &data[iy * data_width..][..data_width];
             for (out, &(ix, wx)) in out.iter_mut().zip(weights_x) {
-                *out = row[ix] * (wx * wy * scale);
+                *out = row[ix] * (wx * wy * mean_scale);
             }
         });
         self.node_transform.process(&mut grid, &mut Vec::new());
@@ -231,6 +237,7 @@ impl Spectrum {
     /// Reorders FFT bins into nodes from `−reach` to `reach` along both axes. On a native axis with an even number of
     /// pixels, the bin at half the sampling rate belongs to the nodes of both signs, which share its power equally.
     fn collect_nodes(&self, bins: &[Complex64]) -> Vec<Complex64> {
+        // Factor along an axis: half the power, or the amplitude of half the power.
         let half_bin = match self.model {
             Model::Ensemble => 0.5,
             Model::Patch => FRAC_1_SQRT_2,

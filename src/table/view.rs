@@ -2,7 +2,8 @@
 //!
 //! A look-up at the frequency f in cycles/µm and the phase rate κ in rad/µm reads `taps.x · taps.y` nodes. Of each node
 //! it reads the entry and the packets that contain four consecutive spline coefficients. Packets begin at multiples of
-//! their length, so up to eight coefficients are read, some with weights of zero. Symbols are those of the
+//! their length, so six or eight coefficients are read, some with weights of zero: three packets of two or two of four
+//! ([`Format`]). Symbols are those of the
 //! [module](super), formulas of a node those of [`super::SpectralTable`], and the words of entries and packets those of
 //! [`Format`].
 
@@ -103,6 +104,7 @@ impl<N: Numbers> TableView<N> {
     ) -> [N::Real; 2] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
         let [taps_x, taps_y] = self.layout.taps;
+        // Nodes in a row of the lattice.
         let columns = int(2 * self.layout.reach[0] + 1);
         let weight_x = N::tabulated(taps_x, |i| self.kernel_weight(0, first_x.distance - N::real(i), window));
         let add_node = |node: N::Index, weight: N::Real, [re, im]: [N::Real; 2]| {
@@ -117,11 +119,13 @@ impl<N: Numbers> TableView<N> {
                 let start = (int(0), [lit(0.0); 2]);
                 let go_on = |(ix, _): (N::Index, [N::Real; 2])| active & ix.lt(int(taps_x));
                 let step = |(ix, sum): (N::Index, [N::Real; 2])| (ix + int(1), add_node(first + ix, weight_x(ix), sum));
+                // The text labels the loop in recorded kernels. The first part of the state is the index.
                 N::while_loop(c"orders of a row", start, go_on, step).1
             };
             let weight_y = self.kernel_weight(1, first_y.distance - N::real(iy), window);
             std::array::from_fn(|part| weight_y.fma(row_sum[part], sum[part]))
         };
+        // A single row needs no loop in recorded kernels.
         if taps_y == 1 {
             add_row(int(0), [lit(0.0); 2])
         } else {
@@ -137,8 +141,9 @@ impl<N: Numbers> TableView<N> {
         kernel_weight(self.layout.kernel[axis], window.map_or(distance, |window| distance / window))
     }
 
-    /// Contribution of `P(0)` of order zero, which entries of [`Format::Fixed`] leave out. `weight` is the kernel's
-    /// weight of order zero. Zero unless order zero is among the nodes read, from `first` on.
+    /// Contribution of `P(0)` of order zero, which entries of [`Format::Fixed`] leave out; all other nodes have
+    /// `P(0) = 0`. `weight` is the kernel's weight of order zero. Zero unless order zero is among the nodes read, from
+    /// `first` on.
     #[inline(always)]
     fn order_zero(&self, curve: &Curve<N>, weight: N::Real, first: &[FirstTap<N>; 2]) -> N::Real {
         let layout = &self.layout;
@@ -239,7 +244,7 @@ struct Curve<N: Numbers> {
     /// First packet read, in packets from the start of a node's coefficients.
     packet: N::Index,
     /// Weights of the eight coefficients from the first of that packet on. At most four of them, in a row, are not
-    /// zero.
+    /// zero. Formats with packets of two coefficients use the first six.
     weights: [N::Real; 8],
     /// Factor on the spline: `κ²/(κ² + κ₀²)` and 0 for powers, real and imaginary part of `κ/(κ + iκ₀)` for amplitudes.
     spline_factor: [N::Real; 2],
@@ -261,15 +266,16 @@ impl<N: Numbers> Curve<N> {
         let offset = t - N::real(packet << shift) + lit(1.0);
         let knee_squared = lit(layout.kappa_knee * layout.kappa_knee);
         let squares = kappa.fma(kappa, knee_squared);
-        let per_squares = kappa / squares;
+        let kappa_per_squares = kappa / squares;
         Self {
             packet,
             weights: std::array::from_fn(|i| cubic_b_spline(offset - lit(i as f64))),
             spline_factor: match layout.format {
-                Format::Complex => [kappa * per_squares, -per_squares * lit(layout.kappa_knee)],
-                Format::Fixed | Format::FixedFromZero | Format::Single => [kappa * per_squares, lit(0.0)],
+                // κ/(κ + iκ₀) = (κ² − iκκ₀)/(κ² + κ₀²).
+                Format::Complex => [kappa * kappa_per_squares, -kappa_per_squares * lit(layout.kappa_knee)],
+                Format::Fixed | Format::FixedFromZero | Format::Single => [kappa * kappa_per_squares, lit(0.0)],
             },
-            header_factors: [knee_squared / squares, knee_squared * per_squares],
+            header_factors: [knee_squared / squares, knee_squared * kappa_per_squares],
         }
     }
 

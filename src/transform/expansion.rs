@@ -181,7 +181,7 @@ impl<T: Precision> Expansion<T> {
     }
 }
 
-/// Conversion from `f64`, rounded to the precision of `T`.
+/// Conversion from `f64`, rounded to the precision of `T`. Both precisions accept every number.
 fn cast<T: Precision>(value: f64) -> T {
     T::from_f64(value).unwrap_or_else(T::zero)
 }

@@ -4,9 +4,10 @@
 //!   frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm, and the direction φ = atan2(fy, fx).
 //! - An *axis bin* j of the x axis sums the power of all waves with |jx| = j within 45° of that axis, for any jy.
 //!   Axis bins of the y axis likewise. Axis bin 0 is empty, since its only wave is the mean.
-//! - The dominant period is the extent divided by the position of the axis bin j that maximises j·power(j). A parabola
-//!   through the peak and its neighbours refines the position to a fraction of a bin. The factor j, the frequency,
-//!   favours a grating over the slow undulation of natural surfaces.
+//! - The dominant period is the extent divided by the position of the axis bin j that maximises j·power(j). Powers of
+//!   higher bins are smoothed beforehand ([`REFINED_MIN`]). A parabola through the peak and its neighbours refines the
+//!   position to a fraction of a bin. The factor j, the frequency, favours a grating over the slow undulation of
+//!   natural surfaces.
 
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
@@ -128,7 +129,7 @@ fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<P
         .max_by(|&a, &b| (a as f64 * smooth(a)).total_cmp(&(b as f64 * smooth(b))))?;
     let offset = if best < REFINED_MIN { 0.0 } else { vertex(smooth(best - 1), smooth(best), smooth(best + 1)) };
     let position = best as f64 + offset;
-    // Sums over the band, at least one bin to either side.
+    // Sums over the band about the position, at least one bin to either side.
     let reach = (BAND * position).max(1.0);
     let near = |j: &usize| (*j as f64 - position).abs() <= reach;
     let (mut power, mut direction) = (0.0, Complex64::ZERO);

@@ -143,6 +143,7 @@ fn encoded(nodes: [usize; 2], blocks: [usize; 2], masses: &[[f32; BANDS]], count
                     let counts = positive(mass[b]) * counts_per_mass[b];
                     if counts > 0.0 { encode(counts.round().max(1.0) as u32) } else { 0 }
                 });
+                // The blocks to the left, then two words per node within the block.
                 let at = column / BLOCK * BLOCK_WORDS + 2 * (row % BLOCK * BLOCK + column % BLOCK);
                 words[at] = code[0] | (code[1] << 16);
                 words[at + 1] = code[2] | (code[3] << 16);

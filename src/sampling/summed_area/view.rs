@@ -23,7 +23,8 @@ pub struct Drawn<N: Numbers> {
     pub u: [N::Real; 2],
 }
 
-/// A [`SummedArea`](super::SummedArea) for one family of numbers (plain, lanes or traced; see `src/numeric`).
+/// A [`SummedArea`](super::SummedArea) for one family of numbers: single values, four lanes, or variables of a recorded
+/// kernel (`src/numeric`).
 #[derive(Clone, Copy)]
 pub struct SummedAreaView<N: Numbers> {
     /// Layout of the table data.
@@ -143,6 +144,7 @@ impl<N: Numbers> SummedAreaView<N> {
         // Counts of the block's nodes, [node along y][node along x], in the band. A packet holds two nodes.
         let block = row * N::Index::lit(self.layout.blocks[0]) + column;
         let packet = N::Index::lit(self.layout.masses) + block * N::Index::lit(BLOCK_PACKETS);
+        // Bands 0 and 1 are the halves of a node's first word, 2 and 3 those of its second.
         let (is_second_word, is_upper_half) = (one.lt(band), one.le(band & one));
         let count = |first: N::Index, second: N::Index| {
             let word = N::Index::select(is_second_word, second, first);
@@ -198,7 +200,7 @@ fn bisect<N: Numbers>(
     let (whole, fraction) = scaled::<N>(before(high, active) - start, u);
     let target = start + whole;
     let has_several = |[low, high]: [N::Index; 2]| (low + one).lt(high) & active;
-    // Keeps before(low) ≤ target < before(high).
+    // Keeps before(low) ≤ target < before(high). The text labels the loop in recorded kernels.
     let [found, _] = N::while_loop(c"Bisection", [low, high], has_several, |[low, high]| {
         let middle = (low + high) >> 1;
         let is_lower = target.lt(before(middle, has_several([low, high])));
