@@ -66,8 +66,9 @@ impl Axis {
         // Ten times `power` is at least span/TICKS_MAX. Only rounding could leave no step.
         let step = step.unwrap_or(span);
         let decimals = (-step.log10().floor()).max(0.0) as usize;
-        // Indices of the first and last tick. The margin keeps a tick at the end of the axis in spite of rounding.
-        let (first, last) = ((self.first / step).ceil() as i64, (self.last / step + 1e-9).floor() as i64);
+        // Indices of the first and last tick. The margin keeps ticks at the ends of the axis in spite of rounding.
+        const MARGIN: f64 = 1e-9;
+        let (first, last) = ((self.first / step - MARGIN).ceil() as i64, (self.last / step + MARGIN).floor() as i64);
         (first..=last).map(|i| i as f64 * step).map(|value| (value, format!("{value:.decimals$}"))).collect()
     }
 }
