@@ -238,7 +238,6 @@ def check(made: dict) -> None:
     }
     about_the_base = [f"N = {n}, about the base" for n in (24, 26)]
     line_nm = {name: found["line_nm"] for name, found in made["steps"].items()}
-    # Constants of a sentence's meaning: 3 terms, and a valley below 1 % of the weaker order.
     sentences = {
         "the blazed grating has converged with 24 and 26 terms": all(
             errors["blazed"][caption] < NOTICED_DELTA_E for caption in about_the_base
@@ -250,6 +249,7 @@ def check(made: dict) -> None:
             max(found["parts"]) - min(found["parts"]) <= 3 for found in made["sums"]
         ),
         "lines of the blazed grating are wider than those of Elaphe": line_nm["blazed"] > line_nm["elaphe-procedural"],
+        # Orders are apart if the response between them falls below 1 % of the weaker one.
         "σs as the standard deviation keeps orders apart": all(row["deviation"] < 0.01 for row in made["valleys"]),
         "NMM is whiter than FLSS at the centre": made["white_spot"]["nmm"] < made["white_spot"]["flss"],
         "PQ spreads the first order": made["spread"]["pq"] > made["spread"]["flss"],
