@@ -96,10 +96,14 @@ def reference(surface: Surface) -> dict:
 def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     """Mean errors in the first orders of maps with different steps between wavelengths, a panel for each step.
 
-    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < STRIP, and are lit. `steps_nm` ascends.
-    `delta_e` has the errors by step in nm, `first_seen` is the smallest step with a visible error, or `None`. `line_nm`
-    is λd/(2√2πs) at CHECKED_NM, the standard deviation of order 1's power in one direction, as a function of the
-    wavelength.
+    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < STRIP, and are lit. `steps_nm` ascends. The
+    result has
+
+    - `period_um`: the dominant period d along x;
+    - `line_nm`: λd/(2√2πs) at CHECKED_NM. It is the width of order 1 over the wavelength in one direction, as a
+      standard deviation; sines become wavelengths by the factor d;
+    - `delta_e`: the errors by step in nm;
+    - `first_seen`: the smallest step with a visible error, or `None`.
     """
     surface = panels[0].surface
     period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]

@@ -173,16 +173,16 @@ def repeated_scan(measured: dict[str, Measured]) -> dict[str, Evaluation]:
     return {method: evaluate(measured["elaphe"].relief, "--method", method) for method in ("nmm", "pq")}
 
 
-def scan_row(skin: str, measured: Measured) -> dict:
+def scan_row(skin: str, of_skin: Measured) -> dict:
     """The scan's spacing from either side, the spacings of its strips, and their extremes `low_nm` and `high_nm`."""
-    means_nm = measured.strips_nm
+    means_nm = of_skin.strips_nm
     theirs_nm = THEIRS[skin, "flss"][0]
     return {
         "skin": skin,
-        "angles_deg": measured.relief.angles_deg,
-        "between_nm": measured.relief.between_nm,
-        **measured.whole.row(),
-        "turned_nm": measured.turned.report["mean_nm"],
+        "angles_deg": of_skin.relief.angles_deg,
+        "between_nm": of_skin.relief.between_nm,
+        **of_skin.whole.row(),
+        "turned_nm": of_skin.turned.report["mean_nm"],
         "strips_nm": means_nm,
         "low_nm": min(means_nm),
         "high_nm": max(means_nm),
@@ -252,6 +252,7 @@ def relief_sizes(folder: Path) -> dict:
     that such scans are rougher than the presets.
     """
     rows = size_rows(folder)
+    # `size_rows` also has peaks to valley, which the page compares with those of whole tiles instead.
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
     outliers = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
     if any(row["scan"] < row["low"] for row in outliers):
@@ -266,7 +267,8 @@ def relief_sizes(folder: Path) -> dict:
 def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found: dict) -> None:
     """Writes figures 1.8, 1.9 and 1.10.
 
-    `measured` are the scans, `repeated` the scan of *Elaphe* as a tile; `found` are the evaluations of `reliefs`.
+    `measured` has the scans by skin, and `repeated` the scan of *Elaphe* as a tile by method. `found` has evaluations
+    of `reliefs`, whose keys are gratings, by grating and method. Without scans `measured` and `repeated` are empty.
     """
     blazed = ("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])
     scanned, procedural = [], []

@@ -122,7 +122,10 @@ def repeating(skin: dict) -> dict:
 
 
 def cut_outs(file: Path) -> list[dict]:
-    """Figure 2.20: draws cut-outs; returns the period of each, and the wander of its lines of constant phase."""
+    """Figure 2.20: draws cut-outs; returns the period of each, and the `wander_nm` of its lines of constant phase.
+
+    The wander is the rms distance of these lines from straight ones (alignment.py).
+    """
     # Each axis is that of the surface's strongest period. Skins have fingers, long parallel ridges, in rows; the period
     # lies across the fingers or from row to row.
     skins = surfaces("Elaphe")

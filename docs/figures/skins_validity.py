@@ -1,7 +1,8 @@
 """Part `skins-validity` of the documentation (page.py): the model on measured skins against Maxwell's equations.
 
-The relief is a crop of a scan, repeated as a tile. An independent solver, the *judge* (tests/judges/crossed), gives the
-true powers of its orders; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
+The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing, a factor on its heights and a
+refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its orders for
+several lights; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
 conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms. *Misplaced* power is the fraction
 of the reflected power that a form puts into wrong orders. It is summarised over *near* lights, up to REACH_DEG of
 incidence, and over *grazing* ones beyond.

@@ -181,6 +181,8 @@ def figures() -> dict:
         "load_before": load_before,
         "load_after": os.getloadavg()[0],
         "cases": CASES,
+        # A waiting case takes 1 s, so a loop over them takes CASES seconds. Keys of `waiting` and `maps` are numbers of
+        # workers.
         "waiting": [row(workers, run, float(CASES), waiting[1]) for workers, run in waiting.items()],
         "maps": [row(workers, run, parts["loop_seconds"], maps[1]) for workers, run in maps.items()],
         "start_seconds": start_seconds,

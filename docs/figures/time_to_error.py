@@ -151,6 +151,7 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
     sizes = {
         name: fitting_size(lambda size, name=name: seconds_at(scenes[name], size, compiled), limit_s) for name in scenes
     }
+    # Each scene keeps the size that was tried last, which is the chosen one.
     runs = timed_rounds(scenes, budget_s)
     pictures = {name: [run.image for run in of_material] for name, of_material in runs.items()}
     # Materials with larger pictures are rendered again at the smallest size, for their errors.

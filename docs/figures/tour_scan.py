@@ -36,7 +36,7 @@ PERIOD_UM = 2.5
 HEIGHT_UM = {"blazed": 0.25, "lamellar": 0.125}
 # Distance of a grating's samples, a tenth of the smallest tip's radius; 5000 make a period.
 STEP_UM = 0.0005
-# Number of equal rows of a grating's height field; a field of one row is refused.
+# Number of equal rows of a grating's height field, which is constant along y; one row would do as well.
 ROWS = 4
 # Wavelength of the efficiencies.
 WAVELENGTH_NM = 550

@@ -4,8 +4,9 @@ Theories (tests/judges/gratings/theories.py): SCALAR, the phase screen times Fre
 conductor by Maxwell's equations times Fresnel's reflectance; EXACT, Maxwell's equations with the metal's index.
 Independent solvers, the *judges* (tests/judges/gratings), give the true powers of the orders for random settings. A
 *setting* is a grating in a medium, and a light. *Misplaced* power is the fraction of the power that a theory puts into
-wrong orders (`misplaced`). Media are named as Mitsuba's `material`; "none" is a perfect conductor. A *table* holds
-efficiencies of a grating's orders over wavelength and angle, which the plugin interpolates.
+wrong orders: half the sum of the absolute differences of all orders' powers. Media are named as Mitsuba's `material`;
+"none" is a perfect conductor. A *table* holds efficiencies of a grating's orders over wavelength and direction of the
+light, which the plugin interpolates.
 
 `insist` raises SetupError if the numbers contradict a sentence of the page.
 """
