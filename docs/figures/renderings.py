@@ -59,7 +59,7 @@ ZOOMS = 3
 # Figure 2.17: the point in the middle of the pictures, a place on the snake's back.
 ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
 # Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999),
-# which is no unit vector; the steps of the others give an x near 0.
+# which is no unit vector. x falls by 0.19 from the second to the third, which extrapolates to about 0 for the first.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
 # Centre of the insets' box in pixels.
@@ -144,7 +144,8 @@ def effect_of_colour(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -
     """Effect of the diffraction's colour over the pigment (`dark`) and over a brighter one (`bright`).
 
     The arguments are pictures in linear sRGB, (rows, columns, 3). `delta_e_…` is the difference from the picture with
-    grey diffraction of equal luminance, `chroma_…` the mean chroma, both where `mask` is white.
+    grey diffraction of equal luminance, `chroma_…` the mean chroma, both where `mask` is white. `chroma_alone` is that
+    of the diffraction without pigment.
     """
     found = {"chroma_alone": mean_chroma(diffraction, mask)}
     for name, factor in (("dark", 1.0), ("bright", PIGMENT_BRIGHTER)):

@@ -291,6 +291,7 @@ def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
         for metal in REAL_METALS
         for theory in (SCALAR, FRESNEL)
     ]
+    # An error below a tenth of the phase screen's counts as right.
     together = by_metal(judged)
     for metal, theories in together.items():
         insist(PART, theories[EXACT]["rms"] < 0.1 * theories[SCALAR]["rms"], f"exact is right in {metal}")
