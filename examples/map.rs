@@ -16,6 +16,7 @@ const SIZE: usize = 256;
 const EXPOSURE: f64 = 0.3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // None: the preset's own period and height.
     let field = Preset::Blazed.build(None, None)?;
     // Shorter than sunlight's, the default of 65 µm, so that orders are several pixels wide.
     let options = Options { coherence_length_um: 10.0, ..Options::default() };
@@ -31,6 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let single = |v: [f64; 3]| v.map(|component| component as f32);
                 let relief = method.answer_rgb(single(wi), single(wo));
                 // The table has the relief alone; the obliquity and shadowing factor of the directions multiplies it.
+                // `Pair::new` gives None, here no light, unless both directions are above the surface.
                 let factor = Pair::new(wi, wo).map_or(0.0, |pair| options.angular_factor(&pair));
                 relief.map(|channel| factor * f64::from(channel))
             });

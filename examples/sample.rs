@@ -12,6 +12,7 @@ const COUNT: usize = 20_000;
 const WAVELENGTHS_NM: [f64; 4] = [420.0, 500.0, 580.0, 660.0];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // None: skins have no other period or height.
     let surface = Surface::new(&Preset::Xenopeltis.build(None, None)?, &Options::default())?;
     // Unit vector to the light, 30° from the normal z.
     let wi = [0.5, 0.0, 0.75f64.sqrt()];

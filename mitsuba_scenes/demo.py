@@ -137,6 +137,8 @@ def main(words: list[str] | None = None) -> int:
 def make(output: Path, variant: str, view: View, spp: int) -> None:
     """Renders all pictures, compares the renderers, and writes pictures and `report.json` into `output`.
 
+    The compared renderers are Mitsuba with the plugin, and the realtime renderer `sunbeam render`.
+
     In a variant without wavelengths the comparison is skipped. Raises Disagreement if it fails.
     """
     start = time.perf_counter()
@@ -149,7 +151,8 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     report = {"variant": variant, "resolution": [view.width, view.height], "spp": spp, "versions": versions()}
     report["pictures"] = pictures
     sheet = snake_rows(rows, files, view, spp, output, announce, pictures)
-    # A kernel contains the code of all existing BSDFs, so those of the skins are deleted before others are rendered.
+    # A kernel of Dr.Jit contains the code of all existing BSDFs. Those of the skins are unused after `snake_rows`, so
+    # they are deleted before others are rendered.
     gc.collect()
     sheet.append(foils_and_films_row(view, spp, output, announce, pictures))
     contact_sheet(sheet, output / "contact-sheet.png", view.width)

@@ -42,8 +42,8 @@ def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
     """Selects the variant `name`, makes the plugin known to it, and returns the name of the selected variant.
 
     If the library of an LLVM variant cannot be loaded and `fall_back` is true, FALLBACK_VARIANT is selected with a note
-    on stderr.
-    Raises SetupError for an unknown variant, a missing plugin, and a variant that does not run on this machine.
+    on stderr. Raises SetupError for an unknown variant, a missing plugin, and a variant that does not run on this
+    machine.
     """
     if name not in mi.variants():
         raise SetupError(f"unknown variant {name!r}; this Mitsuba has {', '.join(mi.variants())}")

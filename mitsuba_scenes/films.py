@@ -18,7 +18,8 @@ from .snake import FOLDER
 
 # Edge of the pixels of the reliefs that are made here.
 PIXEL_UM = 0.125
-# Longest paths of light: a lamp, the film from either side, two diffuse surfaces, and the camera.
+# Largest number of segments of a path. Five segments join a lamp, the film hit twice, two diffuse surfaces and the
+# camera.
 MAX_DEPTH = 5
 # Period of the spectrometer's grating: 500 grooves a millimetre, as in films for classrooms.
 PERIOD_UM = 2.0
@@ -57,14 +58,18 @@ WING_VIEW = View(origin_cm=(0, -16, WING_HEIGHT_CM), target_cm=(0, 0, WING_HEIGH
 def film(relief: dict, coherence_um: float, **parameters) -> dict:
     """The plugin for a clear film whose index is about that of acetate.
 
-    `relief` has the parameters of the heights, and `parameters` has further ones.
+    `relief` has the parameters of the heights, and `parameters` has further ones. With `transmission = film` the
+    rectangle is a thin sheet with air on both sides, whose side away from the normal is flat.
     """
     body = {"eta": 1.5, "transmission": "film", "coherence_length": coherence_um}
     return {"type": "diffraction", **relief, **body, **parameters}
 
 
 def write_relief(name: str, heights_um: np.ndarray) -> dict:
-    """Writes a tile of heights as `name`.npy among the snake's files; returns the parameters of its periodic relief."""
+    """Writes heights as `name`.npy into FOLDER, that of the snake's files.
+
+    Returns the plugin's parameters for the relief, a tile that repeats.
+    """
     FOLDER.mkdir(parents=True, exist_ok=True)
     path, temporary = FOLDER / f"{name}.npy", FOLDER / f"{name}-{os.getpid()}.npy"
     np.save(temporary, heights_um.astype(np.float32))
@@ -91,8 +96,8 @@ def box(centre_cm, size_cm, bsdf: dict) -> dict:
     """A box with edges along the axes."""
     x, y, z = centre_cm
     width, depth, height = (0.5 * edge for edge in size_cm)
-    # The rotation makes Mitsuba write a matrix into XML files. It would write a mere scale with relative errors of
-    # 1e-3.
+    # Half edges, since Mitsuba's cube has edges of length 2. The rotation maps the cube's y to z and its z to y. It
+    # makes Mitsuba write a matrix into XML files, where it would write a mere scale with relative errors of 1e-3.
     place = mi.ScalarTransform4f().look_at([x, y, z], [x, y + 1, z], [0, 0, 1]).scale([width, height, depth])
     return {"type": "cube", "to_world": place, "bsdf": bsdf}
 
@@ -134,7 +139,7 @@ def spectrometer_scene(
     `powers` has the relative power of each of the lamp's lines by its wavelength in nm. Order m of a line of wavelength
     λ is on the screen at x = SCREEN_CM tan(asin(mλ/d)), where d is `period_um`.
     """
-    # `slit` is the slit's centre; the lamp is 1 cm behind it.
+    # `slit` is the slit's centre; the lamp is 1 cm behind it, and wider than it.
     grey, slit = matte(0.25), (0, -SLIT_DISTANCE_CM, AXIS_CM)
     beam = {"type": "directionalarea", "radiance": lines({nm: LINE_RADIANCE * power for nm, power in powers.items()})}
     relief = {"preset": "sinusoidal", "period": period_um, "height": 0.4}
@@ -178,6 +183,7 @@ def window_scene(view: View = WINDOW_VIEW, spp: int = 144) -> dict:
         **frame("wall", (0, 2, middle[2]), WINDOW_CM, 300, 4, matte(0.6)),
     }
     emitters = {
+        # A parallel beam towards the window, as wide as it, from 2 m away.
         "sun": pane(middle + 200 * np.array(TO_SUN), middle, WINDOW_CM, matte(0.0), emitter=sun),
         "ceiling": pane((0, -200, 280), on_floor, (300, 200), matte(0.0), emitter=ceiling),
     }
@@ -211,7 +217,8 @@ def ridges() -> np.ndarray:
     """
     # Pixels along each side of the tile, 16 µm.
     count = 128
-    # Frequencies in cycles per µm. The filter is centred on 1/1.3 µm, which is 0.77, and on the direction x.
+    # Frequencies in cycles per µm. The filter is centred on 1/1.3 µm, which is 0.77, and on the direction x. Its
+    # Gaussians have the half widths 0.04 cycles per µm and 0.35 rad at 1/e; larger ones make the ridges less regular.
     fx, fy = np.meshgrid(*2 * [np.fft.fftfreq(count, PIXEL_UM)])
     frequency, angle = np.hypot(fx, fy), np.arctan2(fy, np.abs(fx))
     band = np.exp(-(((frequency - 0.77) / 0.04) ** 2) - (angle / 0.35) ** 2)
@@ -238,6 +245,8 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     cell = distance.argmin(axis=-1)
     # Veins run along the borders of cells and along the outline.
     veins = (second - nearest < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
+    # The ridges' angle in degrees and the factor on their pitch differ from cell to cell; the angle also varies along
+    # the wing.
     membrane = film(
         write_relief("ridges", ridges()),
         # Orders are 4° wide.

@@ -93,7 +93,7 @@ class Pattern:
     ) -> None:
         """Replaces the texels for which the boolean array `where` is true, and clips `pitch` to PITCHES.
 
-        `pitch` and `angle` are numbers, or arrays over all texels.
+        `pitch` and `angle` are numbers, or arrays over all texels; later paint hides earlier.
         """
         self.pitch = np.where(where, np.clip(pitch, *PITCHES), self.pitch)
         self.angle = np.where(where, angle, self.angle)
@@ -113,7 +113,7 @@ class Pattern:
         # Radius relative to the outline, which has `petals` waves.
         relative = radius / radius_cm / (1 + 0.1 * np.cos(petals * azimuth))
         for sign in (-1, 1):
-            # Number of the ring, with a fraction.
+            # Number of the ring, with a fraction. The waves of the two families are shifted in opposite directions.
             wave = 8 * relative + 0.4 * relative * np.sin(petals * azimuth + sign * 3 * relative)
             ring = np.floor(wave)
             # A gap separates each ring from the next.
@@ -134,7 +134,7 @@ class Pattern:
             self.paint(distance < 0.5 * LINE_CM, 0.55 + 0.45 * number / lines, np.degrees(np.arctan(slope)) + 90)
 
     def lettering(self, text: str, centre_cm: tuple[float, float], height_cm: float, angle: float) -> None:
-        """Paints a line of text of the height `height_cm`, with `angle` in its middle.
+        """Paints a line of text of the height `height_cm` about the point `centre_cm`, with `angle` in its middle.
 
         Pitch and angle grow along the line, so that each letter has a colour of its own.
         """
@@ -168,12 +168,12 @@ def card_pattern() -> Pattern:
     pattern = Pattern(CARD_CM)
     # A fan of faint gratings over the whole card.
     pattern.paint(np.ones_like(pattern.x, bool), 0.75 - 0.09 * pattern.y, 90 + 25 * pattern.x - 8 * pattern.y, 0.03)
-    pattern.guilloche(-1.0, 0.5, 9, 0.22)
-    pattern.guilloche(2.2, 0.2, 5, 0.45)
-    pattern.rosette((-2.3, 0.45), 1.55, 12)
-    pattern.rosette((1.1, 0.75), 1.05, 8)
-    pattern.rosette((3.05, 0.55), 0.75, 6)
-    pattern.lettering("SUNBEAM", (0, -1.95), 0.95, 30)
+    pattern.guilloche(centre_y_cm=-1.0, amplitude_cm=0.5, lines=9, waves_per_cm=0.22)
+    pattern.guilloche(centre_y_cm=2.2, amplitude_cm=0.2, lines=5, waves_per_cm=0.45)
+    pattern.rosette((-2.3, 0.45), radius_cm=1.55, petals=12)
+    pattern.rosette((1.1, 0.75), radius_cm=1.05, petals=8)
+    pattern.rosette((3.05, 0.55), radius_cm=0.75, petals=6)
+    pattern.lettering("SUNBEAM", (0, -1.95), height_cm=0.95, angle=30)
     return pattern
 
 
@@ -208,7 +208,7 @@ def kinegram_pattern() -> Pattern:
     pattern = Pattern(NOTE_CM)
     radius, azimuth = pattern.polar(KINEGRAM_CENTRE_CM)
     # A faint concentric grating over the whole patch.
-    pattern.paint(radius < KINEGRAM_RADIUS_CM, 0.9, np.degrees(azimuth), 0.3)
+    pattern.paint(radius < KINEGRAM_RADIUS_CM, 0.9, np.degrees(azimuth), covered=0.3)
     # Radius in units of STAR_CM, corrected for the outline of five points. The integer part is the star's number.
     star = radius / (1 + 0.16 * np.cos(5 * azimuth - 0.5 * np.pi)) / STAR_CM
     number = np.floor(star)
@@ -217,7 +217,7 @@ def kinegram_pattern() -> Pattern:
     segment = np.floor(azimuth / (2 * np.pi) * SEGMENTS)
     ring = np.floor((KINEGRAM_RADIUS_CM - radius) / RING_CM)
     pattern.paint((ring >= 0) & (ring < 3), 0.9 - 0.15 * ring, np.degrees(azimuth) + 45 * (segment % 4))
-    pattern.lettering("50", KINEGRAM_CENTRE_CM, 0.8, 20)
+    pattern.lettering("50", KINEGRAM_CENTRE_CM, height_cm=0.8, angle=20)
     return pattern
 
 
@@ -228,7 +228,7 @@ def printed_paper(pattern: Pattern) -> np.ndarray:
     red = np.cos(2 * np.pi * (y + 0.25 * np.sin(1.3 * x) + 0.1 * np.sin(3.1 * x + 2 * y)) / 0.16) > 0.4
     blue = np.cos(2 * np.pi * (y - 0.4 * np.sin(0.9 * x + 1)) / 0.22) > 0.6
     number = Pattern(NOTE_CM)
-    number.lettering("50", (-1.0, 0.9), 1.7, 0)
+    number.lettering("50", (-1.0, 0.9), height_cm=1.7, angle=0)
     colour = np.broadcast_to(PAPER, (*x.shape, 3))
     for where, ink in ((red, (0.65, 0.42, 0.36)), (blue, (0.45, 0.55, 0.7)), (number.covered > 0, (0.2, 0.25, 0.4))):
         colour = np.where(where[..., None], colour * ink, colour)
@@ -244,4 +244,5 @@ def note_scene(view: View = NOTE_VIEW, spp: int = 64, directions: list[tuple[flo
         "paper": {"type": "diffuse", "reflectance": colour_texture(printed_paper(pattern))},
         "kinegram": foil(pattern, KINEGRAM_DOT_UM),
     }
-    return stage({"note": sheet(NOTE_CM, 0.01, bsdf)}, lamps(directions, NOTE_BRIGHTNESS, NOTE_SKY), view, spp)
+    note = sheet(NOTE_CM, thickness_cm=0.01, bsdf=bsdf)
+    return stage({"note": note}, lamps(directions, NOTE_BRIGHTNESS, NOTE_SKY), view, spp)

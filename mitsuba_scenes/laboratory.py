@@ -103,6 +103,7 @@ def lines(powers: dict[float, float]) -> dict:
 
     `powers` has the height of each line by its wavelength in nm, in ascending order and over 2 LINE_NM apart.
     """
+    # Three nodes of each triangle, of which the outer ones are 0.
     nodes = [(nm + shift, power * (shift == 0)) for nm, power in powers.items() for shift in (-LINE_NM, 0, LINE_NM)]
     wavelengths, values = (", ".join(map(str, column)) for column in zip(*nodes))
     return {"type": "irregular", "wavelengths": wavelengths, "values": values}
@@ -118,7 +119,8 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
     transform = mi.ScalarTransform4f
     from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
     to_light = [math.sin(from_axis), 0.0, math.cos(from_axis)]
-    # The bound on the cosine avoids a division by zero for beams parallel to the screen.
+    # z of the direction is its cosine with the screen's axis. Its lower bound avoids a division by zero for beams
+    # parallel to the screen.
     beam_length = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
     emitter = [beam_length * component for component in to_light]
     # Mitsuba's rectangle has edges of length 2.
@@ -185,6 +187,7 @@ def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) ->
     """
     scene = mi.load_dict(bench_scene(bsdf, bench, spectrum))
     width, height = bench.size
+    # Passes of equal numbers of paths, each a whole number of samples per pixel.
     passes = math.ceil(paths / PATHS_PER_PASS)
     spp = max(1, round(paths / passes / (width * height)))
     return sum(np.array(mi.render(scene, spp=spp, seed=seed + i), dtype=np.float64) for i in range(passes)) / passes

@@ -89,7 +89,10 @@ def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def plasmons(path: Path, made: dict) -> None:
-    """Plots the plasmon's dips of a silver grating over the angle of incidence, and their angles over the height."""
+    """Plots the plasmon's dips of a silver grating over the angle of incidence, and their angles over the height.
+
+    `expected_deg` has the angles by the closed form for shallow gratings, by order; the key of the first dip is "1".
+    """
     figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(2, 1))
     shades = plt.colormaps["viridis"]
     count = len(made["curves"])

@@ -54,8 +54,8 @@ def figures() -> dict | None:
     """All numbers of the part; `None`, after one printed line, without `SAMPLES`.
 
     `maps` has a row for each file with a relief, `refused` one for each other file, `formats` one for each format of
-    the library. `native` and `beside_gwyddion` are numbers of compared files and formats. Raises SetupError if a reader
-    differs from the converter.
+    the library. `untried` and `reasons` are the results of these functions. `native` and `beside_gwyddion` are numbers
+    of compared files and formats. Raises SetupError if a reader differs from the converter.
     """
     folder = os.environ.get("SAMPLES")
     if not folder:

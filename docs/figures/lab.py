@@ -169,12 +169,14 @@ def period(skin: dict, axis: str) -> dict:
 def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     """A row for each order and wavelength whose spot is on the screen.
 
-    The argument `spacing_um` is the true period, from which the positions x and angles θo `expected_…` follow. A
-    row's `spacing_um` is the period by the grating equation from the measured angle.
+    The argument `spacing_um` is the true period. In a row `expected_mm` and `expected_deg` are the spot's position x
+    and angle θo by the grating equation for this period, and `measured_…` those of the picture. A row's `spacing_um` is
+    the period by the grating equation from the measured angle.
     """
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
     rows = []
+    # Different seeds make the noise of the wavelengths independent.
     for seed, wavelength_nm in enumerate(WAVELENGTHS_NM):
         picture = photograph(bsdf, bench, line(wavelength_nm), MEASURED_PATHS, seed=seed)
         for order in sample.orders:
@@ -183,6 +185,7 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
                 continue
             expected_mm = bench.position_mm(spacing_um, order, wavelength_nm)
             theta_o_deg = float(bench.angle_deg(found_mm))
+            # sin θo + sin θi = jλ/d.
             sines = math.sin(math.radians(theta_o_deg)) + math.sin(math.radians(bench.theta_i_deg))
             rows.append(
                 {
@@ -251,7 +254,8 @@ def figures() -> dict:
         "paths": MEASURED_PATHS,
         "wavelengths_nm": list(WAVELENGTHS_NM),
         "wrong_period_percent": 100 * (WRONG_PERIOD - 1),
-        # Standard deviation of the lobe on the wider screen near its middle, at 0.55 µm.
+        # Standard deviation of the lobe on the wider screen near its middle, at 0.55 µm: that of sin θo is λ times that
+        # of the spatial frequency, and x is about the distance times sin θo.
         "lobe_mm": 0.55 * LOBE_PER_UM * SKIN_BENCH.distance_mm,
         "scan_um": SCAN_UM,
         "scan_window": SCAN_LOBE_PER_UM,
@@ -262,7 +266,8 @@ def figures() -> dict:
 def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
     """The sample's `spots`, which are rows of `measured`, and their distances from the grating equation.
 
-    - `worst_mm`, `worst_deg`, `rms_mm`: the largest and the rms distance on the screen, and the largest angle.
+    - `worst_mm`, `rms_mm`: the largest and the rms distance on the screen. `worst_deg` is the largest difference of
+      angles.
     - `wrong_period_mm`: the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
     - `spacing_um`: the true period. `measured_spacing_um` is the mean of the periods from all spots, and `by_order` has
       their means by order.

@@ -96,9 +96,14 @@ def reference(surface: Surface) -> dict:
 def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     """Mean errors in the first orders of maps with different steps between wavelengths, a panel for each step.
 
-    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < STRIP, and are lit. `delta_e` has the errors
-    by step in nm, `first_seen` is the smallest step with a visible error, or `None`. `line_nm` is λd/(2√2πs) at
-    CHECKED_NM, the standard deviation of order 1's power in one direction, as a function of the wavelength.
+    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < STRIP, and are lit. `steps_nm` ascends. The
+    result has
+
+    - `period_um`: the dominant period d along x;
+    - `line_nm`: λd/(2√2πs) at CHECKED_NM. It is the width of order 1 over the wavelength in one direction, as a
+      standard deviation; sines become wavelengths by the factor d;
+    - `delta_e`: the errors by step in nm;
+    - `first_seen`: the smallest step with a visible error, or `None`.
     """
     surface = panels[0].surface
     period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]
@@ -173,6 +178,7 @@ def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
     coherence length (`window`), or as the window's standard deviation (`deviation`). `periods` is σs in periods.
     """
     order = -CHECKED_NM / 1e3 / PERIOD_UM
+    # From order −2 to order −1, which are the ends of the responses.
     x = np.linspace(2 * order, order, 401)
     rows = []
     for sigma_um in sigmas_um:
@@ -247,6 +253,7 @@ def check(made: dict) -> None:
             max(found["parts"]) - min(found["parts"]) <= 3 for found in made["sums"]
         ),
         "lines of the blazed grating are wider than those of Elaphe": line_nm["blazed"] > line_nm["elaphe-procedural"],
+        # Orders are apart if the response between them falls below 1 % of the weaker one.
         "σs as the standard deviation keeps orders apart": all(row["deviation"] < 0.01 for row in made["valleys"]),
         "NMM is whiter than FLSS at the centre": made["white_spot"]["nmm"] < made["white_spot"]["flss"],
         "PQ spreads the first order": made["spread"]["pq"] > made["spread"]["flss"],
@@ -258,8 +265,8 @@ def check(made: dict) -> None:
 def check_against_direct_sum(found: Sums, surface: Surface) -> None:
     """Raises SetupError unless the amplitudes of Taylor's series agree with the direct sum in the brightest directions.
 
-    An amplitude P gives f_r = O·4πs²|P|²/λ². At normal incidence the obliquity factor O is 1/cos θo. The tolerance is
-    1e-6 of the largest value, the order of magnitude of the window's tails beyond the summed orders.
+    An amplitude P gives f_r = O·4πs²|P|²/λ² (docs/model.md). At normal incidence the obliquity factor O is 1/cos θo.
+    The tolerance is 1e-6 of the largest value, the order of magnitude of the window's tails beyond the summed orders.
     """
     power = abs(found.limits[-1]) ** 2
     brightest = np.argsort(np.nan_to_num(power))[-COMPARED_DIRECTIONS:]

@@ -65,7 +65,8 @@ class Panel:
 
     With a `box` the map has `fine` times the pixels of a panel along each side, and an inset shows the box. The
     reference map is of the surface, or of `reference_surface` if given; it determines the exposure unless `exposure`, a
-    factor, is given. A map that is not `compared` gets no errors, and its reference is at normal incidence.
+    factor, is given. A map that is not `compared` gets no errors. Its reference serves the exposure alone and is at
+    normal incidence, so maps at several angles have one exposure.
     """
 
     caption: str

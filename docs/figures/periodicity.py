@@ -2,9 +2,11 @@
 
 It has the thesis' table 1.1 and figures 1.8 to 1.10. The angle of the brightest light at each wavelength gives a
 spacing (spacing.py). The page lists mean and variance of the spacing over the wavelengths. A *preset* is a procedural
-relief of `sunbeam`, a *scan* a measured one, and a *strip* a part of a scan. Presets are evaluated by the methods FLSS,
-NMM and PQ (docs/realtime.md), and scans by the direct sum. A *ridge* is a group of wavelengths whose spacings agree.
-Single 2014's values are `theirs`. `inside` states whether such a value is within the range of the scans' strips.
+relief of `sunbeam`, a *scan* a measured one, and a *strip* a part of a scan. A *tile* is a relief that repeats.
+
+Presets are evaluated by Single 2014's methods FLSS, NMM and PQ (docs/realtime.md), which need a tile. Scans are
+evaluated by the direct sum, which needs none. A *ridge* is a group of wavelengths whose spacings agree. Single 2014's
+values are `theirs`. `inside` states whether such a value is within the range of the scans' strips.
 """
 
 from __future__ import annotations
@@ -35,7 +37,8 @@ from .spacing import (
 )
 
 PART = "periodicity"
-# Single 2014's table 1.1: mean in nm and variance in nm² of the spacing, by grating and method.
+# Single 2014's table 1.1: mean in nm and variance in nm² of the spacing, by grating and method. It has `xenopeltis` by
+# FLSS alone.
 THEIRS = {
     ("blazed", "flss"): (2499.997, 0.377),
     ("blazed", "nmm"): (2499.997, 0.377),
@@ -60,9 +63,9 @@ BLAZED_PIXELS = 1024
 BLAZED_HEIGHT_UM = 0.25
 # Number of periods in Single 2014's blazed tile, 65 µm / 2.5 µm.
 BLAZED_PERIODS = 26
-# Edge of the tile of the preset `elaphe`: 57 periods.
+# Edge of the tile of the preset `elaphe`: 57 periods, whose length is Single 2014's mean spacing.
 ELAPHE_TILE_UM = 57 * 1.14426
-# Numbers of repeats of the tile along x for PQ, by grating. The last of `blazed` make Single 2014's tile.
+# Numbers of repeats of the tile along x for PQ, by grating. The last number of `blazed` is BLAZED_PERIODS.
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
 # Edge of the sub-regions of `xenopeltis`, squares of slightly different period; two fit along each axis of the tile.
 REGION_SIZE_UM = 33
@@ -77,12 +80,16 @@ APART_NM = 40
 
 
 def figures() -> dict:
-    """All numbers of the part; writes its pictures."""
+    """All numbers of the part; writes its pictures.
+
+    Without the scans `scans`, `repeated` and `sizes` are empty, and `ratio` is `None`.
+    """
     folder = images(PART)
     with TemporaryDirectory() as temporary:
         scratch = Path(temporary)
         measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}
         reliefs = {skin: Relief(skin, ("--preset", skin), ANGLES_DEG[skin]) for skin in SKINS}
+        # The preset `blazed` is a single period, Single 2014's tile has several.
         reliefs["blazed"] = Relief("blazed", write_blazed(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
         found = {}
         for grating, method in THEIRS:
@@ -166,16 +173,16 @@ def repeated_scan(measured: dict[str, Measured]) -> dict[str, Evaluation]:
     return {method: evaluate(measured["elaphe"].relief, "--method", method) for method in ("nmm", "pq")}
 
 
-def scan_row(skin: str, measured: Measured) -> dict:
+def scan_row(skin: str, of_skin: Measured) -> dict:
     """The scan's spacing from either side, the spacings of its strips, and their extremes `low_nm` and `high_nm`."""
-    means_nm = measured.strips_nm
+    means_nm = of_skin.strips_nm
     theirs_nm = THEIRS[skin, "flss"][0]
     return {
         "skin": skin,
-        "angles_deg": measured.relief.angles_deg,
-        "between_nm": measured.relief.between_nm,
-        **measured.whole.row(),
-        "turned_nm": measured.turned.report["mean_nm"],
+        "angles_deg": of_skin.relief.angles_deg,
+        "between_nm": of_skin.relief.between_nm,
+        **of_skin.whole.row(),
+        "turned_nm": of_skin.turned.report["mean_nm"],
         "strips_nm": means_nm,
         "low_nm": min(means_nm),
         "high_nm": max(means_nm),
@@ -222,7 +229,7 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
     A row's `coherent_um` is the length of the repeated tile. Its `order` is the length of one tile over the mean
     spacing: a whole number if the peak is on an order of the tile. `nearest` is the number of repeats whose variance is
     nearest to Single 2014's, on a logarithmic scale. Raises SetupError unless one tile of `elaphe` peaks midway between
-    orders, as the page says.
+    orders, to a tenth of an order, as the page says.
     """
     blazed = relief.name == "blazed"
     tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)
@@ -245,6 +252,7 @@ def relief_sizes(folder: Path) -> dict:
     that such scans are rougher than the presets.
     """
     rows = size_rows(folder)
+    # `size_rows` also has peaks to valley, which the page compares with those of whole tiles instead.
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
     outliers = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
     if any(row["scan"] < row["low"] for row in outliers):
@@ -259,7 +267,8 @@ def relief_sizes(folder: Path) -> dict:
 def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found: dict) -> None:
     """Writes figures 1.8, 1.9 and 1.10.
 
-    `measured` are the scans, `repeated` the scan of *Elaphe* as a tile; `found` are the evaluations of `reliefs`.
+    `measured` has the scans by skin, and `repeated` the scan of *Elaphe* as a tile by method. `found` has evaluations
+    of `reliefs`, whose keys are gratings, by grating and method. Without scans `measured` and `repeated` are empty.
     """
     blazed = ("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])
     scanned, procedural = [], []
@@ -288,14 +297,15 @@ def sub_regions(folder: Path, measured: dict, plain: Evaluation) -> dict:
     - `lower_nm`, `upper_nm`: the ridges' mean spacings;
     - `share_lower`: the fraction of the wavelengths on the lower ridge;
     - `toggles`: the number of changes of the ridge along the wavelengths;
-    - `size_um`, `spread`, `strips`: REGION_SIZE_UM, REGION_SPREAD and STRIPS.
+    - `size_um`, `spread`, `strips`: REGION_SIZE_UM, REGION_SPREAD and STRIPS;
+    - `mean_nm`, `variance_nm2`: those of the spacing over all wavelengths.
 
     Raises SetupError if there are no two separate ridges.
     """
     words = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
     found = evaluate(Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"]), "--method", "flss")
     spacings_nm = found.spacings_nm
-    # Between the two ridges, if there are two.
+    # The limit between the ridges: spacings below it belong to the lower one.
     middle_nm = (spacings_nm.min() + spacings_nm.max()) / 2
     lower_nm, upper_nm = spacings_nm[spacings_nm < middle_nm], spacings_nm[spacings_nm >= middle_nm]
     if upper_nm.min() - lower_nm.max() < APART_NM or max(np.ptp(lower_nm), np.ptp(upper_nm)) > APART_NM:

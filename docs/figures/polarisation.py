@@ -2,7 +2,7 @@
 
 The degree is √(Q² + U²)/I by the Stokes components. A disc and a ball in aluminium and glass are path-traced in a
 polarised variant of Mitsuba. The plugin's `theory` is scalar, with the polarisation of a flat interface, or rigorous,
-by Maxwell's equations. Lengths of the scenes are in cm, z is up.
+by Maxwell's equations. Lengths of the scenes are in cm, z is up. Places and radiances of lights are chosen by eye.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ TRACKS = {"preset": "cd"}
 GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}
 # Values of the plugin's parameter `theory`.
 THEORIES = ("scalar", "rigorous")
-# Luminance weights of linear sRGB (IEC 61966-2-1).
+# Luminance weights of linear sRGB (IEC 61966-2-1), for the picture's three channels.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Luminance, relative to the picture's median, below which pixels are excluded. A larger value hides more of the
 # picture, a smaller one shows noise.
@@ -54,8 +54,9 @@ DARK = 0.02
 LARGEST = 0.99
 # Smallest accepted ratio of largest degrees where the page says that one surface polarises more than another.
 MORE = 1.5
-# Cameras of the pictures.
+# Camera of the pictures of the ball.
 SPHERE = View(*SIZE, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 1), fov_deg=32)
+# Camera of the pictures of the disc.
 DISC = View(*SIZE, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
 
 

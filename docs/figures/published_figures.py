@@ -166,6 +166,7 @@ def other_methods() -> dict[str, str]:
         "2.21": f"peak angles differ by up to {gems[0]['largest_off_deg']:.1f}°, with a fitted spacing by "
         f"{gems[-1]['largest_off_deg']:.1f}°; right over left {blazed['gems']:.2f} on a blazed grating, by FLSS "
         f"{blazed['flss']:.2f}",
+        # 36 is the number of bins of hues, 10° each (hues.py).
         "2.22": f"dark near highlights {100 * stam['dark_near']:.0f} % by Stam, {100 * flss['dark_near']:.0f} % by "
         f"FLSS; {stam['hues']:.0f} and {flss['hues']:.0f} effective hues of 36",
         "B.1": f"hue of what is blue: {hues[0]:.1f}° by FLSS, {hues[1]:.1f}° by NMM, {hues[2]:.1f}° with weights",

@@ -2,7 +2,7 @@
 
 The figures are drawn by the method FLSS (docs/realtime.md) on the GPU, and path-traced in Mitsuba. Each figure has a
 function that draws its sheet of pictures (studio.py) and returns its numbers. They show the snake with a scanned skin,
-the procedural preset that imitates it, or a blazed grating. A *shot* describes one picture.
+the procedural preset that imitates it, or a blazed grating. A *shot* describes one picture. Chromas are CIELAB's.
 """
 
 from __future__ import annotations
@@ -40,25 +40,26 @@ from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
 PART = "renderings"
 # Rays along each side of a pixel on the GPU; one, as in a fragment shader.
 SUPERSAMPLE = 1
-# View of the snake.
+# View of the snake; width and height in pixels.
 VIEW = View(300, 200)
 # Factor on the cells of the snake's mesh along each direction, by default; the page states the number of faces.
 DEFAULT_RESOLUTION = 4.0
 # Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
-# suppresses interference between repeats.
+# (in µm) suppresses interference between repeats.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
-# Figure 2.15: factor on the light of the pigment, which turns its near black into brown.
+# Figure 2.15: factor on the light of the pigment, which turns its near black into brown. A larger one hides more of the
+# diffraction's colour.
 PIGMENT_BRIGHTER = 10
 # Figure 2.17: the widest field of view.
 WIDEST_DEG = 30.0
-# Figure 2.17: the magnification from picture to picture.
+# Figure 2.17: the magnification of each picture relative to the previous one.
 CLOSER = 5
 # Figure 2.17: the number of pictures.
 ZOOMS = 3
 # Figure 2.17: the point in the middle of the pictures, a place on the snake's back.
 ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
 # Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999),
-# which is no unit vector; the steps of the others give an x near 0.
+# which is no unit vector. x falls by 0.19 from the second to the third, which extrapolates to about 0 for the first.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
 # Centre of the insets' box in pixels.
@@ -91,7 +92,7 @@ def all_skins() -> dict[str, Skin]:
 
 
 def measured(skins: dict[str, Skin], species: str) -> Skin:
-    """The scan of a species, or its preset without the scan."""
+    """The scan of a species if it is present, else its preset."""
     return skins.get(f"{species}-scan") or skins[f"{species}-preset"]
 
 
@@ -143,7 +144,8 @@ def effect_of_colour(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -
     """Effect of the diffraction's colour over the pigment (`dark`) and over a brighter one (`bright`).
 
     The arguments are pictures in linear sRGB, (rows, columns, 3). `delta_e_…` is the difference from the picture with
-    grey diffraction of equal luminance, `chroma_…` the mean chroma, both where `mask` is white.
+    grey diffraction of equal luminance, `chroma_…` the mean chroma, both where `mask` is white. `chroma_alone` is that
+    of the diffraction without pigment.
     """
     found = {"chroma_alone": mean_chroma(diffraction, mask)}
     for name, factor in (("dark", 1.0), ("bright", PIGMENT_BRIGHTER)):
@@ -178,6 +180,7 @@ def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     axes[0].set(title="(c) pigment, and where light comes from")
     axes[0].set_axis_off()
     show_relief(axes[1], relief(skin.parameters), f"(d) {skin.label}")
+    # Fourier transforms of powers of the heights, which are terms of the phase screen's Taylor series.
     show_term(axes[2], skin.parameters, 1, "(e) |DFT(h)|")
     show_term(axes[3], skin.parameters, 8, "(e) |DFT(h⁸)|")
     figure.savefig(folder / "elaphe-relief.png", dpi=80)
@@ -194,24 +197,26 @@ def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 
 def xenopeltis(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     """Figure 2.16: Xenopeltis, with the scan if present; nanostructure and third term of the scan and the preset."""
-    reliefs = [skin for name, skin in skins.items() if name.startswith("xenopeltis")]
-    shot = bare(reliefs[0], f"(a) {reliefs[0].label}, flss")
+    # The scan, if present, comes before the preset.
+    present = [skin for name, skin in skins.items() if name.startswith("xenopeltis")]
+    shot = bare(present[0], f"(a) {present[0].label}, flss")
     row = [shot, replace(shot, caption="(a) Mitsuba, path-traced", method=None)]
     sheet = draw(Sheet("xenopeltis", "Xenopeltis", "2.16", [row]), studio, folder, VIEW.width)
-    columns = 2 * len(reliefs)
+    columns = 2 * len(present)
     figure, axes = plt.subplots(1, columns, figsize=(3.8 * columns, 3.6), layout="constrained")
-    for skin, (left, right) in zip(reliefs, axes.reshape(-1, 2)):
+    for skin, (left, right) in zip(present, axes.reshape(-1, 2)):
         show_relief(left, relief(skin.parameters), f"(b) {skin.label}")
         show_term(right, skin.parameters, 3, f"(c) |DFT(h³)|, {skin.label.split(', ')[1]}")
     figure.savefig(folder / "xenopeltis-relief.png", dpi=80)
     plt.close(figure)
-    return {"sheet": sheet, "label": reliefs[0].label}
+    return {"sheet": sheet, "label": present[0].label}
 
 
 def closer(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     """Figure 2.17: Elaphe, each picture five times closer than the previous, with its field of view and mean chroma."""
     skin = measured(skins, "elaphe")
     half_width = math.tan(math.radians(WIDEST_DEG / 2))
+    # The width of the picture in the scene is proportional to the tangent of half the field of view.
     angles_deg = [2 * math.degrees(math.atan(half_width / CLOSER**k)) for k in range(ZOOMS)]
     # A red box on each picture but the last shows the next.
     shots = [
@@ -238,7 +243,8 @@ def sun_of(travels: tuple[float, float, float]) -> Light:
     """
     north, east, up = (-component for component in travels)
     elevation_deg = math.degrees(math.atan2(up, math.hypot(north, east)))
-    return Light(math.degrees(math.atan2(north, east)), elevation_deg, "directional", 0)
+    # Azimuths are counter-clockwise from +x. There is no sky.
+    return Light(math.degrees(math.atan2(north, east)), elevation_deg, "directional", sky_radiance=0)
 
 
 def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
@@ -293,7 +299,10 @@ def change(studio: Studio, before: Shot, after: Shot) -> dict:
 
 
 def mesh_counts(resolution: float) -> dict:
-    """Numbers of vertices and faces of the snake's mesh at a resolution, from the header of its PLY file."""
+    """Numbers of vertices and faces of the snake's mesh at a resolution, from the header of its PLY file.
+
+    The header has lines such as "element vertex 1234"; binary data follow.
+    """
     header = snake_files(resolution).mesh.read_bytes()[:1000].decode("ascii", "ignore")
     return {
         name: int(header.split(f"element {element} ")[1].split()[0])
@@ -302,7 +311,10 @@ def mesh_counts(resolution: float) -> dict:
 
 
 def figures() -> dict:
-    """All numbers of the part: a dictionary for each figure, and the settings; draws the sheets."""
+    """All numbers of the part: a dictionary for each figure, and the settings; draws the sheets.
+
+    `spp` is Mitsuba's number of samples per pixel, `rays` the number of rays per pixel on the GPU.
+    """
     use_variant()
     folder, skins = images(PART), all_skins()
     with TemporaryDirectory() as scratch:

@@ -2,6 +2,8 @@
 
 It has the thesis' figures 2.20 to 2.22 and B.1, and its table 2.1. *GPU Gems' form* is Stam's shader as published in
 GPU Gems, chapter 8. It and the methods FLSS and NMM are options of the realtime renderer (docs/realtime.md).
+
+`insist` raises SetupError if the numbers contradict a sentence of the page.
 """
 
 from __future__ import annotations
@@ -38,10 +40,10 @@ from .studio import SPP, SUPERSAMPLE, Shot, Studio
 PART = "renderings-methods"
 # Files of the scans by capitalised species.
 SCAN_FILES = {species.capitalize(): path for species, path in SCANS.items()}
-# Camera above the compact disc, a mesh in cm.
+# Camera above the compact disc, a mesh in cm; width and height in pixels.
 DISC_VIEW = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
-# The light of the disc.
-DISC_LIGHT = Light(180, 70, "directional", 0)
+# The light of the disc: a sun at this azimuth and elevation in degrees, without sky.
+DISC_LIGHT = Light(180, 70, "directional", sky_radiance=0)
 # Spacing of a compact disc's tracks.
 CD_UM = 1.6
 # Spacing of the tracks in a public demonstration of the shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
@@ -50,7 +52,7 @@ DEMO_UM = 10.0
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
-# Number of renders of a timed frame, whose median counts.
+# Number of renders of a timed frame, whose median counts. More give steadier times and take longer.
 REPEATS = 2
 # Largest accepted deviation from 1 of a symmetric map's luminance on the right over that on the left.
 SYMMETRIC = 1e-3
@@ -120,7 +122,10 @@ def repeating(skin: dict) -> dict:
 
 
 def cut_outs(file: Path) -> list[dict]:
-    """Figure 2.20: draws cut-outs; returns the period of each, and the wander of its lines of constant phase."""
+    """Figure 2.20: draws cut-outs; returns the period of each, and the `wander_nm` of its lines of constant phase.
+
+    The wander is the rms distance of these lines from straight ones (alignment.py).
+    """
     # Each axis is that of the surface's strongest period. Skins have fingers, long parallel ridges, in rows; the period
     # lies across the fingers or from row to row.
     skins = surfaces("Elaphe")
@@ -185,6 +190,7 @@ def disc(studio: Studio, folder: Path) -> dict:
             replace(flss, caption=f"Stam, GPU Gems, {um:g} um", method="stam", options={**GEMS, "period_um": um})
         )
     shots.append(replace(flss, caption="path-traced (Mitsuba 3)", method=None))
+    # The disc's numbers come from BRDF maps, which need no directions at pixels.
     drawn, _ = draw(studio, shots)
     sheet([drawn], studio, folder / "disc.jpg")
     found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
@@ -202,6 +208,7 @@ def symmetry(folder: Path) -> list[dict]:
         skins[title] = repeating({name: value for name, value in skin.items() if name != "rotation"})
     found = stam_maps.symmetry(folder, skins)
     insist(PART, all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
+    # The first row is that of "Blazed".
     blazed = found[0]["flss"]
     insist(PART, max(blazed, 1 / blazed) > ONE_SIDED, "the blazed grating sends its light to one side")
     return found
@@ -213,8 +220,6 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
     - `dark_near`, `dark`: the fractions of dark pixels near highlights, and among all lit pixels.
     - `hues`: the effective number of hues.
     - `three_bins`: the fraction of the coloured pixels in the three fullest bins of hues.
-
-    Raises SetupError if the numbers contradict the page.
     """
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():
@@ -271,8 +276,8 @@ def plot_hues(histograms: dict[str, np.ndarray], file: Path) -> None:
 def nmm(studio: Studio, folder: Path) -> list[dict]:
     """Figure B.1: draws Elaphe by FLSS, by NMM as in Single 2014, and by NMM with quadrature weights.
 
-    Returns three rows for each surface, in the order of the methods: mean a* and b* of the lit pixels, and under
-    `of_blue` those of the pixels that are blue by FLSS.
+    Returns three rows for each surface, in the order of the methods: CIELAB's mean a* and b* of the lit pixels, and
+    under `of_blue` those of the pixels that are blue by FLSS.
     """
     rows, found = [], []
     for title, skin in surfaces("Elaphe").items():
@@ -293,7 +298,7 @@ def nmm(studio: Studio, folder: Path) -> list[dict]:
 
 
 def frames(studio: Studio) -> list[dict]:
-    """Table 2.1: milliseconds of a frame and frames per second of each skin by FLSS and NMM."""
+    """Table 2.1: milliseconds of a frame on the GPU, and frames per second, of each skin by FLSS and NMM."""
     found = []
     for species in SCAN_FILES:
         for title, skin in surfaces(species).items():

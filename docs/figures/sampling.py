@@ -55,8 +55,10 @@ def figures(
     - `headline`, `costs`: the cost in Mitsuba by headline.py, and by `cost` in each of VARIANTS.
     """
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
-    costs = headline.figures()
-    draw(costs["cells"], costs["aim"], round(costs["nominal_pixels"] ** 0.5), images(PART) / "time-to-error.svg")
+    in_mitsuba = headline.figures()
+    # Side of a square picture with the number of pixels to which times are scaled.
+    side = round(in_mitsuba["nominal_pixels"] ** 0.5)
+    draw(in_mitsuba["cells"], in_mitsuba["aim"], side, images(PART) / "time-to-error.svg")
     use_variant("llvm_ad_spectral", fall_back=False)
     pictures = [
         picture(surface, light, spp, reference_spp[light], repetitions) for surface in SURFACES for light in LIGHTS
@@ -76,7 +78,7 @@ def figures(
         "error": ERROR,
         "floor": FLOOR,
         "pictures": pictures,
-        "headline": costs,
+        "headline": in_mitsuba,
         "costs": [cost(variant, repetitions) for variant in VARIANTS],
     }
 

@@ -49,7 +49,7 @@ AIMS = (1.0, 2.5)
 CALLS = ("eval_pdf", "sample")
 # Elements of a timed wavefront, which takes some tenths of a second of CPU.
 WAVEFRONT = 1 << 19
-# Number of timed wavefronts of each call, the fastest of which counts.
+# Number of timed wavefronts of each call, the fastest of which counts. More come closer to the time of an idle machine.
 REPEATS = 30
 
 
@@ -90,8 +90,10 @@ def figures(budget_s: float = BUDGET_S, repeats: int = REPEATS) -> dict:
 def colours(budget_s: float) -> list[dict]:
     """Rows of {relief, material, kind} and the numbers of `difference` over the pixels within the ball.
 
-    Covers have no mirror reflection, whose colourless light would hide differences.
+    A row has the numbers for one relief in one medium with one kind of surface. Covers have no mirror reflection, whose
+    colourless light would hide differences.
     """
+    # The first scene is the ball on a floor.
     ball = replace(scenes()[0], build=near_ball)
     rows = []
     for relief in RELIEFS:
@@ -134,6 +136,7 @@ def sees_ball(scene: mi.Scene) -> np.ndarray:
     columns, rows = SIZE
     # The pixels' corners, in units of the film.
     y, x = np.mgrid[: rows + 1, : columns + 1] / np.reshape((rows, columns), (2, 1, 1))
+    # Time, sample of the wavelength, positions on the film, sample of the aperture.
     rays = scene.sensors()[0].sample_ray(0, 0.5, mi.Point2f(x.ravel(), y.ravel()), 0.5)[0]
     hit = scene.ray_intersect(rays)
     distance = np.linalg.norm(np.array(hit.p).T - [0, 0, 1], axis=1)
@@ -185,7 +188,7 @@ def cpu_s(bsdf: mi.BSDF, call: str, inputs: Inputs) -> float:
     """Seconds of CPU of all threads that one call on a wavefront takes."""
     dr.sync_thread()
     start = time.process_time()
-    # `answer` returns arrays that are not evaluated yet.
+    # `answer` calls the BSDF and returns arrays that are not evaluated yet.
     dr.eval(answer(bsdf, call, inputs))
     dr.sync_thread()
     return time.process_time() - start

@@ -1,7 +1,8 @@
 """Part `skins-validity` of the documentation (page.py): the model on measured skins against Maxwell's equations.
 
-The relief is a crop of a scan, repeated as a tile. An independent solver, the *judge* (tests/judges/crossed), gives the
-true powers of its orders; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
+The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing, a factor on its heights and a
+refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its orders for
+several lights; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
 conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms. *Misplaced* power is the fraction
 of the reflected power that a form puts into wrong orders. It is summarised over *near* lights, up to REACH_DEG of
 incidence, and over *grazing* ones beyond.
@@ -55,7 +56,10 @@ plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "su
 
 
 def misplaced_by_light(relief: Relief, case: Case, form: Form, judged: list[Answer]) -> list[float]:
-    """Misplaced power of a form for the light of each of the judge's answers `judged`."""
+    """Misplaced power of a form for the light of each of the judge's answers `judged`.
+
+    The orders (jx, jy) of an answer are numbered along x and y.
+    """
     lights = [(answer.light, answer.jx, answer.jy) for answer in judged]
     powers = efficiencies(relief, complex(case.eta), form, lights)
     return [misplaced(power, answer.unpolarised) for power, answer in zip(powers, judged)]
@@ -105,7 +109,7 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
 def fresnel(eta: float, theta_deg: float) -> float:
     """Reflectance of a flat dielectric of index `eta` for unpolarised light."""
     cos = np.cos(np.radians(theta_deg))
-    # eta times the cosine of the refracted angle.
+    # eta times the cosine of the refracted angle, by Snell's law.
     inside = np.sqrt(eta**2 - 1 + cos**2)
     s, p = (cos - inside) / (cos + inside), (eta**2 * cos - inside) / (eta**2 * cos + inside)
     return float(0.5 * (s**2 + p**2))
@@ -114,7 +118,7 @@ def fresnel(eta: float, theta_deg: float) -> float:
 def means_by(quantity: str, rows: list[dict], by_case: dict, skin: str, form: Form) -> dict[float, float]:
     """Mean misplaced power of a form over a skin's crops and lights, by the field `quantity` of the light.
 
-    `by_case` has the judge's answers by the `key` of a row.
+    `quantity` is "theta_deg" or "wavelength_nm". `by_case` has the judge's answers by the `key` of a row.
     """
     groups: dict[float, list[float]] = {}
     for of_crop in rows:
@@ -130,10 +134,11 @@ def checks() -> dict:
 
 
 def one_dimension() -> float:
-    """The difference from the boundary integral of `sunbeam orders`, on a sinusoid along x alone."""
+    """The difference from the boundary integral of `sunbeam orders`, on a sinusoid along x alone, for two lights."""
     period_um, height_um, samples = 1.3, 0.2, 33
     x = np.arange(samples) / samples
-    # The judge needs a period along y; its relief is constant there.
+    # The judge needs a period along y, where its relief is constant. At 0.3 µm no order along y propagates, so the
+    # judge's orders are numbered by jx alone.
     wave = Relief(0.5 * height_um * (1 + np.sin(2 * np.pi * x))[None], (period_um, 0.3))
     words = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
     largest = 0.0
@@ -147,13 +152,16 @@ def one_dimension() -> float:
 
 
 def reciprocity() -> float:
-    """The difference of an order's power when light returns along it, for the strongest order but the mirror's."""
+    """The difference of an order's power when light returns along it, for the strongest order but the mirror's.
+
+    Reciprocity makes both powers equal: the returning light has the order of the same numbers along the first light.
+    """
     # A direction without symmetry: 40° from the normal, at an azimuth of 35°.
     relief, light = synthetic(), Light(550.0, 40.0, 35.0)
     there = solve(relief, light.wavelength_nm, light.theta_deg, light.phi_deg, KERATIN)
     strongest = int(np.argmax(there.unpolarised * ((there.jx != 0) | (there.jy != 0))))
     order = np.array([there.jx[strongest], there.jy[strongest]])
-    # x and y of the order's direction, by the grating equation. `wi` points to the light.
+    # x and y of the order's direction, by the grating equation. `wi` points to the light, and 1e-3 turns nm into µm.
     wo = light.wavelength_nm * 1e-3 * order / np.array(relief.period) - light.wi[:2]
     theta_deg, phi_deg = np.degrees([np.arcsin(np.hypot(*wo)), np.arctan2(wo[1], wo[0])])
     back = solve(relief, light.wavelength_nm, float(theta_deg), float(phi_deg), KERATIN)
@@ -162,7 +170,10 @@ def reciprocity() -> float:
 
 
 def cost() -> list[dict]:
-    """Time of BSDF calls with `small_slope` relative to `stam`, in keratin: a row for each variant and relief."""
+    """Time of BSDF calls with `small_slope` relative to `stam`, in keratin: a row for each variant and relief.
+
+    Raises SetupError if the mean ratio exceeds COST_MAX.
+    """
     rows = []
     for variant in VARIANTS:
         use_variant(variant, fall_back=False)

@@ -115,6 +115,7 @@ def colour_weights() -> tuple[np.ndarray, np.ndarray]:
     before = mi.variant()
     mi.set_variant("scalar_rgb")
     try:
+        # From 380 nm to 780 nm, both included.
         wavelengths_nm = np.arange(380.0, 780.0 + COLOUR_STEP_NM, COLOUR_STEP_NM)
         weights = np.array(
             [np.array(mi.xyz_to_srgb(mi.cie1931_xyz(nm) * mi.cie_d65(nm))) for nm in map(float, wavelengths_nm)],
@@ -171,13 +172,14 @@ def figures_of(slits: Slits) -> dict:
     its first zero. The far field is at distances large against `far_field_mm`, (Nd)²/λ.
     """
     width = full_width(slits, PLOTTED_NM)
+    # Sine of the angle of the first zero.
     zero = PLOTTED_NM / 1e3 / slits.extent_um
     return {
         "count": slits.count,
         "zero_mm": DISTANCE_MM * zero / np.sqrt(1 - zero**2),
         "width_mm": DISTANCE_MM * width * zero,
         "width_in_zeros": width,
-        # µm²/nm is mm.
+        # µm²/nm = 1e-12 m²/1e-9 m is mm.
         "far_field_mm": slits.extent_um**2 / PLOTTED_NM,
     }
 
@@ -213,6 +215,7 @@ def draw_colours(path: Path) -> list[float]:
     """
     weights = colour_weights()
     wavelengths_nm, rgb = weights
+    # Monochromatic light is outside sRGB; its negative components become 0.
     green_rgb = np.maximum(rgb[np.abs(wavelengths_nm - COLOURED_NM).argmin()], 0)
     samples = COLUMNS * PER_COLUMN
     x_mm = ((np.arange(samples) + 0.5) / samples * 2 - 1) * COLOURED_MM
@@ -221,7 +224,8 @@ def draw_colours(path: Path) -> list[float]:
     figure = Figure(figsize=(10, 8.4), layout="constrained")
     panels = figure.subplots(len(COUNTS), 1, sharex=True)
     for ax, count in zip(panels, COUNTS):
-        # Both strips are (COLUMNS, 3), with a brightest channel of 1.
+        # Both strips are (COLUMNS, 3), with a brightest channel of 1. `part` has one of the PER_COLUMN positions of
+        # each pixel.
         intensity = relative_intensity(Slits(count), sine, COLOURED_NM).mean(axis=1)
         green = intensity[:, None] * green_rgb / green_rgb.max()
         white = np.mean([white_light(Slits(count), part, weights) for part in sine.T], axis=0) / centre.max()

@@ -1,7 +1,7 @@
 """The spacing of a grating from its peak angles by `sunbeam evaluate`, and pictures of the response.
 
 Symbols: θi is the angle of incidence and λ the wavelength. θr is the angle of view at which the response S/λ² is
-largest, positive on the side of the light. The grating equation gives the spacing λ/(sin θi + sin θr).
+largest, positive on the side of the light. The grating equation of order 1 gives the spacing λ/(sin θi + sin θr).
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Evaluation:
         angles_deg = self.report["angles_deg"][0] + self.report["angle_step_deg"] * np.arange(self.response.shape[1])
         spacings_nm = spacing_nm(nm[:, None], angles_deg)
         inside = (spacings_nm >= low_nm) & (spacings_nm <= high_nm)
-        # Responses are not negative, so −1 excludes.
+        # Responses are not negative, so angles with the response −1 are never the largest.
         peaks = np.argmax(np.where(inside, self.response, -1), axis=1)
         at_peaks = spacings_nm[np.arange(len(nm)), peaks]
         found = {"mean_nm": at_peaks.mean(), "variance_nm2": at_peaks.var(), "peaks_deg": angles_deg[peaks]}
@@ -138,6 +138,7 @@ def draw_panel(ax, title: str, relief: Relief, found: Evaluation) -> None:
     """
     nm, (low, high) = np.asarray(found.report["wavelengths_nm"]), found.report["angles_deg"]
     shown = np.sqrt(largest_in_cells(found.response / found.response.max(), CELLS))
+    # A wavelength's column extends from it to the next one.
     step = nm[1] - nm[0]
     extent = (nm[0], nm[-1] + step, low, high)
     ax.imshow(shown.T, origin="lower", aspect="auto", extent=extent, cmap="summer", vmin=0, vmax=1)

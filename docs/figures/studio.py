@@ -2,6 +2,8 @@
 
 A `Shot` describes a picture, the `Studio` renders it, and `draw` arranges the shots of a `Sheet` in one picture file.
 Captions have the times; `draw` returns them with the differences from path-traced pictures.
+
+The GPU's pictures are made by the command `sunbeam render`, the path-traced ones by Mitsuba with the plugin.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ SUPERSAMPLE = 2
 PASSES = 2
 # Samples per pixel in Mitsuba: 36 in each pass, whose sampler needs a square number.
 SPP = 72
-# The demo's sun without sky, which the realtime renderer lacks.
+# The default sun of `Light`, without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky_radiance=0)
 # Factor on the quadrilaterals of the snake's mesh in each direction. With 1 it has about as many faces as that of
 # Single 2014, a thesis.
@@ -48,8 +50,9 @@ ALUMINIUM = {"eta": 1.0, "k": 6.9}
 class Shot:
     """A picture: on the GPU by a realtime `method` with its `options`, or path-traced (`method` None).
 
-    `skin` has parameters of the plugin. The object is the snake, with or without its `pigment`, or the `disc`. `mark`
-    draws onto the picture of the sheet; comparisons use the picture without it.
+    `skin` has parameters of the plugin. `options` has further ones of the realtime method alone, which a path-traced
+    picture ignores. The object is the snake, with or without its `pigment`, or the `disc`, whose shots must have
+    `pigment=False`. `mark` draws onto the picture of the sheet; comparisons use the picture without it.
     """
 
     caption: str
@@ -67,12 +70,15 @@ class Shot:
         return repr(replace(self, caption="", mark=None))
 
     def scene_key(self) -> str:
-        """A key of the scene, equal for shots that differ in caption, mark and method alone."""
+        """A key of the scene, equal for shots that differ in caption, mark and method alone.
+
+        Options are part of the key, so a GPU picture is compared with the path-traced shot of the same options.
+        """
         return repr(replace(self, caption="", mark=None, method=None))
 
 
 class Taken(NamedTuple):
-    """Files of a picture, linear (`exr`) and as displayed (`png`), and the seconds of its rendering alone."""
+    """The result of `shoot`: a linear picture, the displayed one, and the seconds of the rendering alone."""
 
     exr: Path
     png: Path
@@ -116,9 +122,10 @@ class Studio:
         key = shot.picture_key()
         if key not in self._taken:
             exr = self.folder / f"{len(self._taken)}.exr"
-            # Stam's obliquity factor, as in Single 2014; for a metal it is the default.
+            # Optical parameters, which both renderers get. Stam's obliquity factor is that of Single 2014; for a metal
+            # it is the default.
             optics = ALUMINIUM if shot.disc else {"eta": KERATIN, "obliquity": "stam"}
-            take = self._trace if shot.method is None else self._draw
+            take = self._path_trace if shot.method is None else self._draw_on_gpu
             seconds = take(shot, self._files(shot), optics, exr)
             self._taken[key] = Taken(exr, exr.with_suffix(".png"), seconds)
         return self._taken[key]
@@ -128,8 +135,9 @@ class Studio:
         key = repr((shot.view, shot.disc))
         if key not in self._masks:
             npy = self.folder / f"mask-{len(self._masks)}.npy"
-            # The fastest surface and method, since the directions of `--pairs` depend on neither. The method needs a
-            # period, and a flat surface has none.
+            # `--pairs` writes unit vectors to sun and camera at the pixels' centres, (rows, columns, 8). They do not
+            # depend on surface and method, so the fastest are used. The method needs a period, and a flat surface has
+            # none.
             words = ["--method", "stam", "--preset", "flat", "--period-um", 1, "--mesh", self._files(shot).mesh]
             sunbeam("render", "-o", npy.with_suffix(".exr"), "--pairs", npy, *words, *view_words(shot.view))
             # The vectors to the camera, zero where the pixel's centre does not see the mesh.
@@ -142,7 +150,7 @@ class Studio:
         """Mesh and pigment of the shot's object."""
         return self.disc if shot.disc else self.snake
 
-    def _trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
+    def _path_trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
         """Path-traces a shot into `exr` and a PNG beside it; returns seconds of rendering, without compilation.
 
         Energy conservation is off, since the published realtime methods lack it.
@@ -155,7 +163,7 @@ class Studio:
         # As if all passes took as long as the last, which does not compile.
         return result.seconds["later_pass"] * PASSES
 
-    def _draw(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
+    def _draw_on_gpu(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
         """Draws a shot by the realtime renderer into `exr` and a PNG beside it; returns seconds on the GPU."""
         light = shot.light
         words = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
@@ -163,9 +171,11 @@ class Studio:
         words += view_words(shot.view)
         words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
         words += [] if shot.pigment else ["--blend", "none"]
+        # Later parameters replace earlier ones of the same name.
         surface = {**shot.skin, **optics, **shot.options}
         if shot.options.get("stam_form") == "gems":
-            # The obliquity factor has no effect on this form, and the command refuses it.
+            # The form of Stam's shader in GPU Gems. The obliquity factor has no effect on it, and the command refuses
+            # it.
             surface.pop("obliquity", None)
         report = json.loads(sunbeam(*words, *realtime.surface_words(surface)))
         # The adapter's name without the driver's version.
@@ -187,7 +197,7 @@ def seconds_text(seconds: float) -> str:
 
 
 class Drawn(NamedTuple):
-    """A shot on a sheet, its figures for the page, and its linear picture."""
+    """An entry of a sheet: a shot, its figures for the page, and its linear picture."""
 
     shot: Shot
     figures: dict
@@ -209,11 +219,12 @@ def compare_earlier(reference: Drawn, earlier: list[Drawn]) -> None:
 def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -> dict:
     """Writes the sheet into `folder` with pictures `width` pixels wide; returns the figures of its pictures.
 
-    `pictures` lists all pictures, and `compared` the GPU pictures that have a path-traced reference. The reference
-    follows them on the sheet. `delta_e_mean` and `flip` are `None` without a reference.
+    `pictures` lists all pictures row by row, and `compared` the GPU pictures that have a path-traced reference, a shot
+    of the same `scene_key`. The reference must follow them on the sheet. `delta_e_mean` and `flip` are `None` without a
+    reference.
     """
     cells: list[list[tuple[Path, str]]] = []
-    drawn: list[Drawn] = []
+    entries: list[Drawn] = []
     for row in sheet.rows:
         cells.append([])
         for shot in row:
@@ -225,10 +236,10 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
                 "delta_e_mean": None,
                 "flip": None,
             }
-            taken = Drawn(shot, figures, exr)
+            entry = Drawn(shot, figures, exr)
             if shot.method is None:
-                compare_earlier(taken, drawn)
-            drawn.append(taken)
+                compare_earlier(entry, entries)
+            entries.append(entry)
             caption = f"{shot.caption}, {seconds_text(seconds)}"
             cells[-1].append((_marked(shot, png), caption))
             print(f"{sheet.name}: {caption}", flush=True)
@@ -236,7 +247,7 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
     contact_sheet(cells, whole, width)
     with Image.open(whole) as made:
         made.save(folder / f"{sheet.name}.jpg", quality=88)
-    pictures = [each.figures for each in drawn]
+    pictures = [entry.figures for entry in entries]
     return {
         "name": sheet.name,
         "title": sheet.title,
@@ -247,7 +258,7 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
 
 
 def _marked(shot: Shot, png: Path) -> Path:
-    """A copy of the picture with the shot's mark; the picture itself without a mark."""
+    """The file of a copy of the picture with the shot's mark; the picture's own file without a mark."""
     if shot.mark is None:
         return png
     marked = png.with_name(f"{png.stem}-marked.png")

@@ -2,8 +2,9 @@
 
 A *sweep* computes many cases in parallel and stores their results (docs/sweeps.md). A *case* is a surface in one
 setting, here an angle of incidence. The *driver* sends cases to workers in batches, through the scheduler of Dask.
-Sweeps run as users run them, in processes of their own. Scripts in other processes measure the costs of their steps,
-which are the input of the simulation.
+Sweeps run as users run them, in processes of their own. They are compared with a plain loop over the same cases in one
+process. Scripts in other processes measure the costs of the steps of a case: to compute, write and read its result.
+These costs are the input of the simulation.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from .sweeps_simulation import Costs, Storage, simulate
 PART = "sweeps-scale"
 # Folder of the Python package.
 PACKAGE = REPOSITORY / "python"
-# Number of cases that take a second each.
+# Number of cases of the sweeps that are compared with plain loops. Each case takes about a second.
 CASES = 60
 # Number of cases without computation, for the memory of the scheduler.
 TRIVIAL = 100_000
@@ -92,7 +93,8 @@ if __name__ == "__main__":
     sys.exit(code)
 """
 # Script that runs a specification's cases in a plain loop; prints the costs of a case's steps in seconds and bytes.
-# Bytes of messages between driver and worker are those of their pickled contents.
+# Bytes of messages between driver and worker are those of their pickled contents. HeldSurfaces keeps surfaces by their
+# parameters; its argument 0 means no limit of memory. Done is a worker's answer: whether each case failed, and seconds.
 CASE_COSTS = """
 import json, pickle, sys, time
 from sunbeam_mitsuba.sweep.spec import read_spec
@@ -125,7 +127,8 @@ print(json.dumps({
     "answer_bytes": len(pickle.dumps(Done({case.identity: False for case in cases}, 1.0))) / len(cases),
 }))
 """
-# Script that gets the tables of reliefs twice; prints the seconds to build them and to read them from the disk cache.
+# Script that gets the tables of reliefs twice, each time into an empty HeldSurfaces. Prints the seconds to build them
+# and to read them from the disk cache.
 TABLE_COSTS = """
 import json, sys, time
 from sunbeam_mitsuba.sweep.tables import HeldSurfaces
@@ -155,7 +158,7 @@ def figures() -> dict:
     - `tables`: the costs of tables, by TABLE_COSTS.
     - `finished`, `trivial`: large sweeps that run twice.
     - `start_seconds`, `batch_seconds`: the fixed cost of a sweep, and that of a batch.
-    - `load_before`, `load_after`: the machine's load average about the measurements.
+    - `load_before`, `load_after`: the machine's load average of one minute before and after the measurements.
     """
     load_before = os.getloadavg()[0]
     with TemporaryDirectory() as temporary:
@@ -163,7 +166,7 @@ def figures() -> dict:
         parts, small, tables = case_and_table_costs(Path(temporary))
     waiting, maps, finished, trivial = (runs[name] for name in ("waiting", "maps", "finished", "trivial"))
     start_seconds = runs["single"]["seconds"]
-    # The sweep of a single case has the fixed cost of a sweep alone.
+    # The sweep of a single case, which computes nothing, has the fixed cost of a sweep alone.
     batch_seconds = (runs["batches"]["seconds"] - start_seconds) / BATCHES
     costs = Costs(
         batch_seconds=batch_seconds,
@@ -178,6 +181,8 @@ def figures() -> dict:
         "load_before": load_before,
         "load_after": os.getloadavg()[0],
         "cases": CASES,
+        # A waiting case takes 1 s, so a loop over them takes CASES seconds. Keys of `waiting` and `maps` are numbers of
+        # workers.
         "waiting": [row(workers, run, float(CASES), waiting[1]) for workers, run in waiting.items()],
         "maps": [row(workers, run, parts["loop_seconds"], maps[1]) for workers, run in maps.items()],
         "start_seconds": start_seconds,
@@ -252,7 +257,10 @@ def check(made: dict) -> None:
 
 
 def environment(**more: str) -> dict[str, str]:
-    """Environment variables of a process that computes with one thread, like a worker, and the variables `more`."""
+    """Environment variables of a process that computes with one thread, like a worker, and the variables `more`.
+
+    The process finds the checkout's Python packages.
+    """
     return {**os.environ, "PYTHONPATH": f"{PACKAGE}{os.pathsep}{REPOSITORY}", "RAYON_NUM_THREADS": "1", **more}
 
 
@@ -298,6 +306,7 @@ def sweep(
             "DASK_DISTRIBUTED__WORKER__PRELOAD": json.dumps([str(preload)]),
             "SUNBEAM_SWEEP_WAIT_SECONDS": str(wait_seconds),
         }
+    # `None` in the text of the program keeps the driver's limit.
     program = folder / "program.py"
     program.write_text(PROGRAM.format(batch_cases=batch_cases))
     start = time.perf_counter()

@@ -4,7 +4,7 @@ The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md).
 is 2π(1 + cosθo)/λ, at normal incidence, and F is the Fourier transform under the coherence window. The series is that
 of Single 2014, a thesis, without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 …
 3. Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py: pixels are direction sines
-(x, y) in [−1, 1]², row by row from the top, where y is largest.
+(x, y) in [−1, 1]², row by row from the top, where y is largest. In bounds and the plot, x is instead the largest κh.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Sums:
     """
 
     name: str
-    # Largest argument x = κh.
+    # Largest κh, over heights and directions; it is attained along the normal.
     argument: float
     # (N,): error of the sum of the first n terms, by n.
     whole: np.ndarray
@@ -52,6 +52,8 @@ class Sums:
 
     def bound(self, terms: int) -> float:
         """Lagrange's bound of the remainder after N = `terms` terms: xᴺ/N!, as no derivative of e^(ix) exceeds 1.
+
+        It is computed by its logarithm; lgamma(N + 1) = log N!.
 
         Bounds above e³⁰⁰ are cut off there, so that their product in `bound_of_the_source` does not overflow.
         """
@@ -98,16 +100,17 @@ def sums(surface: Surface) -> Sums:
     x, y = (axis.ravel() for axis in np.meshgrid(sines(SIZE), -sines(SIZE)))
     inside = np.hypot(x, y) < 1
     x, y = x[inside], y[inside]
-    # κh of the highest point in each direction.
+    # κh of the highest point in each direction, with cosθo = √(1 − x² − y²).
     kappa_top = 2 * pi * (1 + np.sqrt(1 - x * x - y * y)) / WAVELENGTH_UM * top_um
-    bins, window = neighbours(surface, x, y)
+    orders, window = neighbours(surface, x, y)
     # Term n is coefficient · F{power} with coefficient = (i kappa_top)ⁿ/n! and power = (h/top)ⁿ.
     terms = np.zeros((count, len(x)), complex)
     coefficient, power = np.ones(len(x), complex), np.ones_like(heights_um)
     for n in range(count):
         # `ifft2` has the model's sign of the exponent and divides by the number of pixels.
         transform = np.fft.ifft2(power)
-        terms[n] = coefficient * (transform[bins] * window).sum(axis=0)
+        # The sum over the orders about each direction.
+        terms[n] = coefficient * (transform[orders] * window).sum(axis=0)
         coefficient *= 1j * kappa_top / (n + 1)
         power *= heights_um / top_um
     parts = [np.where(np.arange(count)[:, None] % 4 == part, terms, 0) for part in range(4)]

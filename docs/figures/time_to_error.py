@@ -21,7 +21,7 @@ from mitsuba_scenes.environment import use_variant
 from .benchmark_scenes import REFERENCE, BenchmarkScene
 from .cost import ratios
 
-# Variants of Mitsuba that are measured.
+# Variants of Mitsuba that are measured. Those with "llvm" compile kernels by Dr.Jit, those with "scalar" do not.
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "scalar_rgb", "scalar_spectral")
 # Relative rms error at which times are stated.
 ERROR = 0.05
@@ -30,7 +30,7 @@ ERROR = 0.05
 FLOOR = 0.1
 # Picture sizes (width, height). Each material gets the largest at which ROUNDS_AIM rounds fit into the cell's time. The
 # fixed cost of a render, some hundredths of a second with Dr.Jit, is then small. Errors of all materials are measured
-# at the smallest size, since the noise of a pixel depends on the size.
+# at the smallest size: the noise of a pixel depends on the size, so errors at different sizes do not compare.
 SIZES = ((24, 16), (48, 32), (96, 64), (192, 128))
 # Number of pixels to which times are scaled, so that they compare.
 NOMINAL_PIXELS = 256 * 256
@@ -71,12 +71,12 @@ def noise(images: np.ndarray) -> dict:
     n = len(images)
     truth = images.mean(axis=0)
     mask = truth.sum(axis=2) > 0
-    # Mean squares over pixels, (n, channels); then over channels too, (n,).
+    # Mean squares over pixels, (n, channels), with the correction; then over channels too, (n,).
     of_channels = [np.mean(relative_deviation(image, truth, mask) ** 2, axis=0) for image in images]
     of_channels = np.array(of_channels) * n / (n - 1)
     of_pictures = of_channels.mean(axis=1)
     error = float(np.sqrt(of_pictures.mean()))
-    # The standard error of a root is that of the square over twice the root.
+    # The standard error of a root √q is that of q over twice the root, since d√q = dq/(2√q).
     error_std = float(np.std(of_pictures, ddof=1) / math.sqrt(n) / (2 * error)) if error > 0 else 0.0
     channel_errors = np.sqrt(of_channels.mean(axis=0)).tolist()
     return {"error": error, "error_std": error_std, "channel_errors": channel_errors}
@@ -137,15 +137,21 @@ def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
 
 
 def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> dict:
-    """Measures a cell in about `budget_s` seconds; `ways` has the numbers of each material, by the function `ways`."""
+    """Measures a cell in about `budget_s` seconds; `ways` has the numbers of each material, by the function `ways`.
+
+    The order of the steps: BSDFs and scenes of all materials are loaded, the size of each material's pictures is
+    chosen, rounds are timed, and materials with larger pictures are rendered at the smallest size for their errors.
+    """
     use_variant(variant, fall_back=False)
     bsdfs = {name: mi.load_dict(bsdf) for name, bsdf in scene.bsdfs().items()}
     scenes = {name: scene.load(bsdf, SIZES[0]) for name, bsdf in bsdfs.items()}
     compiled = not variant.startswith("scalar")
+    # Seconds of one material's picture.
     limit_s = budget_s / len(scenes) / ROUNDS_AIM
     sizes = {
         name: fitting_size(lambda size, name=name: seconds_at(scenes[name], size, compiled), limit_s) for name in scenes
     }
+    # Each scene keeps the size that was tried last, which is the chosen one.
     runs = timed_rounds(scenes, budget_s)
     pictures = {name: [run.image for run in of_material] for name, of_material in runs.items()}
     # Materials with larger pictures are rendered again at the smallest size, for their errors.
@@ -186,7 +192,8 @@ def timed_rounds(scenes: dict[str, mi.Scene], budget_s: float) -> dict[str, list
     runs: dict[str, list[Render]] = {name: [] for name in scenes}
     start = time.perf_counter()
     for rounds in range(ROUNDS_MAX):
-        # Time at the end of this round, from the mean of the rounds so far.
+        # Time at the end of this round, from the mean of the `rounds` so far. The bound avoids a division by 0 before
+        # the first one.
         expected_s = (time.perf_counter() - start) * (rounds + 1) / max(rounds, 1)
         if rounds >= ROUNDS_MIN and expected_s >= budget_s:
             break

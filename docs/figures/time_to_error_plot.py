@@ -34,7 +34,7 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
     figure, ax = plt.subplots(figsize=(8, 0.7 * len(rows) + 1.4))
     for cell in cells:
         by_name = {way["name"]: way["seconds_to_error"] for way in cell["ways"]}
-        # The variants' lines lie side by side about the middle of the row.
+        # The variants' lines lie side by side about the middle of the row; `place` counts them from there.
         place = VARIANTS.index(cell["variant"]) - 0.5 * (len(VARIANTS) - 1)
         # A row is 1 high, and its lines are 0.18 apart.
         colour, offset = COLOURS[cell["variant"]], 0.18 * place

@@ -36,7 +36,7 @@ PERIOD_UM = 2.5
 HEIGHT_UM = {"blazed": 0.25, "lamellar": 0.125}
 # Distance of a grating's samples, a tenth of the smallest tip's radius; 5000 make a period.
 STEP_UM = 0.0005
-# Number of equal rows of a grating's height field; a field of one row is refused.
+# Number of equal rows of a grating's height field, which is constant along y; one row would do as well.
 ROWS = 4
 # Wavelength of the efficiencies.
 WAVELENGTH_NM = 550
@@ -100,7 +100,7 @@ def worst(surfaces: dict) -> dict:
     """The largest changes of colour on any surface, ΔE₂₀₀₀. Tips are in ascending order of their radii.
 
     `mean_…` and `p99_…` are the largest mean and 99th percentile over a map; `…_blunt` is of the bluntest tip, `…_fine`
-    of all others.
+    of all others. Raises SetupError if the finer tips change colours noticeably.
     """
     finer = [tip for surface in surfaces.values() for tip in surface["tips"][:-1]]
     bluntest = [surface["tips"][-1] for surface in surfaces.values()]
@@ -193,6 +193,7 @@ def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
         return {order["order"]: order["mean"] for order in report["orders"]}
     # The phase screen: light travels each height twice, so the phase is 4πh/λ.
     screen = np.exp(4j * np.pi / (WAVELENGTH_NM * 1e-3) * tile.heights_um)
+    # The powers of all orders sum to 1, since |screen| = 1.
     power = np.abs(np.fft.fft2(screen) / screen.size) ** 2
     # Spatial frequencies in units of the first order's.
     fx, fy = (np.fft.fftfreq(count, tile.pixel_um) * period_um for count in power.shape[::-1])

@@ -2,7 +2,8 @@
 
 A *model* is scalar diffraction with a choice of obliquity factor, with or without energy conservation. Its *misplaced*
 power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). A *reach* is a largest angle of
-incidence, on either side.
+incidence, on either side. In TE and TM the electric and the magnetic field is along the grooves. Lengths without a unit
+in their name are in µm.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ def row(kind: str, slope: float | None, grating: Grating) -> dict:
 def sweep(make: Callable[[float], Grating], values: tuple[float, ...], side: int = 1) -> dict:
     """Misplaced power on the gratings `make(value)`, for light from +x (`side` 1) or −x (−1).
 
-    `misplaced` is [model][angle][value].
+    `misplaced` is [model][angle][value]. An angle from −x is negative.
     """
     gratings = [make(value) for value in values]
     # Adding 0 turns −0 into 0, which JSON would print with its sign.
@@ -89,7 +90,7 @@ def sweep(make: Callable[[float], Grating], values: tuple[float, ...], side: int
 def all_sweeps() -> dict:
     """Sweeps over the slope of sinusoids, over the facets' slope of sawteeth, and over the period of each kind.
 
-    The facets are turned away from the light, or face it.
+    In light from +x the sawteeth's facets are turned away from it, in light from −x they face it.
     """
     by_period = {
         "sinusoid": sweep(lambda period: sinusoid(period, sweeps.SWEPT_SLOPE_DEG), sweeps.PERIODS_UM),
@@ -107,8 +108,9 @@ def all_sweeps() -> dict:
 def limits(swept: dict, falling: bool = False) -> dict:
     """For each model and each of REACHES_DEG the end of the range of values with errors of at most BOUND.
 
-    The range begins at the smallest value, or with `falling` at the largest. The result of `crossing` is `None` if the
-    bound holds nowhere.
+    The range begins at the smallest value. With `falling` it begins at the largest, since models hold for long periods.
+    An error is the largest over the angles of a reach. The result of `crossing` is `None` if the bound is exceeded at
+    the beginning of the range.
     """
     found = {}
     for model in MODELS:
@@ -123,7 +125,8 @@ def limits(swept: dict, falling: bool = False) -> dict:
 def model_checks() -> dict:
     """Largest errors of the model's efficiencies against closed forms, and against integrals over lobes of orders.
 
-    The efficiencies are values at the centres of lobes. Three orders are integrated.
+    The efficiencies are values at the centres of the orders' lobes, the peaks that a finite coherence length makes. The
+    lobes of three orders are integrated.
     """
     lights = [Light(550.0, angle) for angle in sweeps.ANGLES_DEG]
     closed, lobe = [], []
@@ -143,6 +146,7 @@ def limiting() -> list[dict]:
 
     A row for each coherence length lists sums by angle of incidence, as means over the wavelengths. Exact sums are 1.
     """
+    # Period and height in µm.
     grating = Grating("sinusoidal", 1.6, 0.1)
     lights = [Light(wavelength, angle) for angle in sweeps.ANGLES_DEG for wavelength in sweeps.WAVELENGTHS_NM]
     rows = []
@@ -181,7 +185,7 @@ def figures() -> dict:
     plots.angles(folder / "angles.svg")
     plots.slopes(folder / "slopes.svg", swept["slope"], swept["facets_away"], swept["facets_facing"], BOUND)
     plots.periods(folder / "periods.svg", swept["period"], mean_nm, BOUND)
-    # A mirror reflects all light.
+    # A mirror reflects all light: a height of 0, at 550 nm and 60°.
     flat = solve(Sinusoid(2.5, 0.0), 550.0, 60.0)
     return {
         "wavelengths_nm": list(sweeps.WAVELENGTHS_NM),

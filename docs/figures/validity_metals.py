@@ -4,7 +4,11 @@ Theories (tests/judges/gratings/theories.py): SCALAR, the phase screen times Fre
 conductor by Maxwell's equations times Fresnel's reflectance; EXACT, Maxwell's equations with the metal's index.
 Independent solvers, the *judges* (tests/judges/gratings), give the true powers of the orders for random settings. A
 *setting* is a grating in a medium, and a light. *Misplaced* power is the fraction of the power that a theory puts into
-wrong orders (`misplaced`). Media are named as Mitsuba's `material`; "none" is a perfect conductor.
+wrong orders: half the sum of the absolute differences of all orders' powers. Media are named as Mitsuba's `material`;
+"none" is a perfect conductor. A *table* holds efficiencies of a grating's orders over wavelength and direction of the
+light, which the plugin interpolates.
+
+`insist` raises SetupError if the numbers contradict a sentence of the page.
 """
 
 from __future__ import annotations
@@ -53,7 +57,7 @@ THEORIES = (SCALAR, FRESNEL, EXACT)
 COST_MAX = 1.5
 # Period and height in µm of the timed sinusoid.
 TIMED_UM = (0.8, 0.12)
-# Wavelength at which a metal's index is taken where one index serves all wavelengths.
+# Wavelength at which a metal's index is taken for tables and timed calls, which have one index for all wavelengths.
 INDEX_NM = 550.0
 # Number of random lights at which a grating's table of efficiencies is compared with the solver. More find rarer
 # errors.
@@ -82,19 +86,24 @@ COLOURS = {"Al": "tab:blue", "Ag": "tab:green", "Au": "tab:orange"}
 
 def summary(errors: np.ndarray) -> dict:
     """Rms, 99th percentile and largest magnitude of errors."""
-    size = np.abs(errors)
-    return {"rms": float(np.sqrt(np.mean(size**2))), "p99": float(np.quantile(size, 0.99)), "worst": float(size.max())}
+    absolute = np.abs(errors)
+    rms, p99 = float(np.sqrt(np.mean(absolute**2))), float(np.quantile(absolute, 0.99))
+    return {"rms": rms, "p99": p99, "worst": float(absolute.max())}
 
 
 def errors_of(theory: str, group: list[tuple[Judged, dict]]) -> np.ndarray:
-    """Errors of a theory in all orders of some answers, which are paired with their `powers`."""
+    """Errors of a theory in all orders of some answers of judges, which are paired with their `powers`.
+
+    `powers` gives the fractions of the light in the orders by theory.
+    """
     return np.concatenate([found[theory] - answer.power for answer, found in group])
 
 
 def by_shape(judged: list[tuple[Judged, dict]]) -> list[dict]:
     """A row for each medium and shape: errors and misplaced power of each theory against the judge.
 
-    `judged` pairs answers with their `powers`. `unsettled` is the judge's own largest error.
+    `judged` pairs answers with their `powers`. `unsettled` is the largest change of a power between the judge's two
+    resolutions.
     """
     groups: dict[tuple[str, str], list[tuple[Judged, dict]]] = {}
     for answer, found in judged:
@@ -178,7 +187,7 @@ def tables() -> dict:
 
 
 def truth(grating: Grating, metal: str, light: Light) -> np.ndarray:
-    """Powers of the propagating orders of a grating in a metal, by Maxwell's equations."""
+    """Powers of the propagating orders of a grating in a metal for unpolarised light, by Maxwell's equations."""
     # A negative angle is light from −x.
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     setting = Setting(metal, grating.preset, grating.period, grating.height, light.wavelength_nm, theta_deg, phi_deg)
@@ -201,10 +210,15 @@ def swept() -> dict:
 
 
 def misplaced_by_angle(grating: Grating, metal: str) -> dict[str, dict[str, float]]:
-    """Misplaced power of both theories by angle of incidence, mean over the wavelengths."""
+    """Misplaced power of SCALAR and FRESNEL by angle of incidence as text, mean over the wavelengths.
+
+    `compared` gives powers in a perfect conductor. The factor of both theories is Fresnel's reflectance at the half
+    vector of the directions to the light and along the order.
+    """
     by_angle: dict[str, dict[str, list[float]]] = {}
     for each in compared(grating, angles_of(grating)):
         light = each.light
+        # x of the unit vectors along the orders, which lie in the plane of incidence y = 0.
         _, sines = propagating(grating.period, light)
         sine = np.sin(np.radians(light.theta_i_deg))
         wi = np.array([sine, 0, np.sqrt(1 - sine**2)])
@@ -222,7 +236,7 @@ def misplaced_by_angle(grating: Grating, metal: str) -> dict[str, dict[str, floa
 def smallest_period_um(by_period: dict, theory: str, reach_deg: float, bound: float) -> float | None:
     """The smallest of PERIODS_UM from which a theory is within the bound at all angles up to `reach_deg`, or `None`.
 
-    `by_period` is `swept` of one kind and metal.
+    `by_period` is `swept` of one kind and metal, and `bound` the accepted misplaced power.
     """
     smallest = None
     for period_um in sorted(PERIODS_UM, reverse=True):
@@ -255,7 +269,8 @@ def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
 
     - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged to `settled`.
     - `rows`, `by_metal`: the results of `by_shape` and `by_metal`.
-    - `mueller`: errors of all elements of Mueller matrices by EXACT.
+    - `mueller`: errors of all elements of Mueller matrices by EXACT, where the judge gives amplitudes. They are
+      relative to the largest reflectance of an order in unpolarised light.
     - `limits`: the result of `smallest_period_um` for each kind, metal and theory, at each of `reaches_deg`. `bound` is
       the accepted misplaced power.
 
@@ -276,6 +291,7 @@ def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
         for metal in REAL_METALS
         for theory in (SCALAR, FRESNEL)
     ]
+    # An error below a tenth of the phase screen's counts as right.
     together = by_metal(judged)
     for metal, theories in together.items():
         insist(PART, theories[EXACT]["rms"] < 0.1 * theories[SCALAR]["rms"], f"exact is right in {metal}")

@@ -74,16 +74,17 @@ def coupled(period: float, height: float, wavelength_nm: float, theta_i_deg: flo
     extinction, harmonics = metal
     own = solve(lamellar(period, height), wavelength_nm, theta_i_deg)
     te, tm = coupled_waves(period, height, wavelength_nm, theta_i_deg, extinction, harmonics)
-    # Coupled-wave analysis returns the orders from −harmonics on.
-    propagating = harmonics + own.orders
+    # Indices of the propagating orders. Coupled-wave analysis returns all orders from −harmonics on, so order m has the
+    # index harmonics + m.
+    indices = harmonics + own.orders
     return {
         "period_um": period,
         "height_um": height,
         "theta_i_deg": theta_i_deg,
         "extinction": extinction,
         "harmonics": harmonics,
-        "te": float(np.abs(te[propagating] - own.te).max()),
-        "tm": float(np.abs(tm[propagating] - own.tm).max()),
+        "te": float(np.abs(te[indices] - own.te).max()),
+        "tm": float(np.abs(tm[indices] - own.tm).max()),
     }
 
 

@@ -2,7 +2,8 @@
 
 Gratings are in a perfect conductor, with lengths in µm. A *model* is a choice of obliquity factor, with or without
 energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the fraction of the light that a model puts
-into wrong orders. The plane of incidence is across the grooves; at a negative angle light comes from the side of −x.
+into wrong orders: half the sum of the absolute differences of all orders' efficiencies. The plane of incidence is
+across the grooves; at a negative angle light comes from the side of −x.
 """
 
 from __future__ import annotations

@@ -72,9 +72,10 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     quadrature = Quadrature.of_report(reports["flss"])
 
     same_rays = plugin(case, **REFERENCE)
-    # A view whose pixel centres are on the realtime renderer's rays.
+    # A view whose pixel centres are on the realtime renderer's rays. The rays are traced one by one, so the scene's
+    # number of samples does not matter.
     ray_view = replace(view, width=SUPERSAMPLE * view.width, height=SUPERSAMPLE * view.height)
-    rays = points.trace_points(mi.load_dict(bare_scene(same_rays, files, light, view, 1)), light, ray_view)
+    rays = points.trace_points(mi.load_dict(bare_scene(same_rays, files, light, view, spp=1)), light, ray_view)
     start = time.perf_counter()
     pictures = {"reference": spectral.picture(same_rays, files, light, view, quadrature, spp)}
     reference_seconds = time.perf_counter() - start

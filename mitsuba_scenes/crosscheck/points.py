@@ -46,7 +46,7 @@ class Points:
     # Whether the point faces the camera and the sun, and the snake does not block the sun.
     lit: np.ndarray
     # Whether the point and its 8 neighbours are lit and on one smooth piece of the surface. Only these points are
-    # compared: at an edge, rounding decides which surface a ray hits.
+    # compared: at an edge, rounding decides which surface a ray hits. Pixels at the picture's border are excluded.
     inside: np.ndarray
 
 
@@ -88,6 +88,7 @@ def trace_points(scene: mi.Scene, light: Light, view: View) -> Points:
 
 def _trace(scene: mi.Scene, light: Light, film_point: mi.Point2f) -> _Hits:
     """Traces rays through points of the film, in [0, 1]² from its top left corner, and from there to the sun."""
+    # Time, sample of the wavelength, position on the film, sample of the aperture.
     ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, film_point, mi.Point2f(0.5))
     si = scene.ray_intersect(ray)
     to_sun = mi.Vector3f(*light.to_sun().tolist())

@@ -31,7 +31,7 @@ def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, fo
         exr = folder / f"colours-{case.name}-{number}-table.exr"
         report = realtime.render(exr, "table", files.mesh, case.skin, light, view)
         gpu = np.array(mi.Bitmap(str(exr)), dtype=np.float64)
-        hits = points.trace_points(mi.load_dict(bare_scene(bsdf, files, light, view, 1)), light, view)
+        hits = points.trace_points(mi.load_dict(bare_scene(bsdf, files, light, view, spp=1)), light, view)
         mitsuba = points.colours(bsdf, hits)
         figures = same_points.compared(case, bsdf, hits, mitsuba, gpu, points.colours)
         found.append({"light": vars(light), **figures, "seconds": {"realtime": report["seconds"]}})

@@ -41,7 +41,7 @@ def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, fo
         quadrature = Quadrature.of_report(report)
 
         start = time.perf_counter()
-        hits = points.trace_points(mi.load_dict(bare_scene(bsdf, files, light, view, 1)), light, view)
+        hits = points.trace_points(mi.load_dict(bare_scene(bsdf, files, light, view, spp=1)), light, view)
         mitsuba = points.radiance(bsdf, hits, quadrature)
         seconds = time.perf_counter() - start
         mi.Bitmap(mitsuba.astype(np.float32)).write(str(folder / f"points-{case.name}-{number}-mitsuba.exr"))
