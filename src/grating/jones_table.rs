@@ -164,12 +164,13 @@ impl JonesTable {
                 jones_shape(scattering.jones(out, from), scattering.ky_squared_ratio())
             };
             let solved = SolvedCell::solve(cell, solver, &plan.nm[..count], shape, transposed)?;
-            let pack = |shapes: &[JonesShape]| shapes.iter().flat_map(packet).collect();
             for (j, packed_cells) in packed.iter_mut().enumerate() {
-                packed_cells.push(if j < count { solved.packed(j, pack) } else { Vec::new() });
+                let packets = |shapes: Vec<JonesShape>| shapes.iter().flat_map(packet).collect::<Vec<_>>();
+                let shapes = (j < count).then(|| solved.at_wavelength(j, |shape, _| shape));
+                packed_cells.push(shapes.into_iter().flatten().flat_map(packets).collect());
             }
         }
-        Ok(Self { layout: plan.layout(), words: offsets_and_packets(&packed, &plan.extras()) })
+        Ok(Self { layout: plan.layout_of_solved(), words: offsets_and_packets(&packed, &plan.extras()) })
     }
 
     /// Layout of the table data.
