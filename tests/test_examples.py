@@ -49,7 +49,7 @@ def test_scan_describes_a_file(tmp_path):
     )
     lines = run("scan", file).decode().splitlines()
     assert lines[0].startswith("1024 × 1 pixels")
-    assert lines[-1].startswith("650 nm: the albedo along the normal is 0.")
+    assert lines[-1].startswith("650 nm: the albedo for light along the normal is 0.")
     missing = subprocess.run([str(BUILT / "scan"), "nothing.gsf"], capture_output=True, text=True)
     assert missing.returncode != 0
     assert "nothing.gsf" in missing.stderr
