@@ -130,8 +130,8 @@ def colour_weights() -> tuple[np.ndarray, np.ndarray]:
 def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """Linear sRGB of D65 behind the slits, (len(sine), 3), with the `weights` of `colour_weights`.
 
-    The slits pass the same power at all wavelengths and spread it over widths ∝ λ, so intensities have a factor 1/λ. It
-    is normalised to 1 at COLOURED_NM.
+    The slits pass the same power at all wavelengths. They spread it over a width in proportion to λ, so the intensity
+    has a factor 1/λ, which is normalised to 1 at COLOURED_NM.
     """
     wavelengths_nm, rgb = weights
     intensity = relative_intensity(slits, np.asarray(sine)[:, None], wavelengths_nm)
@@ -172,7 +172,7 @@ def figures_of(slits: Slits) -> dict:
     its first zero. The far field is at distances large against `far_field_mm`, (Nd)²/λ.
     """
     width = full_width(slits, PLOTTED_NM)
-    # Sine of the angle of the first zero.
+    # Sine of the angle of the first zero. Widths on the screen take the angle as small, the zero itself does not.
     zero = PLOTTED_NM / 1e3 / slits.extent_um
     return {
         "count": slits.count,

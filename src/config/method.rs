@@ -11,7 +11,8 @@ use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use std::sync::Arc;
 
-/// The method of a grating that several users in this process may share.
+/// The method of a grating that several users in this process may share. The [`Origin`] of its tables comes with them
+/// from the cache and is not used.
 struct SharedGrating(Arc<(GratingColourSurface, Origin)>);
 
 impl Method for SharedGrating {
@@ -36,12 +37,12 @@ impl SurfaceConfig {
     /// A realtime method by the configuration's theory. The scalar theory has all kinds ([`methods::build`]), which are
     /// built anew. The rigorous theory has [`MethodKind::Table`] only, which reads its tables from `cache`.
     ///
-    /// Under a cover, the method takes directions inside it. A film takes the configuration's own index, and directions
-    /// on either side.
+    /// Under a cover, the method takes directions inside it: the caller refracts those outside. A film takes the
+    /// configuration's own index instead of `index`, and directions on either side.
     ///
     /// `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
     /// Maxwell's equations include the material's reflectance in their answers. [`Method::answers`] tells whether
-    /// other methods do.
+    /// other methods do, or leave the factor to the caller ([`AnswerKind::Relief`]).
     ///
     /// # Errors
     /// A kind that the theory does not have, transmission with the rigorous theory, and the errors of

@@ -47,7 +47,7 @@ const IGNORED_DIVISOR: usize = 20;
 /// ignored.
 ///
 /// The lowest or the highest number is isolated if its gap to the rest is at least [`GAP_MIN`] times the range of the
-/// rest. For [`MISSING_NUMBERS`] the factor is [`KNOWN_GAP_MIN`]. A relief of levels has no isolated number.
+/// rest. For [`MISSING_NUMBERS`] the factor is [`KNOWN_GAP_MIN`]. A level is not isolated.
 pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
