@@ -98,7 +98,7 @@ def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     rgb, spectral = rgb * exposure, spectral * exposure
     found = delta_e76(rgb.mean(axis=0), spectral.mean(axis=0))
     noise = np.sqrt(sum((delta_e76(*halves) / 2) ** 2 for halves in (rgb, spectral)))
-    # Of the first halves and of the second halves.
+    # Differences of the first and of the second halves of the samples.
     first, second = lab(rgb) - lab(spectral)
     channels = rgb.reshape(-1, 3).sum(axis=0) / spectral.reshape(-1, 3).sum(axis=0)
     return {

@@ -110,14 +110,7 @@ impl EfficiencyTable {
         }
         // Only tables of interfaces have further words between the offsets and the entries.
         let words = offsets_and_halves(&packed, &[]);
-        let layout = EfficiencyLayout {
-            first_nm: nm[0],
-            step_nm: nm[1] - nm[0],
-            wavelengths: nm.len() as u32,
-            cells: cells as u32,
-            nodes: table_resolution.stored,
-            below: if sides == 1 { Below::Reflector } else { Below::Film },
-        };
+        let layout = EfficiencyLayout::new(&nm, cells, table_resolution.stored as usize, Below::of_sides(sides));
         Ok(Self { layout, words, solved })
     }
 
@@ -149,7 +142,7 @@ impl EfficiencyTable {
                 // The Bloch phase is a up to an integer, so a itself will do.
                 let exact = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
-                let channels = view.channels(periods, y, a, true);
+                let channels = view.channels(&view.bounds(periods, y), a, true);
                 let errors = (0..solver.sides()).flat_map(|side| {
                     let (incident, _) = channels.of_order(0.0, side == 1);
                     let row = view.row(&channels, incident, nm, true);

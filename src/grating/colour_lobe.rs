@@ -100,10 +100,11 @@ impl<N: Numbers> GratingColourLobe<N> {
             let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
             let [[in_x, in_y], [out_x, out_y]] = self.tangential([from, to]);
             let half = N::Double::lit(0.5);
-            let channels =
-                self.view().channels(periods, (out_y - in_y) * half, (out_x - in_x) * periods * half, active);
+            let view = self.view();
+            let bounds = view.bounds(periods, (out_y - in_y) * half);
+            let channels = view.channels(&bounds, (out_x - in_x) * periods * half, active);
             let [(incident, is_incident), (outgoing, is_outgoing)] =
-                [from, to].map(|w| channels.of_order(N::Double::lit(0.0), self.view().is_below(w)));
+                [from, to].map(|w| channels.of_order(N::Double::lit(0.0), view.is_below(w)));
             let order = OrderColour { channels: &channels, pair: [incident, outgoing], nm, colour };
             polarised(order, active & is_incident & is_outgoing)
         })
@@ -145,7 +146,8 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let visible_nu = nu_m.clip(range[0], range[1]);
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
                 let m = N::widen(order);
-                let channels = view.channels(periods, groove_cosine, (x_difference * periods - m) * half, active);
+                let channels =
+                    view.channels(&view.bounds(periods, groove_cosine), (x_difference * periods - m) * half, active);
                 let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
                 let (outgoing, is_outgoing) = channels.of_order(m, to_below);
                 // Order 0 is in the start value.

@@ -25,6 +25,14 @@ pub(super) struct EfficiencyView<N: Numbers> {
     pub words: N::Words,
 }
 
+/// Bounds of the wave numbers `a + m` of propagating orders along x, in units of 2π/d.
+pub(super) struct Bounds<N: Numbers> {
+    /// Bound over which the wave's cells are defined: t in the air, tm where light is totally reflected.
+    of_cells: N::Double,
+    /// At an interface: whether `|ky| ≥ k`, so that light in the medium is totally reflected; and tm.
+    at_interface: Option<(N::Mask, N::Double)>,
+}
+
 /// A node of a table.
 #[derive(Clone, Copy)]
 pub(super) struct Node<N: Numbers> {
@@ -104,37 +112,37 @@ impl<N: Numbers> EfficiencyView<N> {
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Channels at the incident wave with the wave number `a` along x, in units of 2π/d, and `groove_cosine = ky/k`.
-    /// `periods` is d/λ. Waves outside the table, which do not propagate, get the nearest cell.
+    /// Bounds of the waves with `groove_cosine = ky/k`, for all wave numbers along x. `periods` is d/λ.
     #[inline(always)]
-    pub(super) fn channels(
-        &self,
-        periods: N::Double,
-        groove_cosine: N::Double,
-        a: N::Double,
-        active: N::Mask,
-    ) -> Channels<N> {
+    pub(super) fn bounds(&self, periods: N::Double, groove_cosine: N::Double) -> Bounds<N> {
+        let Below::Interface(InterfaceCells { eta, .. }) = self.layout.below else {
+            return Bounds { of_cells: groove_t::<N>(periods, groove_cosine), at_interface: None };
+        };
+        let double = N::Double::lit;
+        // t or tm: bound of |a + m| in a medium of this index.
+        let groove_squared = groove_cosine * groove_cosine;
+        let bound = |index: f64| periods * (double(index * index) - groove_squared).max(double(0.0)).sqrt();
+        let (t, tm) = (bound(1.0), bound(eta));
+        let is_trapped = double(1.0).le(groove_squared);
+        Bounds { of_cells: N::Double::select(is_trapped, tm, t), at_interface: Some((is_trapped, tm)) }
+    }
+
+    /// Channels at the incident wave with the wave number `a` along x, in units of 2π/d. Waves outside the table, which
+    /// do not propagate, get the nearest cell.
+    #[inline(always)]
+    pub(super) fn channels(&self, bounds: &Bounds<N>, a: N::Double, active: N::Mask) -> Channels<N> {
         let double = N::Double::lit;
         // Index of a cell, clipped to `count` cells.
         let cell_among =
             |cell: N::Double, count: u32| N::index_of_double(cell.clip(double(0.0), double(f64::from(count - 1))));
         let cells = self.layout.cells;
-        let of_air = |sides_below: f64| {
-            let position = CellPosition::<N>::new(groove_t::<N>(periods, groove_cosine), a);
-            Channels::of_cell(&position, cell_among(position.cell, cells), sides_below)
+        let position = CellPosition::<N>::new(bounds.of_cells, a);
+        let (Below::Interface(InterfaceCells { air_cells, .. }), Some((is_trapped, tm))) =
+            (self.layout.below, bounds.at_interface)
+        else {
+            let sides_below = if self.layout.transmits() { 1.0 } else { 0.0 };
+            return Channels::of_cell(&position, cell_among(position.cell, cells), sides_below);
         };
-        let InterfaceCells { eta, air_cells } = match self.layout.below {
-            Below::Reflector => return of_air(0.0),
-            Below::Film => return of_air(1.0),
-            Below::Interface(interface) => interface,
-        };
-        // t or tm: bound of |a + m| in a medium of this index.
-        let groove_squared = groove_cosine * groove_cosine;
-        let bound = |index: f64| periods * (double(index * index) - groove_squared).max(double(0.0)).sqrt();
-        let (t, tm) = (bound(1.0), bound(eta));
-        // |ky| ≥ k: light in the medium is totally reflected, and cells are those of the medium, over tm.
-        let is_trapped = double(1.0).le(groove_squared);
-        let position = CellPosition::<N>::new(N::Double::select(is_trapped, tm, t), a);
         // Cells of the air come first, from cell −1 on.
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);

@@ -99,7 +99,7 @@ impl InterfaceSolver<'_> {
         let below_first = self.meshes.after(0)?.below(tm, b)?;
         let solve = |&nm: &f64| {
             let nm = nm.min(BELOW_CRITICAL * critical_nm);
-            // Of incidence in the medium: √(1 − ky²/(nk)²).
+            // Cosine of incidence in the medium, √(1 − ky²/(nk)²).
             let largest_cosine = tm * nm / (self.eta * period_nm);
             solve_balanced(self.meshes, (tm, b, nm), largest_cosine, |doublings| {
                 let mesh = self.meshes.after(doublings)?;

@@ -2,13 +2,14 @@
 //!
 //! A table holds one value for each pair of channels (orders on a side of the relief): an efficiency, or the shape of a
 //! Jones matrix. A *cell* is a region of incident waves at which the same orders propagate in the air (in cells of the
-//! medium: in the medium). (p, q) is a wave's position in its cell, each from 0 to 1. Cells are solved at the table's
-//! own nodes. Polynomials through Chebyshev nodes, as in `build.rs`, converge slowly here, since efficiencies have
-//! singularities inside the cells of an interface.
+//! medium: in the medium). (p, q) is a wave's position in its cell, each from 0 to 1. Cells are solved at nodes with
+//! equal steps in the coordinates of look-ups. Matrices are stored there; efficiencies, which vary more, at more nodes,
+//! by cubic interpolation. Polynomials through Chebyshev nodes, as in `build.rs`, converge slowly here, since
+//! efficiencies have singularities inside the cells of an interface.
 //!
-//! A channel in the medium may propagate at only some nodes of a cell. At the other nodes it has the value of a
-//! neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes follow by
-//! reciprocity, as in `build.rs`: on the reversed path, p and q are exchanged.
+//! A channel in the medium may propagate at only some nodes of a cell. At the other nodes its value follows from that
+//! of a neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes
+//! follow by reciprocity, as in `build.rs`: on the reversed path, p and q are exchanged.
 
 use super::GratingError;
 use super::build::{EfficiencyTable, RANDOM_SEED, error_statistics, offsets_and_halves};
@@ -28,18 +29,19 @@ use sunbeam_rigorous::{Channel, Scattering, Side};
 
 /// Solved nodes along either side of a cell, with equal steps in the coordinate of look-ups. More nodes reduce the
 /// error, but the build time grows as the square of their number.
-const NODES: usize = 12;
-/// Nodes of the table of efficiencies along either side of a cell, interpolated from the solved ones by cubics. Look-ups
-/// interpolate linearly. On a sinusoid of 0.6 µm, 0.2 µm high, of index 1.5, the RMS error of an efficiency is 0.003
-/// with this number and 0.005 with the solved nodes alone. The table's size grows as the square of the number.
+pub(super) const NODES: usize = 12;
+/// Nodes of the table of efficiencies along either side of a cell, interpolated from the solved ones by cubics. Linear
+/// look-ups err less between more nodes, but the table's size grows as the square of their number. On a sinusoid of
+/// 0.6 µm, 0.2 µm high, of index 1.5, the RMS error of an efficiency is 0.003 with this number and 0.005 with the
+/// solved nodes alone.
 const STORED: usize = 18;
 /// Largest step between wavelengths in nm. Twice this step doubles the error.
 const STEP_NM: f64 = 40.0;
 /// Smallest p, q, 1 − p and 1 − q of a solved node. On the border of its cell, where one of these is 0, an order has
 /// its cut-off, at which the solver's lattice sum has a pole. Larger values displace the nodes noticeably.
 const BORDER: f64 = 1e-5;
-/// Bytes of a stored efficiency.
-pub(super) const EFFICIENCY_BYTES: f64 = 2.0;
+/// Bytes of the 16-bit efficiencies of a pair of channels in one cell at one wavelength.
+pub(super) const PAIR_BYTES: f64 = (2 * STORED * STORED) as f64;
 
 /// Wavelengths and cells of a table of an interface.
 pub(super) struct InterfacePlan {
@@ -82,22 +84,35 @@ impl InterfacePlan {
         Self { nm, cells, eta }
     }
 
-    /// Layout of a table with the nodes of the table of efficiencies.
-    fn layout(&self) -> EfficiencyLayout {
-        EfficiencyLayout { nodes: STORED as u32, ..self.layout_of_solved() }
+    /// Layout of a table with this number of nodes along either side of a cell.
+    pub(super) fn layout(&self, nodes: usize) -> EfficiencyLayout {
+        let air_cells = self.cells.iter().filter(|(cell, _)| cell.in_air).count() as u32;
+        let below = Below::Interface(InterfaceCells { eta: self.eta, air_cells });
+        EfficiencyLayout::new(&self.nm, self.cells.len(), nodes, below)
     }
 
-    /// Layout of a table with the solved nodes.
-    pub(super) fn layout_of_solved(&self) -> EfficiencyLayout {
-        let air_cells = self.cells.iter().filter(|(cell, _)| cell.in_air).count() as u32;
-        EfficiencyLayout {
-            first_nm: self.nm[0],
-            step_nm: self.nm[1] - self.nm[0],
-            wavelengths: self.nm.len() as u32,
-            cells: self.cells.len() as u32,
-            nodes: NODES as u32,
-            below: Below::Interface(InterfaceCells { eta: self.eta, air_cells }),
+    /// Solves all cells. Returns what `pack(solved cell, wavelength)` stores of each, `[wavelength][cell][item]`, empty
+    /// where a wavelength does not have the cell. `extract` and `transposed` are those of [`SolvedCell::solve`].
+    ///
+    /// # Errors
+    /// A point that cannot be solved accurately enough.
+    pub(super) fn tabulated<T: Copy + Default + Send + Sync, W: Clone + Send>(
+        &self,
+        solver: &InterfaceSolver<'_>,
+        progress: &Progress,
+        extract: impl Fn(&Scattering, Channel, Channel) -> T + Sync,
+        transposed: fn(T) -> T,
+        pack: impl Fn(&SolvedCell<T>, usize) -> Vec<W> + Sync,
+    ) -> Result<Vec<Vec<Vec<W>>>, GratingError> {
+        let mut packed: Vec<Vec<Vec<W>>> = vec![Vec::new(); self.nm.len()];
+        for (done, &(cell, count)) in self.cells.iter().enumerate() {
+            progress.report(done as f64 / self.cells.len() as f64);
+            let solved = SolvedCell::solve(cell, solver, &self.nm[..count], &extract, transposed)?;
+            let items: Vec<_> = (0..count).into_par_iter().map(|j| pack(&solved, j)).collect();
+            let absent = std::iter::repeat_with(Vec::new);
+            packed.iter_mut().zip(items.into_iter().chain(absent)).for_each(|(cells, items)| cells.push(items));
         }
+        Ok(packed)
     }
 
     /// One word for each cell, with its [`InterfaceCell::extra`].
@@ -106,18 +121,18 @@ impl InterfacePlan {
     }
 
     /// Cost of a table's build on two cores. `seconds` has the time on one core for the solution at one node and
-    /// wavelength, in a cell of the air and in one of the medium. `entry_bytes` is the size of a pair's stored value.
-    pub(super) fn estimate(&self, seconds: [f64; 2], entry_bytes: f64) -> Estimate {
+    /// wavelength, in a cell of the air and in one of the medium. `pair_bytes` is the size of the values of a pair of channels in
+    /// one cell at one wavelength.
+    pub(super) fn estimate(&self, seconds: [f64; 2], pair_bytes: f64) -> Estimate {
         // Sum over cells and wavelengths.
         let sum = |of_cell: &dyn Fn(InterfaceCell) -> f64| -> f64 {
             self.cells.iter().map(|&(cell, wavelengths)| of_cell(cell) * wavelengths as f64).sum()
         };
-        let [nodes, stored] = [NODES, STORED].map(|count| count as f64);
         // Nodes on the diagonal p = q and on one side of it.
-        let solved_nodes = 0.5 * nodes * (nodes + 1.0);
+        let solved_nodes = (NODES * (NODES + 1) / 2) as f64;
         let cores = 2.0;
         Estimate {
-            bytes: entry_bytes * stored * stored * sum(&|cell| (cell.channels() as f64).powi(2)),
+            bytes: pair_bytes * sum(&|cell| (cell.channels() as f64).powi(2)),
             seconds: solved_nodes / cores * sum(&|cell| seconds[usize::from(!cell.in_air)]),
         }
     }
@@ -209,8 +224,8 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
         (0..self.channels().pow(2)).map(value).collect()
     }
 
-    /// Values at wavelength j, `[node of p][node of q][entry]`. `beyond(value, is_mirror)` has the value of a pair where
-    /// it does not propagate, from that at the nearest node where it does; `is_mirror` for the mirror reflection.
+    /// Values at wavelength j, `[node of p][node of q][entry]`. Where a pair does not propagate, its value is
+    /// `beyond(value, is_mirror)`, from that at the nearest node where it does; `is_mirror` marks mirror reflections.
     pub(super) fn at_wavelength(&self, j: usize, beyond: fn(T, bool) -> T) -> impl Iterator<Item = Vec<T>> + '_ {
         (0..NODES * NODES).map(move |node| self.filled([j, node / NODES, node % NODES], beyond))
     }
@@ -235,8 +250,9 @@ fn cubics() -> Vec<(usize, [f64; 4])> {
 /// 16-bit entries of a cell at wavelength j, `[node of p][node of q][entry]`.
 fn packed_cell(solved: &SolvedCell<f64>, j: usize) -> Vec<u16> {
     let (channels, cubics) = (solved.channels(), cubics());
-    // At an order's cut-off its efficiencies vanish as a root, and the mirror reflection becomes total. Half of the
-    // neighbour's value suits a cut-off anywhere between both nodes best.
+    // At an order's cut-off its efficiencies vanish as a root, and its mirror reflection becomes total. The cut-off may
+    // lie anywhere between both nodes, so half of the neighbour's value is taken. With all of it, the error above is
+    // 0.005.
     let beyond = |efficiency: f64, is_mirror: bool| if is_mirror { 1.0 } else { 0.5 * efficiency };
     let values: Vec<Vec<f64>> = solved.at_wavelength(j, beyond).collect();
     let nodes = cubics.iter().flat_map(|along_p| cubics.iter().map(move |along_q| (along_p, along_q)));
@@ -264,21 +280,11 @@ pub(super) fn build_efficiencies(
     progress: &Progress,
 ) -> Result<EfficiencyTable, GratingError> {
     let plan = InterfacePlan::new(period_um, solver.eta);
-    // 16-bit entries of each cell, `[wavelength][cell][entry]`: empty where a wavelength does not have the cell.
-    let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); plan.nm.len()];
-    for (done, &(cell, count)) in plan.cells.iter().enumerate() {
-        progress.report(done as f64 / plan.cells.len() as f64);
-        let efficiency = |scattering: &Scattering, out, from| scattering.efficiency(out, from);
-        let solved = SolvedCell::solve(cell, solver, &plan.nm[..count], efficiency, |value| value)?;
-        let at_wavelengths: Vec<_> = (0..count).into_par_iter().map(|j| packed_cell(&solved, j)).collect();
-        let absent = vec![Vec::new(); plan.nm.len() - count];
-        for (packed_cells, cell) in packed.iter_mut().zip(at_wavelengths.into_iter().chain(absent)) {
-            packed_cells.push(cell);
-        }
-    }
+    let efficiency = |scattering: &Scattering, out, from| scattering.efficiency(out, from);
+    let packed = plan.tabulated(solver, progress, efficiency, |value| value, packed_cell)?;
     let words = offsets_and_halves(&packed, &plan.extras());
     let points = NODES * (NODES + 1) / 2;
-    Ok(EfficiencyTable { layout: plan.layout(), words, solved: points * plan.cells.len() })
+    Ok(EfficiencyTable { layout: plan.layout(STORED), words, solved: points * plan.cells.len() })
 }
 
 /// 16-bit entries of one node in units of [`UNIT`]: the row of each incident channel, followed by the sum of its stored
@@ -323,7 +329,7 @@ pub(super) fn efficiency_error(
             let index = if from_below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
             let (groove_cosine, a) = (index * y, index * x * periods);
-            let channels = view.channels(periods, groove_cosine, a, true);
+            let channels = view.channels(&view.bounds(periods, groove_cosine), a, true);
             let (incident, _) = channels.of_order(0.0, from_below);
             let in_air = groove_cosine.abs() < 1.0;
             // t in the air, else tm.

@@ -1,8 +1,8 @@
 //! Tests of gratings on an interface: tables against the solver, energy, reciprocity, samples and colours.
 
+use super::surface::tests::mean_weights;
 use super::{ExactGrating, GratingBody, GratingColourSurface, GratingSurface, Profile, Side};
 use crate::colour::WavelengthWeights;
-use crate::lobe::{LinearSrgb, Lobe};
 use crate::scattering::{TransparentBody, Vec3};
 use crate::table::{Progress, WAVELENGTH_MIN_NM};
 use rand::{RngExt, SeedableRng};
@@ -180,25 +180,11 @@ fn colours_of_interfaces_match_the_sum_over_wavelengths() {
 #[test]
 fn mean_weights_of_colours_are_the_albedo_of_interfaces() {
     let colours = GratingColourSurface::new(SURFACE.clone());
-    let lobe = colours.lobe::<f64>();
     let expected: [f64; 3] =
         std::array::from_fn(|c| WavelengthWeights::per_nm().iter().map(|weight| f64::from(weight[c])).sum());
-    let mut random = Pcg64Mcg::seed_from_u64(3);
     for (from, at) in [(Side::Above, [0.3, 0.1]), (Side::Below, [0.3, 0.1]), (Side::Below, [-0.2, 0.8])] {
         let wi = on_side(from, at).unwrap();
-        let (mut sums, mut squares, count) = ([0.0; 3], [0.0; 3], 60_000);
-        for _ in 0..count {
-            let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), true);
-            let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
-            for c in 0..3 {
-                let weight = if pdf > 0.0 { value[c] * wo[2].abs() / pdf } else { 0.0 };
-                sums[c] += weight;
-                squares[c] += weight * weight;
-            }
-        }
-        for c in 0..3 {
-            let n = f64::from(count);
-            let (mean, error) = (sums[c] / n, ((squares[c] / n - (sums[c] / n).powi(2)) / n).sqrt());
+        for (c, [mean, error]) in mean_weights(&colours, wi, 60_000).into_iter().enumerate() {
             // Four standard errors, the error of the table, and the parts of orders below the horizon.
             assert!((mean - expected[c]).abs() < 4.0 * error + 0.03 * expected[c], "{from:?} {c}: {mean} ± {error}");
         }

@@ -13,7 +13,7 @@ use super::cell_position::wave_at;
 use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
 use super::film_solver::FilmSolver;
 use super::interface_solver::InterfaceSolver;
-use super::interface_table::{InterfacePlan, SolvedCell};
+use super::interface_table::{InterfacePlan, NODES as INTERFACE_NODES, SolvedCell};
 use super::jones_shape::{JonesShape, jones_shape};
 use super::layout::{Below, EfficiencyLayout};
 use super::order_solver::ShapeSolver;
@@ -82,8 +82,8 @@ impl JonesTable {
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
         let points_per_cell = (NODES_MAX * (NODES_MAX + 1) / 2) as f64;
-        let entry_bytes = PACKET_BYTES as f64;
-        let orders = TableOrders { period_um, sides: body.sides(), points_per_cell, entry_bytes };
+        let pair_bytes = (PACKET_BYTES * INTERFACE_NODES * INTERFACE_NODES) as f64;
+        let orders = TableOrders { period_um, sides: body.sides(), points_per_cell, pair_bytes };
         let meshes = create_meshes(profile, body, orders, build_limit)?;
         let step_of = |spacing: Spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM);
         match body {
@@ -135,15 +135,7 @@ impl JonesTable {
         }
         // Only tables of interfaces have further words between the offsets and the packets.
         let words = offsets_and_packets(&packed, &[]);
-        let layout = EfficiencyLayout {
-            first_nm: nm[0],
-            step_nm: nm[1] - nm[0],
-            wavelengths: nm.len() as u32,
-            cells: cells as u32,
-            nodes: stored as u32,
-            below: if sides == 1 { Below::Reflector } else { Below::Film },
-        };
-        Ok(Self { layout, words })
+        Ok(Self { layout: EfficiencyLayout::new(&nm, cells, stored, Below::of_sides(sides)), words })
     }
 
     /// Solves and tabulates the matrices of an interface.
@@ -156,21 +148,16 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let plan = InterfacePlan::new(period_um, solver.eta);
-        // As in `build`, but empty where a wavelength does not have the cell.
-        let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); plan.nm.len()];
-        for (done, &(cell, count)) in plan.cells.iter().enumerate() {
-            progress.report(done as f64 / plan.cells.len() as f64);
-            let shape = |scattering: &Scattering, out, from| {
-                jones_shape(scattering.jones(out, from), scattering.ky_squared_ratio())
-            };
-            let solved = SolvedCell::solve(cell, solver, &plan.nm[..count], shape, transposed)?;
-            for (j, packed_cells) in packed.iter_mut().enumerate() {
-                let packets = |shapes: Vec<JonesShape>| shapes.iter().flat_map(packet).collect::<Vec<_>>();
-                let shapes = (j < count).then(|| solved.at_wavelength(j, |shape, _| shape));
-                packed_cells.push(shapes.into_iter().flatten().flat_map(packets).collect());
-            }
-        }
-        Ok(Self { layout: plan.layout_of_solved(), words: offsets_and_packets(&packed, &plan.extras()) })
+        let shape = |scattering: &Scattering, out, from| {
+            jones_shape(scattering.jones(out, from), scattering.ky_squared_ratio())
+        };
+        let pack = |solved: &SolvedCell<JonesShape>, j: usize| {
+            // Where a channel does not propagate it has no power, so its polarisation is arbitrary.
+            solved.at_wavelength(j, |shape, _| shape).flatten().flat_map(|shape| packet(&shape)).collect()
+        };
+        let packed = plan.tabulated(solver, progress, shape, transposed, pack)?;
+        let layout = plan.layout(INTERFACE_NODES);
+        Ok(Self { layout, words: offsets_and_packets(&packed, &plan.extras()) })
     }
 
     /// Layout of the table data.
@@ -323,7 +310,7 @@ mod tests {
     fn tabulated(table: &JonesTable, period_um: f64, nm: f64, wi: [f64; 3], order: i32) -> [f64; 16] {
         let periods = 1e3 * period_um / nm;
         let efficiencies = EfficiencyView::<Double> { layout: table.layout, words: &table.words };
-        let channels = efficiencies.channels(periods, -wi[1], -wi[0] * periods, true);
+        let channels = efficiencies.channels(&efficiencies.bounds(periods, -wi[1]), -wi[0] * periods, true);
         let pair = [0, order].map(|m| channels.of_order(f64::from(m), false));
         assert!(pair.iter().all(|(_, propagates)| *propagates));
         table.view::<Double>(&table.words).matrix(&channels, pair.map(|(channel, _)| channel), nm, -wi[1], true)

@@ -39,6 +39,19 @@ pub struct EfficiencyLayout {
 }
 
 impl EfficiencyLayout {
+    /// Layout over equally spaced wavelengths `nm`, with this number of cells at the shortest, and of nodes along either
+    /// side of a cell.
+    pub(super) fn new(nm: &[f64], cells: usize, nodes: usize, below: Below) -> Self {
+        Self {
+            first_nm: nm[0],
+            step_nm: nm[1] - nm[0],
+            wavelengths: nm.len() as u32,
+            cells: cells as u32,
+            nodes: nodes as u32,
+            below,
+        }
+    }
+
     /// Whether light is transmitted, so that there are channels below the relief.
     pub(super) fn transmits(&self) -> bool {
         self.below != Below::Reflector
@@ -104,6 +117,13 @@ pub enum Below {
     Film,
     /// A transparent medium, in which transmitted light propagates on.
     Interface(InterfaceCells),
+}
+
+impl Below {
+    /// The body below a table whose light is all in air, on this number of sides: 1 or 2.
+    pub(super) fn of_sides(sides: usize) -> Self {
+        if sides == 1 { Self::Reflector } else { Self::Film }
+    }
 }
 
 /// Cells of a table of an interface, of two kinds.

@@ -219,7 +219,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let [x, y] = self.layout.efficiencies.tangential::<N>(wi);
         let periods = self.periods(nm);
         let view = self.view();
-        let channels = view.channels(periods, -y, -(x * periods), active);
+        let channels = view.channels(&view.bounds(periods, -y), -(x * periods), active);
         let (incident, propagates) = channels.of_order(N::Double::lit(0.0), view.is_below(wi));
         (channels, incident, active & propagates)
     }
@@ -245,9 +245,10 @@ impl<N: Numbers> GratingLobe<'_, N> {
         // Sum of the wave numbers of incident and outgoing wave, a + (a + m), which the move leaves as it is.
         let sum_of_a = (out_x - in_x) * periods;
         let view = self.view();
+        let bounds = view.bounds(periods, groove_cosine);
         let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
         self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let channels = view.channels(periods, groove_cosine, (sum_of_a - m) * half, active);
+            let channels = view.channels(&bounds, (sum_of_a - m) * half, active);
             let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
             let (outgoing, is_outgoing) = channels.of_order(m, to_below);
             let active = active & is_incident & is_outgoing;

@@ -6,7 +6,7 @@
 use super::GratingError;
 use super::body::GratingBody;
 use super::build::TableResolution;
-use super::interface_table::{EFFICIENCY_BYTES, InterfacePlan};
+use super::interface_table::{InterfacePlan, PAIR_BYTES};
 use super::order_solver::OrderSolver;
 use super::rigorous_solver::{Meshes, RigorousSolver, sufficient_resolution};
 use super::wavelengths::Spacing;
@@ -22,6 +22,8 @@ const STORED_MAX: u32 = 32;
 /// Size in bytes up to which a table has more than [`STORED_MIN`] nodes. A larger table would not fit into a
 /// processor's cache.
 const BYTES_MAX: f64 = 4e6;
+/// Bytes of a stored efficiency.
+const ENTRY_BYTES: f64 = 2.0;
 /// Accepted RMS of an efficiency's highest Chebyshev terms, in a table of [`FULL_CELLS`] cells or more. Larger values
 /// leave a larger error, smaller ones need more solved points. In a table of fewer cells fewer orders share the light,
 /// and the tolerance is proportional to the number of cells.
@@ -65,8 +67,9 @@ pub(super) struct TableOrders {
     pub sides: u32,
     /// Points (t, b) solved for each cell, for estimates of reflectors and films.
     pub points_per_cell: f64,
-    /// Bytes of the value that the table has for a pair of channels, for estimates of interfaces.
-    pub entry_bytes: f64,
+    /// Bytes of the values that the table has for a pair of channels in one cell at one wavelength, for estimates of
+    /// interfaces.
+    pub pair_bytes: f64,
 }
 
 impl TableOrders {
@@ -74,7 +77,7 @@ impl TableOrders {
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
         let sides = body.sides();
         let points_per_cell = if sides == 1 { REFLECTOR_POINTS } else { FILM_POINTS };
-        Self { period_um, sides, points_per_cell, entry_bytes: EFFICIENCY_BYTES }
+        Self { period_um, sides, points_per_cell, pair_bytes: PAIR_BYTES }
     }
 }
 
@@ -108,7 +111,7 @@ pub(super) fn create_meshes(
             // medium.
             let [in_air, in_medium] =
                 [LATTICE_SECONDS, EVANESCENT_AIR_SECONDS].map(|lattice| lattice * nodes * nodes + solution);
-            InterfacePlan::new(orders.period_um, eta).estimate([in_air, in_medium], orders.entry_bytes)
+            InterfacePlan::new(orders.period_um, eta).estimate([in_air, in_medium], orders.pair_bytes)
         }
         GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(orders, resolution.nodes, index.is_some()),
     };
@@ -145,9 +148,8 @@ pub(super) fn choose_resolution(orders: TableOrders, spacing: Option<Spacing>) -
     let cells = cell_count(orders.period_um);
     let stored = spacing.map_or(STORED_MAX, |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
-        // Entries have two bytes. Their number is proportional to the squares of the nodes along a side and of the
-        // number of sides.
-        let fitting = (0.5 * BYTES_MAX / entries(cells, wavelengths)).sqrt() / f64::from(orders.sides);
+        // The number of entries is proportional to the squares of the nodes along a side and of the number of sides.
+        let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, wavelengths)).sqrt() / f64::from(orders.sides);
         (fitting as u32).clamp(STORED_MIN, STORED_MAX)
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
@@ -170,7 +172,7 @@ fn estimate(orders: TableOrders, nodes: usize, has_wavelengths: bool) -> Estimat
     let nodes_per_side = if has_wavelengths { STORED_MIN } else { STORED_MAX };
     let table_nodes = f64::from(nodes_per_side).powi(2);
     Estimate {
-        bytes: EFFICIENCY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
+        bytes: ENTRY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
         seconds: 0.5 * cells * orders.points_per_cell * point_seconds,
     }
 }

@@ -189,7 +189,7 @@ impl GratingSurface {
         let [x, y] = wi.map(|cosine| if from { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };
-        let channels = view.channels(periods, -y, -x * periods, true);
+        let channels = view.channels(&view.bounds(periods, -y), -x * periods, true);
         let (incident, is_incident) = channels.of_order(0.0, from);
         let (outgoing, is_outgoing) = channels.of_order(f64::from(order), to);
         if !(is_incident && is_outgoing) {
@@ -231,4 +231,4 @@ impl GratingSurface {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -125,7 +125,8 @@ fn reversed_light_has_the_same_efficiency() {
 }
 
 /// Perturbation of the first order (docs/model.md#bodies-that-transmit): an order's amplitude is in proportion to the
-/// harmonic of the relief that makes it. Its power is `4ββ₀·|harmonic|²·(ε − 1)²·|B|²` times k⁴, in wave numbers over k.
+/// harmonic of the relief that makes it. Its power is `4ββ₀·|harmonic|²·(ε − 1)²·|B|²` times k⁴, in wave numbers over
+/// k.
 #[test]
 fn shallow_sinusoids_scatter_as_perturbation_says() {
     /// The next order of the perturbation: (k·height)² is 5e-4, times the index.

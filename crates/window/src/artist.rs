@@ -203,7 +203,7 @@ impl Artist {
         };
         let seen = match target.pixel_at(f64::from(x), f64::from(y)) {
             Some((column, row)) => target.read_query(&self.gpu, column, row)?,
-            // Of the kind [`Query::NOTHING`].
+            // Its kind is [`Query::NOTHING`].
             None => Query::default(),
         };
         // `SKIN` is the mesh, and z is its normal. An opaque surface that is lit from below reflects nothing.

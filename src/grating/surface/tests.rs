@@ -255,13 +255,30 @@ fn colours_match_the_sum_over_wavelengths() {
     }
 }
 
+/// Mean of the weights of `count` samples and its standard error, for each channel of linear sRGB.
+pub(in crate::grating) fn mean_weights(surface: &GratingColourSurface, wi: Vec3, count: u32) -> [[f64; 2]; 3] {
+    let lobe = surface.lobe::<f64>();
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    let mut sums = [[0.0; 2]; 3];
+    for _ in 0..count {
+        let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), true);
+        let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
+        for (value, [sum, squares]) in value.into_iter().zip(&mut sums) {
+            let weight = if pdf > 0.0 { value * wo[2].abs() / pdf } else { 0.0 };
+            *sum += weight;
+            *squares += weight * weight;
+        }
+    }
+    let n = f64::from(count);
+    sums.map(|[sum, squares]| [sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt()])
+}
+
 #[test]
 fn mean_weights_of_colours_are_the_albedo() {
     for (sides, from) in [(1, 0), (2, 0), (2, 1)] {
         let surface = GratingColourSurface::new(tabulated_on(sides, 65.0));
         for (theta, phi) in [(0.3, 0.4), (1.0, 2.2)] {
             let wi = on_side(from, direction(theta, phi));
-            let lobe = surface.lobe::<f64>();
             let mut expected = [0.0; 3];
             for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
                 let nm = WAVELENGTH_MIN_NM + i as f64;
@@ -275,21 +292,7 @@ fn mean_weights_of_colours_are_the_albedo() {
                     expected[c] += f64::from(weight[c]) * albedo;
                 }
             }
-            let (mut sums, mut squares, count) = ([0.0; 3], [0.0; 3], 100_000);
-            let mut random = Pcg64Mcg::seed_from_u64(3);
-            for _ in 0..count {
-                let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), true);
-                let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
-                for c in 0..3 {
-                    let weight = if pdf > 0.0 { value[c] * wo[2].abs() / pdf } else { 0.0 };
-                    sums[c] += weight;
-                    squares[c] += weight * weight;
-                }
-            }
-            for c in 0..3 {
-                let n = f64::from(count);
-                let mean = sums[c] / n;
-                let error = ((squares[c] / n - mean * mean) / n).sqrt();
+            for (c, [mean, error]) in mean_weights(&surface, wi, 100_000).into_iter().enumerate() {
                 // Four standard errors, and the parts of orders below the horizon.
                 assert!(
                     (mean - expected[c]).abs() < 4.0 * error + 0.005 * expected[c],

@@ -32,7 +32,7 @@ pub(crate) enum CompareError {
 }
 
 impl CompareError {
-    /// The same message as a [`CompareError::File`] with the path of the file whose contents are wrong.
+    /// [`CompareError::File`] with this message and the path of the file whose contents are wrong.
     pub(super) fn in_file(self, path: &Path) -> Self {
         Self::File { path: path.to_owned(), reason: self.to_string() }
     }

@@ -44,7 +44,7 @@ impl<'a> Archive<'a> {
             let is_hidden = name.starts_with("__MACOSX/");
             (!is_hidden && (folder.is_empty() || folder.ends_with('/'))).then(|| folder.to_owned())
         });
-        // Of several descriptions, the one with the shortest path is read.
+        // An archive may hold several descriptions. The one with the shortest path is read.
         let folder = folders.min_by_key(String::len).ok_or("its archive has no file \"main.xml\"")?;
         Ok(Self { zip, folder })
     }
