@@ -228,7 +228,8 @@ impl<N: Numbers> GratingColourLobe<N> {
     fn order_zero(&self, [wi, wo]: [[N::Real; 3]; 2], [x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
         let kind = self.order_zero_kind([wi, wo], x);
-        let both_below = self.view().is_below(wi) & self.view().is_below(wo);
+        let [from_below, to_below] = [wi, wo].map(|w| self.view().is_below(w));
+        let both_below = from_below & to_below;
         let per_index = N::Real::select(both_below, real(1.0 / self.layout.efficiencies.eta_below()), one);
         let [x, y] = [x * per_index, y * per_index];
         let squared_length = (one - y * y).max(zero);
@@ -236,15 +237,15 @@ impl<N: Numbers> GratingColourLobe<N> {
         let squared_cosine = (one - x * x / squared_length.max(real(1e-12))).max(zero);
         let colour =
             self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active);
-        // Light beyond the horizon of the air is not transmitted.
-        let propagates = (x * x).lt(squared_length);
-        let mut factor = N::Real::select(propagates, one, zero);
-        if let Below::Interface(interface) = self.layout.efficiencies.below {
-            // The table is divided by the reflectance of a flat interface at the cosine with the normal.
-            let cosine = (squared_cosine * squared_length).sqrt();
-            let flat = flat_reflectance::<N>(interface, cosine);
-            factor = N::Real::select(both_below, factor * flat, factor);
-        }
+        let Below::Interface(interface) = self.layout.efficiencies.below else { return colour };
+        // The table is divided by the reflectance of a flat interface at the cosine with the normal.
+        let flat = flat_reflectance::<N>(interface, (squared_cosine * squared_length).sqrt());
+        // Light beyond the horizon of the air is not transmitted. A reflected pair lies on one side of the horizon, and
+        // rounding must not darken it there.
+        let is_trapped = squared_length.le(x * x);
+        let of_transmission = N::Real::select(is_trapped, zero, one);
+        let both_above = !(from_below | to_below);
+        let factor = N::Real::select(both_below, flat, N::Real::select(both_above, one, of_transmission));
         colour.map(|channel| channel * factor)
     }
 
