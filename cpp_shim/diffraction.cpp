@@ -117,6 +117,8 @@
  *     diffraction.cpp    entry point
  *     diffraction.h      the BSDF class that Mitsuba calls
  *     optics.h           value, density and samples of one instance
+ *     reflection.h       those of a surface that only reflects
+ *     transmission.h     those of a body that transmits
  *     textures.h         textures of one instance
  *     lobe.h             the diffracted lobe, evaluated in Rust
  *     cover.h            a clear layer over the relief

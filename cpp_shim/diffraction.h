@@ -74,7 +74,7 @@ public:
     /// if there are none, `eta` and `k` count as unchanged.
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
-        // Colour tables (RGB and mono variants) may include the interface's factor (optics.h) of the first index.
+        // Colour tables (RGB and mono variants) may include the interface's factor (reflection.h) of the first index.
         if (has_changed("eta") || has_changed("k"))
             set_optics(m_optics->without_index());
         // Numbers determine the tables, which are built anew.

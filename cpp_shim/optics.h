@@ -1,26 +1,22 @@
 // Optics of one BSDF instance: values, densities and samples, computed from its textures and its lobe's tables.
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include <mitsuba/core/properties.h>
-#include <mitsuba/core/warp.h>
 #include <mitsuba/render/bsdf.h>
 
 #include "compat.h"
-#include "cover.h"
 #include "fingerprint.h"
-#include "interface.h"
 #include "lobe.h"
 #include "parameters.h"
-#include "rotation.h"
+#include "reflection.h"
 #include "textures.h"
 #include "transmission.h"
 
@@ -33,9 +29,8 @@ using namespace mitsuba;
 /// Objects are never modified after construction: a change makes a copy. So one thread can trace an object while
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
-/// The lobe (lobe.h) gives the value of the bare relief. This class adds the rotation, the interface's factor (Fresnel
-/// or small slope, interface.h), the cover (a clear layer, cover.h), the diffuse pigment below the surface, and the
-/// choice among these components in `sample`. `Transmission` handles a body that transmits.
+/// The lobe (lobe.h) gives the value of the bare relief. `Reflection` has the optics of a surface that only reflects,
+/// `Transmission` those of a body that transmits. This class builds the lobe's tables and chooses between the two.
 ///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
@@ -44,22 +39,8 @@ public:
     using Lobe = DiffractionLobe<Float, Spectrum>;
 
     explicit Optics(const Properties &props) : m_lobe(std::make_shared<const Lobe>(new_lobe_surface(props))) {
-        if (m_transmission) {
-            m_components = m_transmission->components(m_textures.diffraction_varies());
-            return;
-        }
-        uint32_t diffraction = BSDFFlags::GlossyReflection | BSDFFlags::FrontSide | BSDFFlags::Anisotropic;
-        if (m_textures.diffraction_varies())
-            diffraction = diffraction | BSDFFlags::SpatiallyVarying;
-        m_components = { diffraction };
-        if (m_textures.diffuse_reflectance) {
-            uint32_t diffuse = BSDFFlags::DiffuseReflection | BSDFFlags::FrontSide;
-            if (m_textures.pigment_varies())
-                diffuse = diffuse | BSDFFlags::SpatiallyVarying;
-            m_components.push_back(diffuse);
-        }
-        if (m_cover_reflection)
-            m_components.push_back(BSDFFlags::DeltaReflection | BSDFFlags::FrontSide);
+        m_components = m_transmission ? m_transmission->components(m_textures.diffraction_varies())
+                                      : m_reflection.components(m_textures);
     }
 
     /// A copy with tables for other numbers: coherence length in µm, scale, and depth. Throws if one is out of range
@@ -75,11 +56,11 @@ public:
     /// include no factor. Throws for the rigorous theory, whose tables always include the material.
     Optics without_index() const {
         Optics optics(*this);
-        optics.m_perfect            = false;
-        optics.m_interface_included = false;
+        optics.m_reflection.perfect            = false;
+        optics.m_reflection.interface_included = false;
         // The original's tables serve the copy unless they include the factor.
         auto surface = [&] { return m_lobe->surface().without_index(); };
-        optics.set_lobe(m_interface_included ? std::make_shared<const Lobe>(checked(surface)) : m_lobe);
+        optics.set_lobe(m_reflection.interface_included ? std::make_shared<const Lobe>(checked(surface)) : m_lobe);
         return optics;
     }
 
@@ -93,8 +74,7 @@ public:
         return optics;
     }
 
-    /// `BSDFFlags` of each component: the diffracted light, the pigment if there is one, and the cover's mirror if
-    /// there is one. A body that transmits has those of `Transmission`.
+    /// `BSDFFlags` of each component, those of `Reflection` or of `Transmission`.
     const std::vector<uint32_t> &components() const { return m_components; }
 
     /// Coherence length in µm, scale and depth, as far as they are numbers. A size given as a texture counts as 1.
@@ -122,52 +102,7 @@ public:
                                              const Point2f &sample2, Mask active) const {
         if (m_transmission)
             return m_transmission->sample(*m_lobe, m_textures, ctx, si, sample1, sample2, active);
-        BSDFSample3f bs = dr::zeros<BSDFSample3f>();
-        active &= Frame3f::cos_theta(si.wi) > 0.f;
-        const Enabled enabled(*this, ctx);
-        if (unlikely(enabled.none() || dr::none_or<false>(active)))
-            return { bs, 0.f };
-
-        const Local local     = localise(si, enabled, active);
-        const Mask pick_cover = sample1 < local.prob_cover;
-        // Uniform in [0, 1) again, given that the mirror is not picked.
-        if (enabled.cover)
-            sample1 = dr::clip((sample1 - local.prob_cover) / dr::maximum(1.f - local.prob_cover, dr::Epsilon<Float>),
-                               0.f, dr::OneMinusEpsilon<Float>);
-        const Mask pick_glossy = sample1 < local.prob_diffraction;
-        // Uniform in [0, 1) again, given that the diffracted lobe is picked.
-        const Float sample_lobe =
-            dr::select(pick_glossy, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
-        const Vector3f wo_glossy =
-            local.to_shading(m_lobe->sample(dr::detach(local.to_relief(si.wi)), si.wavelengths, local.size, sample_lobe,
-                                            sample2, active && pick_glossy));
-
-        // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
-        bs.wo  = dr::detach(dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2)));
-        bs.eta = 1.f;
-        bs.sampled_component = dr::select(pick_glossy, UInt32(DIFFRACTION), UInt32(PIGMENT));
-        bs.sampled_type =
-            dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
-        // The cover's mirror needs only `wi` above the surface, the other components need `wo` above it, too.
-        const Mask above = active;
-        active &= Frame3f::cos_theta(bs.wo) > 0.f && !pick_cover;
-
-        const auto [value, pdf] = evaluate<true, true>(local, enabled, ctx, si, bs.wo, active);
-        active &= pdf > 0.f;
-        bs.pdf          = dr::select(active, pdf, 0.f);
-        Spectrum weight = (dr::select(active, dr::rcp(pdf), 0.f) * value) & active;
-        if (enabled.cover) {
-            // In the radiance mode light travels from `wo` to `wi`, in the importance mode from `wi` to `wo`.
-            const bool radiance            = ctx.mode == TransportMode::Radiance;
-            const Vector3f mirror          = reflect(si.wi);
-            const Spectrum mirrored        = m_cover.mirror(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
-            dr::masked(bs.wo, pick_cover)  = dr::detach(mirror);
-            dr::masked(bs.pdf, pick_cover) = dr::select(above, local.prob_cover, 0.f);
-            dr::masked(bs.sampled_component, pick_cover) = cover_component();
-            dr::masked(bs.sampled_type, pick_cover)      = UInt32(+BSDFFlags::DeltaReflection);
-            weight = dr::select(pick_cover, (mirrored / local.prob_cover) & (above && local.prob_cover > 0.f), weight);
-        }
-        return { bs, weight };
+        return m_reflection.sample(*m_lobe, m_textures, ctx, si, sample1, sample2, active);
     }
 
     /// BSDF times cosθo and density in 1/sr of `sample`, over the enabled components. A part whose template argument is
@@ -176,12 +111,7 @@ public:
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         if (m_transmission)
             return m_transmission->template answer<Value, Density>(*m_lobe, m_textures, ctx, si, wo, active);
-        active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
-        const Enabled enabled(*this, ctx);
-        if (unlikely(enabled.none() || dr::none_or<false>(active)))
-            return { 0.f, 0.f };
-        const auto [value, pdf] = evaluate<Value, Density>(localise(si, enabled, active), enabled, ctx, si, wo, active);
-        return { value & active, dr::select(active, pdf, 0.f) };
+        return m_reflection.template answer<Value, Density>(*m_lobe, m_textures, ctx, si, wo, active);
     }
 
     /// Reflectance of the pigment; zero without one. Mitsuba's integrators for albedos call this function.
@@ -201,195 +131,17 @@ public:
     }
 
 private:
-    /// Numbers of the components; the cover's mirror is the last.
-    static constexpr uint32_t DIFFRACTION = 0, PIGMENT = 1;
-    uint32_t cover_component() const { return m_textures.diffuse_reflectance ? 2 : 1; }
-
     /// Empty stand-in for scalar variants, which trace no code.
     struct NoFingerprint {
         explicit NoFingerprint(uint64_t) {}
     };
     using CodeFingerprint = std::conditional_t<dr::is_jit_v<Float>, Fingerprint<Float>, NoFingerprint>;
 
-    /// Whether each component exists and is enabled by the caller's context.
-    struct Enabled {
-        bool diffraction, diffuse, cover;
-
-        Enabled(const Optics &optics, const BSDFContext &ctx)
-            : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, DIFFRACTION)),
-              diffuse(optics.m_textures.diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)),
-              cover(optics.m_cover_reflection && ctx.is_enabled(BSDFFlags::DeltaReflection, optics.cover_component())) {
-        }
-        bool none() const { return !diffraction && !diffuse && !cover; }
-    };
-
-    /// Parameters at one point of the surface, and quantities that depend only on them and `wi`.
-    struct Local {
-        /// Refractive index eta + ik, relative to the cover's.
-        dr::Complex<UnpolarizedSpectrum> ior;
-        /// Values of `specular_reflectance` and `diffuse_reflectance`.
-        UnpolarizedSpectrum specular, diffuse;
-        /// Size of pattern and heights relative to the relief; 1 without textures of sizes.
-        typename Lobe::Size size;
-        /// Rotation of the relief about the normal.
-        Rotation<Float> rotation;
-        /// Probability that `sample` picks the cover's mirror, and that it picks the diffracted lobe otherwise.
-        Float prob_cover, prob_diffraction;
-        Cover<Float, Spectrum> cover;
-
-        explicit Local(const Cover<Float, Spectrum> &cover) : cover(cover) {}
-
-        /// Direction `outside` of the shading frame, in the relief's frame and inside the cover.
-        Vector3f to_relief(const Vector3f &outside) const { return rotation.to_relief(cover.inside(outside)); }
-
-        /// Direction `w` of the relief's frame, inside the cover, in the shading frame and outside. The zero vector for
-        /// light that the cover reflects totally.
-        Vector3f to_shading(const Vector3f &w) const { return rotation.to_shading(cover.outside(w)); }
-
-        /// Fresnel reflectance at an angle of incidence with this cosine, times `specular_reflectance`.
-        UnpolarizedSpectrum reflectance(const Float &cos_theta) const {
-            return specular * fresnel_conductor(UnpolarizedSpectrum(cos_theta), ior);
-        }
-
-        /// Fraction of the light that passes the surface to or from the pigment below.
-        UnpolarizedSpectrum remainder(const Float &cos_theta) const {
-            return dr::maximum(1.f - reflectance(cos_theta), 0.f);
-        }
-    };
-
-    /// Evaluates the textures at a point.
-    Local localise(const SurfaceInteraction3f &si, const Enabled &enabled, Mask active) const {
-        Local local(m_cover);
-        const auto &textures = m_textures;
-
-        // Beyond the ends of their spectra, eta and k keep the values at the ends (spectral_ends.h).
-        local.ior      = { textures.eta_ends.eval(*textures.eta, si, active) / m_cover.eta(),
-                           textures.k_ends.eval(*textures.k, si, active) / m_cover.eta() };
-        local.specular = textures.specular_reflectance->eval(si, active);
-        local.diffuse  = enabled.diffuse ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
-        local.rotation = Rotation<Float>::degrees(textures.rotation->eval_1(si, active));
-        local.size     = textures.size(si, active);
-
-        const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
-        local.prob_diffraction  = enabled.diffraction ? 1.f : 0.f;
-        if (enabled.diffraction && enabled.diffuse) {
-            // In proportion to estimates of both albedos. Detached: the choice of a component is no part of the
-            // integrand. Between 0.1 and 0.9, so that a sample's weight is at most ten times that of sampling its lobe
-            // alone.
-            const Float diffracted = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
-                        pigment    = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
-            const Float both       = diffracted + pigment;
-            local.prob_diffraction = dr::select(both > 0.f, dr::clip(diffracted / both, .1f, .9f), .5f);
-        }
-        local.prob_cover = enabled.cover ? 1.f : 0.f;
-        if (enabled.cover && (enabled.diffraction || enabled.diffuse)) {
-            const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
-            // In proportion to the mirror's reflectance and an estimate of the light from below the cover. A smaller
-            // lower bound would give the mirror more samples on dark surfaces; 0.2 limits the weights of the other
-            // components' samples to about five times those without a mirror.
-            const Float passed = dr::detach(dr::mean(local.reflectance(cos_theta_i) + local.diffuse));
-            local.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
-        }
-        return local;
-    }
-
-    /// BSDF times cosθo, and density, summed over the enabled components. A part whose template argument is false is
-    /// not computed. Both directions are above the surface where `active` is true.
-    template <bool Value, bool Density>
-    std::pair<Spectrum, Float> evaluate(const Local &local, const Enabled &enabled, const BSDFContext &ctx,
-                                        const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
-        Spectrum value(0.f);
-        Float pdf(0.f);
-        if (enabled.diffraction) {
-            const Vector3f wi_relief = local.to_relief(si.wi), wo_relief = local.to_relief(wo);
-            // Converts densities, and values times cosines, from solid angles inside the cover to those outside.
-            const Float ratio = dr::detach(m_cover.solid_angle_ratio(wo));
-            if (is_polarized_v<Spectrum> && m_lobe->surface().is_rigorous()) {
-                if constexpr (Value)
-                    value = polarised_orders(local, ctx, si, wo, active);
-                if constexpr (Density)
-                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
-            } else {
-                UnpolarizedSpectrum relief(0.f);
-                if constexpr (Value && Density)
-                    std::tie(relief, pdf) = m_lobe->eval_pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
-                else if constexpr (Value)
-                    relief = m_lobe->eval(wi_relief, wo_relief, si.wavelengths, local.size, active);
-                else
-                    pdf = m_lobe->pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
-                if constexpr (Value)
-                    value = reflected(local, relief * local.specular * ratio, ctx, si.wi, wo);
-            }
-            pdf *= local.prob_diffraction * ratio;
-        }
-        if (enabled.diffuse) {
-            // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Under a cover,
-            // radiance inside is n² times that outside, hence the division by n².
-            const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
-            if constexpr (Value)
-                value +=
-                    depolarizer<Spectrum>(local.diffuse * local.remainder(Frame3f::cos_theta(m_cover.inside(si.wi))) *
-                                          local.remainder(Frame3f::cos_theta(m_cover.inside(wo))) *
-                                          (lambertian * m_cover.transmittance(si.wi, wo) / dr::square(m_cover.eta())));
-            pdf += (1.f - local.prob_diffraction) * lambertian;
-        }
-        return { value, pdf * (1.f - local.prob_cover) };
-    }
-
-    /// Mueller matrix of a rigorous surface, whose orders each have their own, times cosθo and between Mitsuba's frames
-    /// of reference. Zero in unpolarised variants.
-    Spectrum polarised_orders([[maybe_unused]] const Local &local, [[maybe_unused]] const BSDFContext &ctx,
-                              [[maybe_unused]] const SurfaceInteraction3f &si, [[maybe_unused]] const Vector3f &wo,
-                              [[maybe_unused]] const Mask &active) const {
-        if constexpr (is_polarized_v<Spectrum>) {
-            // Paths that carry radiance are traced from the camera, against the light.
-            const bool radiance  = ctx.mode == TransportMode::Radiance;
-            const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
-            // The BSDF outside is that inside over n², because radiance inside the cover is n² times that outside.
-            const Float factor = dr::detach(Frame3f::cos_theta(wo)) / dr::square(m_cover.eta());
-            const Spectrum matrix =
-                m_lobe->matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) * factor;
-            const Vector3f from_in = m_cover.inside(from), to_in = m_cover.inside(to);
-            return local.specular * m_cover.through(Interface<Float, Spectrum>::in_stokes_bases(
-                                                        matrix, from_in, local.rotation.groove_axis(from_in), to_in,
-                                                        local.rotation.groove_axis(to_in)),
-                                                    from, to);
-        }
-        return Spectrum(0.f);
-    }
-
-    /// The lobe's value times the interface's factor, or in polarised variants times its Mueller matrix. One matrix
-    /// applies to all diffracted light, so nothing is depolarised.
-    Spectrum reflected(const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
-                       const Vector3f &wi, const Vector3f &wo) const {
-        // Only unpolarised variants get here with a rigorous surface. Its values include the material.
-        if (m_lobe->surface().is_rigorous())
-            return depolarizer<Spectrum>(relief * m_cover.transmittance(wi, wo));
-        const Vector3f wi_in = m_cover.inside(wi), wo_in = m_cover.inside(wo);
-        const Interface<Float, Spectrum> interface(local.ior, m_lobe->surface().is_small_slope(), m_perfect);
-        if constexpr (is_polarized_v<Spectrum>) {
-            const bool radiance = ctx.mode == TransportMode::Radiance;
-            Spectrum matrix     = interface.mueller(radiance ? wo_in : wi_in, radiance ? wi_in : wo_in);
-            if (m_interface_included) {
-                // The lobe's value includes the factor for unpolarised light, which is the first element.
-                const UnpolarizedSpectrum power = matrix(0, 0);
-                matrix                          = dr::select(power > 0.f, relief / power, 0.f) * matrix;
-            } else {
-                matrix = relief * matrix;
-            }
-            return m_cover.through(matrix, radiance ? wo : wi, radiance ? wi : wo);
-        } else {
-            const UnpolarizedSpectrum passed = relief * m_cover.transmittance(wi, wo);
-            return m_interface_included ? passed : passed * interface.power(wi_in, wo_in);
-        }
-    }
-
-    /// Sets the members for textures and the interface, then builds the tables. All parameters are checked first, since
-    /// building takes seconds. Throws if a parameter is refused.
+    /// Sets the members for textures, reflection and transmission, then builds the tables. All parameters are checked
+    /// first, since building takes seconds. Throws if a parameter is refused.
     rust::Box<Surface> new_lobe_surface(const Properties &props) {
         const std::string json = surface_json(props);
-        m_cover                = Cover<Float, Spectrum>(float(cover_index(props).value_or(1.0)));
-        m_cover_reflection     = props.get<bool>("cover_reflection", true) && m_cover.exists();
+        m_reflection           = { float(cover_index(props).value_or(1.0)), props.get<bool>("cover_reflection", true) };
         check_optics(props);
         const std::string material         = material_name(props);
         std::optional<IndexSpectrum> index = index_spectrum(props, material);
@@ -400,7 +152,7 @@ private:
                                               props.get<bool>("back_reflection", true));
         }
         // An index without values stands for a perfect reflector.
-        m_perfect = index && index->eta.empty();
+        m_reflection.perfect = index && index->eta.empty();
         const TextureSizes sizes =
             m_textures.read(props, m_transmission.has_value(), material, index.value_or(IndexSpectrum()));
         refuse_unknown(props);
@@ -412,8 +164,9 @@ private:
                                              : new_colour_surface(rust_str(json), samples, sizes, polarised);
             // Colour tables include the factor of a known index. A perfect conductor has no index: its Fresnel
             // reflectance is 1, but its small-slope factor has to be computed here.
-            m_interface_included = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
-                                                              !(m_perfect && surface->is_small_slope()));
+            m_reflection.interface_included =
+                surface->is_rigorous() ||
+                (!is_spectral_v<Spectrum> && samples.known && !(m_reflection.perfect && surface->is_small_slope()));
             return surface;
         });
     }
@@ -455,9 +208,9 @@ private:
     uint64_t code() const {
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();
-        for (bool choice : { m_cover_reflection, m_interface_included, m_perfect, surface.is_small_slope(),
-                             bool(m_textures.diffuse_reflectance), has_scale_texture(), has_depth_texture(),
-                             m_textures.eta_ends.are_clipped(), m_textures.k_ends.are_clipped(),
+        for (bool choice : { m_reflection.reflects_at_cover(), m_reflection.interface_included, m_reflection.perfect,
+                             surface.is_small_slope(), bool(m_textures.diffuse_reflectance), has_scale_texture(),
+                             has_depth_texture(), m_textures.eta_ends.are_clipped(), m_textures.k_ends.are_clipped(),
                              m_transmission && m_transmission->reflects_at_back() })
             code = 2 * code + choice;
         return code;
@@ -472,16 +225,10 @@ private:
 
     Textures<Float, Spectrum> m_textures;
     std::vector<uint32_t> m_components;
-    Cover<Float, Spectrum> m_cover{ 1.f };
-    /// Whether the cover's mirror reflection is a component.
-    bool m_cover_reflection = false;
-    /// Transmission and reflection of a body that transmits; none for a surface that only reflects.
+    /// Optics of a surface that only reflects; not called for a body that transmits.
+    Reflection<Float, Spectrum> m_reflection{ 1.f, false };
+    /// Optics of a body that transmits; none for a surface that only reflects.
     std::optional<Transmission<Float, Spectrum>> m_transmission;
-    /// Whether the lobe's values include the interface's factor. True in RGB and mono variants while `eta` and `k` are
-    /// the spectra that the tables were built with, and for the rigorous theory.
-    bool m_interface_included = false;
-    /// Whether the surface is a perfect reflector; false after `eta` or `k` have changed.
-    bool m_perfect = false;
     // Declared after all members above, because `new_lobe_surface` sets them during the initialisation of `m_lobe`.
     std::shared_ptr<const Lobe> m_lobe;
     CodeFingerprint m_fingerprint{ code() };

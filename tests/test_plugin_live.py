@@ -13,7 +13,7 @@ PIGMENTED = {**QUICK, "eta": 1.56, "k": 0.3, "diffuse_reflectance": 0.4, "rotati
 # Direction on the slope of the first order, 5° wide, where every parameter matters.
 IN, OUT = direction(40, 20), direction(20, 200)
 # Relative error of central differences in single precision: rounding of 1e-7 over steps of 1e-2, and the change of the
-# slope over the step. The derivative by directions has an error of 1e-3 itself (cpp_shim/src/bridge.rs).
+# slope over the step. The derivative by directions has an error of 1e-3 itself (cpp_shim/src/bridge/steps.rs).
 DERIVATIVE_RTOL = 1e-2
 
 

@@ -13,19 +13,19 @@
 //! C++ exception and the plugin rethrows as Mitsuba's.
 
 mod answer;
+mod error;
 mod index;
+mod steps;
 mod surface;
 
 use super::describe;
-use super::scope::{Owned, Scope, TraceError, trace};
+use super::scope::{Owned, Scope, trace};
 use super::traced::Var;
+use error::PluginError;
 use ffi::Part;
-use std::f64::consts::TAU;
-use sunbeam::config::{BuildError, ObliquityChoice, Theory};
+use sunbeam::config::{ObliquityChoice, Theory};
 use sunbeam::lobe::Gamut;
-use sunbeam::scattering::SpectralIndexError;
-use sunbeam::table::WAVELENGTH_MIN_NM;
-use sunbeam_guard::{Panic, guard};
+use sunbeam_guard::guard;
 use surface::{Recipe, Surface, Tables};
 
 #[allow(unreachable_pub, reason = "cxx declares all functions public")]
@@ -174,46 +174,7 @@ mod ffi {
     }
 }
 
-/// Reason that a call from C++ failed.
-#[derive(Debug, thiserror::Error)]
-enum PluginError {
-    /// Parameters that the configuration refuses, or a failed build.
-    #[error(transparent)]
-    Build(#[from] BuildError),
-    #[error(
-        "the diffraction plugin was compiled for Mitsuba {compiled}, but is being loaded into {running}; their memory \
-         layouts differ, so it would render garbage. Install mitsuba=={compiled}, or rebuild with `make plugin`"
-    )]
-    Version { compiled: String, running: String },
-    /// An index that is out of range or whose wavelengths do not rise.
-    #[error("parameters \"eta\" and \"k\": {0}")]
-    Index(#[from] SpectralIndexError),
-    /// A value of a parameter that needs the index at each wavelength; the value `other` does not.
-    #[error(
-        "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or \
-         colours, and not changed later; {other:?} does not"
-    )]
-    UnknownIndex { parameter: &'static str, value: &'static str, other: &'static str },
-    /// Textures of sizes with a theory whose tables hold one size.
-    #[error("parameters \"scale\" and \"depth\" are textures, which theory \"rigorous\" does not take; give numbers")]
-    RigorousSizes,
-    /// Values of a texture of sizes beyond the accepted range.
-    #[error("parameter {parameter:?} has values from {low} to {high} in its texture; they must lie in (0, 1]")]
-    TextureSize { parameter: &'static str, low: f32, high: f32 },
-    #[error("the surface has no Jones matrices: it is not rigorous, or was built for an unpolarised variant")]
-    NoMatrix,
-    #[error(transparent)]
-    Trace(#[from] TraceError),
-    #[error(transparent)]
-    Panic(#[from] Panic),
-}
-
-/// Step h of difference quotients, as a fraction of an order's standard deviation and of the distance between knots of
-/// the tables. The relative error of a quotient is about h²/6, or 4e-4. Larger steps increase it; smaller ones amplify
-/// rounding in single precision.
-const STEP_FRACTION: f64 = 0.05;
-
-// Functions that the module `ffi` declares and documents.
+// Functions that the module `ffi` declares and documents, except `steps` (steps.rs).
 impl Surface {
     fn is_rigorous(&self) -> bool {
         self.recipe.config.theory == Theory::Rigorous
@@ -292,31 +253,6 @@ impl Surface {
 
     fn words(&self, which: usize) -> &[u32] {
         self.all_words().get(which).copied().unwrap_or_default()
-    }
-
-    fn steps(&self) -> ffi::Steps {
-        // At the shortest wavelength, where orders are narrowest and knots densest in direction cosines.
-        let shortest_um = WAVELENGTH_MIN_NM * 1e-3;
-        // Standard deviation of an order in direction cosines x and y, and distance of the tables' knots in the sum of
-        // cosines w = cosθi + cosθo = λκ/2π, with the phase rate κ. Tables of gratings have no knots in it.
-        let (order_sigma, knot_step) = match &self.tables {
-            Tables::Spectral(tables) => {
-                let layout = &tables.0.layout().table;
-                let order_sigma = [0, 1].map(|axis| shortest_um * layout.sigma[axis] / layout.period_um[axis]);
-                (order_sigma, shortest_um * layout.kappa_step / TAU)
-            }
-            Tables::Colours(tables) => {
-                let table = tables.0.table();
-                let most_knots = table.rings().map(|ring| f64::from(ring.knots_per_w)).fold(1.0, f64::max);
-                ([shortest_um * table.report().order_sigma_per_um; 2], 1.0 / most_knots)
-            }
-            Tables::Grating(tables) => ([shortest_um * tables.0.layout().sigma_per_um; 2], 1.0),
-            Tables::GratingColours(tables) => ([shortest_um * tables.0.grating().layout().sigma_per_um; 2], 1.0),
-        };
-        ffi::Steps {
-            tangential: order_sigma.map(|sigma| (STEP_FRACTION * sigma) as f32),
-            normal: (STEP_FRACTION * knot_step.min(1.0)) as f32,
-        }
     }
 
     fn evaluate(

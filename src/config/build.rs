@@ -24,7 +24,8 @@
 //! indices. Shared surfaces take directions inside the cover. Their callers apply [`SurfaceConfig::cover`], as
 //! [`BuiltSurface`] does.
 
-use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory, contradiction};
+use super::validate::contradiction;
+use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
 use crate::grating::{

@@ -1,6 +1,7 @@
 //! The parameter `theory`, and the parameters that the rigorous theory refuses.
 
-use super::{ConfigError, ObliquityChoice, Source, SurfaceConfig, contradiction, refuse_contradictions};
+use super::validate::{contradiction, refuse_contradictions};
+use super::{ConfigError, ObliquityChoice, Source, SurfaceConfig};
 use crate::height_field::Preset;
 use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! The parameter `transmission`, and the parameters that contradict it.
 
-use super::{Accepted, ConfigError, ObliquityChoice, SurfaceConfig, contradiction, refuse_contradictions};
+use super::validate::{contradiction, refuse_contradictions};
+use super::{Accepted, ConfigError, ObliquityChoice, SurfaceConfig};
 use crate::scattering::{Transmission, TransparentBody};
 use std::ops::RangeInclusive;
 

@@ -4,7 +4,7 @@
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
 //!     page_twin --programs -o programs.json
 //!
-//! The first form draws the picture or BRDF map of the page's settings (src/settings.rs). The second writes the page's
+//! The first form draws the picture or BRDF map of the page's settings (src/settings/). The second writes the page's
 //! examples: files and pictures of the surfaces that a visitor can select. The third writes the source of every WGSL
 //! program, for a test that compiles them in a browser.
 

@@ -5,11 +5,11 @@ export const byId = (id) => document.getElementById(id);
 
 /**
  * Largest polar angle of the map's light in degrees. At 90° the light misses the surface. The library refuses angles
- * above its own equal limit (crates/web/src/settings.rs).
+ * above its own equal limit (crates/web/src/settings/mod.rs).
  */
 export const THETA_MAX_DEG = 89.9;
 
-/** Smallest elevation of the sun in degrees. The library refuses smaller ones (crates/web/src/settings.rs). */
+/** Smallest elevation of the sun in degrees. The library refuses smaller ones (crates/web/src/settings/mod.rs). */
 export const SUN_ELEVATION_MIN_DEG = 0.5;
 
 /** The state. main.js sets `engine` and `settings` at the start. */

@@ -17,8 +17,6 @@ mod method_data;
 mod reflectance;
 mod relief;
 mod settings;
-#[cfg(test)]
-mod settings_tests;
 pub mod share;
 mod spectra;
 #[cfg(target_arch = "wasm32")]

@@ -3,13 +3,14 @@
 //!
 //! A picture is drawn progressively ([`Progressive`]): first a coarse preview, then finer levels, each by one
 //! [`Artist::step`]. A call that changes scene, method or view stops a drawing that only refines the picture shown.
-//! Pictures are radiance in linear sRGB. The tone pass applies the exposure when it copies a picture to the canvas.
+//! Pictures are radiance in linear sRGB. `screen.rs` applies the exposure when it copies a picture to the canvas.
 //!
 //! Exported functions convert errors for JavaScript. Those with several steps call a private function that returns
 //! [`WebError`].
 
 use super::quick::read;
 use super::report::thrown;
+use super::screen::Screen;
 use crate::{MethodData, WebError, image};
 use serde_json::json;
 use std::cell::{Cell, RefCell};
@@ -17,9 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use sunbeam_realtime::levels::Level;
 use sunbeam_realtime::progressive::{Job, Progressive};
-use sunbeam_realtime::{
-    FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, SceneData, Shader, Target, TonePass,
-};
+use sunbeam_realtime::{FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, SceneData, Shader, Target};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
@@ -27,15 +26,6 @@ use web_time::Instant;
 /// Time in ms that the preview after a change may take. With the messages between page and worker, the picture follows
 /// a drag within two frames of 1/60 s. A longer time makes previews finer but late.
 const PREVIEW_MS: f64 = 25.0;
-
-/// The canvas that shows pictures.
-struct Screen {
-    surface: wgpu::Surface<'static>,
-    /// Configuration of the surface, which has the size of the picture shown.
-    config: RefCell<wgpu::SurfaceConfiguration>,
-    /// Copies a picture to the canvas: exposure, tone mapping and sRGB encoding.
-    tone: TonePass,
-}
 
 /// State that calls change. No borrow of it is held across an `await`, since other calls run in the meantime.
 struct State {
@@ -372,44 +362,6 @@ enum Step {
     Draw(Level),
     /// Shows the latest picture, of this level, at another exposure.
     Tone(Level),
-}
-
-impl Screen {
-    /// Prepares the surface of the canvas and the tone pass. The surface has a format without automatic sRGB encoding,
-    /// because the tone pass encodes sRGB itself.
-    fn new(gpu: &Gpu, adapter: &wgpu::Adapter, surface: wgpu::Surface<'static>) -> Result<Self, WebError> {
-        let config = surface.get_default_config(adapter, 1, 1);
-        let mut config = config.ok_or_else(|| WebError::NoWebGpu("the canvas takes no WebGPU".to_owned()))?;
-        config.format = config.format.remove_srgb_suffix();
-        // A width that no picture has, so that the first picture configures the surface.
-        config.width = 0;
-        let tone = TonePass::new(gpu.device(), config.format);
-        Ok(Self { surface, config: RefCell::new(config), tone })
-    }
-
-    /// Draws the picture of `target` on the canvas, brightened by `stops`.
-    fn show(&self, gpu: &Gpu, target: &Target, stops: f64) -> Result<(), WebError> {
-        let (width, height) = target.size();
-        {
-            let mut config = self.config.borrow_mut();
-            if (config.width, config.height) != (width, height) {
-                (config.width, config.height) = (width, height);
-                self.surface.configure(gpu.device(), &config);
-            }
-        }
-        let frame = match self.surface.get_current_texture() {
-            wgpu::CurrentSurfaceTexture::Success(frame) | wgpu::CurrentSurfaceTexture::Suboptimal(frame) => frame,
-            _ => {
-                // The cause may be that the device is lost, which is a different error.
-                gpu.check()?;
-                return Err(WebError::Gpu("the canvas gives no texture to draw on".to_owned()));
-            }
-        };
-        let view = frame.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        self.tone.draw(gpu.device(), gpu.queue(), target.picture(), width, &view, stops);
-        gpu.queue().present(frame);
-        Ok(())
-    }
 }
 
 /// Report of a picture as JSON: size in pixels, rays along each side of a pixel, milliseconds since `start`. `drawn`

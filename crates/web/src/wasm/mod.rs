@@ -5,12 +5,14 @@
 //! - `quick.rs`: calls without long computations, for the page and all workers.
 //! - `maker.rs`: builds of methods and scenes, for workers that may block.
 //! - `artist.rs`: drawing with WebGPU, for one worker.
+//! - `screen.rs`: the canvas that shows the artist's pictures.
 //! - `report.rs`: errors and progress for JavaScript.
 
 mod artist;
 mod maker;
 mod quick;
 mod report;
+mod screen;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -10,7 +10,7 @@
 //! | NanoScope | `\*File list` | numbers of points, size; a title of each column |
 //! | others | `key: value`, `key = value`, titles of columns | all keys of `keys.rs` |
 //!
-//! Steps: decode the bytes (`encoding.rs`), split header and numbers, interpret the header (`header.rs`), read the
+//! Steps: decode the bytes (`encoding.rs`), split header and numbers, interpret the header (`header/`), read the
 //! numbers (`numbers.rs`), and decide between a matrix and points. Lists, profiles and tables with coordinates or an
 //! index are refused, since each would pass for a relief. Errors complete "not a usable … height field: ".
 

@@ -1,13 +1,22 @@
-//! The page's settings as a JSON object, and their conversion to objects of the library and the renderer.
+//! The page's settings, their accepted ranges, and their conversion to objects of the library and the renderer.
+//!
+//! `json.rs` reads and writes them as a JSON object. `keys.rs` tells which data of the page they change.
 //!
 //! Lengths in the scene are in cm, and z is up ([`Camera`]). Azimuths are counter-clockwise from +x, seen from above.
 //! `docs/realtime.md` describes the methods, `docs/plugin.md` the fields of the surface.
+
+mod json;
+mod keys;
+#[cfg(test)]
+mod tests;
+
+pub use keys::Keys;
 
 use crate::error::WebError;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use std::path::{Component, Path};
-use sunbeam::config::{ObliquityChoice, ReliefSource, SurfaceConfig, Theory};
+use sunbeam::config::{SurfaceConfig, Theory};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{MethodKind, MethodOptions};
 use sunbeam::scattering::{ComplexIndex, Options, SpectralIndex};
@@ -188,25 +197,6 @@ impl Default for MapSettings {
 }
 
 impl Settings {
-    /// Reads and checks a JSON object.
-    ///
-    /// # Errors
-    /// [`WebError::Settings`] for settings that are unknown, of the wrong type or out of range.
-    pub fn from_json(json: &str) -> Result<Self, WebError> {
-        let mut value: serde_json::Value =
-            serde_json::from_str(json).map_err(|error| WebError::Settings(format!("not valid JSON: {error}")))?;
-        let surface = value.as_object_mut().and_then(|fields| fields.remove("surface"));
-        let mut settings: Self =
-            serde_json::from_value(value).map_err(|error| WebError::Settings(error.to_string()))?;
-        if let Some(surface) = surface {
-            // Unlike serde's, the messages of the library's own reader name the parameter.
-            settings.surface = SurfaceConfig::from_json(&surface.to_string())
-                .map_err(|error| WebError::Settings(error.to_string()))?;
-        }
-        settings.check()?;
-        Ok(settings)
-    }
-
     /// Refuses settings out of range.
     fn check(&self) -> Result<(), WebError> {
         let refuse = |line: String| Err(WebError::Settings(line));
@@ -327,95 +317,10 @@ impl Settings {
         let pigment = (width / DRAFT_PIGMENT, height / DRAFT_PIGMENT);
         Ok(self.shape.make(DRAFT_RESOLUTION, pigment)?)
     }
-
-    /// Keys of the relief, the method's data and the scene for these settings.
-    pub fn keys(&self) -> Keys {
-        let config = self.config();
-        // Heights do not depend on the tiling. An explicit default level has the key of a missing one.
-        let mut relief = SurfaceConfig::default();
-        relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
-        (relief.scale, relief.depth) = (config.scale, config.depth);
-        let mut method = config;
-        if method.conserve_energy != Some(true) {
-            // Without energy conservation the method's data do not depend on these fields. The shader applies them.
-            (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
-            // The tables of a film are those of the relief magnified by its index. Other tables have none.
-            (method.eta, method.k) = (method.body().map(|body| body.eta), None);
-        }
-        Keys {
-            relief: serialised(&relief),
-            method: format!("{} {} {}", self.method, serialised(&self.options), serialised(&method)),
-            scene: match self.shape {
-                Shape::Snake => format!("{} {}", self.shape.name(), self.resolution),
-                Shape::Flat | Shape::Sphere => self.shape.name().to_owned(),
-            },
-        }
-    }
-
-    /// All fields as JSON.
-    pub fn to_json(&self) -> String {
-        serialised(self)
-    }
-
-    /// The fields that differ from the defaults, as JSON.
-    ///
-    /// `surface` is left out if it is the page's default surface. Otherwise it is written with all fields that differ
-    /// from [`SurfaceConfig::default`], from which a reader takes the missing fields.
-    pub fn to_compact_json(&self) -> String {
-        let default = Self::default();
-        let without_surface = Self { surface: default.surface.clone(), ..self.clone() };
-        let no_fields = || serde_json::json!({});
-        let mut kept = difference(tree(&without_surface), &tree(&default)).unwrap_or_else(no_fields);
-        if self.surface != default.surface {
-            let surface = difference(tree(&self.surface), &tree(&SurfaceConfig::default()));
-            kept["surface"] = surface.unwrap_or_else(no_fields);
-        }
-        kept.to_string()
-    }
-}
-
-/// Keys of the data that the page keeps: text that changes whenever the data have to be built again. Its contents have
-/// no other meaning.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Keys {
-    /// Key of the heights.
-    pub relief: String,
-    /// Key of the method's data.
-    pub method: String,
-    /// Key of mesh and pigment.
-    pub scene: String,
-}
-
-/// A value as a tree of JSON values. Settings always convert, so the default is never taken; likewise in
-/// [`serialised`].
-fn tree(value: &impl Serialize) -> serde_json::Value {
-    serde_json::to_value(value).unwrap_or_default()
-}
-
-/// A value as JSON text.
-fn serialised(value: &impl Serialize) -> String {
-    serde_json::to_string(value).unwrap_or_default()
 }
 
 /// Whether a path is a file name without folders.
 fn is_plain_name(path: &Path) -> bool {
     let mut components = path.components();
     matches!((components.next(), components.next()), (Some(Component::Normal(_)), None))
-}
-
-/// The fields of the object `value`, recursively, that differ from those of `from` or are missing there. `None` if
-/// there are none. Fields that only `from` has are ignored.
-fn difference(value: serde_json::Value, from: &serde_json::Value) -> Option<serde_json::Value> {
-    use serde_json::Value;
-    match (value, from) {
-        (Value::Object(fields), Value::Object(others)) => {
-            let differs = |(name, value): (String, Value)| match others.get(&name) {
-                Some(other) => difference(value, other).map(|value| (name, value)),
-                None => Some((name, value)),
-            };
-            let kept: serde_json::Map<String, Value> = fields.into_iter().filter_map(differs).collect();
-            (!kept.is_empty()).then_some(Value::Object(kept))
-        }
-        (value, other) => (value != *other).then_some(value),
-    }
 }

@@ -6,11 +6,13 @@
 //! 1. Keys that only one program writes identify the [`Program`], whose conventions apply where a property is omitted.
 //! 2. English keys have a [`Role`] (`keys.rs`), which decides how the value is read (`quantity.rs`).
 //! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore interpreted by their
-//!    order: channel, width, height, and unit of the values.
+//!    order (`unknown.rs`).
 //!
 //! Lengths are in µm; arrays of two are along x and y. Width and height of a field are its lengths along x and y, while
 //! the *heights* are its values along z. In code, `line` is a line's number in the file, for messages, and `text` its
 //! contents; a [`Line`] is the pair of both.
+
+mod unknown;
 
 use super::super::raw::FirstRow;
 use super::super::units::micrometres;
@@ -18,6 +20,7 @@ use super::columns::{Columns, column_titles};
 use super::keys::{Along, Role, role};
 use super::numbers::Line;
 use super::quantity::{Quantity, bracketed, quantity};
+use unknown::UnknownLine;
 
 /// Largest number of words of a key that is separated from its number by a blank only. Longer lines are prose.
 const KEY_WORDS_MAX: usize = 3;
@@ -90,30 +93,6 @@ pub(super) struct LooseCount {
     pub line: usize,
     /// Number of points.
     pub count: usize,
-}
-
-/// A line with an unknown key.
-struct UnknownLine<'a> {
-    /// Number of the line in the file.
-    line: usize,
-    /// The whole line.
-    text: &'a str,
-    /// Text after the key.
-    value: String,
-    /// The value as numbers with a unit.
-    quantity: Option<Quantity>,
-    /// Whether the line has been interpreted.
-    is_used: bool,
-}
-
-impl UnknownLine<'_> {
-    /// The value in µm, if it is a single length.
-    fn length_um(&self) -> Option<f64> {
-        match self.quantity.as_ref()?.lengths_um()?.as_slice() {
-            [length] => Some(*length),
-            _ => None,
-        }
-    }
 }
 
 /// Error for a line with a size or a unit that is not understood.
@@ -342,69 +321,6 @@ impl Header {
             return Err(not_understood(line, text));
         }
         self.height = height_unit(&unit)?;
-        Ok(())
-    }
-
-    /// Interprets lines with keys in another language by their order and units.
-    ///
-    /// # Errors
-    /// A line with a length or a unit that is left over.
-    fn take_unknown(&mut self, mut lines: Vec<UnknownLine>) -> Result<(), String> {
-        self.take_matrix_lines(&mut lines)?;
-        self.take_unit_lines(&mut lines)?;
-        let carries_length = |entry: &UnknownLine| {
-            entry.length_um().is_some() || micrometres(&entry.value).is_ok() || mentions_length(&entry.value)
-        };
-        match lines.iter().find(|entry| !entry.is_used && carries_length(entry)) {
-            Some(entry) => Err(not_understood(entry.line, entry.text)),
-            None => Ok(()),
-        }
-    }
-
-    /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values.
-    ///
-    /// The first two consecutive lines with lengths are the width and the height (along y). The channel is the line
-    /// before them, the unit the line after them, if these are consecutive, too. Without two such lines, or with a
-    /// known extent, nothing is interpreted.
-    ///
-    /// # Errors
-    /// A unit of the values that is not a length.
-    fn take_matrix_lines(&mut self, lines: &mut [UnknownLine]) -> Result<(), String> {
-        // Whether entry `i + 1` exists and is the next line of the file.
-        let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
-        let length_at = |i: usize| lines.get(i).and_then(UnknownLine::length_um);
-        let found = (0..lines.len()).find(|&i| has_next(i) && length_at(i).is_some() && length_at(i + 1).is_some());
-        let Some(width_at) = found.filter(|_| self.extent_um == [None, None]) else { return Ok(()) };
-        let height_at = width_at + 1;
-        let channel_at = (width_at > 0 && has_next(width_at - 1)).then(|| width_at - 1);
-        let unit_at = (has_next(height_at) && self.height == HeightUnit::NotGiven).then_some(height_at + 1);
-        self.extent_um = [length_at(width_at), length_at(height_at)];
-        if let Some(at) = channel_at {
-            self.channel.get_or_insert_with(|| lines[at].value.clone());
-        }
-        if let Some(at) = unit_at {
-            self.height = height_unit(&lines[at].value)?;
-        }
-        for at in [Some(width_at), Some(height_at), channel_at, unit_at].into_iter().flatten() {
-            lines[at].is_used = true;
-        }
-        Ok(())
-    }
-
-    /// Interprets the lines that Gwyddion writes for points: the unit of x and y, then that of the values. Does nothing
-    /// unless exactly two lines are left whose value is a unit of length.
-    fn take_unit_lines(&mut self, lines: &mut [UnknownLine]) -> Result<(), String> {
-        if self.lateral_um.is_some() || self.height != HeightUnit::NotGiven {
-            return Ok(());
-        }
-        let is_unit = |entry: &&mut UnknownLine| !entry.is_used && micrometres(&entry.value).is_ok();
-        let mut units: Vec<&mut UnknownLine> = lines.iter_mut().filter(is_unit).collect();
-        if let [lateral, height] = units.as_mut_slice() {
-            self.lateral_um = Some([micrometres(&lateral.value)?; 2]);
-            self.height = height_unit(&height.value)?;
-            lateral.is_used = true;
-            height.is_used = true;
-        }
         Ok(())
     }
 }
