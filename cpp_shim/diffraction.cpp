@@ -18,7 +18,8 @@
  * region_spread         float            fraction by which the period is shorter or longer in alternate sub-regions, in
  *                                        [0, 0.1]; required with region_size (none)
  * filename              string           height field (.gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz,
- *                                        .txt, .csv, .asc; see docs/height-fields.md), found as Mitsuba finds files
+ *                                        .txt, .csv, .asc, .dat, .grd; see docs/height-fields.md), found as Mitsuba
+ *                                        finds files
  * pixel_size            float, um        edge of a pixel, if the file has no scale; in (0, 1e3]
  * max_height            float, um        height of the largest value, if the file has no unit of height; in (0, 1e3]
  * channel               string           channel of a file with several, by number or title (first that is a height)
@@ -132,7 +133,7 @@
  *     compat.h           differences between releases of Mitsuba
  *     jit.cpp            Dr.Jit's operations for Rust's tracing
  *     jit_tests.cpp      helpers of the tests of tracing, not part of the plugin
- *     progress.cpp       lines for Mitsuba's log
+ *     log.cpp            lines for Mitsuba's log
  *     variants_*.cpp     instantiations, one file per backend
  *     src/               the Rust side
  */

@@ -80,7 +80,7 @@ public:
         // Numbers determine the tables, which are built anew.
         if (const auto built = m_optics->numbers(); m_numbers != built) {
             const auto wanted = m_numbers;
-            // `with_numbers` throws if it refuses one of them. The member then still holds the built ones.
+            // `with_numbers` throws if it refuses a number. `m_numbers` then still holds those of the tables.
             m_numbers = built;
             set_optics(m_optics->with_numbers(wanted));
             m_numbers = wanted;

@@ -11,7 +11,7 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// Reflection by an interface between air and a medium of complex refractive index.
+/// Reflection by the interface to a medium whose complex refractive index is relative to the air or cover above it.
 ///
 /// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
 /// towards the viewer. Both lie above the surface.
@@ -36,7 +36,7 @@ namespace dr = drjit;
 /// | `sines` | product of the sines of the two polar angles, k k0 in small_slope.rs |
 /// | `cos`, `sin` | cosine and sine of the azimuth from the incident to the outgoing light |
 /// | `epsilon` | ε, the squared index |
-/// | `t`, `s`, `p` | terms of one direction (struct `Side`) |
+/// | `t`, `s`, `p` | terms of one direction (struct `Terms`) |
 /// | `half` | half the squared length of `from + to`, which is 1 + from·to |
 /// | `grazing` | cos − sines without cancellation: (q² + q0² + q q0 − q² q0² − half) / sines |
 template <typename Float, typename Spectrum> class Interface {
@@ -151,10 +151,10 @@ private:
 
     /// Terms of one direction with cosine q: `t` is the normal component √(ε − 1 + q²) of the transmitted wave vector,
     /// `s` the denominator q + t of s polarisation, and `p` the denominator εq + t of p polarisation.
-    struct Side {
+    struct Terms {
         Complex t, s, p;
 
-        Side(const Float &q, const Complex &epsilon) {
+        Terms(const Float &q, const Complex &epsilon) {
             t = dr::sqrt(epsilon - UnpolarizedSpectrum(dr::fnmadd(q, q, 1.f)));
             s = UnpolarizedSpectrum(q) + t;
             p = epsilon * UnpolarizedSpectrum(q) + t;
@@ -188,12 +188,12 @@ private:
         if (m_perfect) {
             const Float grazing    = (q_squared + q0_squared + product - q_squared * q0_squared - half) / sines;
             const Float difference = dr::select(sines < SINES_GRAZING, cos - sines, grazing);
-            // Powers times (q q0)²: B_pp and B_ss keep the polarisation, B_sp and B_ps change it.
-            const Float kept    = dr::fmadd(difference, difference, cos_squared * product * product);
-            const Float crossed = sin_squared * (q_squared + q0_squared);
-            return UnpolarizedSpectrum(2.f * (kept + crossed) / (product * w * w));
+            // |B_pp|² + |B_ss|² and |B_sp|² + |B_ps|², times (q q0)².
+            const Float straight = dr::fmadd(difference, difference, cos_squared * product * product);
+            const Float crossed  = sin_squared * (q_squared + q0_squared);
+            return UnpolarizedSpectrum(2.f * (straight + crossed) / (product * w * w));
         }
-        const Side out(q, m_epsilon), in(q0, m_epsilon);
+        const Terms out(q, m_epsilon), in(q0, m_epsilon);
         // Reciprocal squared moduli of the denominators.
         auto rcp_squared = [](const Complex &z) {
             return dr::rcp(dr::maximum(dr::squared_norm(z), DIVISOR_SQUARED_MIN));
@@ -202,11 +202,11 @@ private:
                                   p0 = rcp_squared(in.p);
         // Numerator of B_pp without the factor ε − 1.
         const Complex pp = out.t * in.t * UnpolarizedSpectrum(cos) - m_epsilon * UnpolarizedSpectrum(sines);
-        // Power that keeps its polarisation (ss and pp), and power that changes it (sp and ps).
-        const UnpolarizedSpectrum kept = cos_squared * s * s0 + dr::squared_norm(pp) * p * p0;
+        // |B_ss|² + |B_pp|² and |B_sp|² + |B_ps|², over |ε − 1|².
+        const UnpolarizedSpectrum straight = cos_squared * s * s0 + dr::squared_norm(pp) * p * p0;
         const UnpolarizedSpectrum crossed =
             sin_squared * (dr::squared_norm(out.t) * p * s0 + dr::squared_norm(in.t) * p0 * s);
-        return dr::squared_norm(m_epsilon - 1.f) * (kept + crossed) * (2.f * product / (w * w));
+        return dr::squared_norm(m_epsilon - 1.f) * (straight + crossed) * (2.f * product / (w * w));
     }
 
     /// Mueller matrix of the amplitudes that `small_slope_amplitudes` in src/scattering/small_slope.rs computes.
@@ -229,7 +229,7 @@ private:
                 dr::select(sines > SINES_GRAZING, UnpolarizedSpectrum(grazing), cos - sines) / product;
             return scale * jones_to_mueller(Complex(-cos), Complex(sin / q0), Complex(sin / q), Complex(pp));
         }
-        const Side out(q, m_epsilon), in(q0, m_epsilon);
+        const Terms out(q, m_epsilon), in(q0, m_epsilon);
         const Complex contrast = m_epsilon - 1.f;
         return scale * jones_to_mueller(-contrast * cos / (out.s * in.s), contrast * in.t * sin / (out.s * in.p),
                                         contrast * out.t * sin / (out.p * in.s),

@@ -1,5 +1,6 @@
 // Optics of a transparent body: a dielectric that reflects and transmits. The lobe in Rust (src/lobe/transmissive.rs)
-// has the value for unpolarised light; polarisation, radiance and the flat side's mirror are here.
+// has the value for unpolarised light. Polarisation, the flat side's mirror, and the change of radiance by the squared
+// index are here.
 #pragma once
 
 #include <algorithm>
@@ -225,7 +226,7 @@ private:
     /// | v, e | cn and n for a direction above; n c1 and 1 below |
     /// | s, p | denominators of the states s and p, c1 + cn and ε c1 + cn |
     /// | τ | 1; below a film the transmittance of its flat side, 4 c1 cn / s² and 4 ε c1 cn / p² |
-    struct Side {
+    struct Terms {
         using Complex  = dr::Complex<Float>;
         using Vector2f = mitsuba::Vector<Float, 2>;
 
@@ -239,7 +240,7 @@ private:
         /// Amplitudes √τ of the states s and p.
         Float passed_s, passed_p;
 
-        Side(const Vector3f &w, float eta, bool is_film) {
+        Terms(const Vector3f &w, float eta, bool is_film) {
             const Float cos      = dr::abs(w.z());
             is_below             = w.z() < 0.f;
             const Mask in_medium = is_film ? Mask(false) : is_below;
@@ -279,14 +280,16 @@ private:
     /// `in` and `out` mark the incident and the outgoing direction.
     Spectrum mueller([[maybe_unused]] const Vector3f &from, [[maybe_unused]] const Vector3f &to) const {
         if constexpr (is_polarized_v<Spectrum>) {
-            using Complex = typename Side::Complex;
-            const Side in(from, m_eta, m_is_film), out(to, m_eta, m_is_film);
+            using Complex = typename Terms::Complex;
+            const Terms in(from, m_eta, m_is_film), out(to, m_eta, m_is_film);
             // Tangential unit vectors of travel. `sign` is −1 for `from`, against which the light travels, and 1 for
             // `to`. A direction along the normal takes the other's vector; if both are along it, x is taken.
-            auto unit = [](const Side &side, const Side &other, float sign) {
-                const auto own = sign * side.tangential / side.length, others = -sign * other.tangential / other.length;
-                const auto fallback = dr::select(other.length > TANGENT_MIN, others, typename Side::Vector2f(1.f, 0.f));
-                return dr::select(side.length > TANGENT_MIN, own, fallback);
+            auto unit = [](const Terms &terms, const Terms &other, float sign) {
+                const auto own    = sign * terms.tangential / terms.length,
+                           others = -sign * other.tangential / other.length;
+                const auto fallback =
+                    dr::select(other.length > TANGENT_MIN, others, typename Terms::Vector2f(1.f, 0.f));
+                return dr::select(terms.length > TANGENT_MIN, own, fallback);
             };
             const auto travel_in = unit(in, out, -1.f), travel_out = unit(out, in, 1.f);
             const Float cos   = dr::dot(travel_in, travel_out),

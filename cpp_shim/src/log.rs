@@ -20,7 +20,7 @@ use sunbeam::table::Progress;
 mod ffi {
     // SAFETY: the functions take a line by value and keep nothing of it.
     unsafe extern "C++" {
-        include!("progress.h");
+        include!("log.h");
 
         /// Writes a line to Mitsuba's log at the level Info.
         fn log_info(line: &str) -> Result<()>;

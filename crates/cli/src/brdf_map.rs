@@ -16,7 +16,7 @@ use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_bytes};
 use sunbeam::scattering::{Vec3, map_direction};
 use sunbeam_realtime::{AdapterChoice, Query};
 
-/// Accepted numbers of pixels along a side of the map. The largest map takes 6.5 GB, 24 bytes a pixel: 12 for the
+/// Accepted numbers of pixels along a side of the map. The largest map takes 6.4 GB, 24 bytes a pixel: 12 for the
 /// colour, and up to 12 for the encoded EXR, or afterwards for the automatic exposure.
 const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
 /// Largest number of directions in one call of the GPU; their queries (pairs of directions) take 50 MB. Larger values
@@ -210,7 +210,7 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     // The other methods, nmm and stam, choose the wavelengths of each pair of directions.
     let has_fixed_steps = match method {
         Method::Exact | Method::Table => true,
-        Method::Realtime(kind) => kind.options().contains(&"lambda_step_nm"),
+        Method::Colour(kind) => kind.options().contains(&"lambda_step_nm"),
     };
     Ok(Map { rgb, wavelengths: has_fixed_steps.then(|| spectrum.weights().len()), seconds, gpu: None })
 }

@@ -7,7 +7,7 @@
 //! - θi, θr: the angles of incidence and of view with the normal, both in the plane of x, positive on the side of +x;
 //! - λ: the wavelength;
 //! - d: the spacing of the grating;
-//! - S/λ²: the response of the relief in 1/sr, `f_r` without the interface's reflectance and the obliquity factor.
+//! - S/λ²: the response of the relief in 1/sr, `f_r` without the Fresnel, obliquity and shadowing factors.
 //!
 //! The first order leaves where λ = d·(sin θi + sin θr).
 
@@ -250,7 +250,7 @@ impl EvaluateArgs {
         angles_deg: &[f64],
     ) -> Vec<Vec<f64>> {
         let (sin_i, cos_i) = self.theta_i.to_radians().sin_cos();
-        let is_nmm = matches!(self.method.method(), Method::Realtime(MethodKind::Nmm));
+        let is_nmm = matches!(self.method.method(), Method::Colour(MethodKind::Nmm));
         reflector.map(wavelengths_nm, |nm| {
             let value = |angle_deg: &f64| {
                 let (sin_r, cos_r) = angle_deg.to_radians().sin_cos();

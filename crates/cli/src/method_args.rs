@@ -17,7 +17,7 @@ pub enum Method {
     /// The spectral tables; on the GPU, the colour table.
     Table,
     /// A method that computes colours in single precision: a published one, or the colour table.
-    Realtime(MethodKind),
+    Colour(MethodKind),
 }
 
 impl Method {
@@ -26,8 +26,8 @@ impl Method {
         match self {
             Self::Exact => "exact",
             Self::Table => "table",
-            Self::Realtime(MethodKind::Table) => "colour-table",
-            Self::Realtime(kind) => kind.name(),
+            Self::Colour(MethodKind::Table) => "colour-table",
+            Self::Colour(kind) => kind.name(),
         }
     }
 
@@ -36,13 +36,13 @@ impl Method {
         match self {
             Self::Exact => None,
             Self::Table => Some(MethodKind::Table),
-            Self::Realtime(kind) => Some(kind),
+            Self::Colour(kind) => Some(kind),
         }
     }
 
     /// All methods, in the order in which messages list them.
     fn all() -> impl Iterator<Item = Self> {
-        [Self::Exact, Self::Table].into_iter().chain(MethodKind::ALL.map(Self::Realtime))
+        [Self::Exact, Self::Table].into_iter().chain(MethodKind::ALL.map(Self::Colour))
     }
 }
 
@@ -125,7 +125,7 @@ impl MethodArgs {
 
     /// Whether the colours are those of GPU Gems, which are not multiplied by Fresnel factor, obliquity and shadowing.
     pub fn is_gems(&self) -> bool {
-        self.method == Method::Realtime(MethodKind::Stam) && self.stam_form == Some(StamForm::Gems)
+        self.method == Method::Colour(MethodKind::Stam) && self.stam_form == Some(StamForm::Gems)
     }
 
     /// The validated options.
@@ -162,7 +162,7 @@ impl MethodArgs {
 
     /// Refuses a quantity that the method cannot compute, and an option without effect.
     fn refuse_without_effect(&self, quantity: Quantity) -> Result<(), String> {
-        if self.method == Method::Realtime(MethodKind::Table) && quantity == Quantity::Spectrum {
+        if self.method == Method::Colour(MethodKind::Table) && quantity == Quantity::Spectrum {
             return Err("--method colour-table has no values by wavelength; use table".to_owned());
         }
         // Field of `MethodOptions`, its flag, and whether the flag is given.
@@ -184,7 +184,7 @@ impl MethodArgs {
             (Method::Table, Quantity::ColourOnGpu) => MethodKind::Table.options(),
             // The step of the sum over wavelengths in a colour.
             (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
-            (Method::Realtime(kind), _) => kind.options(),
+            (Method::Colour(kind), _) => kind.options(),
         };
         let has_effect = |field: &str| {
             // A spectrum is computed at the command's wavelengths, so that steps and weights between them do not count.

@@ -74,7 +74,7 @@ impl Realtime {
             return Err(format!("--method {} is not on the GPU, which has {available}", method.method().name()).into());
         };
         let options = method.options(Quantity::ColourOnGpu)?;
-        let config = surface.realtime_config(kind, &options)?;
+        let config = surface.colour_config(kind, &options)?;
         // Not every method shows a surface that transmits.
         kind.accept(config.body())?;
         Ok(Self { kind, options, config, cache: surface.cache()? })

@@ -59,7 +59,7 @@ enum Evaluator {
     Table(Arc<Surface>),
     /// A method that computes colours in single precision. Its spectral answer is `S/λ²`; its [`AnswerKind`] tells the
     /// factors that its colours contain.
-    Realtime(Box<dyn methods::Method>),
+    Colour(Box<dyn methods::Method>),
     /// The tables of a grating by Maxwell's equations, `f_r`.
     Grating(CachedGrating),
     /// A grating by Maxwell's equations that is solved for each query, `f_r`. Queries can fail, see
@@ -121,7 +121,7 @@ impl Reflector {
     ) -> Result<Self, Box<dyn Error>> {
         let config = match method {
             Method::Exact | Method::Table => args.config()?,
-            Method::Realtime(kind) => args.realtime_config(kind, method_options)?,
+            Method::Colour(kind) => args.colour_config(kind, method_options)?,
         };
         if purpose == Purpose::Map {
             config.refuse_transmission("maps and peaks")?;
@@ -148,13 +148,13 @@ impl Reflector {
                 let surface = build_surface()?;
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
-            Method::Realtime(kind) => {
+            Method::Colour(kind) => {
                 // Index of the material in air; `index` is relative to the cover's.
                 let material = config.index().map(SpectralIndex::Constant);
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, material.as_ref(), &cache, progress)
                 })?;
-                (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_surface).transpose()?)
+                (Evaluator::Colour(method), (purpose == Purpose::Service).then(build_surface).transpose()?)
             }
         };
         let is_concurrent = method != Method::Exact || nx * ny <= CONCURRENT_PIXELS_MAX;
@@ -193,11 +193,11 @@ impl Reflector {
                 let grating = build_tables()?;
                 (Evaluator::Grating(grating.clone()), Some(grating))
             }
-            Method::Realtime(kind) => {
+            Method::Colour(kind) => {
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, material.as_ref(), cache, progress)
                 })?;
-                (Evaluator::Realtime(method), (purpose == Purpose::Service).then(build_tables).transpose()?)
+                (Evaluator::Colour(method), (purpose == Purpose::Service).then(build_tables).transpose()?)
             }
         };
         let (options, index, cover) = (config.options(), config.index_inside(), config.cover());
@@ -257,7 +257,7 @@ impl Reflector {
         match &self.evaluator {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
             Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
-            Evaluator::Realtime(method) => {
+            Evaluator::Colour(method) => {
                 let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
                 // Methods without values by wavelength are refused for spectra (`Quantity::Spectrum`).
                 let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
@@ -272,7 +272,7 @@ impl Reflector {
     /// The linear sRGB of `f_r` in 1/sr. Spectral evaluators are summed over the wavelengths of `to_rgb`; methods that
     /// compute colours choose their own wavelengths.
     pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, to_rgb: &SpectralToRgb) -> [f64; 3] {
-        let Evaluator::Realtime(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
+        let Evaluator::Colour(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         // The answers lack R·O·M, or the cover's factor alone. Colours of films are not computed here: `new` refuses
@@ -306,7 +306,7 @@ impl Reflector {
         let range = match &self.evaluator {
             Evaluator::Exact(_) | Evaluator::ExactGrating(_) => f64::MIN_POSITIVE..=f64::MAX,
             Evaluator::Table(_) | Evaluator::Grating(_) => WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM,
-            Evaluator::Realtime(_) => VISIBLE_NM,
+            Evaluator::Colour(_) => VISIBLE_NM,
         };
         match wavelengths_nm.iter().find(|nm| !range.contains(nm)) {
             None => Ok(()),

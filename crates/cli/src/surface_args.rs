@@ -169,7 +169,7 @@ impl SurfaceArgs {
     ///
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.
-    pub fn realtime_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
+    pub fn colour_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
         self.refuse_contradiction(kind)?;
         if self.theory == Some(Theory::Rigorous) {
             // Only the colour table gets here: the published methods were refused above.

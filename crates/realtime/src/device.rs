@@ -286,7 +286,7 @@ impl Gpu {
     /// [`wgpu::PollType::Poll`] names none.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
-        // wgpu panics if the device is lost during a wait, which `guard` catches. `check` knows the driver's reason.
+        // If the device is lost during a wait, wgpu panics; `guard` catches it. `check` knows the driver's reason.
         let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
         self.check()?;
         waited.map_err(|Panic(reason)| GpuError::Lost { adapter: self.adapter(), reason })?;
@@ -355,7 +355,8 @@ impl Gpu {
         }
     }
 
-    /// The contents of a staging buffer, after all submitted work is done.
+    /// The contents of a staging buffer. In a browser this call waits for the work that fills it; elsewhere
+    /// [`Gpu::run`] has.
     pub(super) async fn read_staging(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
         let refused = |reason: String| GpuError::Refused { adapter: self.adapter(), reason };
         let (sender, receiver) = oneshot::channel();

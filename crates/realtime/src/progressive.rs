@@ -18,7 +18,7 @@
 //! ```
 //!
 //! A scene, method or job that is set between [`Progressive::frame`] and [`Progressive::finish`] makes the frame stale.
-//! A stale frame may be shown, but the next picture is a first one again.
+//! A stale frame may be shown, but the next picture does not refine it.
 
 use crate::levels::{self, Level, Pace};
 use crate::{FrameReport, Gpu, GpuError, Optics, Renderer, Scene, Shader, Target, View};
@@ -158,7 +158,7 @@ impl Progressive {
         self.job = None;
     }
 
-    /// Makes the next picture a first one again, after a change of scene, method or job.
+    /// Forgets the pictures drawn so far, after a change of scene, method or job.
     fn start_over(&mut self) {
         self.latest = None;
         self.generation += 1;

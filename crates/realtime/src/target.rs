@@ -29,8 +29,8 @@ const ENTRIES_BYTES_PER_PIXEL: u64 = size_of::<[u32; 2]>() as u64;
 const COLOUR_BYTES: u64 = size_of::<[f32; 4]>() as u64;
 /// Bytes of a [`Query`].
 const QUERY_BYTES: u64 = size_of::<Query>() as u64;
-/// Accepted sides of a picture in pixels. A list entry has 16 bits for the column and 16 for the row, so 65 536 would
-/// be possible, but few adapters have larger textures.
+/// Accepted sides of a picture in pixels. A list entry has 16 bits each for column and row, so 65 536 would be
+/// possible, but few adapters have textures above 16 384.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
 /// Format of the rasteriser's triangle numbers.

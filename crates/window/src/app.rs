@@ -62,7 +62,7 @@ pub(crate) struct App {
     tried: Option<Recipe>,
     /// The job that was last sent to the drawer.
     job: Option<Job>,
-    /// The point of the picture whose map was ordered last, each coordinate in [0, 1) from the upper left. `None` if no
+    /// Position in the picture whose map was ordered last, each coordinate in [0, 1) from the upper left. `None` if no
     /// map was ordered.
     cursor: Option<[f32; 2]>,
     /// The facts at the bottom of the panel.

@@ -136,7 +136,7 @@ impl Artist {
     }
 
     /// The next step; `None` if nothing is left to do. The order of steps is a first picture, a first map, finer
-    /// pictures, and finer maps. While a screenshot is ordered, no maps are drawn, because it needs the finest picture.
+    /// pictures, and finer maps. A screenshot needs the finest picture, so no maps are drawn while one is ordered.
     pub(crate) fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);
         if self.progressive.latest().is_none() {
@@ -211,7 +211,7 @@ impl Artist {
             self.map_side = Some(hemisphere::FINEST_SIDE);
             return Ok(Some(Done::Map(None)));
         }
-        // A map that fails counts as drawn, so that it is not tried again. A stopped one is drawn later.
+        // A map that fails counts as drawn, so that this side is not tried again. A stopped one is drawn later.
         let before = self.map_side.replace(side);
         let map = hemisphere::draw(&self.gpu, shader, &seen, side, &mut self.map_pace);
         if matches!(map, Err(GpuError::Stopped)) {

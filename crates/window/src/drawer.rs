@@ -65,17 +65,16 @@ struct Pending {
     interruptible_by: Change,
 }
 
-/// Kinds of changes, from the largest to the smallest; larger changes compare as less. A step is ended by changes of a
-/// certain kind and by larger ones.
+/// Kinds of changes, from the smallest to the largest. A step is ended by changes of a certain kind and by larger ones.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 enum Change {
+    /// Another point under the cursor, or a screenshot.
+    Cursor,
+    /// Another job.
+    Job,
     /// Another method or mesh, or the end of the thread.
     #[default]
     Method,
-    /// Another job.
-    Job,
-    /// Another point under the cursor, or a screenshot.
-    Cursor,
 }
 
 impl Change {
@@ -159,7 +158,7 @@ impl Shared {
     fn post(&self, change: Change, write: impl FnOnce(&mut Pending)) {
         let mut pending = self.lock();
         write(&mut pending);
-        if change <= pending.interruptible_by {
+        if change >= pending.interruptible_by {
             self.stop.store(true, Ordering::Relaxed);
         }
         drop(pending);

@@ -117,8 +117,8 @@ impl Orders {
     /// Adds one Chebyshev node's contribution to `total`, over the orders around f.
     ///
     /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ, row-major in
-    /// FFT order. `polynomial` computes the node's Lagrange polynomial at the pair's κ, which may be negative; it is
-    /// called only if there are orders around f. `gaussians` is scratch memory for x and y.
+    /// FFT order. `polynomial` returns the value of the node's Lagrange polynomial at the pair's κ. It is called only
+    /// if there are orders around f. `gaussians` is scratch memory for x and y.
     fn add(
         &self,
         position: [f64; 2],

@@ -10,7 +10,7 @@ const FACES: usize = 21_573;
 /// Counts of Single 2014's scan of a snake; the default mesh agrees within a tenth.
 const VERTICES_OF_THE_SCAN: usize = 11_696;
 const FACES_OF_THE_SCAN: usize = 22_950;
-/// Single precision, unit vectors.
+/// Rounding error of unit vectors in single precision.
 const UNIT_TOLERANCE: f32 = 1e-6;
 
 fn default_mesh() -> SnakeMesh {
@@ -28,7 +28,7 @@ fn geometric_normal([p0, p1, p2]: [DVec3; 3]) -> DVec3 {
     (p1 - p0).cross(p2 - p0)
 }
 
-/// Whether a triangle is part of the wall below a free edge: it is much steeper than its scale, whose normals it has.
+/// Whether a triangle is part of a wall: it deviates by more than 30° from its normals, which are those of its scale.
 fn is_wall(mesh: &SnakeMesh, triangle: [u32; 3]) -> bool {
     let shading: DVec3 = triangle.iter().map(|i| Vec3::from(mesh.normals[*i as usize]).as_dvec3()).sum();
     geometric_normal(corners(mesh, triangle).0).angle_between(shading).to_degrees() > 30.0
@@ -72,7 +72,7 @@ fn the_mesh_is_one_consistently_oriented_sheet() {
     // Each directed edge once: neighbours agree on the side that is outside.
     assert!(directed.values().all(|&count| count == 1));
     let rim: HashMap<u32, u32> = directed.keys().copied().filter(|&(a, b)| !directed.contains_key(&(b, a))).collect();
-    // Six edges along each of the scales that the rim cuts through, and one down from each tip on the sides.
+    // Six edges along each of the 17 + 27 scales that the rim cuts through, and one down from each of 27 tips on it.
     assert_eq!(rim.len(), 6 * (17 + 27) + 27);
     let (&start, _) = rim.iter().next().unwrap();
     let mut around = vec![start];
@@ -95,7 +95,7 @@ fn the_texture_is_covered_once_without_gaps() {
             0.5 * (uv[1] - uv[0]).perp_dot(uv[2] - uv[0])
         });
         let (least, sum) = areas.fold((f64::MAX, 0.0), |(least, sum), area| (area.min(least), sum + area));
-        // None is turned over, and they fill the unit square: single precision leaves 1e-7 a vertex.
+        // No triangle is turned over, and all fill the unit square up to rounding, 1e-7 for each coordinate.
         assert!(least > 0.0 && (sum - 1.0).abs() < 1e-6, "least {least}, sum {sum}");
     }
 }
@@ -112,7 +112,7 @@ fn scales_begin_under_the_edges_of_the_scales_before() {
             for t in 0..=8 {
                 let t = f64::from(t) / 8.0;
                 let (edge, foot) = (lattice.free_edge((i, j), side, t), lattice.foot((i, j), side, t));
-                // On the skin at the foot, in cm; roundings of a height of some 0.03 cm.
+                // The foot lies on the skin, up to rounding of heights of about 0.03 cm.
                 assert!(surface.scales.height_cm(below, foot).abs() < 1e-12);
                 let step = surface.scales.height_cm((i, j), edge);
                 assert!(step > -1e-12, "scale {i}, {j}: the edge lies {step} cm over the skin");
@@ -147,7 +147,7 @@ fn frames_are_orthonormal_and_outward() {
         let (n, t) = (Vec3::from(mesh.normals[i]), Vec3::from(mesh.tangents[i]));
         assert!((n.length() - 1.0).abs() < UNIT_TOLERANCE && (t.length() - 1.0).abs() < UNIT_TOLERANCE);
         assert!(n.dot(t).abs() < UNIT_TOLERANCE);
-        // Along the S the body never turns back: the tail is towards +x.
+        // The body never turns back on its way to the tail, at +x.
         assert!(t.x > 0.3, "tangent {t} at vertex {i}");
         let (_, skin) = body.point(uv[0].into(), uv[1].into());
         assert!(n.as_dvec3().dot(skin) > 0.8, "vertex {i} looks inward, or along the skin");
@@ -170,14 +170,14 @@ fn triangles_are_not_degenerate_and_keep_the_orientation_of_the_texture() {
             }
         }
         let middle = quantile(&mut areas, 0.5);
-        // The least are where a wall begins, at the flank of a scale.
+        // The smallest triangles lie where walls begin, at the flanks of scales.
         assert!(areas[0] > 0.01 * middle, "slivers: {} against {middle}", areas[0]);
     }
 }
 
-/// Largest accepted angle in degrees between the stored tangent and what Mitsuba derives from the UVs: half of all
-/// corners on scales, 90 % of them, and all. On walls, whose normals are those of scales, the relief has no meaning:
-/// half of them.
+/// Largest accepted angles in degrees between the stored tangents and Mitsuba's, which follow from texture coordinates:
+/// median, 90th percentile and maximum over corners on scales, and median over those on walls, where the relief has no
+/// meaning.
 const TANGENT_MEDIAN_DEG: f64 = 0.6;
 const TANGENT_MOST_DEG: f64 = 2.0;
 const TANGENT_WORST_DEG: f64 = 7.0;
@@ -219,7 +219,7 @@ fn the_tangent_is_the_texture_derivative() {
 
 #[test]
 fn textures_are_hardly_stretched() {
-    // A 2:1 texture: the ratio of the two sides of a texel on the skin, at the rim of the bends and elsewhere.
+    // Ratios of the sides of a texel on the skin, for a texture twice as wide as high.
     let mesh = default_mesh();
     let mut ratios = Vec::new();
     for triangle in mesh.triangles.iter().filter(|triangle| !is_wall(&mesh, **triangle)) {
@@ -246,7 +246,7 @@ fn the_snake_lies_on_the_ground_and_has_its_size() {
 #[test]
 fn resolution_scales_the_counts_and_keeps_the_shape() {
     let fine = SnakeMesh::build(&SnakeOptions::default().with_resolution(4.0)).unwrap();
-    // Walls count for less in it.
+    // Triangles on scales become 16 times as many, those on walls about four times.
     let faces = fine.triangles.len() as f64 / (16 * FACES) as f64;
     assert!(faces > 0.8 && faces < 0.9, "{faces}");
     let area = |mesh: &SnakeMesh| -> f64 {

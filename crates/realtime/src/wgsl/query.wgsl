@@ -1,7 +1,7 @@
 // Record of one visible surface point; counterpart of `Query` in layout.rs, with the same memory layout.
 //
-// locate.wgsl writes one query for each pixel. shade.wgsl reads its two directions and computes the reflectance.
-// resolve.wgsl turns the reflectance into the pixel's radiance, with the pigment at the texture coordinates.
+// locate.wgsl writes one query for each pixel. shade.wgsl computes the reflectance, the *answer*, from its directions.
+// resolve.wgsl turns the answer into the pixel's radiance, with the pigment at the texture coordinates.
 //
 // The grating's frame is the shading frame, rotated about the normal (+z) by the angle of `frame.rotation`
 // (frame.wgsl). Directions at a film may have a z of either sign. Other surfaces are lit only where both z are

@@ -39,8 +39,8 @@ const RESOLVE_SUN_IRRADIANCE: f32 = RESOLVE_PI;
 // Linear values of encoded sRGB values in [0, 1] (IEC 61966-2-1); counterpart of `srgb_decode` in src/colour/srgb.rs.
 // Some adapters would decode an sRGB texture to eight bits only, so the texture is a buffer.
 //
-// With x = (encoded + 0.055)/1.055, the result is x^2.4 = x²·x^0.4. A fitted polynomial in √x replaces x^0.4 with an
-// error of at most 1e-6. The error of `pow` may be similar, and software adapters compute `pow` more slowly.
+// With x = (encoded + 0.055)/1.055, the result is x^2.4 = x²·x^0.4. A fitted polynomial in √x replaces x^0.4 with a
+// relative error below 1e-6. That of `pow` may be similar, and software adapters compute `pow` more slowly.
 fn srgb_decode(encoded: vec3<f32>) -> vec3<f32> {
     let x = (encoded + 0.055) * (1.0 / 1.055);
     let root = sqrt(x);

@@ -1,7 +1,7 @@
 // Light that passes films in a straight line; compiled after frame.wgsl, mesh.wgsl and trace.wgsl.
 //
-// A film spreads the light that it transmits over diffraction orders. The functions here approximate light that passes
-// a film on its way to the camera or to another surface: they do not deflect it, and take its loss from a flat film.
+// A film spreads the light that it transmits over diffraction orders. Light that passes a film on its way to the camera
+// or to another surface is approximated: the film is a flat *sheet*, which weakens the light but does not deflect it.
 // The approximation is good for weak reliefs, which deflect little light.
 
 // Smallest cosine to divide by, about the rounding error of a single-precision cosine.

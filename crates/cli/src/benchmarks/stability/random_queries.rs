@@ -58,7 +58,7 @@ pub struct RandomQueries {
     pub method_queries: u64,
     /// Surfaces that were built.
     pub surfaces: u64,
-    /// Random surfaces that were refused, because their tables would be too large. Others took their place.
+    /// Random surfaces whose tables would be too large or take too long to build. Others took their place.
     pub refused: u64,
     /// Answers that are NaN or infinite.
     pub not_finite: u64,

@@ -1,5 +1,5 @@
 // Calls of Mitsuba's logger on behalf of Rust.
-#include "progress.h"
+#include "log.h"
 
 #include <mitsuba/core/logger.h>
 
