@@ -211,12 +211,14 @@ impl Artist {
             self.map_side = Some(hemisphere::FINEST_SIDE);
             return Ok(Some(Done::Map(None)));
         }
-        // A map that fails counts as drawn, so that this side is not tried again. A stopped one is drawn later.
-        let before = self.map_side.replace(side);
         let map = hemisphere::draw(&self.gpu, shader, &seen, side, &mut self.map_pace);
-        if matches!(map, Err(GpuError::Stopped)) {
-            self.map_side = before;
-        }
+        self.map_side = match map {
+            Ok(_) => Some(side),
+            // A stopped map is drawn later.
+            Err(GpuError::Stopped) => self.map_side,
+            // Finer maps would fail as well.
+            Err(_) => Some(hemisphere::FINEST_SIDE),
+        };
         Ok(Some(Done::Map(Some(map?))))
     }
 
